@@ -1,0 +1,32 @@
+/// sway_config: the compile-time sizes of swaywatch. Define a macro on the compiler's command line
+/// to change it; a value out of range stops the build.
+#ifndef SWAY_CONFIG_H
+#define SWAY_CONFIG_H
+
+/// Samples a channel's ring holds; the longest window. A power of two.
+/// 512 samples at 100 Hz hold 6 oscillations down to 1.2 Hz, 3 at 0.6 Hz, 2 at 0.4 Hz.
+#ifndef SWAY_RING_SAMPLES
+#define SWAY_RING_SAMPLES 512
+#endif
+#if SWAY_RING_SAMPLES < 64 || SWAY_RING_SAMPLES > 8192 ||                                         \
+    (SWAY_RING_SAMPLES & (SWAY_RING_SAMPLES - 1)) != 0
+#error "SWAY_RING_SAMPLES: a power of two from 64 to 8192"
+#endif
+
+/// Channels that have a ring and a line each: the first SWAY_CHANNELS of `sway_channel_t`.
+#ifndef SWAY_CHANNELS
+#define SWAY_CHANNELS 16
+#endif
+#if SWAY_CHANNELS < 4 || SWAY_CHANNELS > 16
+#error "SWAY_CHANNELS: 4 to 16"
+#endif
+
+/// Spectral lines (bins of the sliding DFT, without the mean) kept for each channel.
+#ifndef SWAY_BINS
+#define SWAY_BINS 5
+#endif
+#if SWAY_BINS < 3 || SWAY_BINS > 16
+#error "SWAY_BINS: 3 to 16"
+#endif
+
+#endif

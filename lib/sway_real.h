@@ -1,0 +1,92 @@
+/// sway_real: numbers with a 31-bit mantissa and their own exponent, in integers only.
+///
+/// The sliding sums of swaywatch are exact integers. What follows them (least squares, roots of the
+/// single-track model, ratios of lines) spans many decades; a fixed binary point would either
+/// overflow or lose digits there. A `sway_real_t` is m * 2^e with 2^30 <= |m| < 2^31, or zero: a
+/// relative resolution of 4.7e-10 everywhere, the same bits on every machine, no float, no heap.
+///
+/// Every operation rounds to nearest (ties away from zero) and is total: it has a defined result
+/// for every input, listed with it. Exponents saturate at +-SWAY_REAL_EXPONENT_MAX; underflow is
+/// zero. All functions are pure and of constant complexity.
+#ifndef SWAY_REAL_H
+#define SWAY_REAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define SWAY_REAL_EXPONENT_MAX 100000
+
+typedef struct {
+    int32_t m; ///< mantissa, 0 or 2^30 <= |m| < 2^31
+    int32_t e; ///< exponent of two; 0 where m is 0
+} sway_real_t;
+
+/// A complex number, rectangular.
+typedef struct {
+    sway_real_t re;
+    sway_real_t im;
+} sway_complex_t;
+
+/// value * 2^exponent, rounded to 31 bits.
+sway_real_t sway_real(int64_t value, int32_t exponent);
+/// The integer `value`, exact up to 31 bits.
+sway_real_t sway_real_int(int64_t value);
+/// numerator / denominator; 0 for a denominator of 0. E.g. sway_real_ratio(981, 100) = 9.81.
+sway_real_t sway_real_ratio(int64_t numerator, int64_t denominator);
+
+sway_real_t sway_real_add(sway_real_t a, sway_real_t b);
+sway_real_t sway_real_sub(sway_real_t a, sway_real_t b);
+sway_real_t sway_real_mul(sway_real_t a, sway_real_t b);
+/// a / b; 0 where b is 0 (callers that can meet it test first).
+sway_real_t sway_real_div(sway_real_t a, sway_real_t b);
+sway_real_t sway_real_neg(sway_real_t a);
+sway_real_t sway_real_abs(sway_real_t a);
+/// a * 2^shift, exact.
+sway_real_t sway_real_scale(sway_real_t a, int32_t shift);
+/// Square root; 0 for a <= 0.
+sway_real_t sway_real_sqrt(sway_real_t a);
+/// e^a, relative error below 1e-8 for |a| < 20; |a| is clipped to 60000.
+sway_real_t sway_real_exp(sway_real_t a);
+/// Natural logarithm; 0 for a <= 0. Absolute error below 3e-8.
+sway_real_t sway_real_ln(sway_real_t a);
+/// Sine and cosine of `a` in rad; |a| < 2^20, beyond it phase is lost and (0, 1) is returned.
+/// Absolute error below 5e-9 for |a| < 8.
+void sway_real_sincos(sway_real_t a, sway_real_t *sine, sway_real_t *cosine);
+/// Angle of (x, y) in (-pi, pi]; 0 for (0, 0). Absolute error below 2e-9.
+sway_real_t sway_real_atan2(sway_real_t y, sway_real_t x);
+
+/// -1, 0 or 1 as a < b, a == b, a > b.
+int sway_real_compare(sway_real_t a, sway_real_t b);
+bool sway_real_less(sway_real_t a, sway_real_t b);
+bool sway_real_is_zero(sway_real_t a);
+/// -1, 0 or 1.
+int sway_real_sign(sway_real_t a);
+sway_real_t sway_real_min(sway_real_t a, sway_real_t b);
+sway_real_t sway_real_max(sway_real_t a, sway_real_t b);
+
+/// a * scale rounded to the nearest integer, clipped to [low, high].
+/// E.g. sway_real_to_int(rad, 1000000, INT32_MIN, INT32_MAX) gives microradian.
+int32_t sway_real_to_int(sway_real_t a, int32_t scale, int32_t low, int32_t high);
+/// a * 2^shift rounded to the nearest integer, clipped to +-(2^62).
+int64_t sway_real_to_int64(sway_real_t a, int32_t shift);
+
+/// pi, to 31 bits.
+sway_real_t sway_real_pi(void);
+
+sway_complex_t sway_complex(sway_real_t re, sway_real_t im);
+sway_complex_t sway_complex_add(sway_complex_t a, sway_complex_t b);
+sway_complex_t sway_complex_sub(sway_complex_t a, sway_complex_t b);
+sway_complex_t sway_complex_mul(sway_complex_t a, sway_complex_t b);
+sway_complex_t sway_complex_scale(sway_complex_t a, sway_real_t factor);
+sway_complex_t sway_complex_conj(sway_complex_t a);
+/// a / b; 0 where b is 0.
+sway_complex_t sway_complex_div(sway_complex_t a, sway_complex_t b);
+/// |a|^2 and |a|.
+sway_real_t sway_complex_norm(sway_complex_t a);
+sway_real_t sway_complex_abs(sway_complex_t a);
+/// Argument in (-pi, pi].
+sway_real_t sway_complex_arg(sway_complex_t a);
+/// e^(j angle), angle in rad.
+sway_complex_t sway_complex_unit(sway_real_t angle);
+
+#endif
