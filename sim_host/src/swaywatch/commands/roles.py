@@ -1,0 +1,25 @@
+"""``swaywatch roles``: the roles that a signals.toml can name."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from swaywatch.roles import CHANNELS
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``roles`` command."""
+    subparsers.add_parser(
+        "roles",
+        help="list the roles a signals.toml can map, with units and signs",
+        description="The roles a signals.toml can map, with units and signs.",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the table of roles."""
+    del args
+    for channel in CHANNELS.values():
+        print(f"{channel.name:34s} {channel.unit:6s} {channel.meaning}")
+    return 0

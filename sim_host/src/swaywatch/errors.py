@@ -1,0 +1,24 @@
+"""What swaywatch raises when its input is at fault.
+
+Exception
+└── SwaywatchError           a sentence for the user: file, signal, value, and what would be right
+    ├── RecordingError       a recording that cannot be read, or not whole
+    ├── SignalError          a signals.toml, a DBC or a signal that does not fit the recording
+    └── VehicleError         a vehicle.toml with a value missing or out of range
+"""
+
+
+class SwaywatchError(Exception):
+    """The user's input is at fault; the text says which, and what would be right."""
+
+
+class RecordingError(SwaywatchError):
+    """A recording cannot be read, or not to its end."""
+
+
+class SignalError(SwaywatchError):
+    """Roles, DBC and recording do not fit together."""
+
+
+class VehicleError(SwaywatchError):
+    """A vehicle parameter is missing or outside its range."""

@@ -1,0 +1,25 @@
+"""What the host tests share: where recordings are found."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+DATA = Path(__file__).resolve().parent.parent / "data"
+
+
+def recordings(*parts: str) -> Path:
+    """Path inside the folder of shared recordings; skips the test where there is none.
+
+    The folder is ``$SWAYWATCH_RECORDINGS``, or ``shared/recordings`` beside any parent of the
+    checkout.
+    """
+    candidates = [parent / "shared" / "recordings" for parent in Path(__file__).resolve().parents]
+    if "SWAYWATCH_RECORDINGS" in os.environ:
+        candidates.insert(0, Path(os.environ["SWAYWATCH_RECORDINGS"]))
+    for folder in candidates:
+        if folder.joinpath(*parts).exists():
+            return folder.joinpath(*parts)
+    pytest.skip(f"no shared recordings with {'/'.join(parts)}; set SWAYWATCH_RECORDINGS")
