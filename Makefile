@@ -1,0 +1,185 @@
+# Swaywatch. `make run` does the main job, `make test` runs everything that is tested; both set up
+# what they need first. The other targets: setup quick lint bench hil clean lock.
+#
+# A part of the project adds its own recipes in tests/mk/NAME.mk or port/NAME/rules.mk: double-colon rules for
+# `quick`, `test`, `bench` and `lint`, and items for SYSTEM_TEST.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-builtin-rules
+.DEFAULT_GOAL := help
+
+B := build
+STAMP := $(B)/stamp
+VENV := .venv
+PY := $(VENV)/bin/python
+
+# The newest interpreter that will do, first the plain name.
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
+    $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; \
+    done)
+
+.PHONY: help setup setup-run setup-test lib codec clean lock
+help:
+	@echo "make run | test | setup | quick | lint | bench | hil | firmware-test | proof | clean"
+
+# --- what the machine must have -------------------------------------------------------------------
+SYSTEM_RUN := gcc=gcc /usr/include/stdio.h=libc6-dev ar=binutils python3=python3 \
+    py:ensurepip=python3-venv py:Python.h=python3-dev dpkg-source=dpkg-dev xz=xz-utils \
+    /etc/ssl/certs/ca-certificates.crt=ca-certificates
+SYSTEM_TEST := clang=clang g++=g++ clang-format=clang-format cppcheck=cppcheck git=git
+
+$(STAMP)/system-run:
+	@mkdir -p $(@D)
+	@tests/tools/need $(SYSTEM_RUN)
+	@touch $@
+
+$(STAMP)/system-test: $(STAMP)/system-run
+	@tests/tools/need $(SYSTEM_TEST)
+	@touch $@
+
+# --- third-party sources, never committed ---------------------------------------------------------
+KISSFFT_DIR ?= $(B)/third_party/kissfft
+UNITY_DIR ?= $(B)/third_party/ntpsec/tests/unity
+
+$(B)/third_party/kissfft/kiss_fft.h: | $(STAMP)/system-run
+	@echo "fetching kissfft"
+	@tests/tools/fetch-source kissfft kissfft_131.1.0 \
+	    76c1aac87ddb7258f34b08a13f0eebf9e53afa299857568346aa5c82bcafaf1a $(B)/third_party/kissfft
+
+$(B)/third_party/ntpsec/tests/unity/unity.h: | $(STAMP)/system-run
+	@echo "fetching Unity"
+	@tests/tools/fetch-source ntpsec ntpsec_1.2.2 \
+	    53e527e3d04d551d41af2d359c2715c2de5f5bfa2a695d4ec1a811b3e9137f63 $(B)/third_party/ntpsec
+
+# --- Python ---------------------------------------------------------------------------------------
+REQUIREMENTS := sim_host/requirements
+PIP := $(PY) -m pip install --quiet --disable-pip-version-check --no-input
+
+$(VENV)/stamp-run: $(REQUIREMENTS)/run.lock | $(STAMP)/system-run
+	@echo "setting up Python packages"
+	@"$(or $(PYTHON),python3)" -m venv $(VENV)
+	@$(PIP) --require-hashes -r $<
+	@touch $@
+
+$(VENV)/stamp-test: $(REQUIREMENTS)/test.lock $(VENV)/stamp-run
+	@echo "setting up Python packages for tests"
+	@$(PIP) --require-hashes -r $<
+	@touch $@
+
+# The package is built again when the C core that it wraps has changed.
+PACKAGE_SOURCES := $(wildcard sim_host/pyproject.toml sim_host/setup.py sim_host/*build*.py \
+    sim_host/src/swaywatch/*build*.py sim_host/src/swaywatch/*.c sim_host/src/swaywatch/*.h)
+$(VENV)/stamp-package: $(VENV)/stamp-run $(PACKAGE_SOURCES) $(wildcard lib/*.c lib/*.h) \
+    $(B)/codec/swaywatch_dbc.c $(KISSFFT_DIR)/kiss_fft.h
+ifneq ($(wildcard sim_host/pyproject.toml),)
+	@echo "building the Python package"
+	@KISSFFT_DIR="$(abspath $(KISSFFT_DIR))" SWAYWATCH_CODEC_DIR="$(abspath $(B)/codec)" \
+	    $(PIP) --no-deps --no-build-isolation -e sim_host
+endif
+	@touch $@
+
+lock:
+	@rm -rf $(B)/uv && $(or $(PYTHON),python3) -m venv $(B)/uv && $(B)/uv/bin/pip install -q uv
+	@cd $(REQUIREMENTS) && for set in test run; do UV_CUSTOM_COMPILE_COMMAND="make lock" \
+	    $(abspath $(B))/uv/bin/uv pip compile --quiet --universal --python-version 3.11 \
+	    --generate-hashes $${set}.in -o $$set.lock $(LOCK_FLAGS) \
+	    $$([ $$set = test ] || echo -c test.lock); done
+
+# --- the codec, generated from the bus description ------------------------------------------------
+CODEC := $(B)/codec/swaywatch_dbc
+codec: $(CODEC).c
+$(CODEC).c: dbc/swaywatch.dbc | $(VENV)/stamp-run
+	@mkdir -p $(@D)
+	@$(VENV)/bin/cantools generate_c_source --no-floating-point-numbers --no-strict \
+	    --database-name swaywatch_dbc --output-directory $(@D) $< >/dev/null
+$(CODEC).h: $(CODEC).c
+
+# --- the C core, by two compilers -----------------------------------------------------------------
+WARN := -std=c99 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror
+INCLUDE := -Ilib -I$(KISSFFT_DIR) -I$(B)/codec
+DEFINE := -DFIXED_POINT=32
+LIB_NAMES := $(sort $(patsubst lib/%.c,%,$(wildcard lib/*.c)))
+CFLAGS_gcc := -O2 -g
+CFLAGS_clang := -O2 -g
+# Not every clang comes with the sanitizers' runtime; gcc does.
+CFLAGS_sanitize := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined \
+    -fno-sanitize-recover=all
+CFLAGS_coverage := -O0 -g --coverage
+CC_gcc := gcc
+CC_clang := clang
+CC_sanitize := gcc
+CC_coverage := gcc
+
+# FLAVOUR: gcc, clang, sanitize, coverage. build/FLAVOUR/libsway.a holds lib/, the codec, kissfft.
+define flavour
+$(B)/$(1)/lib/%.o: lib/%.c | $(KISSFFT_DIR)/kiss_fft.h $(CODEC).c
+	@mkdir -p $$(@D)
+	$$(CC_$(1)) $$(WARN) $$(CFLAGS_$(1)) $$(DEFINE) $$(INCLUDE) -MMD -MP -c $$< -o $$@
+$(B)/$(1)/codec/swaywatch_dbc.o: $(CODEC).c
+	@mkdir -p $$(@D)
+	$$(CC_$(1)) -std=c99 -w $$(CFLAGS_$(1)) -c $$< -o $$@
+$(B)/$(1)/kissfft/kiss_fft.o: $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $$(@D)
+	$$(CC_$(1)) -std=gnu99 -w $$(CFLAGS_$(1)) $$(DEFINE) -c $(KISSFFT_DIR)/kiss_fft.c -o $$@
+$(B)/$(1)/libsway.a: $$(LIB_NAMES:%=$(B)/$(1)/lib/%.o) $(B)/$(1)/codec/swaywatch_dbc.o \
+    $(B)/$(1)/kissfft/kiss_fft.o
+	@rm -f $$@
+	@ar rcs $$@ $$^
+$(B)/$(1)/unit/%: tests/unit/%.c $(B)/$(1)/libsway.a | $(UNITY_DIR)/unity.h
+	@mkdir -p $$(@D)
+	$$(CC_$(1)) -std=c99 -Wall -Wextra -D_GNU_SOURCE $$(CFLAGS_$(1)) $$(DEFINE) $$(INCLUDE) -Itests/unit \
+	    -I$(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE -MMD -MP $$< $(UNITY_DIR)/unity.c \
+	    $(B)/$(1)/libsway.a -lm -o $$@
+-include $$(wildcard $(B)/$(1)/lib/*.d $(B)/$(1)/unit/*.d)
+endef
+$(foreach f,gcc clang sanitize coverage,$(eval $(call flavour,$f)))
+
+lib: $(B)/gcc/libsway.a $(B)/clang/libsway.a
+
+UNIT_NAMES := $(sort $(patsubst tests/unit/%.c,%,$(wildcard tests/unit/test_*.c)))
+# $(call run-unit,FLAVOUR): every unit test program; all are run, then any failure ends make.
+run-unit = @status=0; for t in $(UNIT_NAMES:%=$(B)/$1/unit/%); do \
+    out=$$($$t 2>&1) || { status=1; echo "$$out"; }; \
+    echo "$${t\#$(B)/}: $$(grep -E 'Tests [0-9]+ Failures' <<<"$$out" || tail -n 1 <<<"$$out")"; \
+    done; exit $$status
+
+# --- set up, run ----------------------------------------------------------------------------------
+setup: setup-test
+setup-run: $(VENV)/stamp-package
+setup-test: $(STAMP)/system-test $(VENV)/stamp-test $(VENV)/stamp-package $(UNITY_DIR)/unity.h
+
+DEMO := tests/data/p03
+.PHONY: run
+run: setup-run
+	@$(VENV)/bin/swaywatch analyze $(DEMO)/run1.asc $(DEMO)/run2.asc \
+	    --vehicle $(DEMO)/vehicle.toml --signals $(DEMO)/signals.toml --output $(B)/run
+
+# --- tests ----------------------------------------------------------------------------------------
+# quick: under a minute; test: all of it. Fragments add to them.
+.PHONY: quick test lint bench
+quick:: $(UNIT_NAMES:%=$(B)/sanitize/unit/%)
+	$(call run-unit,sanitize)
+
+test:: setup-test
+test:: $(UNIT_NAMES:%=$(B)/sanitize/unit/%)
+	$(call run-unit,sanitize)
+test:: $(UNIT_NAMES:%=$(B)/clang/unit/%)
+	$(call run-unit,clang)
+
+lint:: setup-test lib
+
+bench:: setup-test
+
+-include $(sort $(wildcard tests/mk/*.mk port/*/rules.mk))
+
+# Last, so that a test run ends with pytest's own line.
+test:: lint
+ifneq ($(wildcard tests/host/test_*.py),)
+test::
+	@$(VENV)/bin/pytest -q tests/host
+endif
+
+clean:
+	rm -rf $(B) $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis
