@@ -1,0 +1,117 @@
+/// sway_line: one damped line shared by all channels, estimated with standard errors.
+///
+/// Model of channel c over the window, t counted from its middle:
+///     x_c(t) = Re(a_c e^((growth + j omega) t)) + mean_c + slope_c t [+ the same at 2 omega, 3 omega
+///              with their own amplitudes where those stand out of the noise] + white noise
+/// omega and growth are common; amplitudes, mean, slope and noise are each channel's own. Least
+/// squares weighed by each channel's noise: the maximum-likelihood estimate, found by Gauss-Newton
+/// steps with the linear parameters projected out. The window is summed to at most
+/// SWAY_LINE_BLOCKS blocks first: a block sum of a damped line is the same line times a known
+/// factor, so that costs no bias and, at 10 blocks per oscillation, 1.5 % of precision.
+/// Rows marked not valid are left out (their blocks are filled from the model at each step, which
+/// has the same solution).
+///
+/// An estimate is a job run in slices of bounded cost; all integer arithmetic.
+#ifndef SWAY_LINE_H
+#define SWAY_LINE_H
+
+#include "sway_real.h"
+#include "sway_ring.h"
+
+/// Most blocks in a window.
+#define SWAY_LINE_BLOCKS 64
+/// Columns of the linear part: line, mean and slope, line at 2f and 3f: 8; with the derivatives 10.
+#define SWAY_LINE_COLUMNS 10
+
+/// Flags of a result; 0 is good.
+#define SWAY_LINE_NO_OSCILLATION 0x001U ///< the line does not stand out of noise, mean and slope
+#define SWAY_LINE_FORCED 0x002U         ///< the steering wheel moves: growth is not the free one
+#define SWAY_LINE_GAP 0x004U            ///< rows are missing in a channel of the estimate
+#define SWAY_LINE_SPEED_CHANGING 0x008U ///< speed changes more than allowed over the window
+#define SWAY_LINE_NONLINEAR 0x010U      ///< 2f or 3f above 15 % of f in a yaw-rate channel
+#define SWAY_LINE_SEEKING 0x020U        ///< no line is held: values are not to be used
+#define SWAY_LINE_STARTING 0x040U       ///< the window is not full yet
+#define SWAY_LINE_NOT_CONVERGED 0x080U  ///< the last step was not small against its standard error
+#define SWAY_LINE_MISFIT 0x100U         ///< residual far from white: not one damped line (step, onset)
+
+/// One channel's part of a line; SI units: rad, rad/s, m/s2, N.
+typedef struct {
+    sway_complex_t amplitude;  ///< x(t) = Re(amplitude e^((growth + j omega)(t - t_mid)))
+    sway_real_t amplitude_se;  ///< standard error of re and of im, and so of |amplitude|;
+                               ///< that of the phase is amplitude_se / |amplitude|, rad
+    sway_complex_t second;     ///< the part at 2f, e^(2 (growth + j omega)(t - t_mid))
+    sway_real_t second_se;     ///< as amplitude_se
+    sway_real_t mean;          ///< at mid-window
+    sway_real_t noise_rms;     ///< residual standard deviation per row, as of white noise
+} sway_line_channel_t;
+
+typedef struct {
+    int64_t mid_time_us;    ///< middle of the window
+    int32_t window_samples; ///< rows in the window
+    sway_real_t omega_rad_s;
+    sway_real_t omega_se_rad_s;
+    sway_real_t growth_1_s; ///< damping ratio = -growth / sqrt(growth^2 + omega^2)
+    sway_real_t growth_se_1_s;
+    sway_real_t speed_m_s;        ///< mean over the window; 0 where speed is not known
+    sway_real_t speed_slope_m_s2; ///< least-squares slope over the window
+    uint32_t valid_mask;          ///< SWAY_CHANNEL_BIT of the channels with enough data
+    uint32_t flags;               ///< SWAY_LINE_...
+    sway_line_channel_t channel[SWAY_CHANNELS];
+} sway_line_t;
+
+/// What an estimate needs to know.
+typedef struct {
+    int32_t sample_period_us;
+    uint32_t channel_mask;       ///< channels that take part in frequency and growth
+    int32_t frequency_min_mhz;   ///< band of the line, millihertz
+    int32_t frequency_max_mhz;
+    int32_t steering_quiet_urad; ///< see sway_track_config_t
+    int32_t speed_change_milli;
+} sway_line_config_t;
+
+/// State of one estimate; contents are private.
+typedef struct {
+    sway_line_config_t config;
+    uint8_t state;
+    uint8_t channel;
+    uint8_t iteration;
+    uint32_t block;  ///< rows in a block
+    uint32_t blocks; ///< blocks in the window
+    uint32_t head;   ///< ring slot after the newest row of the window
+    int32_t sum[SWAY_CHANNELS][SWAY_LINE_BLOCKS];
+    uint64_t missing[SWAY_CHANNELS]; ///< bit per block
+    int32_t column[SWAY_LINE_COLUMNS][SWAY_LINE_BLOCKS];
+    sway_real_t gram[SWAY_LINE_COLUMNS][SWAY_LINE_COLUMNS];
+    sway_real_t normal[6];
+    sway_line_t line;
+} sway_line_job_t;
+
+/// Begins an estimate over the newest `window` rows (SWAY_WINDOW_MIN..SWAY_WINDOW_MAX) from a start
+/// frequency. SWAY_ERROR_ARGUMENT, SWAY_ERROR_NO_DATA (the ring holds fewer rows).
+sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *config,
+                             const sway_ring_t *ring, uint32_t window, sway_real_t omega_rad_s);
+
+/// One slice; true while more is to be done. Then job->line is the result.
+bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring);
+
+/// Damping ratio -growth/sqrt(growth^2 + omega^2) and its standard error.
+void sway_line_damping(const sway_line_t *line, sway_real_t *ratio, sway_real_t *se);
+
+/// Ratio of two channels at the line.
+typedef struct {
+    sway_complex_t ratio; ///< numerator / denominator, in their SI units
+    sway_real_t se;       ///< standard error of re and im of the ratio
+    sway_real_t coherence; ///< 0..1: share of the line in both channels' power, geometric mean
+} sway_line_ratio_t;
+
+/// numerator(t - numerator_delay) / denominator(t) with the time offset taken out: the numerator is
+/// known to be `numerator_delay_us` older than its rows say. SWAY_ERROR_NO_DATA where a channel is
+/// not in valid_mask, SWAY_ERROR_SINGULAR where the denominator has no amplitude.
+sway_error_t sway_line_ratio(const sway_line_t *line, sway_channel_t numerator,
+                             sway_channel_t denominator, int32_t numerator_delay_us,
+                             sway_line_ratio_t *result);
+
+/// 1e-6 for the micro-units of most channels, 1e-3 for forces: SI per unit of the ring.
+sway_real_t sway_line_unit(sway_channel_t channel);
+
+#endif

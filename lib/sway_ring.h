@@ -1,0 +1,29 @@
+/// sway_ring: the newest SWAY_RING_SAMPLES rows of the grid.
+#ifndef SWAY_RING_H
+#define SWAY_RING_H
+
+#include "sway_grid.h"
+
+typedef struct {
+    int32_t sample[SWAY_CHANNELS][SWAY_RING_SAMPLES];
+    int32_t speed_mm_s[SWAY_RING_SAMPLES];
+    uint32_t valid[SWAY_RING_SAMPLES]; ///< valid_mask of each row
+    uint32_t present_mask;
+    uint32_t head;   ///< slot of the next row
+    uint32_t filled; ///< rows held, at most SWAY_RING_SAMPLES
+    int64_t newest_time_us;
+} sway_ring_t;
+
+void sway_ring_clear(sway_ring_t *ring);
+
+/// Takes one row. Values beyond SWAY_SAMPLE_LIMIT are clipped and marked not valid.
+void sway_ring_push(sway_ring_t *ring, const sway_tick_t *tick);
+
+/// Slot of the row `age` rows before the newest (age 0). age < SWAY_RING_SAMPLES; rows that were
+/// never filled read 0 and not valid.
+static inline uint32_t sway_ring_slot(const sway_ring_t *ring, uint32_t age)
+{
+    return (ring->head - 1U - age) & (SWAY_RING_SAMPLES - 1U);
+}
+
+#endif

@@ -1,0 +1,59 @@
+/// sway_track: holds the dominant line: ring, sliding spectrum, search and estimates in one loop.
+///
+/// Push every row of the grid, then call sway_track_run() a fixed number of times (at least
+/// SWAY_TRACK_SLICES) per row: each call is one bounded slice. Every window/16 rows an estimate
+/// starts; its result replaces the last one and `sequence` counts up.
+#ifndef SWAY_TRACK_H
+#define SWAY_TRACK_H
+
+#include "sway_line.h"
+#include "sway_seek.h"
+#include "sway_spectrum.h"
+
+/// Slices per row that let every estimate end before the next starts.
+#define SWAY_TRACK_SLICES 8
+
+typedef struct {
+    int32_t sample_period_us;   ///< of the grid
+    int32_t window_cycles_milli; ///< window length in oscillations x 1000: 1500..6000
+    int32_t frequency_min_mhz;  ///< band of the line, millihertz: 100..10000
+    int32_t frequency_max_mhz;
+    uint32_t channel_mask;      ///< channels that take part in frequency and growth
+    int32_t steering_quiet_urad; ///< RMS of the steering wheel about its mean and slope, above which
+                                 ///< the motion counts as forced
+    int32_t speed_change_milli; ///< change of speed over a window, of its mean x 1000, that flags
+} sway_track_config_t;
+
+typedef struct {
+    sway_track_config_t config;
+    sway_ring_t ring;
+    sway_spectrum_t spectrum;
+    sway_seek_t seek;
+    sway_line_job_t job;
+    sway_line_t line;        ///< latest result
+    uint32_t sequence;
+    uint32_t rows_to_hop;
+    uint32_t lost;           ///< estimates in a row that held no line
+    uint8_t state;
+    bool locked;
+    sway_real_t omega_rad_s; ///< start of the next estimate
+} sway_track_t;
+
+/// 2 oscillations, 0.25..2 Hz, all channels except the steering wheel, 1 deg, 5 %.
+sway_track_config_t sway_track_default(int32_t sample_period_us);
+
+/// SWAY_ERROR_ARGUMENT for a value out of range.
+sway_error_t sway_track_init(sway_track_t *track, const sway_track_config_t *config);
+
+/// Takes one row of the grid. A row with `restart` empties the ring.
+void sway_track_push(sway_track_t *track, const sway_tick_t *tick);
+
+/// One bounded slice of pending work; true while more is pending.
+bool sway_track_run(sway_track_t *track);
+
+/// The latest result and how many there have been; before the first, flags hold
+/// SWAY_LINE_STARTING | SWAY_LINE_SEEKING.
+const sway_line_t *sway_track_line(const sway_track_t *track);
+uint32_t sway_track_sequence(const sway_track_t *track);
+
+#endif
