@@ -1,0 +1,134 @@
+"""Recordings: one file per log format; here the choice between them.
+
+:func:`read_recording` gives a :class:`Recording` of frames or of decoded signals, whatever the
+format; :func:`write_recording` is its counterpart. :mod:`swaywatch.recording.dbc` decodes and
+encodes.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from swaywatch.errors import RecordingError
+from swaywatch.recording.frames import Frames, Recording, Series
+from swaywatch.recording.guard import must_exist, refusing, whole_file
+
+__all__ = [
+    "FRAME_SUFFIXES",
+    "SUFFIXES",
+    "Frames",
+    "Recording",
+    "Series",
+    "read_recording",
+    "write_recording",
+]
+
+FRAME_SUFFIXES = (".blf", ".asc", ".log", ".trc", ".mf4", ".csv", ".parquet")
+"""Formats that can hold CAN frames."""
+
+SIGNAL_SUFFIXES = (".mf4", ".csv", ".parquet")
+"""Formats that can hold decoded signals."""
+
+SUFFIXES = FRAME_SUFFIXES
+
+
+def read_recording(path: Path | str) -> Recording:
+    """Read a recording whole.
+
+    Parameters
+    ----------
+    path
+        ``.blf``, ``.asc``, ``.log`` (candump), ``.trc``, ``.mf4``, ``.csv`` or ``.parquet``.
+
+    Returns
+    -------
+    Recording
+        With `frames`, or with decoded `signals`.
+
+    Raises
+    ------
+    RecordingError
+        Missing, of another format, damaged, cut off or empty.
+    """
+    path = Path(path)
+    must_exist(path)
+    suffix = path.suffix.lower()
+    recording = _read(path, suffix)
+    if recording.frames is not None and len(recording.frames) == 0:
+        extra = f" ({recording.error_frames} error frames)" if recording.error_frames else ""
+        raise RecordingError(f"{path}: the recording is empty: no data frame in it{extra}")
+    return recording
+
+
+def _read(path: Path, suffix: str) -> Recording:
+    if suffix == ".blf":
+        from swaywatch.recording import blf
+
+        with refusing(path, "BLF"):
+            return blf.read(path)
+    if suffix == ".asc":
+        from swaywatch.recording import asc
+
+        return asc.read(path)
+    if suffix == ".log":
+        from swaywatch.recording import candump
+
+        return candump.read(path)
+    if suffix == ".trc":
+        from swaywatch.recording import trc
+
+        return trc.read(path)
+    if suffix in (".mf4", ".mdf"):
+        from swaywatch.recording import mf4
+
+        return mf4.read(path)
+    if suffix in (".csv", ".parquet"):
+        from swaywatch.recording import table
+
+        return table.read_csv(path) if suffix == ".csv" else table.read_parquet(path)
+    raise RecordingError(
+        f"{path}: unknown format {suffix or '(no suffix)'!r}; known: {', '.join(SUFFIXES)}"
+    )
+
+
+def write_recording(path: Path | str, content: Frames | dict[str, Series]) -> None:
+    """Write frames, or decoded signals, in the format of the suffix; whole or not at all.
+
+    Parameters
+    ----------
+    path
+        Suffix as for :func:`read_recording`; decoded signals only ``.mf4``, ``.csv``,
+        ``.parquet``.
+    content
+        Frames in order of time, or signals by name.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    known = FRAME_SUFFIXES if isinstance(content, Frames) else SIGNAL_SUFFIXES
+    if suffix not in known:
+        what = "frames" if isinstance(content, Frames) else "decoded signals"
+        raise RecordingError(
+            f"{path}: cannot write {what} as {suffix or '(no suffix)'!r}; known: {', '.join(known)}"
+        )
+    with whole_file(path) as temporary:
+        _write(temporary, suffix, content)
+
+
+def _write(path: Path, suffix: str, content: Frames | dict[str, Series]) -> None:
+    from swaywatch.recording import asc, blf, candump, mf4, table, trc
+
+    if suffix == ".csv":
+        table.write_csv(path, content)
+    elif suffix == ".parquet":
+        table.write_parquet(path, content)
+    elif not isinstance(content, Frames):
+        mf4.write_signals(path, content)
+    else:
+        writers = {
+            ".blf": blf.write,
+            ".asc": asc.write,
+            ".log": candump.write,
+            ".trc": trc.write,
+            ".mf4": mf4.write_frames,
+        }
+        writers[suffix](path, content)

@@ -1,0 +1,254 @@
+"""ASAM MDF 4 by asammdf: bus logging (CAN_DataFrame groups) or physical channels."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swaywatch.errors import RecordingError
+from swaywatch.recording.frames import (
+    ByteArray,
+    FloatArray,
+    Frames,
+    IntArray,
+    Recording,
+    Series,
+    in_time_order,
+    make_frames,
+)
+from swaywatch.recording.guard import refusing
+
+_BUS_EVENT = 0x2  # flag of a channel group that holds bus events
+_TIME_NAMES = ("time", "timestamp", "timestamps", "t")
+
+
+def read(path: Path) -> Recording:
+    """Read an MF4: all CAN data frames of a bus logging, else all numeric channels.
+
+    Raises
+    ------
+    RecordingError
+        Not MDF; cut off; neither frames nor numeric channels in it.
+    """
+    with path.open("rb") as file:
+        magic = file.read(8)
+    if magic not in (b"MDF     ", b"UnFinMF "):
+        raise RecordingError(
+            f"{path}: not an MF4 file: it starts with {magic!r}, an MF4 file with b'MDF     '"
+        )
+    _check_whole(path)
+    from asammdf import MDF  # heavy import, only for this format
+
+    logging.getLogger("asammdf").setLevel(logging.CRITICAL)
+    with refusing(path, "MF4"), MDF(path) as mdf:
+        start_ns = round(mdf.header.start_time.timestamp() * 1e6) * 1000
+        frame_groups = [i for i, group in enumerate(mdf.groups) if _holds(group, "CAN_DataFrame")]
+        if frame_groups:
+            return _read_frames(path, mdf, frame_groups, start_ns)
+        signals = _read_signals(mdf, start_ns)
+    if not signals:
+        raise RecordingError(
+            f"{path}: holds neither CAN frames (CAN_DataFrame) nor numeric channels with samples"
+        )
+    return Recording(path, "MF4", signals=signals)
+
+
+def write_frames(path: Path, frames: Frames) -> None:
+    """Write frames as an MF4 bus logging, one CAN_DataFrame group."""
+    from asammdf import MDF, Signal, Source
+    from asammdf.blocks import v4_constants
+
+    start_ns = int(frames.time_ns[0]) if len(frames) else 0
+    width = frames.data.shape[1]
+    rows = np.empty(
+        len(frames),
+        dtype=[
+            ("CAN_DataFrame.BusChannel", "<u1"),
+            ("CAN_DataFrame.ID", "<u4"),
+            ("CAN_DataFrame.IDE", "<u1"),
+            ("CAN_DataFrame.DLC", "<u1"),
+            ("CAN_DataFrame.DataLength", "<u1"),
+            ("CAN_DataFrame.DataBytes", f"({width},)u1"),
+            ("CAN_DataFrame.Dir", "<u1"),
+        ],
+    )
+    rows["CAN_DataFrame.BusChannel"] = frames.bus
+    rows["CAN_DataFrame.ID"] = frames.identifier
+    rows["CAN_DataFrame.IDE"] = frames.extended
+    rows["CAN_DataFrame.DLC"] = np.where(frames.length > 8, 15, frames.length)
+    rows["CAN_DataFrame.DataLength"] = frames.length
+    rows["CAN_DataFrame.DataBytes"] = frames.data
+    rows["CAN_DataFrame.Dir"] = 0
+    source = Source("CAN", "CAN", "", v4_constants.SOURCE_BUS, v4_constants.BUS_TYPE_CAN)
+    with MDF(version="4.10") as mdf:
+        _set_start(mdf, start_ns)
+        mdf.append(
+            Signal(
+                samples=rows,
+                timestamps=(frames.time_ns - start_ns) * 1e-9,
+                name="CAN_DataFrame",
+                source=source,
+            ),
+            acq_source=source,
+            comment="CAN frames",
+        )
+        group = mdf.groups[-1].channel_group
+        group.flags |= v4_constants.FLAG_CG_BUS_EVENT | v4_constants.FLAG_CG_PLAIN_BUS_EVENT
+        mdf.save(path, overwrite=True, compression=1)
+
+
+def write_signals(path: Path, signals: dict[str, Series]) -> None:
+    """Write decoded signals, one group for each time base."""
+    from asammdf import MDF, Signal
+
+    start_ns = min((int(s.time_ns[0]) for s in signals.values() if len(s.time_ns)), default=0)
+    groups: dict[bytes, list[Any]] = {}
+    for name, series in signals.items():
+        time_s = (series.time_ns - start_ns) * 1e-9
+        signal = Signal(samples=series.value, timestamps=time_s, name=name, unit=series.unit)
+        groups.setdefault(series.time_ns.tobytes(), []).append(signal)
+    with MDF(version="4.10") as mdf:
+        _set_start(mdf, start_ns)
+        for members in groups.values():
+            mdf.append(members, common_timebase=True)
+        mdf.save(path, overwrite=True, compression=1)
+
+
+def _set_start(mdf: Any, start_ns: int) -> None:
+    from datetime import datetime, timezone
+
+    mdf.header.start_time = datetime.fromtimestamp(start_ns / 1e9, tz=timezone.utc)
+    mdf.header.abs_time = start_ns
+
+
+def _holds(group: Any, name: str) -> bool:
+    if not group.channel_group.flags & _BUS_EVENT or not group.channel_group.cycles_nr:
+        return False
+    return any(channel.name == name for channel in group.channels)
+
+
+def _read_frames(path: Path, mdf: Any, groups: list[int], start_ns: int) -> Recording:
+    parts = []
+    for index in groups:
+        columns = mdf.get("CAN_DataFrame", group=index, raw=True, ignore_invalidation_bits=True)
+        samples, time_s = columns.samples, columns.timestamps
+        cycles = int(mdf.groups[index].channel_group.cycles_nr)
+        if len(samples) != cycles:
+            raise RecordingError(
+                f"{path}: truncated MF4: group {index} says {cycles} frames, {len(samples)} are "
+                "there"
+            )
+        parts.append(_group_frames(samples, time_s, start_ns))
+    frames = parts[0]
+    if len(parts) > 1:
+        width = max(part.data.shape[1] for part in parts)
+        frames = make_frames(
+            np.concatenate([part.time_ns for part in parts]),
+            np.concatenate([part.identifier for part in parts]),
+            np.concatenate([part.extended for part in parts]),
+            np.concatenate([part.length for part in parts]),
+            np.concatenate(
+                [np.pad(p.data, ((0, 0), (0, width - p.data.shape[1]))) for p in parts]
+            ),
+            np.concatenate([part.bus for part in parts]),
+        )
+        order = np.argsort(frames.time_ns, kind="stable")
+        frames = frames.take(order)
+    frames, notes = in_time_order(frames, path)
+    return Recording(
+        path,
+        "MF4",
+        frames=frames,
+        error_frames=_cycles(mdf, "CAN_ErrorFrame"),
+        remote_frames=_cycles(mdf, "CAN_RemoteFrame"),
+        notes=notes,
+    )
+
+
+def _cycles(mdf: Any, name: str) -> int:
+    return sum(int(g.channel_group.cycles_nr) for g in mdf.groups if _holds(g, name))
+
+
+def _group_frames(samples: Any, time_s: FloatArray, start_ns: int) -> Frames:
+    """Frames from the record array of a CAN_DataFrame channel."""
+    prefix = "CAN_DataFrame."
+    names = {name.removeprefix(prefix): name for name in samples.dtype.names}
+    data: ByteArray = np.asarray(samples[names["DataBytes"]], dtype=np.uint8)
+    count = len(samples)
+    identifier = np.asarray(samples[names["ID"]], dtype=np.int64)
+    if "IDE" in names:
+        extended = np.asarray(samples[names["IDE"]]) != 0
+    else:
+        extended = (identifier & 0x80000000) != 0
+    if "DataLength" in names:
+        length = np.asarray(samples[names["DataLength"]], dtype=np.int64)
+    else:
+        length = np.asarray(samples[names["DLC"]], dtype=np.int64)
+    bus = np.asarray(samples[names["BusChannel"]]) if "BusChannel" in names else np.zeros(count)
+    time_ns: IntArray = start_ns + np.rint(time_s * 1e9).astype(np.int64)
+    return make_frames(
+        time_ns,
+        identifier & 0x1FFFFFFF,
+        extended,
+        np.minimum(length, data.shape[1]),
+        data,
+        bus,
+    )
+
+
+def _read_signals(mdf: Any, start_ns: int) -> dict[str, Series]:
+    """Every numeric channel; of channels of the same name the one with most samples."""
+    signals: dict[str, Series] = {}
+    for group_index, group in enumerate(mdf.groups):
+        if not group.channel_group.cycles_nr:
+            continue
+        for channel_index, channel in enumerate(group.channels):
+            if channel.channel_type in (2, 3) or channel.name.lower() in _TIME_NAMES:
+                continue
+            signal = mdf.get(group=group_index, index=channel_index)
+            if signal.samples.dtype.kind not in "iufb" or signal.samples.ndim != 1:
+                continue
+            value = signal.samples.astype(np.float64)
+            if signal.invalidation_bits is not None:
+                value[np.asarray(signal.invalidation_bits)] = np.nan
+            time_ns = start_ns + np.rint(signal.timestamps * 1e9).astype(np.int64)
+            known = signals.get(channel.name)
+            if known is None or len(known.time_ns) < len(time_ns):
+                signals[channel.name] = Series(time_ns, value, signal.unit or "")
+    return signals
+
+
+def _check_whole(path: Path) -> None:
+    """Walk the links of the first blocks; refuse one that points behind the end of the file."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        file.seek(64)
+        head = file.read(104)
+        if len(head) < 104 or head[:4] != b"##HD":
+            raise RecordingError(
+                f"{path}: damaged MF4: byte 64 should hold the header block (##HD), "
+                f"the file has {size} bytes"
+            )
+        pending = [int.from_bytes(head[24:32], "little")]
+        seen: set[int] = set()
+        while pending:
+            address = pending.pop()
+            if not address or address in seen:
+                continue
+            seen.add(address)
+            file.seek(address)
+            block = file.read(24)
+            kind = block[:4]
+            length = int.from_bytes(block[8:16], "little")
+            links = int.from_bytes(block[16:24], "little")
+            if len(block) < 24 or kind[:2] != b"##" or address + length > size:
+                raise RecordingError(
+                    f"{path}: truncated MF4: a block at byte {address} does not fit into the "
+                    f"file's {size} bytes. Was the logger switched off while writing?"
+                )
+            if kind in (b"##DG", b"##DL", b"##HL", b"##CG"):
+                raw = file.read(8 * min(links, 1 << 20))
+                pending += np.frombuffer(raw, dtype="<u8").astype(np.int64).tolist()

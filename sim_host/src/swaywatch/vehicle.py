@@ -1,0 +1,174 @@
+"""What the user believes of the combination: ``vehicle.toml`` (SI units), read and checked.
+
+Lengths run from the centre of gravity (COG); `front_axle_to_cog` is positive for an axle ahead of
+it, `rear_axle_to_cog` and a car's `hitch_to_cog` for what lies behind it; a trailer's
+`hitch_to_cog` is positive for the hitch ahead of its COG. Dissertation: Tables A and B.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from swaywatch.errors import VehicleError
+from swaywatch.toml_file import load_toml
+
+
+@dataclass(frozen=True)
+class Car:
+    """The towing car (index 1 of the dissertation)."""
+
+    mass: float
+    """kg"""
+    yaw_inertia: float
+    """kg m2, about the vertical axis through the COG"""
+    front_axle_to_cog: float
+    """m"""
+    rear_axle_to_cog: float
+    """m"""
+    steering_ratio: float
+    """steering wheel angle / road wheel angle"""
+    hitch_to_cog: float | None = None
+    """m, ball behind the COG"""
+    front_cornering_stiffness: float | None = None
+    """N/rad, both wheels"""
+    rear_cornering_stiffness: float | None = None
+    """N/rad, both wheels"""
+    front_axle_load: float | None = None
+    """N, static"""
+    rear_axle_load: float | None = None
+    """N, static"""
+
+    @property
+    def wheelbase(self) -> float:
+        """m"""
+        return self.front_axle_to_cog + self.rear_axle_to_cog
+
+
+@dataclass(frozen=True)
+class Trailer:
+    """The trailer (index 2); a single axle is the rear one, with no front axle."""
+
+    mass: float
+    yaw_inertia: float
+    rear_axle_to_cog: float
+    """m, positive behind the COG"""
+    hitch_to_cog: float
+    """m, ball ahead of the COG"""
+    front_axle_to_cog: float | None = None
+    """m, positive ahead of the COG; None: single axle"""
+    front_cornering_stiffness: float | None = None
+    rear_cornering_stiffness: float | None = None
+    front_axle_load: float | None = None
+    rear_axle_load: float | None = None
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A combination, or a car alone (`trailer` None)."""
+
+    car: Car
+    trailer: Trailer | None
+    path: Path | None = None
+
+
+_RANGES: dict[str, tuple[float, float, str]] = {
+    "mass": (100.0, 100e3, "kg"),
+    "yaw_inertia": (50.0, 5e6, "kg m2"),
+    "front_axle_to_cog": (-5.0, 10.0, "m"),
+    "rear_axle_to_cog": (-5.0, 10.0, "m"),
+    "hitch_to_cog": (0.2, 15.0, "m"),
+    "steering_ratio": (0.5, 40.0, "-"),
+    "front_cornering_stiffness": (5e3, 3e6, "N/rad"),
+    "rear_cornering_stiffness": (5e3, 3e6, "N/rad"),
+    "front_axle_load": (100.0, 500e3, "N"),
+    "rear_axle_load": (100.0, 500e3, "N"),
+}
+
+
+def load_vehicle(path: Path | str) -> Vehicle:
+    """Read and check a ``vehicle.toml``.
+
+    Raises
+    ------
+    VehicleError
+        Names file, key, value and the range or unit that would be right.
+    """
+    path = Path(path)
+    content = load_toml(path, VehicleError, "vehicle.toml")
+    unknown = sorted(set(content) - {"car", "trailer"})
+    if unknown:
+        raise VehicleError(f"{path}: unknown table [{unknown[0]}]; known: [car], [trailer]")
+    if not isinstance(content.get("car"), dict):
+        raise VehicleError(f"{path}: no [car] table; it needs at least mass, yaw_inertia, ...")
+    car = Car(**_table(path, "car", content["car"], Car))
+    trailer = None
+    if "trailer" in content:
+        trailer = Trailer(**_table(path, "trailer", content["trailer"], Trailer))
+        if car.hitch_to_cog is None:
+            raise VehicleError(f"{path}: [car] hitch_to_cog is missing; a trailer hangs on it (m)")
+    vehicle = Vehicle(car, trailer, path)
+    _check_sense(path, vehicle)
+    return vehicle
+
+
+def _table(path: Path, name: str, table: Any, kind: type[Any]) -> dict[str, float]:
+    if not isinstance(table, dict):
+        raise VehicleError(f"{path}: [{name}] must be a table")
+    fields = {field.name: field for field in dataclasses.fields(kind)}
+    for key in table:
+        if key not in fields:
+            raise VehicleError(
+                f"{path}: [{name}] {key} is not known; known: {', '.join(sorted(fields))}"
+            )
+    for key, field in fields.items():
+        if key not in table and field.default is dataclasses.MISSING:
+            low, high, unit = _RANGES[key]
+            raise VehicleError(
+                f"{path}: [{name}] {key} is missing; expected {low:g} to {high:g} {unit}"
+            )
+    for key, value in table.items():
+        low, high, unit = _RANGES[key]
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise VehicleError(f"{path}: [{name}] {key} = {value!r} must be a number in {unit}")
+        if not low <= value <= high:
+            raise VehicleError(
+                f"{path}: [{name}] {key} = {value:g} {unit} is out of range; expected "
+                f"{low:g} to {high:g} {unit}"
+            )
+    return {key: float(value) for key, value in table.items()}
+
+
+def _check_sense(path: Path, vehicle: Vehicle) -> None:
+    """Refuse combinations of values that no vehicle has."""
+    car, trailer = vehicle.car, vehicle.trailer
+    if car.wheelbase < 1.0:
+        raise VehicleError(
+            f"{path}: [car] the axles are {car.wheelbase:g} m apart; check front_axle_to_cog "
+            "(positive ahead of the COG) and rear_axle_to_cog (positive behind it)"
+        )
+    radius = (car.yaw_inertia / car.mass) ** 0.5
+    if not 0.2 <= radius <= 5.0:
+        raise VehicleError(
+            f"{path}: [car] yaw_inertia = {car.yaw_inertia:g} kg m2 gives a radius of gyration of "
+            f"{radius:.2f} m with mass = {car.mass:g} kg; expected 0.2 to 5 m"
+        )
+    if trailer is None:
+        return
+    radius = (trailer.yaw_inertia / trailer.mass) ** 0.5
+    if not 0.2 <= radius <= 6.0:
+        raise VehicleError(
+            f"{path}: [trailer] yaw_inertia = {trailer.yaw_inertia:g} kg m2 gives a radius of "
+            f"gyration of {radius:.2f} m with mass = {trailer.mass:g} kg; expected 0.2 to 6 m"
+        )
+    if trailer.front_axle_to_cog is not None:
+        spacing = trailer.front_axle_to_cog + trailer.rear_axle_to_cog
+        if spacing <= 0.0:
+            raise VehicleError(
+                f"{path}: [trailer] the front axle lies {-spacing:g} m behind the rear axle; check "
+                "the signs of front_axle_to_cog (positive ahead) and rear_axle_to_cog"
+            )
+    if trailer.hitch_to_cog + trailer.rear_axle_to_cog <= 0.3:
+        raise VehicleError(f"{path}: [trailer] the hitch must lie ahead of the axles")
