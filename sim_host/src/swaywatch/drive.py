@@ -7,6 +7,7 @@ overlap in time with the same signals are separate runs.
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,12 +19,13 @@ import numpy.typing as npt
 
 from swaywatch.errors import RecordingError, SignalError
 from swaywatch.recording import Frames, Recording, Series, read_recording
-from swaywatch.recording.dbc import Database, frames_by_identifier
+from swaywatch.recording.dbc import Database, Decoded, frames_by_identifier
 from swaywatch.roles import CHANNELS, SINGLE_ROLES, WHEEL_ROLES, WHEELS
 from swaywatch.toml_file import load_toml
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.int64]
 
 UNITS: dict[str, dict[str, float]] = {
     "rad": {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3},
@@ -234,8 +236,8 @@ def _mapping(path: Path, channel: str, entry: Any) -> Mapping:
             "{ signal = ..., position = m, unit = ..., sign = -1, scale = ..., delay = s }"
         )
     numbers = {"position": 0.0, "sign": 1.0, "scale": 1.0, "delay": 0.0}
-    for key in numbers:
-        value = entry.get(key, numbers[key])
+    for key, default in list(numbers.items()):
+        value = entry.get(key, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise SignalError(f"{path}: {channel}: {key} = {value!r} must be a number")
         numbers[key] = float(value)
@@ -389,7 +391,7 @@ class _FrameSource(_Source):
             low, high = max(low, decoded.low), min(high, decoded.high)
         return decoded.series, (low, high), abs(float(signal.scale))
 
-    def _one_bus(self, rows: npt.NDArray[np.int64], message: str) -> npt.NDArray[np.int64]:
+    def _one_bus(self, rows: IntArray, message: str) -> IntArray:
         """Rows of the bus that carries most of them: a gateway may repeat a message elsewhere."""
         buses, counts = np.unique(self._frames.bus[rows], return_counts=True)
         if len(buses) == 1:
@@ -400,9 +402,10 @@ class _FrameSource(_Source):
             self.remarks.append(
                 f"{self.path.name}: message {message} is on buses {buses.tolist()}; bus {best} used"
             )
-        return rows[self._frames.bus[rows] == best]
+        kept: IntArray = rows[self._frames.bus[rows] == best]
+        return kept
 
-    def _judge(self, name: str, message: Any, decoded: Any, count: int) -> None:
+    def _judge(self, name: str, message: Any, decoded: Decoded, count: int) -> None:
         """Refuse what shows that the DBC is another bus's; remark on the rest."""
         dbcs = ", ".join(str(path) for path in self._database.paths)
         if decoded.short_frames > count // 2:
@@ -437,8 +440,6 @@ class _FrameSource(_Source):
 
 
 def _closest(name: str, names: list[str]) -> str | None:
-    import difflib
-
     found = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
     return found[0] if found else None
 

@@ -43,7 +43,7 @@ class Car:
 
     @property
     def wheelbase(self) -> float:
-        """m"""
+        """Distance of the axles, m."""
         return self.front_axle_to_cog + self.rear_axle_to_cog
 
 

@@ -1,5 +1,7 @@
-"""Vector BLF. Reading is vectorised (python-can's reader makes an object per frame, which is too
-slow for hours of recording, and loops for ever on an object of size 0); writing is python-can's.
+"""Vector BLF.
+
+Reading is vectorised (python-can's reader makes an object per frame, which is too slow for hours
+of recording, and loops for ever on an object of size 0); writing is python-can's.
 
 A BLF file is a header "LOGG" and objects "LOBJ"; log containers (type 10) hold zlib-compressed
 parts of one stream of further objects, which may straddle containers.
@@ -9,7 +11,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -85,7 +87,7 @@ def _file_header(path: Path, raw: bytes) -> tuple[int, int]:
         raise RecordingError(f"{path}: damaged BLF: header size {size}, should be 144")
     year, month, _, day, hour, minute, second, milli = header[14:22]
     try:
-        start = datetime(year, month, day, hour, minute, second, milli * 1000, tzinfo=timezone.utc)
+        start = datetime(year, month, day, hour, minute, second, milli * 1000, tzinfo=UTC)
     except ValueError:
         return size, 0
     return size, round(start.timestamp() * 1000) * 1_000_000

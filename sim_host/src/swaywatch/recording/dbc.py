@@ -84,7 +84,7 @@ class Database:
         message, signal
             From :meth:`find`.
         """
-        first, last = _byte_span(signal)
+        last = max(byte for byte, _, _ in _bit_positions(signal))
         long_enough = frames.length[rows] > last
         short = int((~long_enough).sum())
         rows = rows[long_enough]
@@ -220,11 +220,6 @@ def _bit_positions(signal: Any) -> list[tuple[int, int, int]]:
         byte, high = byte + 1, 7
         left -= take
     return parts
-
-
-def _byte_span(signal: Any) -> tuple[int, int]:
-    used = [byte for byte, _, _ in _bit_positions(signal)]
-    return min(used), max(used)
 
 
 def _raw(data: npt.NDArray[np.uint8], rows: IntArray, signal: Any) -> npt.NDArray[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from datetime import UTC
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,7 @@ def write_frames(path: Path, frames: Frames) -> None:
             acq_source=source,
             comment="CAN frames",
         )
-        group = mdf.groups[-1].channel_group
+        group: Any = mdf.groups[-1].channel_group
         group.flags |= v4_constants.FLAG_CG_BUS_EVENT | v4_constants.FLAG_CG_PLAIN_BUS_EVENT
         mdf.save(path, overwrite=True, compression=1)
 
@@ -118,9 +119,9 @@ def write_signals(path: Path, signals: dict[str, Series]) -> None:
 
 
 def _set_start(mdf: Any, start_ns: int) -> None:
-    from datetime import datetime, timezone
+    from datetime import datetime
 
-    mdf.header.start_time = datetime.fromtimestamp(start_ns / 1e9, tz=timezone.utc)
+    mdf.header.start_time = datetime.fromtimestamp(start_ns / 1e9, tz=UTC)
     mdf.header.abs_time = start_ns
 
 
@@ -150,9 +151,7 @@ def _read_frames(path: Path, mdf: Any, groups: list[int], start_ns: int) -> Reco
             np.concatenate([part.identifier for part in parts]),
             np.concatenate([part.extended for part in parts]),
             np.concatenate([part.length for part in parts]),
-            np.concatenate(
-                [np.pad(p.data, ((0, 0), (0, width - p.data.shape[1]))) for p in parts]
-            ),
+            np.concatenate([np.pad(p.data, ((0, 0), (0, width - p.data.shape[1]))) for p in parts]),
             np.concatenate([part.bus for part in parts]),
         )
         order = np.argsort(frames.time_ns, kind="stable")

@@ -25,9 +25,7 @@ def messages(frames: Frames) -> Iterator[can.Message]:
         frames.length.tolist(),
         frames.bus.tolist(),
     )
-    for row, (time_ns, identifier, extended, length, bus) in enumerate(
-        zip(*columns, strict=True)
-    ):
+    for row, (time_ns, identifier, extended, length, bus) in enumerate(zip(*columns, strict=True)):
         yield can.Message(
             timestamp=time_ns * 1e-9,
             arbitration_id=identifier,

@@ -1,0 +1,1 @@
+"""The report: what an engineer puts on the table."""
