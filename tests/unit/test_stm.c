@@ -1,0 +1,354 @@
+/* The single-track model against the golden values of the reference, recomputed in double precision
+ * by an independent eigenvalue solver (numpy) from the corrected matrices of appendix A.2. */
+#include <math.h>
+#include <string.h>
+
+#include "sway_stm.h"
+#include "unity.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static double value(sway_real_t a)
+{
+    return ldexp((double)a.m, a.e);
+}
+
+static sway_real_t real(double a)
+{
+    int exponent;
+    const double mantissa = frexp(a, &exponent);
+    return sway_real((int64_t)llround(ldexp(mantissa, 40)), exponent - 40);
+}
+
+static sway_vehicle_t reference_vehicle(void)
+{
+    const sway_vehicle_t vehicle = {
+        {1955000, 2690000, 1302000, 1383000, 2166000, 109300, 185200, 0, 0, 15000, -1383000},
+        {2, 1880000, 10350000, 124000, 526000, 5073000, 131200, 124400, 0, 0, 0},
+    };
+    return vehicle;
+}
+
+static sway_stm_t reference_model(void)
+{
+    sway_stm_t stm;
+    const sway_vehicle_t vehicle = reference_vehicle();
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_from_vehicle(&stm, &vehicle));
+    return stm;
+}
+
+static sway_stm_roots_t roots_at(const sway_stm_t *stm, double kmh, int *sweeps)
+{
+    const sway_stm_quartic_t quartic = sway_stm_quartic(stm, real(kmh / 3.6));
+    sway_stm_roots_t roots;
+    sway_stm_roots_start(&roots, &quartic);
+    *sweeps = 1;
+    while (!sway_stm_roots_sweep(&roots, &quartic) && *sweeps < 50) {
+        (*sweeps)++;
+    }
+    return roots;
+}
+
+static void critical_speed_of_the_reference(void)
+{
+    const sway_stm_t stm = reference_model();
+    sway_real_t v;
+    sway_real_t omega;
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, sway_stm_critical_speed(&stm, &v, &omega));
+    TEST_ASSERT_DOUBLE_WITHIN(0.0005, 123.3397, value(v) * 3.6);
+    TEST_ASSERT_DOUBLE_WITHIN(0.0005, 0.6721, value(omega) / (2 * M_PI));
+    const sway_complex_t s = {sway_real_int(0), omega};
+    const sway_complex_t f = sway_stm_characteristic(&stm, s, v);
+    const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, v);
+    TEST_ASSERT_TRUE(value(sway_complex_abs(f)) < 1e-6 * fabs(value(quartic.a[0])));
+}
+
+static void critical_speed_of_table_5_1(void)
+{
+    sway_stm_t stm = reference_model();
+    sway_real_t v;
+    sway_real_t omega;
+    stm.body[SWAY_STM_CAR].stiffness_n_per_rad[0] = sway_real_int(109200);
+    stm.body[SWAY_STM_CAR].stiffness_n_per_rad[1] = sway_real_int(184900);
+    stm.body[SWAY_STM_TRAILER].stiffness_n_per_rad[0] = sway_real_int(134200);
+    stm.body[SWAY_STM_TRAILER].stiffness_n_per_rad[1] = sway_real_int(123400);
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, sway_stm_critical_speed(&stm, &v, &omega));
+    TEST_ASSERT_DOUBLE_WITHIN(0.002, 123.028, value(v) * 3.6);
+}
+
+static void modes_at_five_speeds(void)
+{
+    static const double golden[5][5] = {
+        {80, 0.2520, 0.6478, 0.9178, 0.5180},    {100, 0.1115, 0.6659, 0.8840, 0.5385},
+        {107.9, 0.0689, 0.6690, 0.8712, 0.5448}, {117.3, 0.0250, 0.6712, 0.8565, 0.5513},
+        {140, -0.0587, 0.6729, 0.8240, 0.5638},
+    };
+    const sway_stm_t stm = reference_model();
+    for (int i = 0; i < 5; i++) {
+        int sweeps;
+        const sway_stm_roots_t roots = roots_at(&stm, golden[i][0], &sweeps);
+        TEST_ASSERT_LESS_THAN_INT(20, sweeps);
+        const sway_complex_t s = sway_stm_dominant(&roots);
+        TEST_ASSERT_DOUBLE_WITHIN(0.0001, golden[i][1], value(sway_stm_damping_ratio(s)));
+        TEST_ASSERT_DOUBLE_WITHIN(0.0001, golden[i][2], value(s.im) / (2 * M_PI));
+        bool other = false;
+        for (int k = 0; k < 4; k++) {
+            const double ratio = value(sway_stm_damping_ratio(roots.root[k]));
+            const double hertz = value(roots.root[k].im) / (2 * M_PI);
+            other = other || (fabs(ratio - golden[i][3]) < 1e-4 && fabs(hertz - golden[i][4]) < 1e-4);
+        }
+        TEST_ASSERT_TRUE(other);
+        const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, real(golden[i][0] / 3.6));
+        TEST_ASSERT_EQUAL_INT(golden[i][1] > 0, sway_stm_is_stable(&quartic));
+    }
+}
+
+static double sensitivity(const sway_stm_t *stm, sway_parameter_t parameter)
+{
+    sway_real_t v;
+    sway_real_t omega;
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, sway_stm_critical_speed(stm, &v, &omega));
+    const sway_complex_t s = {sway_real_int(0), omega};
+    sway_real_t d_omega;
+    sway_real_t d_v;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK,
+                          sway_stm_shift(sway_stm_slope_s(stm, s, v), sway_stm_slope_v(stm, s, v),
+                                         sway_stm_slope_parameter(stm, s, v, parameter), &d_omega,
+                                         &d_v));
+    return value(d_v) * 3.6;
+}
+
+static void sensitivities_of_the_reference(void)
+{
+    static const double golden[SWAY_PARAMETER_COUNT] = {0.188,  -0.216, 0.140,  -0.721, 0.064,
+                                                        0.844,  -0.767, -0.062, 0.284,  1.452,
+                                                        -0.156, 0.440,  0.005,  0.334};
+    const sway_stm_t stm = reference_model();
+    for (int i = 0; i < (int)SWAY_PARAMETER_COUNT; i++) {
+        TEST_ASSERT_TRUE(sway_stm_has_parameter(&stm, (sway_parameter_t)i));
+        const double found = sensitivity(&stm, (sway_parameter_t)i);
+        TEST_ASSERT_DOUBLE_WITHIN(fmax(0.03 * fabs(golden[i]), 0.005), golden[i], found);
+    }
+}
+
+static void steady_state_of_the_reference(void)
+{
+    static const double golden[3][3] = {
+        {10, 3.35706, -1.99922}, {20, 4.98953, -1.37428}, {30, 5.24074, -0.83228}};
+    const sway_stm_t stm = reference_model();
+    for (int i = 0; i < 3; i++) {
+        sway_stm_static_t result;
+        TEST_ASSERT_EQUAL_INT(SWAY_OK,
+                              sway_stm_steady_state(&stm, sway_real_int((int)golden[i][0]), &result));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, golden[i][1], value(result.yaw_rate_gain_1_s));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, golden[i][2], value(result.hitch_angle_gain));
+    }
+}
+
+static void understeer_gradients_as_in_3_20_and_3_27_to_3_29(void)
+{
+    const sway_stm_t stm = reference_model();
+    sway_stm_static_t result;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_steady_state(&stm, sway_real_int(20), &result));
+    const double m1 = 1955, m2 = 1880, g = 9.81, lf1 = 1.302, lr1 = 1.383, l1 = 2.685, lhr1 = 0.783;
+    const double lf2 = 0.124, lr2 = 0.526, l2 = 0.65, lhf2 = 4.949;
+    const double cf1 = 109300, cr1 = 185200, cf2 = 131200, cr2 = 124400;
+    const double ku1 = m1 * g / l1 * (lr1 / cf1 - lf1 / cr1);
+    const double common = (cf1 * (l1 + lhr1) + cr1 * lhr1) /
+                          (cf1 * cr1 * l1 * (cf2 * lhf2 + cr2 * (l2 + lhf2)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, ku1, value(result.understeer_gradient_rad));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, l1 - cf2 * cr2 * l2 * l2 * common,
+                              value(result.effective_wheelbase_m));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, ku1 - m2 * g * (cr2 * lr2 - cf2 * lf2) * common,
+                              value(result.combination_understeer_gradient_rad));
+    TEST_ASSERT_TRUE(value(result.characteristic_speed_m_s) > 0);
+}
+
+static void a_trailer_with_one_axle(void)
+{
+    sway_vehicle_t vehicle = reference_vehicle();
+    vehicle.trailer.axles = 1;
+    vehicle.trailer.rear_axle_to_cog_um = 211000;
+    vehicle.trailer.rear_cornering_stiffness_n_per_rad = 255600;
+    sway_stm_t stm;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_from_vehicle(&stm, &vehicle));
+    sway_real_t v;
+    sway_real_t omega;
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, sway_stm_critical_speed(&stm, &v, &omega));
+    TEST_ASSERT_DOUBLE_WITHIN(0.002, 124.2759, value(v) * 3.6);
+    int sweeps;
+    const sway_stm_roots_t roots = roots_at(&stm, value(v) * 3.6, &sweeps);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0, value(sway_stm_damping_ratio(sway_stm_dominant(&roots))));
+    TEST_ASSERT_FALSE(sway_stm_has_parameter(&stm, SWAY_PARAMETER_TRAILER_FRONT_STIFFNESS));
+    sway_stm_static_t result;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_steady_state(&stm, sway_real_int(20), &result));
+    /* Eq. 3.22-3.24 */
+    const double delta = 1880 * 9.81 / (0.211 + 5.073) * 0.211 / 2.685 *
+                         (0.783 / 109300 + (2.685 + 0.783) / 185200);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, delta,
+                              value(result.understeer_gradient_rad) -
+                                  value(result.combination_understeer_gradient_rad));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.685, value(result.effective_wheelbase_m));
+}
+
+static void a_car_without_trailer(void)
+{
+    sway_vehicle_t vehicle = reference_vehicle();
+    memset(&vehicle.trailer, 0, sizeof vehicle.trailer);
+    sway_stm_t stm;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_from_vehicle(&stm, &vehicle));
+    sway_real_t v;
+    sway_real_t omega;
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_BEYOND_RANGE, sway_stm_critical_speed(&stm, &v, &omega));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 250, value(v) * 3.6);
+    int sweeps;
+    const sway_stm_roots_t roots = roots_at(&stm, 100, &sweeps);
+    TEST_ASSERT_EQUAL_INT(2, roots.count);
+    const sway_complex_t s = sway_stm_dominant(&roots);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.7145, value(sway_stm_damping_ratio(s)));
+
+    /* An oversteering car diverges at sqrt(-l g / K_u) and not before. */
+    stm.body[SWAY_STM_CAR].stiffness_n_per_rad[1] = sway_real_int(80000);
+    sway_stm_static_t result;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_steady_state(&stm, sway_real_int(20), &result));
+    const double critical = sqrt(-2.685 * 9.81 / value(result.understeer_gradient_rad));
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_DIVERGENCE, sway_stm_critical_speed(&stm, &v, &omega));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, critical, value(v));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, -critical, value(result.characteristic_speed_m_s));
+    const sway_stm_quartic_t below = sway_stm_quartic(&stm, real(critical * 0.999));
+    const sway_stm_quartic_t above = sway_stm_quartic(&stm, real(critical * 1.001));
+    TEST_ASSERT_TRUE(sway_stm_is_stable(&below));
+    TEST_ASSERT_FALSE(sway_stm_is_stable(&above));
+}
+
+static void speeds_outside_the_search(void)
+{
+    sway_stm_t stm = reference_model();
+    sway_real_t v;
+    sway_real_t omega;
+    /* Very stiff tyres, light trailer far ahead of its axles: stable to 250 km/h. */
+    stm.body[SWAY_STM_TRAILER].mass_kg = sway_real_int(300);
+    stm.body[SWAY_STM_TRAILER].yaw_inertia_kgm2 = sway_real_int(300);
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_BEYOND_RANGE, sway_stm_critical_speed(&stm, &v, &omega));
+    /* Flat tyres: unstable when it starts to roll. */
+    stm = reference_model();
+    for (int axle = 0; axle < 2; axle++) {
+        stm.body[SWAY_STM_TRAILER].stiffness_n_per_rad[axle] = sway_real_int(20);
+    }
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_BELOW_RANGE, sway_stm_critical_speed(&stm, &v, &omega));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 10, value(v) * 3.6);
+    stm.body[SWAY_STM_TRAILER].stiffness_n_per_rad[1] = sway_real_int(0);
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_SINGULAR, sway_stm_critical_speed(&stm, &v, &omega));
+    sway_stm_static_t result;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_SINGULAR,
+                          sway_stm_steady_state(&stm, sway_real_int(20), &result));
+}
+
+static void the_closed_form_limit_is_the_first_change_of_stability(void)
+{
+    uint32_t random = 12345;
+    for (int trial = 0; trial < 300; trial++) {
+        sway_stm_t stm = reference_model();
+        sway_real_t *const field[] = {
+            &stm.body[0].mass_kg,           &stm.body[1].mass_kg,
+            &stm.body[0].yaw_inertia_kgm2,  &stm.body[1].yaw_inertia_kgm2,
+            &stm.body[0].axle_m[0],         &stm.body[0].axle_m[1],
+            &stm.body[0].hitch_m,           &stm.body[1].hitch_m,
+            &stm.body[0].stiffness_n_per_rad[0], &stm.body[0].stiffness_n_per_rad[1],
+            &stm.body[1].stiffness_n_per_rad[0], &stm.body[1].stiffness_n_per_rad[1],
+        };
+        for (unsigned i = 0; i < sizeof field / sizeof field[0]; i++) {
+            random = random * 1664525U + 1013904223U;
+            *field[i] = sway_real_mul(*field[i], sway_real_ratio(500 + (random >> 16) % 1500, 1000));
+        }
+        sway_real_t v;
+        sway_real_t omega;
+        const sway_vcrit_t kind = sway_stm_critical_speed(&stm, &v, &omega);
+        double first = 10;
+        for (; first < 250; first += 0.5) {
+            const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, real(first / 3.6));
+            if (!sway_stm_is_stable(&quartic)) {
+                break;
+            }
+        }
+        const double found = value(v) * 3.6;
+        TEST_ASSERT_TRUE_MESSAGE(kind != SWAY_VCRIT_SINGULAR, "no critical speed");
+        TEST_ASSERT_DOUBLE_WITHIN(0.51, first, found);
+    }
+}
+
+static void relaxation_lowers_the_critical_speed(void)
+{
+    /* Rear axle of the car with a relaxation length of 0.7 m: 111.83 km/h from an independent
+     * state-space model with the extra state. */
+    sway_stm_t stm = reference_model();
+    stm.body[SWAY_STM_CAR].relaxation_m[1] = sway_real_ratio(7, 10);
+    sway_real_t v;
+    sway_real_t omega;
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, sway_stm_critical_speed(&stm, &v, &omega));
+    for (int step = 0; step < 10; step++) {
+        const sway_complex_t s = {sway_real_int(0), omega};
+        sway_real_t d_omega;
+        sway_real_t d_v;
+        TEST_ASSERT_EQUAL_INT(
+            SWAY_OK, sway_stm_shift(sway_stm_slope_s(&stm, s, v), sway_stm_slope_v(&stm, s, v),
+                                    sway_stm_characteristic(&stm, s, v), &d_omega, &d_v));
+        omega = sway_real_add(omega, d_omega);
+        v = sway_real_add(v, d_v);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 111.83, value(v) * 3.6);
+}
+
+static void a_vehicle_out_of_range_is_named(void)
+{
+    sway_vehicle_t vehicle = reference_vehicle();
+    const sway_vehicle_range_t *offender;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_vehicle_check(&vehicle, &offender));
+    TEST_ASSERT_NULL(offender);
+    size_t count;
+    const sway_vehicle_range_t *const ranges = sway_vehicle_ranges(&count);
+    for (size_t i = 0; i < count; i++) {
+        for (int side = 0; side < 2; side++) {
+            vehicle = reference_vehicle();
+            int32_t wrong = side == 0 ? ranges[i].low - 1 : ranges[i].high + 1;
+            if (wrong == 0 && ranges[i].may_be_zero) {
+                wrong = -1;
+            }
+            memcpy((char *)&vehicle + ranges[i].offset, &wrong, sizeof wrong);
+            TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_vehicle_check(&vehicle, &offender));
+            TEST_ASSERT_EQUAL_STRING(ranges[i].name, offender->name);
+        }
+    }
+    vehicle = reference_vehicle();
+    vehicle.trailer.rear_axle_to_cog_um = -vehicle.trailer.front_axle_to_cog_um;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_vehicle_check(&vehicle, &offender));
+    TEST_ASSERT_EQUAL_STRING("trailer.rear_axle_to_cog", offender->name);
+    sway_stm_t stm;
+    vehicle = reference_vehicle();
+    vehicle.trailer.rear_cornering_stiffness_n_per_rad = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_stm_from_vehicle(&stm, &vehicle));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(critical_speed_of_the_reference);
+    RUN_TEST(critical_speed_of_table_5_1);
+    RUN_TEST(modes_at_five_speeds);
+    RUN_TEST(sensitivities_of_the_reference);
+    RUN_TEST(steady_state_of_the_reference);
+    RUN_TEST(understeer_gradients_as_in_3_20_and_3_27_to_3_29);
+    RUN_TEST(a_trailer_with_one_axle);
+    RUN_TEST(a_car_without_trailer);
+    RUN_TEST(speeds_outside_the_search);
+    RUN_TEST(the_closed_form_limit_is_the_first_change_of_stability);
+    RUN_TEST(relaxation_lowers_the_critical_speed);
+    RUN_TEST(a_vehicle_out_of_range_is_named);
+    return UNITY_END();
+}
