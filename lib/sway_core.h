@@ -20,9 +20,9 @@
 
 typedef struct {
     sway_vehicle_t vehicle;
-    int32_t sample_period_us;                     ///< of the grid: 10000 (5000 .. 20000)
-    int32_t input_delay_us[SWAY_INPUT_COUNT];     ///< known delay of each input: timestamps of its
-                                                  ///< samples are that much too late, 0 .. 500000
+    int32_t sample_period_us;                 ///< of the grid: 10000 (5000 .. 20000)
+    int32_t input_delay_us[SWAY_INPUT_COUNT]; ///< known delay of each input: timestamps of its
+                                              ///< samples are that much too late, 0 .. 500000
     sway_alarm_config_t alarm;
 } sway_core_config_t;
 

@@ -10,15 +10,15 @@
 
 /// Bits of `valid` and `old`.
 typedef enum {
-    SWAY_VALID_LINE = 1 << 0,            ///< frequency, growth, damping ratio, amplitude
-    SWAY_VALID_SPEED = 1 << 1,           ///< speed is known
-    SWAY_VALID_MODEL = 1 << 2,           ///< model_*, static values
-    SWAY_VALID_CRITICAL_SPEED = 1 << 3,  ///< v_crit, margin, sensitivities
-    SWAY_VALID_CAR_FRONT = 1 << 4,       ///< slip, force and stiffness of the axle
+    SWAY_VALID_LINE = 1 << 0,           ///< frequency, growth, damping ratio, amplitude
+    SWAY_VALID_SPEED = 1 << 1,          ///< speed is known
+    SWAY_VALID_MODEL = 1 << 2,          ///< model_*, static values
+    SWAY_VALID_CRITICAL_SPEED = 1 << 3, ///< v_crit, margin, sensitivities
+    SWAY_VALID_CAR_FRONT = 1 << 4,      ///< slip, force and stiffness of the axle
     SWAY_VALID_CAR_REAR = 1 << 5,
     SWAY_VALID_TRAILER_FRONT = 1 << 6,
     SWAY_VALID_TRAILER_REAR = 1 << 7,
-    SWAY_VALID_CAR_FRONT_LOAD = 1 << 8,  ///< effective load and what is made of it
+    SWAY_VALID_CAR_FRONT_LOAD = 1 << 8, ///< effective load and what is made of it
     SWAY_VALID_CAR_REAR_LOAD = 1 << 9,
     SWAY_VALID_TRAILER_FRONT_LOAD = 1 << 10,
     SWAY_VALID_TRAILER_REAR_LOAD = 1 << 11,
@@ -27,7 +27,7 @@ typedef enum {
     SWAY_VALID_TRAILER_INERTIA_2 = 1 << 14, ///< Eq. 4.23, equal normalised stiffness
     SWAY_VALID_TRAILER_INERTIA = 1 << 15,   ///< Eq. 4.19 with the best forces there are
     SWAY_VALID_TIME_TO_LIMIT = 1 << 16,
-    SWAY_VALID_MARGIN = 1 << 17,            ///< combined damping ratio
+    SWAY_VALID_MARGIN = 1 << 17, ///< combined damping ratio
     SWAY_VALID_BITS = 18
 } sway_valid_t;
 
@@ -37,20 +37,20 @@ typedef enum {
     SWAY_QUALITY_FORCED = 1 << 1,         ///< the driver steers with the oscillation
     SWAY_QUALITY_GAP = 1 << 2,            ///< samples are missing in the window
     SWAY_QUALITY_SPEED_CHANGING = 1 << 3,
-    SWAY_QUALITY_NONLINEAR = 1 << 4,      ///< beyond the linear range (4 m/s2 or 3f content)
-    SWAY_QUALITY_SEEKING = 1 << 5,        ///< no line is locked yet
-    SWAY_QUALITY_SLOW = 1 << 6,           ///< speed below 30 km/h
+    SWAY_QUALITY_NONLINEAR = 1 << 4, ///< beyond the linear range (4 m/s2 or 3f content)
+    SWAY_QUALITY_SEEKING = 1 << 5,   ///< no line is locked yet
+    SWAY_QUALITY_SLOW = 1 << 6,      ///< speed below 30 km/h
     SWAY_QUALITY_NO_SPEED = 1 << 7,
-    SWAY_QUALITY_SINGULAR = 1 << 8,       ///< equations without a solution
-    SWAY_QUALITY_MISSING_INPUT = 1 << 9,  ///< an input that the main results need never came
+    SWAY_QUALITY_SINGULAR = 1 << 8,         ///< equations without a solution
+    SWAY_QUALITY_MISSING_INPUT = 1 << 9,    ///< an input that the main results need never came
     SWAY_QUALITY_MODEL_DISAGREES = 1 << 10, ///< model and signal damping differ beyond their errors
-    SWAY_QUALITY_EQUAL_SPLIT = 1 << 11,   ///< trailer axle forces from the user's stiffness ratio
-    SWAY_QUALITY_USER_INERTIA = 1 << 12,  ///< a yaw inertia in the model is the user's
+    SWAY_QUALITY_EQUAL_SPLIT = 1 << 11,     ///< trailer axle forces from the user's stiffness ratio
+    SWAY_QUALITY_USER_INERTIA = 1 << 12,    ///< a yaw inertia in the model is the user's
     SWAY_QUALITY_BITS = 13
 } sway_quality_t;
 
 typedef enum {
-    SWAY_ALARM_OFF,      ///< no judgement: too slow, or inputs missing
+    SWAY_ALARM_OFF, ///< no judgement: too slow, or inputs missing
     SWAY_ALARM_NORMAL,
     SWAY_ALARM_NOTICE,   ///< little margin left: keep the speed
     SWAY_ALARM_WARNING,  ///< undamped or nearly so: slow down
@@ -65,8 +65,8 @@ typedef enum {
     SWAY_REASON_LOW_DAMPING = 1 << 2,          ///< free oscillation decays slowly
     SWAY_REASON_GROWING = 1 << 3,              ///< free oscillation grows
     SWAY_REASON_LARGE_AMPLITUDE = 1 << 4,
-    SWAY_REASON_SHORT_TIME = 1 << 5,           ///< time to limit below its threshold
-    SWAY_REASON_STATIC = 1 << 6,               ///< above the static critical speed (jackknife)
+    SWAY_REASON_SHORT_TIME = 1 << 5, ///< time to limit below its threshold
+    SWAY_REASON_STATIC = 1 << 6,     ///< above the static critical speed (jackknife)
     SWAY_REASON_BITS = 7
 } sway_reason_t;
 
@@ -81,19 +81,19 @@ typedef enum {
 /// Where v_crit comes from.
 typedef enum {
     SWAY_SOURCE_NONE,
-    SWAY_SOURCE_USER,       ///< the user's stiffnesses
-    SWAY_SOURCE_PARTLY,     ///< some axles identified
-    SWAY_SOURCE_IDENTIFIED  ///< all axles identified
+    SWAY_SOURCE_USER,      ///< the user's stiffnesses
+    SWAY_SOURCE_PARTLY,    ///< some axles identified
+    SWAY_SOURCE_IDENTIFIED ///< all axles identified
 } sway_source_t;
 
 /// What the critical speed search ended with.
 typedef enum {
-    SWAY_VCRIT_NONE,          ///< not computed
-    SWAY_VCRIT_FOUND,         ///< oscillatory limit between 10 and 250 km/h
-    SWAY_VCRIT_BEYOND_RANGE,  ///< stable up to 250 km/h: v_crit says 250 km/h
-    SWAY_VCRIT_BELOW_RANGE,   ///< unstable already at 10 km/h: v_crit says 10 km/h
+    SWAY_VCRIT_NONE,         ///< not computed
+    SWAY_VCRIT_FOUND,        ///< oscillatory limit between 10 and 250 km/h
+    SWAY_VCRIT_BEYOND_RANGE, ///< stable up to 250 km/h: v_crit says 250 km/h
+    SWAY_VCRIT_BELOW_RANGE,  ///< unstable already at 10 km/h: v_crit says 10 km/h
     SWAY_VCRIT_SINGULAR,
-    SWAY_VCRIT_DIVERGENCE     ///< the first limit is static (no oscillation)
+    SWAY_VCRIT_DIVERGENCE ///< the first limit is static (no oscillation)
 } sway_vcrit_t;
 
 /// Fault counters; they saturate at UINT32_MAX and never go down.
@@ -113,12 +113,12 @@ typedef enum {
     SWAY_PARAMETER_TRAILER_MASS,
     SWAY_PARAMETER_CAR_YAW_INERTIA,
     SWAY_PARAMETER_TRAILER_YAW_INERTIA,
-    SWAY_PARAMETER_CAR_FRONT_AXLE,    ///< l_f1
-    SWAY_PARAMETER_CAR_REAR_AXLE,     ///< l_r1
-    SWAY_PARAMETER_CAR_HITCH,         ///< l_h1
+    SWAY_PARAMETER_CAR_FRONT_AXLE,     ///< l_f1
+    SWAY_PARAMETER_CAR_REAR_AXLE,      ///< l_r1
+    SWAY_PARAMETER_CAR_HITCH,          ///< l_h1
     SWAY_PARAMETER_TRAILER_FRONT_AXLE, ///< l_f2
-    SWAY_PARAMETER_TRAILER_REAR_AXLE, ///< l_r2
-    SWAY_PARAMETER_TRAILER_HITCH,     ///< l_h2
+    SWAY_PARAMETER_TRAILER_REAR_AXLE,  ///< l_r2
+    SWAY_PARAMETER_TRAILER_HITCH,      ///< l_h2
     SWAY_PARAMETER_CAR_FRONT_STIFFNESS,
     SWAY_PARAMETER_CAR_REAR_STIFFNESS,
     SWAY_PARAMETER_TRAILER_FRONT_STIFFNESS,
@@ -128,38 +128,38 @@ typedef enum {
 
 /// One axle. Errors are standard errors.
 typedef struct {
-    int32_t cornering_stiffness_n_per_rad;    ///< |C|, Eq. 4.9
+    int32_t cornering_stiffness_n_per_rad; ///< |C|, Eq. 4.9
     int32_t cornering_stiffness_se_n_per_rad;
-    int32_t argument_urad;                    ///< of C; negative: force behind slip
+    int32_t argument_urad; ///< of C; negative: force behind slip
     int32_t argument_se_urad;
-    int32_t slip_amplitude_urad;              ///< Eq. 4.5-4.7
+    int32_t slip_amplitude_urad; ///< Eq. 4.5-4.7
     int32_t force_amplitude_mn;
-    int32_t load_mn;                          ///< mean over the window
-    int32_t effective_load_mn;                ///< Eq. 4.13, with sign of the phase kept
+    int32_t load_mn;           ///< mean over the window
+    int32_t effective_load_mn; ///< Eq. 4.13, with sign of the phase kept
     int32_t effective_load_se_mn;
-    int32_t load_harmonic_mn;                 ///< amplitude at 2f
-    int32_t load_harmonic_phase_urad;         ///< to lateral force squared, (-pi, pi]
+    int32_t load_harmonic_mn;                   ///< amplitude at 2f
+    int32_t load_harmonic_phase_urad;           ///< to lateral force squared, (-pi, pi]
     int32_t normalised_stiffness_milli_per_rad; ///< Eq. 4.16, 1/rad in thousandths
-    int32_t lateral_friction_ppm;             ///< Eq. 4.17
+    int32_t lateral_friction_ppm;               ///< Eq. 4.17
 } sway_axle_status_t;
 
 typedef struct {
-    uint32_t sequence;          ///< counts the estimates
-    int64_t time_us;            ///< of the grid tick that completed this estimate
-    int64_t mid_time_us;        ///< middle of its window
-    int32_t window_ms;          ///< its length
-    uint32_t valid;             ///< SWAY_VALID_*
-    uint32_t old;               ///< SWAY_VALID_*: not valid now, the value is an earlier one
-    uint32_t quality;           ///< SWAY_QUALITY_*
+    uint32_t sequence;   ///< counts the estimates
+    int64_t time_us;     ///< of the grid tick that completed this estimate
+    int64_t mid_time_us; ///< middle of its window
+    int32_t window_ms;   ///< its length
+    uint32_t valid;      ///< SWAY_VALID_*
+    uint32_t old;        ///< SWAY_VALID_*: not valid now, the value is an earlier one
+    uint32_t quality;    ///< SWAY_QUALITY_*
 
     int32_t speed_mm_s;
-    int32_t frequency_uhz;      ///< damped frequency of the yaw oscillation
+    int32_t frequency_uhz; ///< damped frequency of the yaw oscillation
     int32_t frequency_se_uhz;
-    int32_t growth_ppm_per_s;   ///< 1e-6/s; positive: the oscillation grows
+    int32_t growth_ppm_per_s; ///< 1e-6/s; positive: the oscillation grows
     int32_t growth_se_ppm_per_s;
-    int32_t damping_ratio_ppm;  ///< from the signals alone, Eq. 3.39
+    int32_t damping_ratio_ppm; ///< from the signals alone, Eq. 3.39
     int32_t damping_ratio_se_ppm;
-    int32_t amplitude_urad_s;   ///< trailer yaw rate (car yaw rate of a solo car), at mid-window
+    int32_t amplitude_urad_s; ///< trailer yaw rate (car yaw rate of a solo car), at mid-window
     int32_t amplitude_se_urad_s;
 
     int32_t model_damping_ratio_ppm; ///< of the single-track model at this speed
@@ -167,15 +167,15 @@ typedef struct {
     int32_t model_frequency_uhz;
     int32_t margin_damping_ratio_ppm; ///< combination of signal and model
     int32_t margin_damping_ratio_se_ppm;
-    int32_t belief;             ///< sway_belief_t
-    int32_t source;             ///< sway_source_t
-    int32_t v_crit_kind;        ///< sway_vcrit_t
+    int32_t belief;      ///< sway_belief_t
+    int32_t source;      ///< sway_source_t
+    int32_t v_crit_kind; ///< sway_vcrit_t
     int32_t v_crit_mm_s;
     int32_t v_crit_se_mm_s;
-    int32_t margin_mm_s;        ///< v_crit - v
+    int32_t margin_mm_s;                            ///< v_crit - v
     int32_t sensitivity_mm_s[SWAY_PARAMETER_COUNT]; ///< change of v_crit for +1 %, Eq. 3.44
 
-    int32_t understeer_gradient_urad; ///< K_u of the car alone, Eq. 3.20
+    int32_t understeer_gradient_urad;             ///< K_u of the car alone, Eq. 3.20
     int32_t combination_understeer_gradient_urad; ///< K_u'' with the trailer, Eq. 3.28
     int32_t characteristic_speed_mm_s; ///< > 0: characteristic; < 0: minus the static critical one
     int32_t yaw_rate_gain_micro_per_s; ///< yaw rate per road-wheel angle, Eq. 3.26, 1e-6/s
@@ -183,18 +183,18 @@ typedef struct {
 
     sway_axle_status_t axle[SWAY_AXLE_COUNT];
 
-    int32_t car_yaw_inertia_gm2;       ///< Eq. 4.18
+    int32_t car_yaw_inertia_gm2; ///< Eq. 4.18
     int32_t car_yaw_inertia_se_gm2;
-    int32_t trailer_yaw_inertia_gm2;   ///< Eq. 4.19, best forces
+    int32_t trailer_yaw_inertia_gm2; ///< Eq. 4.19, best forces
     int32_t trailer_yaw_inertia_se_gm2;
     int32_t trailer_yaw_inertia_1_gm2; ///< method 1, Eq. 4.20
     int32_t trailer_yaw_inertia_2_gm2; ///< method 2, Eq. 4.23
     int32_t car_yaw_inertia_argument_urad;
     int32_t trailer_yaw_inertia_argument_urad;
 
-    int32_t alarm;                     ///< sway_alarm_state_t
-    uint32_t reasons;                  ///< SWAY_REASON_*
-    int32_t time_to_limit_ms;          ///< until the amplitude reaches the limit at this growth
+    int32_t alarm;            ///< sway_alarm_state_t
+    uint32_t reasons;         ///< SWAY_REASON_*
+    int32_t time_to_limit_ms; ///< until the amplitude reaches the limit at this growth
     uint32_t fault_count[SWAY_FAULT_COUNT];
 } sway_status_t;
 

@@ -244,8 +244,8 @@ bool sway_stm_is_stable(const sway_stm_quartic_t *quartic)
             return false;
         }
     }
-    const sway_real_t hurwitz = SUB(MUL(a[1], SUB(MUL(a[2], a[3]), MUL(a[4], a[1]))),
-                                    MUL(a[0], square(a[3])));
+    const sway_real_t hurwitz =
+        SUB(MUL(a[1], SUB(MUL(a[2], a[3]), MUL(a[4], a[1]))), MUL(a[0], square(a[3])));
     return sway_real_sign(hurwitz) > 0;
 }
 
@@ -277,14 +277,14 @@ static bool flutter(const speed_poly_t *p, sway_real_t *w)
     const sway_real_t a3a3 = square(p->a3);
     const sway_real_t h2 = MUL(p->a13, SUB(a3a22, MUL(p->a4, p->a13)));
     const sway_real_t twice = sway_real_scale(MUL(p->a4, MUL(p->a11, p->a13)), 1);
-    const sway_real_t h1 =
-        SUB(SUB(pair(p->a11, a3a22, p->a13, a3a20), MUL(p->a02, a3a3)), twice);
+    const sway_real_t h1 = SUB(SUB(pair(p->a11, a3a22, p->a13, a3a20), MUL(p->a02, a3a3)), twice);
     const sway_real_t h0 =
         SUB(SUB(MUL(p->a11, a3a20), MUL(p->a00, a3a3)), MUL(p->a4, square(p->a11)));
     return larger_root(h2, h1, h0, w);
 }
 
-/* Stable in the limit of low speed: the leading coefficients in u, and the Hurwitz determinant's. */
+/* Stable in the limit of low speed: the leading coefficients in u, and the Hurwitz determinant's.
+ */
 static bool stable_at_rest(const speed_poly_t *p)
 {
     const bool pair_stable = sway_real_sign(p->a13) > 0 && sway_real_sign(p->a22) > 0 &&
@@ -443,8 +443,8 @@ sway_complex_t sway_stm_slope_s(const sway_stm_t *stm, sway_complex_t s, sway_re
     const sway_real_t step = MUL(sway_complex_abs(s), sway_real_ratio(1, 1000));
     const sway_complex_t up = sway_complex(ADD(s.re, step), s.im);
     const sway_complex_t down = sway_complex(SUB(s.re, step), s.im);
-    const sway_complex_t difference = CSUB(sway_stm_characteristic(stm, up, v),
-                                           sway_stm_characteristic(stm, down, v));
+    const sway_complex_t difference =
+        CSUB(sway_stm_characteristic(stm, up, v), sway_stm_characteristic(stm, down, v));
     const sway_real_t twice = sway_real_scale(step, 1);
     return sway_complex(DIV(difference.re, twice), DIV(difference.im, twice));
 }
@@ -582,8 +582,7 @@ sway_error_t sway_stm_steady_state(const sway_stm_t *stm, sway_real_t v, sway_st
     const sway_real_t overhang = SUB(sway_real_neg(car->hitch_m), l_r); // l_hr1
     trailer_steady_t trailer = {zero(), zero(), zero(), zero()};
     if (!has_axles(stm) ||
-        (stm->has_trailer &&
-         trailer_steady(&stm->body[SWAY_STM_TRAILER], &trailer) != SWAY_OK)) {
+        (stm->has_trailer && trailer_steady(&stm->body[SWAY_STM_TRAILER], &trailer) != SWAY_OK)) {
         return SWAY_ERROR_SINGULAR;
     }
     /* Front and rear force for a lateral force H that the trailer takes at the hitch:
@@ -609,12 +608,10 @@ sway_error_t sway_stm_steady_state(const sway_stm_t *stm, sway_real_t v, sway_st
             MUL(ADD(trailer.force_0, MUL(trailer.force_v2, v2)), by_rear));
     const sway_real_t course = sway_real_neg(ADD(rear_slip, overhang));
     const sway_real_t drawbar = ADD(trailer.angle_0, MUL(trailer.angle_v2, v2));
-    result->hitch_angle_gain =
-        stm->has_trailer ? DIV(ADD(course, drawbar), below) : zero();
+    result->hitch_angle_gain = stm->has_trailer ? DIV(ADD(course, drawbar), below) : zero();
 
     const sway_real_t ratio = DIV(result->effective_wheelbase_m, gradient);
     const sway_real_t speed = sway_real_sqrt(sway_real_abs(ratio));
-    result->characteristic_speed_m_s =
-        sway_real_sign(ratio) < 0 ? sway_real_neg(speed) : speed;
+    result->characteristic_speed_m_s = sway_real_sign(ratio) < 0 ? sway_real_neg(speed) : speed;
     return SWAY_OK;
 }

@@ -20,19 +20,19 @@ typedef struct {
     int32_t rear_cornering_stiffness_n_per_rad;  ///< (0: unknown)
     int32_t front_axle_load_mn;                  ///< at rest (0: from the mass and the lengths)
     int32_t rear_axle_load_mn;                   ///< at rest (0: from the mass and the lengths)
-    int32_t steering_ratio_milli;     ///< i_s, steering wheel to road wheel (15 -> 15000)
-    int32_t lateral_acc_position_um;  ///< accelerometer ahead of the COG (rear axle: -l_r1)
+    int32_t steering_ratio_milli;    ///< i_s, steering wheel to road wheel (15 -> 15000)
+    int32_t lateral_acc_position_um; ///< accelerometer ahead of the COG (rear axle: -l_r1)
 } sway_car_t;
 
 /// The trailer. `axles` 0: no trailer, every other field is ignored. `axles` 1: its axle is the
 /// *rear* one, the front_ fields are ignored.
 typedef struct {
-    int32_t axles;                ///< 0, 1 or 2
-    int32_t mass_g;               ///< 50 kg .. 60 t
-    int32_t yaw_inertia_gm2;      ///< 10 .. 2e6 kgm2, about the COG
-    int32_t front_axle_to_cog_um; ///< l_f2, axle ahead of the COG; may be negative
-    int32_t rear_axle_to_cog_um;  ///< l_r2, axle behind the COG; may be negative
-    int32_t hitch_to_cog_um;      ///< l_h2 > 0, hitch ahead of the COG
+    int32_t axles;                               ///< 0, 1 or 2
+    int32_t mass_g;                              ///< 50 kg .. 60 t
+    int32_t yaw_inertia_gm2;                     ///< 10 .. 2e6 kgm2, about the COG
+    int32_t front_axle_to_cog_um;                ///< l_f2, axle ahead of the COG; may be negative
+    int32_t rear_axle_to_cog_um;                 ///< l_r2, axle behind the COG; may be negative
+    int32_t hitch_to_cog_um;                     ///< l_h2 > 0, hitch ahead of the COG
     int32_t front_cornering_stiffness_n_per_rad; ///< (0: unknown)
     int32_t rear_cornering_stiffness_n_per_rad;  ///< (0: unknown)
     int32_t front_axle_load_mn;                  ///< (0: from the mass and the lengths)

@@ -101,7 +101,8 @@ static void modes_at_five_speeds(void)
         for (int k = 0; k < 4; k++) {
             const double ratio = value(sway_stm_damping_ratio(roots.root[k]));
             const double hertz = value(roots.root[k].im) / (2 * M_PI);
-            other = other || (fabs(ratio - golden[i][3]) < 1e-4 && fabs(hertz - golden[i][4]) < 1e-4);
+            other =
+                other || (fabs(ratio - golden[i][3]) < 1e-4 && fabs(hertz - golden[i][4]) < 1e-4);
         }
         TEST_ASSERT_TRUE(other);
         const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, real(golden[i][0] / 3.6));
@@ -117,10 +118,9 @@ static double sensitivity(const sway_stm_t *stm, sway_parameter_t parameter)
     const sway_complex_t s = {sway_real_int(0), omega};
     sway_real_t d_omega;
     sway_real_t d_v;
-    TEST_ASSERT_EQUAL_INT(SWAY_OK,
-                          sway_stm_shift(sway_stm_slope_s(stm, s, v), sway_stm_slope_v(stm, s, v),
-                                         sway_stm_slope_parameter(stm, s, v, parameter), &d_omega,
-                                         &d_v));
+    TEST_ASSERT_EQUAL_INT(
+        SWAY_OK, sway_stm_shift(sway_stm_slope_s(stm, s, v), sway_stm_slope_v(stm, s, v),
+                                sway_stm_slope_parameter(stm, s, v, parameter), &d_omega, &d_v));
     return value(d_v) * 3.6;
 }
 
@@ -144,8 +144,8 @@ static void steady_state_of_the_reference(void)
     const sway_stm_t stm = reference_model();
     for (int i = 0; i < 3; i++) {
         sway_stm_static_t result;
-        TEST_ASSERT_EQUAL_INT(SWAY_OK,
-                              sway_stm_steady_state(&stm, sway_real_int((int)golden[i][0]), &result));
+        TEST_ASSERT_EQUAL_INT(
+            SWAY_OK, sway_stm_steady_state(&stm, sway_real_int((int)golden[i][0]), &result));
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, golden[i][1], value(result.yaw_rate_gain_1_s));
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, golden[i][2], value(result.hitch_angle_gain));
     }
@@ -160,8 +160,8 @@ static void understeer_gradients_as_in_3_20_and_3_27_to_3_29(void)
     const double lf2 = 0.124, lr2 = 0.526, l2 = 0.65, lhf2 = 4.949;
     const double cf1 = 109300, cr1 = 185200, cf2 = 131200, cr2 = 124400;
     const double ku1 = m1 * g / l1 * (lr1 / cf1 - lf1 / cr1);
-    const double common = (cf1 * (l1 + lhr1) + cr1 * lhr1) /
-                          (cf1 * cr1 * l1 * (cf2 * lhf2 + cr2 * (l2 + lhf2)));
+    const double common =
+        (cf1 * (l1 + lhr1) + cr1 * lhr1) / (cf1 * cr1 * l1 * (cf2 * lhf2 + cr2 * (l2 + lhf2)));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, ku1, value(result.understeer_gradient_rad));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, l1 - cf2 * cr2 * l2 * l2 * common,
                               value(result.effective_wheelbase_m));
@@ -189,8 +189,8 @@ static void a_trailer_with_one_axle(void)
     sway_stm_static_t result;
     TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_steady_state(&stm, sway_real_int(20), &result));
     /* Eq. 3.22-3.24 */
-    const double delta = 1880 * 9.81 / (0.211 + 5.073) * 0.211 / 2.685 *
-                         (0.783 / 109300 + (2.685 + 0.783) / 185200);
+    const double delta =
+        1880 * 9.81 / (0.211 + 5.073) * 0.211 / 2.685 * (0.783 / 109300 + (2.685 + 0.783) / 185200);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, delta,
                               value(result.understeer_gradient_rad) -
                                   value(result.combination_understeer_gradient_rad));
@@ -236,11 +236,9 @@ static void speeds_outside_the_search(void)
     stm.body[SWAY_STM_TRAILER].mass_kg = sway_real_int(300);
     stm.body[SWAY_STM_TRAILER].yaw_inertia_kgm2 = sway_real_int(300);
     TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_BEYOND_RANGE, sway_stm_critical_speed(&stm, &v, &omega));
-    /* Flat tyres: unstable when it starts to roll. */
+    /* A trailer of absurd inertia: unstable below 10 km/h. */
     stm = reference_model();
-    for (int axle = 0; axle < 2; axle++) {
-        stm.body[SWAY_STM_TRAILER].stiffness_n_per_rad[axle] = sway_real_int(20);
-    }
+    stm.body[SWAY_STM_TRAILER].yaw_inertia_kgm2 = sway_real_int(1500000);
     TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_BELOW_RANGE, sway_stm_critical_speed(&stm, &v, &omega));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 10, value(v) * 3.6);
     stm.body[SWAY_STM_TRAILER].stiffness_n_per_rad[1] = sway_real_int(0);
@@ -256,16 +254,23 @@ static void the_closed_form_limit_is_the_first_change_of_stability(void)
     for (int trial = 0; trial < 300; trial++) {
         sway_stm_t stm = reference_model();
         sway_real_t *const field[] = {
-            &stm.body[0].mass_kg,           &stm.body[1].mass_kg,
-            &stm.body[0].yaw_inertia_kgm2,  &stm.body[1].yaw_inertia_kgm2,
-            &stm.body[0].axle_m[0],         &stm.body[0].axle_m[1],
-            &stm.body[0].hitch_m,           &stm.body[1].hitch_m,
-            &stm.body[0].stiffness_n_per_rad[0], &stm.body[0].stiffness_n_per_rad[1],
-            &stm.body[1].stiffness_n_per_rad[0], &stm.body[1].stiffness_n_per_rad[1],
+            &stm.body[0].mass_kg,
+            &stm.body[1].mass_kg,
+            &stm.body[0].yaw_inertia_kgm2,
+            &stm.body[1].yaw_inertia_kgm2,
+            &stm.body[0].axle_m[0],
+            &stm.body[0].axle_m[1],
+            &stm.body[0].hitch_m,
+            &stm.body[1].hitch_m,
+            &stm.body[0].stiffness_n_per_rad[0],
+            &stm.body[0].stiffness_n_per_rad[1],
+            &stm.body[1].stiffness_n_per_rad[0],
+            &stm.body[1].stiffness_n_per_rad[1],
         };
         for (unsigned i = 0; i < sizeof field / sizeof field[0]; i++) {
             random = random * 1664525U + 1013904223U;
-            *field[i] = sway_real_mul(*field[i], sway_real_ratio(500 + (random >> 16) % 1500, 1000));
+            *field[i] =
+                sway_real_mul(*field[i], sway_real_ratio(500 + (random >> 16) % 1500, 1000));
         }
         sway_real_t v;
         sway_real_t omega;
