@@ -1,0 +1,96 @@
+/// sway_ecu: the program of an ECU around sway_node: start-up checks, parameters over CAN, safe
+/// state, fault reports. The same on every port; nothing here knows a processor.
+///
+///     static sway_ecu_t ecu;
+///     sway_ecu_start(&ecu, &port, &retained, flash_block, flash_block_size);
+///     for (;;) {
+///         sway_ecu_poll(&ecu);
+///     }
+///
+/// Frames of its own, in dbc/swaywatch.dbc: SwParameterRequest is answered by SwParameterReply;
+/// SwFaultReport goes out at start, every second while running and every 100 ms in the safe state.
+#ifndef SWAY_ECU_H
+#define SWAY_ECU_H
+
+#include "sway_block.h"
+#include "sway_node.h"
+#include "sway_port.h"
+
+/// In the safe state there is no estimate, no status frame and no alarm: only SwFaultReport. While
+/// running, outputs are marked not valid by sway_node until the estimates are.
+typedef enum { SWAY_ECU_RUNNING, SWAY_ECU_SAFE } sway_ecu_state_t;
+
+/// Why the ECU restarted or stays in the safe state. Numbers below 16 are the processor's own
+/// exception numbers, as the port reports them.
+typedef enum {
+    SWAY_ECU_NO_CAUSE = 0,
+    SWAY_ECU_WATCHDOG = 16,
+    SWAY_ECU_BUS_OFF = 17,       ///< the CAN controller left the bus and came back
+    SWAY_ECU_ARITHMETIC = 32,    ///< self-test: a known answer came out wrong
+    SWAY_ECU_MEMORY = 33,        ///< self-test: RAM does not hold what is written
+    SWAY_ECU_IMAGE = 34,         ///< self-test: the program's CRC is wrong
+    SWAY_ECU_BLOCK = 48,         ///< 48 + sway_block_result_t: no usable parameters
+    SWAY_ECU_RESTARTS = 64,      ///< faulted again and again: stays safe until power is cycled
+    SWAY_ECU_STATE = 65,         ///< the program's own state was overwritten
+} sway_ecu_cause_t;
+
+/// Restarts by faults after which the ECU stays in the safe state.
+#define SWAY_ECU_RESTARTS_MAX 5U
+
+/// Memory that survives a reset (not a power cycle): place it where start-up code does not clear
+/// it. A checksum tells a first start from a restart.
+typedef struct {
+    uint32_t cause;
+    uint32_t address; ///< where it happened
+    uint32_t restarts;
+    uint32_t check;
+} sway_ecu_retained_t;
+
+typedef struct {
+    sway_port_t port;
+    sway_node_t node;
+    sway_core_config_t config;   ///< in use
+    sway_core_config_t staged;   ///< being changed over CAN
+    sway_port_frame_t outgoing;  ///< refused by port.send, offered again
+    bool outgoing_waits;
+    sway_ecu_state_t state;
+    sway_ecu_cause_t cause;      ///< of the safe state
+    sway_ecu_retained_t *retained;
+    int64_t now_us;
+    int64_t report_due_us;
+    uint32_t block_sequence;
+    uint8_t report_counter;
+    uint8_t reply_counter;
+    uint32_t frames_received;    ///< never go down, any of the three
+    uint32_t frames_sent;
+    uint32_t requests_refused;   ///< wrong CRC, length, command or value
+    uint32_t canary;
+} sway_ecu_t;
+
+/// Checks the arithmetic and the parameters, then starts the node. `retained` as above; `block`
+/// may be NULL or empty flash. An ECU without usable parameters is in the safe state and takes
+/// parameters over CAN. SWAY_ERROR_ARGUMENT for a null pointer, else SWAY_OK: a failed check is
+/// not an error of the call, it is the safe state.
+sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port,
+                            sway_ecu_retained_t *retained, const uint8_t *block,
+                            size_t block_size);
+
+/// Enters the safe state for a fault that the port's own start-up checks found.
+void sway_ecu_fail(sway_ecu_t *ecu, sway_ecu_cause_t cause);
+
+/// Takes at most one frame, gives out what is due. False: there was nothing to do, the caller may
+/// sleep until the next frame.
+bool sway_ecu_poll(sway_ecu_t *ecu);
+
+/// For fault handlers: writes down what happened; reset the processor afterwards. Uses no stack to
+/// speak of, no other state, and may be called at any time.
+void sway_ecu_note_fault(sway_ecu_retained_t *retained, uint32_t cause, uint32_t address);
+
+/// Known answers of the arithmetic and of the checksums: SWAY_ECU_NO_CAUSE if all came out right.
+sway_ecu_cause_t sway_ecu_self_test(void);
+
+/// The frame that tells `cause`, for a port that must send it without an ECU (a fault handler).
+void sway_ecu_fault_frame(sway_port_frame_t *frame, sway_ecu_state_t state, uint32_t cause,
+                          uint32_t address, uint32_t restarts, uint8_t counter);
+
+#endif
