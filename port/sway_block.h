@@ -19,7 +19,7 @@
 
 typedef enum {
     SWAY_BLOCK_OK,
-    SWAY_BLOCK_EMPTY,   ///< no "SWAY" at its start: never written
+    SWAY_BLOCK_EMPTY, ///< no "SWAY" at its start: never written
     SWAY_BLOCK_VERSION_UNKNOWN,
     SWAY_BLOCK_CRC,     ///< damaged
     SWAY_BLOCK_REFUSED, ///< intact, but sway_core_init() refuses the values

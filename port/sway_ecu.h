@@ -25,13 +25,13 @@ typedef enum { SWAY_ECU_RUNNING, SWAY_ECU_SAFE } sway_ecu_state_t;
 typedef enum {
     SWAY_ECU_NO_CAUSE = 0,
     SWAY_ECU_WATCHDOG = 16,
-    SWAY_ECU_BUS_OFF = 17,       ///< the CAN controller left the bus and came back
-    SWAY_ECU_ARITHMETIC = 32,    ///< self-test: a known answer came out wrong
-    SWAY_ECU_MEMORY = 33,        ///< self-test: RAM does not hold what is written
-    SWAY_ECU_IMAGE = 34,         ///< self-test: the program's CRC is wrong
-    SWAY_ECU_BLOCK = 48,         ///< 48 + sway_block_result_t: no usable parameters
-    SWAY_ECU_RESTARTS = 64,      ///< faulted again and again: stays safe until power is cycled
-    SWAY_ECU_STATE = 65,         ///< the program's own state was overwritten
+    SWAY_ECU_BUS_OFF = 17,    ///< the CAN controller left the bus and came back
+    SWAY_ECU_ARITHMETIC = 32, ///< self-test: a known answer came out wrong
+    SWAY_ECU_MEMORY = 33,     ///< self-test: RAM does not hold what is written
+    SWAY_ECU_IMAGE = 34,      ///< self-test: the program's CRC is wrong
+    SWAY_ECU_BLOCK = 48,      ///< 48 + sway_block_result_t: no usable parameters
+    SWAY_ECU_RESTARTS = 64,   ///< faulted again and again: stays safe until power is cycled
+    SWAY_ECU_STATE = 65,      ///< the program's own state was overwritten
 } sway_ecu_cause_t;
 
 /// Restarts by faults after which the ECU stays in the safe state.
@@ -49,21 +49,22 @@ typedef struct {
 typedef struct {
     sway_port_t port;
     sway_node_t node;
-    sway_core_config_t config;   ///< in use
-    sway_core_config_t staged;   ///< being changed over CAN
-    sway_port_frame_t outgoing;  ///< refused by port.send, offered again
+    sway_core_config_t config;  ///< in use
+    sway_core_config_t staged;  ///< being changed over CAN
+    sway_port_frame_t outgoing; ///< refused by port.send, offered again
     bool outgoing_waits;
     sway_ecu_state_t state;
-    sway_ecu_cause_t cause;      ///< of the safe state
+    sway_ecu_cause_t cause; ///< of the safe state
     sway_ecu_retained_t *retained;
     int64_t now_us;
+    int64_t frame_us; ///< of the last frame received
     int64_t report_due_us;
     uint32_t block_sequence;
     uint8_t report_counter;
     uint8_t reply_counter;
-    uint32_t frames_received;    ///< never go down, any of the three
+    uint32_t frames_received; ///< never go down, any of the three
     uint32_t frames_sent;
-    uint32_t requests_refused;   ///< wrong CRC, length, command or value
+    uint32_t requests_refused; ///< wrong CRC, length, command or value
     uint32_t canary;
 } sway_ecu_t;
 
@@ -71,9 +72,8 @@ typedef struct {
 /// may be NULL or empty flash. An ECU without usable parameters is in the safe state and takes
 /// parameters over CAN. SWAY_ERROR_ARGUMENT for a null pointer, else SWAY_OK: a failed check is
 /// not an error of the call, it is the safe state.
-sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port,
-                            sway_ecu_retained_t *retained, const uint8_t *block,
-                            size_t block_size);
+sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_retained_t *retained,
+                            const uint8_t *block, size_t block_size);
 
 /// Enters the safe state for a fault that the port's own start-up checks found.
 void sway_ecu_fail(sway_ecu_t *ecu, sway_ecu_cause_t cause);

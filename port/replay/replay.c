@@ -1,0 +1,157 @@
+#include "replay.h"
+
+#include <string.h>
+
+#include "candump.h"
+
+static void say(const replay_machine_t *machine, const char *text)
+{
+    (void)machine->write(machine->standard_output, text, strlen(text));
+}
+
+static bool refill(replay_t *replay)
+{
+    const size_t left = replay->end - replay->at;
+    memmove(replay->text, replay->text + replay->at, left);
+    replay->at = 0;
+    replay->end = left;
+    const size_t count =
+        replay->machine->read(replay->input, replay->text + left, sizeof replay->text - left);
+    replay->end += count;
+    return count > 0U;
+}
+
+/* The next line, with its end cut off; NULL at the end of the file. */
+static char *next_line(replay_t *replay)
+{
+    for (;;) {
+        char *line = replay->text + replay->at;
+        char *end = memchr(line, '\n', replay->end - replay->at);
+        if (end != NULL) {
+            *end = '\0';
+            replay->at = (size_t)(end - replay->text) + 1U;
+            return line;
+        }
+        if (!refill(replay)) {
+            return NULL; // what follows the last newline is no whole line
+        }
+    }
+}
+
+static bool next_frame(replay_t *replay, sway_port_frame_t *frame)
+{
+    char *line = next_line(replay);
+    while (line != NULL) {
+        if (candump_parse(line, frame)) {
+            replay->time_us = frame->time_us;
+            return true;
+        }
+        replay->lines_refused += 1U;
+        line = next_line(replay);
+    }
+    replay->is_done = true;
+    return false;
+}
+
+static bool replay_receive(void *context, sway_port_frame_t *frame)
+{
+    replay_t *replay = context;
+    replay->machine->returned(true);
+    const bool received = next_frame(replay, frame);
+    replay->machine->began();
+    return received;
+}
+
+static bool replay_send(void *context, const sway_port_frame_t *frame)
+{
+    replay_t *replay = context;
+    char line[CANDUMP_LINE];
+    replay->machine->returned(false);
+    const size_t size = candump_format(frame, line);
+    if (!replay->machine->write(replay->output, line, size)) {
+        replay->failed = true;
+    }
+    replay->machine->began();
+    return true;
+}
+
+static int64_t replay_time_us(void *context)
+{
+    const replay_t *replay = context;
+    return replay->time_us;
+}
+
+sway_port_t replay_port(replay_t *replay)
+{
+    const sway_port_t port = {.receive = replay_receive,
+                              .send = replay_send,
+                              .time_us = replay_time_us,
+                              .context = replay};
+    return port;
+}
+
+static char *next_word(char **text)
+{
+    char *word = *text;
+    while (*word == ' ') {
+        word++;
+    }
+    char *end = word;
+    while (*end != ' ' && *end != '\0') {
+        end++;
+    }
+    *text = *end == '\0' ? end : end + 1;
+    *end = '\0';
+    return word;
+}
+
+size_t replay_block(const replay_machine_t *machine, const char *path, uint8_t *block, size_t size)
+{
+    const int32_t file = machine->open(path, false);
+    return file < 0 ? 0U : machine->read(file, block, size);
+}
+
+int replay_open(replay_t *replay, const replay_machine_t *machine, char *arguments)
+{
+    memset(replay, 0, sizeof *replay);
+    replay->machine = machine;
+    replay->output = machine->standard_output;
+    const char *recording = next_word(&arguments);
+    const char *output = next_word(&arguments);
+    if (recording[0] == '\0') {
+        say(machine, "replay: wanted BLOCK RECORDING [OUTPUT]\n");
+        return 2;
+    }
+    replay->input = machine->open(recording, false);
+    if (output[0] != '\0') {
+        replay->output = machine->open(output, true);
+    }
+    if (replay->input < 0 || replay->output < 0) {
+        say(machine, "replay: cannot open ");
+        say(machine, replay->input < 0 ? recording : output);
+        say(machine, "\n");
+        return 1;
+    }
+    return 0;
+}
+
+int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, const replay_machine_t *machine,
+               char *arguments)
+{
+    static replay_t replay;
+    uint8_t block[SWAY_BLOCK_SIZE];
+    const char *block_path = next_word(&arguments);
+    const int status = replay_open(&replay, machine, arguments);
+    if (status != 0) {
+        return status;
+    }
+    const size_t size = replay_block(machine, block_path, block, sizeof block);
+    const sway_port_t port = replay_port(&replay);
+    if (sway_ecu_start(ecu, &port, retained, block, size) != SWAY_OK) {
+        return 2;
+    }
+    while (!replay.is_done) {
+        (void)sway_ecu_poll(ecu);
+    }
+    return replay.failed ? 1 : 0;
+}

@@ -1,0 +1,46 @@
+/// replay: the ECU fed from a candump file instead of a bus, on any machine that can read files.
+///
+/// Arguments, separated by spaces: BLOCK RECORDING [OUTPUT]. BLOCK is the parameter block as it
+/// would lie in flash, RECORDING and OUTPUT are candump files; without OUTPUT the status frames go
+/// to the standard output.
+#ifndef SWAY_REPLAY_H
+#define SWAY_REPLAY_H
+
+#include "sway_ecu.h"
+
+/// Files and clock of the machine. A file is a number that `open` gave, negative: refused.
+typedef struct {
+    int32_t (*open)(const char *path, bool write);
+    size_t (*read)(int32_t file, void *bytes, size_t size);
+    bool (*write)(int32_t file, const void *bytes, size_t size);
+    int32_t standard_output;
+    void (*began)(void); ///< the ECU takes over from the port
+    void (*returned)(
+        bool is_finished); ///< it calls the port: it has finished with a frame, or sends one
+} replay_machine_t;
+
+typedef struct {
+    const replay_machine_t *machine;
+    int32_t input;
+    int32_t output;
+    char text[512]; ///< of the input, not yet used from `at` to `end`
+    size_t at;
+    size_t end;
+    int64_t time_us;
+    uint32_t lines_refused;
+    bool failed;
+    bool is_done;
+} replay_t;
+
+/// Opens the files; 0, or the exit status 2 with a message on the standard output.
+int replay_open(replay_t *replay, const replay_machine_t *machine, char *arguments);
+/// The port that reads and writes the files. `replay` has to outlive it.
+sway_port_t replay_port(replay_t *replay);
+/// Reads the parameter block named first in the arguments; returns its size, 0: there is none.
+size_t replay_block(const replay_machine_t *machine, const char *path, uint8_t *block, size_t size);
+/// The whole program: opens, starts the ECU, polls until the recording ends. Exit status: 0, 1 a
+/// file could not be read or written, 2 wrong arguments.
+int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, const replay_machine_t *machine,
+               char *arguments);
+
+#endif
