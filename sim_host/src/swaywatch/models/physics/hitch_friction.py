@@ -1,0 +1,35 @@
+"""Dry friction at the hitch (stabiliser, pintle)."""
+
+from __future__ import annotations
+
+import math
+
+from swaywatch.models.compiled import inlined
+from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+
+
+@inlined
+def moment(rate: float, limit: float, scale: float) -> float:
+    """Moment in N m against the articulation rate; it turns car and trailer towards each other."""
+    if limit == 0.0:
+        return 0.0
+    return limit * math.tanh(rate / scale)
+
+
+def _apply(arrays: Arrays, effect: Effect) -> None:
+    arrays.set("hitch_friction", effect.values["moment_nm"])
+    arrays.set("hitch_friction_rate", effect.values["rate_scale_rad_s"])
+
+
+MODULE = Module(
+    id="hitch_friction",
+    title="Dry friction at the hitch",
+    equation="M = M_0 tanh(theta' / s), on the car; -M on the trailer",
+    source="Sharp, Alonso Fernandez, Car-caravan snaking, Part 1, Proc. IMechE C 216, 2002",
+    enters="yaw moment between car and trailer",
+    parameters=(
+        Parameter("moment_nm", "N m", 0.0, 3000.0, 100.0, meaning="M_0"),
+        Parameter("rate_scale_rad_s", "rad/s", 1e-3, 0.1, 0.01, meaning="s, smooths the sign"),
+    ),
+    apply=_apply,
+)

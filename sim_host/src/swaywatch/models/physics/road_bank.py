@@ -1,0 +1,37 @@
+"""Banked road."""
+
+from __future__ import annotations
+
+import math
+
+from swaywatch.models.compiled import inlined
+from swaywatch.models.layout import W_BANK
+from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+
+
+@inlined
+def side_force(mass: float, gravity: float, bank: float) -> float:
+    """Component of the weight along y in N; bank positive with the left side high."""
+    return -mass * gravity * math.sin(bank)
+
+
+def _apply(arrays: Arrays, effect: Effect) -> None:
+    for window in effect.windows:
+        arrays.windows.append((
+            W_BANK, 0, window.start_s, window.stop_s,
+            math.radians(window.values["angle_deg"]), 0.0, effect.values["rise_s"],
+        ))  # fmt: skip
+
+
+MODULE = Module(
+    id="road_bank",
+    title="Banked road",
+    equation="F_y = -m g sin(bank) on car and trailer; bank > 0: left side high (ISO 8855)",
+    source="ISO 8855:2011 (road bank angle); Mitschke, Dynamik der Kraftfahrzeuge",
+    enters="lateral force at both COGs; an accelerometer sees g sin(bank) besides the motion",
+    parameters=(
+        Parameter("angle_deg", "deg", -10.0, 10.0, 1.5, windowed=True),
+        Parameter("rise_s", "s", 0.0, 5.0, 0.0, meaning="time of rise and of fall"),
+    ),
+    apply=_apply,
+)

@@ -1,0 +1,37 @@
+"""Side force and yaw moment of the air on the trailer's side-slip angle."""
+
+from __future__ import annotations
+
+from swaywatch.models.compiled import inlined
+from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+
+
+@inlined
+def side_force(pressure_area: float, sideslip: float, coefficient: float) -> float:
+    """Side force in N at the trailer's COG, against the side-slip angle; q A in N."""
+    return -coefficient * pressure_area * sideslip
+
+
+@inlined
+def yaw_moment(pressure_area: float, sideslip: float, coefficient: float) -> float:
+    """Yaw moment in N m about the COG on a reference length of 1 m."""
+    return -coefficient * pressure_area * sideslip
+
+
+def _apply(arrays: Arrays, effect: Effect) -> None:
+    arrays.set("aero_side_force", effect.values["side_force_coefficient"])
+    arrays.set("aero_yaw_moment", effect.values["yaw_moment_coefficient"])
+
+
+MODULE = Module(
+    id="trailer_aerodynamics",
+    title="Side force and yaw moment of the air on the trailer",
+    equation="F_y = -c_s q A beta_2, M_z = -c_n q A (1 m) beta_2, q = rho v^2 / 2, A = 5 m2",
+    source="Zhang 2015, 5.2.5 and 5.2.6; Standen, Towed vehicle aerodynamics, 1999",
+    enters="force and moment at the trailer's COG, beta_2 = atan(v_y2 / v_x2)",
+    parameters=(
+        Parameter("side_force_coefficient", "1/rad", -2.0, 10.0, 1.5, meaning="c_s"),
+        Parameter("yaw_moment_coefficient", "1/rad", -10.0, 10.0, 0.5, meaning="c_n"),
+    ),
+    apply=_apply,
+)

@@ -1,0 +1,44 @@
+"""Tyre saturation: the side force falls below linear as slip grows."""
+
+from __future__ import annotations
+
+import math
+
+from swaywatch.models.compiled import inlined
+from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+
+
+@inlined
+def lateral_force(stiffness: float, slip: float, load: float, peak: float, shape: float) -> float:
+    """Side force in N of one wheel; ``peak`` 0 keeps the force linear.
+
+    D sin(C atan(B alpha)) with B C D = stiffness and D = peak * load.
+    """
+    if peak <= 0.0:
+        return stiffness * slip
+    top = peak * load
+    if top <= 1.0:
+        return 0.0
+    return top * math.sin(shape * math.atan(stiffness * slip / (shape * top)))
+
+
+def _apply(arrays: Arrays, effect: Effect) -> None:
+    arrays.set_axle(effect.options["axle"], "peak_friction", effect.values["peak_friction"])
+    arrays.set("saturation_shape", effect.values["shape"])
+
+
+MODULE = Module(
+    id="tyre_saturation",
+    title="Tyre saturation",
+    equation="F_y = mu F_z sin(C atan(C_alpha alpha / (C mu F_z)))",
+    source="Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, Eq. 4.6 (E = 0)",
+    enters="side force of each wheel from its slip angle, stiffness and load",
+    parameters=(
+        Parameter("peak_friction", "1", 0.3, 3.0, 1.0, meaning="mu, peak of |F_y|/F_z"),
+        Parameter("shape", "1", 1.0, 1.9, 1.35, meaning="C, shape factor"),
+    ),
+    options={
+        "axle": ("all", "car", "trailer", "car_front", "car_rear", "trailer_front", "trailer_rear")
+    },
+    apply=_apply,
+)
