@@ -1,0 +1,76 @@
+#include "sway_e2e.h"
+
+#define POLYNOMIAL 0x1DU
+#define TURN (SWAY_E2E_COUNTER_MAX + 1)
+
+static uint8_t crc_byte(uint8_t crc, uint8_t byte)
+{
+    uint32_t r = (uint32_t)crc ^ (uint32_t)byte;
+    for (int32_t bit = 0; bit < 8; bit++) {
+        r = (r << 1) ^ ((r & 0x80U) != 0U ? POLYNOMIAL : 0U);
+    }
+    return (uint8_t)(r & 0xFFU);
+}
+
+uint8_t sway_e2e_crc(uint32_t can_id, const uint8_t *data)
+{
+    uint8_t crc = crc_byte(0xFFU, (uint8_t)(can_id & 0xFFU));
+    crc = crc_byte(crc, (uint8_t)((can_id >> 8) & 0xFFU));
+    for (uint32_t i = 1U; i < SWAY_E2E_LENGTH; i++) {
+        crc = crc_byte(crc, data[i]);
+    }
+    return (uint8_t)(crc ^ 0xFFU);
+}
+
+void sway_e2e_protect(uint32_t can_id, uint8_t counter, uint8_t *data)
+{
+    data[1] = (uint8_t)((data[1] & 0xF0U) | (counter & 0x0FU));
+    data[0] = sway_e2e_crc(can_id, data);
+}
+
+uint8_t sway_e2e_next(uint8_t counter)
+{
+    return counter >= SWAY_E2E_COUNTER_MAX ? 0U : (uint8_t)(counter + 1U);
+}
+
+bool sway_e2e_check(uint32_t can_id, const uint8_t *data)
+{
+    return data[0] == sway_e2e_crc(can_id, data) && (data[1] & 0x0FU) <= SWAY_E2E_COUNTER_MAX;
+}
+
+/* The number congruent to `steps` modulo TURN that is nearest to elapsed / period. */
+static int32_t unwrap(int32_t steps, int64_t elapsed_us, int32_t period_us)
+{
+    const int64_t turn_us = (int64_t)TURN * period_us;
+    const int64_t rest_us = elapsed_us - (int64_t)steps * period_us + turn_us / 2;
+    int64_t turns = rest_us / turn_us;
+    if (rest_us < 0) {
+        turns = -1; // elapsed >= 0 and steps < TURN: never further down
+    }
+    return steps + (int32_t)turns * TURN;
+}
+
+int32_t sway_e2e_step(sway_e2e_t *e2e, uint8_t counter, int64_t time_us, int32_t limit_us)
+{
+    int32_t steps = 1;
+    if (e2e->started) {
+        const int64_t elapsed_us = time_us > e2e->time_us ? time_us - e2e->time_us : 0;
+        steps = (int32_t)counter - (int32_t)e2e->counter;
+        steps += steps < 0 ? TURN : 0;
+        if (elapsed_us > limit_us) {
+            steps = steps == 0 ? 1 : steps;
+        } else if (e2e->period_us > 0) {
+            steps = unwrap(steps, elapsed_us, e2e->period_us);
+        }
+        if (steps == 1 && elapsed_us <= limit_us) {
+            const int32_t dt = (int32_t)elapsed_us;
+            e2e->period_us = e2e->period_us == 0 ? dt : e2e->period_us + (dt - e2e->period_us) / 8;
+        }
+    }
+    if (steps >= 0) {
+        e2e->counter = counter;
+        e2e->time_us = time_us;
+        e2e->started = true;
+    }
+    return steps;
+}

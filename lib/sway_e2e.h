@@ -1,0 +1,46 @@
+/// sway_e2e: end-to-end protection of frames on the bus, after AUTOSAR E2E profile 1.
+///
+/// Byte 0 of a protected frame is a CRC, the low half of byte 1 a rolling counter. The CRC is CRC-8
+/// SAE J1850 (polynomial 0x1D, start 0xFF, inverted at the end; 0x4B for "123456789") over the
+/// identifier's low byte, its high byte, then bytes 1 to 7: a frame under a wrong identifier fails
+/// like a corrupted one. The counter runs 0 to 14; 15 is never sent.
+#ifndef SWAY_E2E_H
+#define SWAY_E2E_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define SWAY_E2E_LENGTH 8U      ///< bytes of a protected frame
+#define SWAY_E2E_COUNTER_MAX 14 ///< the counter's last value before 0
+
+/// What a receiver remembers of one identifier. All zero is its state before the first frame.
+typedef struct {
+    int64_t time_us;   ///< of the last frame that was not late
+    int32_t period_us; ///< between frames, smoothed; 0 before it is known
+    uint8_t counter;   ///< of that frame
+    bool started;
+} sway_e2e_t;
+
+/// CRC of a frame of 8 bytes; byte 0 is not looked at. Constant time.
+uint8_t sway_e2e_crc(uint32_t can_id, const uint8_t *data);
+
+/// Writes `counter` (0 .. SWAY_E2E_COUNTER_MAX) and then the CRC into `data` of 8 bytes.
+void sway_e2e_protect(uint32_t can_id, uint8_t counter, uint8_t *data);
+
+/// The counter after `counter`.
+uint8_t sway_e2e_next(uint8_t counter);
+
+/// True where the CRC is right and the counter is one that may be sent.
+bool sway_e2e_check(uint32_t can_id, const uint8_t *data);
+
+/// Steps from the last frame to this one: 1 next in order (and for the first frame ever), n > 1:
+/// n - 1 frames are missing, 0: the same frame again or a stuck counter, n < 0: older than the last
+/// one by -n, late or out of order.
+///
+/// The counter alone tells steps modulo 15; the time since the last frame, in periods, picks the
+/// one that fits best, so up to `limit_us` of silence every missing frame is counted even over
+/// several turns of the counter. Beyond `limit_us` the sender may have paused, and the smallest
+/// number that fits the counter is told (1 for an equal counter).
+int32_t sway_e2e_step(sway_e2e_t *e2e, uint8_t counter, int64_t time_us, int32_t limit_us);
+
+#endif
