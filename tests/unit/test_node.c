@@ -1,0 +1,414 @@
+/* The node: frames in, status frames out, and every fault of the bus counted once. */
+#include <string.h>
+
+#include "sway_node.h"
+#include "unity.h"
+
+static sway_node_t node;
+static uint8_t counter[SWAY_MESSAGE_COUNT];
+
+static const sway_core_config_t *config(void)
+{
+    static sway_core_config_t c;
+    sway_core_defaults(&c);
+    c.vehicle.car = (sway_car_t){.mass_g = 1955000,
+                                 .yaw_inertia_gm2 = 2690000,
+                                 .front_axle_to_cog_um = 1302000,
+                                 .rear_axle_to_cog_um = 1383000,
+                                 .hitch_to_cog_um = 2166000,
+                                 .front_cornering_stiffness_n_per_rad = 109300,
+                                 .rear_cornering_stiffness_n_per_rad = 185200,
+                                 .steering_ratio_milli = 15000,
+                                 .lateral_acc_position_um = -1383000};
+    c.vehicle.trailer = (sway_trailer_t){.axles = 2,
+                                         .mass_g = 1880000,
+                                         .yaw_inertia_gm2 = 10350000,
+                                         .front_axle_to_cog_um = 124000,
+                                         .rear_axle_to_cog_um = 526000,
+                                         .hitch_to_cog_um = 5073000,
+                                         .front_cornering_stiffness_n_per_rad = 131200,
+                                         .rear_cornering_stiffness_n_per_rad = 124400};
+    return &c;
+}
+
+void setUp(void)
+{
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_node_init(&node, config()));
+    memset(counter, 0, sizeof counter);
+}
+
+void tearDown(void)
+{
+}
+
+/* A frame with two 16-bit values, both marked valid, not yet protected. */
+static void fill(uint8_t *data, int16_t first, int16_t second)
+{
+    memset(data, 0, 8);
+    data[2] = (uint8_t)((uint16_t)first & 0xFFU);
+    data[3] = (uint8_t)((uint16_t)first >> 8);
+    data[4] = (uint8_t)((uint16_t)second & 0xFFU);
+    data[5] = (uint8_t)((uint16_t)second >> 8);
+}
+
+static sway_error_t send(sway_message_t m, int64_t time_us, int16_t first, int16_t second)
+{
+    uint8_t data[8];
+    const uint32_t id = sway_frames_input_id(m);
+    fill(data, first, second);
+    sway_e2e_protect(id, counter[m], data);
+    counter[m] = sway_e2e_next(counter[m]);
+    return sway_node_receive(&node, time_us, id, 8, data);
+}
+
+static uint32_t skip(sway_message_t m, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        counter[m] = sway_e2e_next(counter[m]);
+    }
+    return n;
+}
+
+static int drain(uint32_t wanted_id, uint8_t *data)
+{
+    uint32_t id;
+    uint8_t dlc;
+    uint8_t frame[8];
+    int found = 0;
+    while (sway_node_transmit(&node, &id, &dlc, frame)) {
+        TEST_ASSERT_EQUAL(8, dlc);
+        TEST_ASSERT_TRUE(sway_e2e_check(id, frame));
+        if (id == wanted_id) {
+            memcpy(data, frame, 8);
+            found++;
+        }
+    }
+    return found;
+}
+
+static void crc_has_the_catalogue_check_value(void)
+{
+    /* CRC-8/SAE-J1850 of "123456789" is 0x4B: the first two bytes are the identifier's. */
+    const uint8_t data[] = {0, '3', '4', '5', '6', '7', '8', '9'};
+    uint8_t crc = sway_e2e_crc((uint32_t)'1' | ((uint32_t)'2' << 8), data);
+    TEST_ASSERT_EQUAL_HEX8(0x4B, crc);
+}
+
+static void every_single_and_double_bit_error_is_found(void)
+{
+    uint8_t data[8];
+    fill(data, 1234, -4321);
+    sway_e2e_protect(0x122, 7, data);
+    for (int a = 0; a < 64; a++) {
+        for (int b = a; b < 64; b++) {
+            uint8_t bad[8];
+            memcpy(bad, data, 8);
+            bad[a / 8] ^= (uint8_t)(1U << (a % 8));
+            if (b != a) {
+                bad[b / 8] ^= (uint8_t)(1U << (b % 8));
+            }
+            TEST_ASSERT_FALSE(sway_e2e_check(0x122, bad));
+        }
+    }
+    for (uint32_t id = 0x120; id < 0x138; id++) {
+        TEST_ASSERT_EQUAL(id == 0x122, sway_e2e_check(id, data));
+    }
+}
+
+static void counter_fifteen_is_refused(void)
+{
+    uint8_t data[8];
+    fill(data, 0, 0);
+    sway_e2e_protect(0x120, 15, data);
+    TEST_ASSERT_EQUAL(SWAY_ERROR_FRAME, sway_node_receive(&node, 0, 0x120, 8, data));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_CRC));
+}
+
+static void units_are_exact(void)
+{
+    static const struct {
+        sway_message_t message;
+        int16_t raw[2];
+        int32_t value[2];
+    } cases[] = {{SWAY_MESSAGE_STEERING, {1800, 0}, {3141593, 0}},
+                 {SWAY_MESSAGE_STEERING, {-7200, 0}, {-12566371, 0}},
+                 {SWAY_MESSAGE_SPEED, {10000, 0}, {27778, 0}},
+                 {SWAY_MESSAGE_SPEED, {(int16_t)40000, 0}, {111111, 0}},
+                 {SWAY_MESSAGE_CAR_MOTION, {18000, -20000}, {3141593, -40000000}},
+                 {SWAY_MESSAGE_TRAILER_MOTION, {-1, 1}, {-175, 2000}},
+                 {SWAY_MESSAGE_ARTICULATION, {-9000, 0}, {-1570796, 0}},
+                 {SWAY_MESSAGE_HITCH_FORCES, {-30000, 7}, {-30000000, 7000}},
+                 {SWAY_MESSAGE_CAR_WHEEL_FL, {-1, 30000}, {-1000, 30000000}},
+                 {SWAY_MESSAGE_TRAILER_WHEEL_RR, {5, (int16_t)50000}, {5000, 50000000}}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        uint8_t data[8];
+        sway_sample_t samples[SWAY_FRAME_SAMPLES_MAX];
+        fill(data, cases[i].raw[0], cases[i].raw[1]);
+        const uint32_t n = sway_frames_decode(cases[i].message, data, samples);
+        for (uint32_t k = 0; k < n; k++) {
+            TEST_ASSERT_EQUAL_INT32(cases[i].value[k], samples[k].value);
+            TEST_ASSERT_TRUE(samples[k].valid);
+        }
+    }
+}
+
+static void every_input_is_in_exactly_one_message(void)
+{
+    int seen[SWAY_INPUT_COUNT] = {0};
+    for (int m = 0; m < SWAY_MESSAGE_COUNT; m++) {
+        uint8_t data[8] = {0};
+        sway_sample_t samples[SWAY_FRAME_SAMPLES_MAX];
+        const uint32_t n = sway_frames_decode((sway_message_t)m, data, samples);
+        for (uint32_t k = 0; k < n; k++) {
+            seen[samples[k].input]++;
+        }
+        TEST_ASSERT_EQUAL(m, sway_frames_find(sway_frames_input_id((sway_message_t)m)));
+    }
+    for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(1, seen[i], "input");
+    }
+}
+
+static void lost_frames_are_counted_over_turns_of_the_counter(void)
+{
+    uint32_t lost = 0;
+    int64_t t = 0;
+    for (int i = 0; i < 20; i++, t += 1000) {
+        TEST_ASSERT_EQUAL(SWAY_OK, send(SWAY_MESSAGE_CAR_MOTION, t, (int16_t)i, 0));
+    }
+    for (uint32_t burst = 1; burst < 90; burst++) {
+        lost += skip(SWAY_MESSAGE_CAR_MOTION, burst);
+        t += (int64_t)burst * 1000;
+        for (int i = 0; i < 3; i++, t += 1000) {
+            TEST_ASSERT_EQUAL(SWAY_OK, send(SWAY_MESSAGE_CAR_MOTION, t, (int16_t)(t % 999), 0));
+        }
+        TEST_ASSERT_EQUAL(lost, sway_node_fault(&node, SWAY_FRAME_FAULT_LOST));
+    }
+    TEST_ASSERT_EQUAL(0, sway_node_fault(&node, SWAY_FRAME_FAULT_LATE));
+    TEST_ASSERT_EQUAL(0, sway_node_fault(&node, SWAY_FRAME_FAULT_TIMEOUT));
+}
+
+static void jitter_of_half_a_turn_does_not_confuse(void)
+{
+    int64_t t = 0;
+    uint32_t noise = 1;
+    for (int i = 0; i < 2000; i++, t += 10000) {
+        noise = noise * 1664525U + 1013904223U;
+        const int64_t late = (noise >> 16) % 9000U;
+        TEST_ASSERT_EQUAL(SWAY_OK, send(SWAY_MESSAGE_SPEED, t + late, 9000, 0));
+    }
+    TEST_ASSERT_EQUAL(0, sway_node_fault(&node, SWAY_FRAME_FAULT_LOST));
+}
+
+static void doubled_and_reordered_frames_are_dropped_and_counted(void)
+{
+    int64_t t = 0;
+    uint8_t a[8], b[8];
+    for (int i = 0; i < 10; i++, t += 10000) {
+        send(SWAY_MESSAGE_STEERING, t, 0, 0);
+    }
+    fill(a, 1, 0);
+    sway_e2e_protect(0x120, 10, a);
+    fill(b, 2, 0);
+    sway_e2e_protect(0x120, 11, b);
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_node_receive(&node, t, 0x120, 8, b)); /* lost: a */
+    TEST_ASSERT_EQUAL(SWAY_ERROR_FRAME, sway_node_receive(&node, t + 100, 0x120, 8, a)); /* late */
+    TEST_ASSERT_EQUAL(SWAY_ERROR_FRAME, sway_node_receive(&node, t + 200, 0x120, 8, b)); /* twice */
+    counter[SWAY_MESSAGE_STEERING] = 12;
+    TEST_ASSERT_EQUAL(SWAY_OK, send(SWAY_MESSAGE_STEERING, t + 10000, 0, 0));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_LOST));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_LATE));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_REPEATED));
+    TEST_ASSERT_EQUAL(0, sway_node_fault(&node, SWAY_FRAME_FAULT_STUCK));
+}
+
+static void stuck_counter_is_told_and_recovers_at_once(void)
+{
+    int64_t t = 0;
+    for (int i = 0; i < 10; i++, t += 10000) {
+        send(SWAY_MESSAGE_STEERING, t, 0, 0);
+    }
+    const uint8_t stuck = counter[SWAY_MESSAGE_STEERING];
+    for (int i = 0; i < 50; i++, t += 10000) {
+        counter[SWAY_MESSAGE_STEERING] = stuck;
+        const sway_error_t error = send(SWAY_MESSAGE_STEERING, t, (int16_t)i, 0);
+        TEST_ASSERT_EQUAL(i == 0 ? SWAY_OK : SWAY_ERROR_FRAME, error);
+    }
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_STUCK, sway_node_message_state(&node, SWAY_MESSAGE_STEERING));
+    TEST_ASSERT_EQUAL(49, sway_node_fault(&node, SWAY_FRAME_FAULT_REPEATED));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_STUCK));
+    TEST_ASSERT_EQUAL(SWAY_OK, send(SWAY_MESSAGE_STEERING, t, 0, 0));
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_GOOD, sway_node_message_state(&node, SWAY_MESSAGE_STEERING));
+}
+
+static void restarted_sender_is_believed_within_seven_frames(void)
+{
+    for (uint8_t restart = 0; restart <= SWAY_E2E_COUNTER_MAX; restart++) {
+        setUp();
+        int64_t t = 0;
+        for (int i = 0; i < 18; i++, t += 10000) {
+            send(SWAY_MESSAGE_STEERING, t, 0, 0);
+        }
+        counter[SWAY_MESSAGE_STEERING] = restart;
+        int refused = 0;
+        while (send(SWAY_MESSAGE_STEERING, t, 0, 0) != SWAY_OK) {
+            refused++;
+            t += 10000;
+        }
+        TEST_ASSERT_LESS_THAN(8, refused);
+    }
+}
+
+static void length_crc_and_identifier_are_counted(void)
+{
+    uint8_t data[8];
+    fill(data, 0, 0);
+    sway_e2e_protect(0x120, 0, data);
+    TEST_ASSERT_EQUAL(SWAY_ERROR_FRAME, sway_node_receive(&node, 0, 0x120, 7, data));
+    TEST_ASSERT_EQUAL(SWAY_ERROR_FRAME, sway_node_receive(&node, 0, 0x120, 0, data));
+    TEST_ASSERT_EQUAL(SWAY_ERROR_FRAME, sway_node_receive(&node, 0, 0x121, 8, data));
+    TEST_ASSERT_EQUAL(SWAY_ERROR_UNKNOWN_ID, sway_node_receive(&node, 0, 0x7FF, 8, data));
+    TEST_ASSERT_EQUAL(SWAY_ERROR_UNKNOWN_ID, sway_node_receive(&node, 0, 0x80000120U, 8, data));
+    TEST_ASSERT_EQUAL(2, sway_node_fault(&node, SWAY_FRAME_FAULT_LENGTH));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_CRC));
+    TEST_ASSERT_EQUAL(2, sway_node_fault(&node, SWAY_FRAME_FAULT_UNKNOWN));
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_node_receive(&node, 0, 0x120, 8, data));
+}
+
+static void invalid_samples_are_told(void)
+{
+    uint8_t data[8];
+    fill(data, 100, 0);
+    data[1] = 1U << 4; /* not available */
+    sway_e2e_protect(0x121, 0, data);
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_node_receive(&node, 0, 0x121, 8, data));
+    const sway_status_t *s = sway_core_status(&node.core);
+    TEST_ASSERT_EQUAL(1, s->fault_count[SWAY_FAULT_INVALID]);
+}
+
+static void good_messages_time_out_and_come_back(void)
+{
+    int64_t t = 0;
+    for (int i = 0; i < 20; i++, t += 10000) {
+        send(SWAY_MESSAGE_SPEED, t, 9000, 0);
+        send(SWAY_MESSAGE_CAR_MOTION, t, (int16_t)i, (int16_t)i);
+        send(SWAY_MESSAGE_TRAILER_MOTION, t, (int16_t)i, (int16_t)i);
+    }
+    TEST_ASSERT_FALSE(sway_node_inputs_lost(&node));
+    for (int i = 0; i < 12; i++, t += 10000) {
+        send(SWAY_MESSAGE_SPEED, t, 9000, 0);
+        send(SWAY_MESSAGE_CAR_MOTION, t, (int16_t)i, (int16_t)i);
+    }
+    TEST_ASSERT_TRUE(sway_node_inputs_lost(&node));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_TIMEOUT));
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_TIMED_OUT,
+                      sway_node_message_state(&node, SWAY_MESSAGE_TRAILER_MOTION));
+    uint8_t data[8];
+    TEST_ASSERT_GREATER_THAN(0, drain(0x1A0, data));
+    TEST_ASSERT_EQUAL(2, data[4] & 2); /* InputsLost */
+    TEST_ASSERT_EQUAL(0, data[2] & 7); /* off */
+    send(SWAY_MESSAGE_TRAILER_MOTION, t, 0, 0);
+    TEST_ASSERT_FALSE(sway_node_inputs_lost(&node));
+    TEST_ASSERT_GREATER_THAN(0, drain(0x1A0, data));
+    TEST_ASSERT_EQUAL(0, data[4] & 2);
+}
+
+static void silence_of_the_whole_bus_is_told_by_time_alone(void)
+{
+    uint8_t data[8];
+    send(SWAY_MESSAGE_SPEED, 0, 9000, 0);
+    drain(0, data);
+    sway_node_time(&node, 99999);
+    TEST_ASSERT_EQUAL(0, drain(0x1A0, data));
+    sway_node_time(&node, 100001);
+    TEST_ASSERT_EQUAL(1, drain(0x1A0, data));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_TIMEOUT));
+    sway_node_time(&node, 5);
+    TEST_ASSERT_EQUAL(0, drain(0x1A0, data));
+}
+
+static void frozen_sensor_is_found_only_while_the_car_moves(void)
+{
+    int64_t t = 0;
+    for (int i = 0; i < 300; i++, t += 10000) { /* standing still: nothing is frozen */
+        send(SWAY_MESSAGE_CAR_MOTION, t, 0, 0);
+        send(SWAY_MESSAGE_TRAILER_MOTION, t, 0, 0);
+    }
+    TEST_ASSERT_EQUAL(0, sway_node_fault(&node, SWAY_FRAME_FAULT_FROZEN));
+    for (int i = 0; i < 300; i++, t += 10000) { /* the trailer swings, its accelerometer is dead */
+        const int16_t yaw = (int16_t)((i % 100 < 50 ? i % 50 : 50 - i % 50) * 40);
+        send(SWAY_MESSAGE_CAR_MOTION, t, (int16_t)(yaw / 2), (int16_t)(yaw / 3));
+        send(SWAY_MESSAGE_TRAILER_MOTION, t, yaw, 0);
+    }
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_FROZEN));
+    TEST_ASSERT_TRUE(node.watch[SWAY_INPUT_TRAILER_LATERAL_ACC].frozen);
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_STUCK,
+                      sway_node_message_state(&node, SWAY_MESSAGE_TRAILER_MOTION));
+    send(SWAY_MESSAGE_TRAILER_MOTION, t, 0, 1);
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_GOOD,
+                      sway_node_message_state(&node, SWAY_MESSAGE_TRAILER_MOTION));
+}
+
+static void heartbeat_and_reports_come_by_bus_time(void)
+{
+    int alarms = 0;
+    int reports = 0;
+    for (int64_t t = 0; t < 10000000; t += 10000) {
+        uint32_t id;
+        uint8_t dlc;
+        uint8_t data[8];
+        send(SWAY_MESSAGE_SPEED, t, 9000, 0);
+        while (sway_node_transmit(&node, &id, &dlc, data)) {
+            alarms += id == 0x1A0;
+            reports += id == 0x1B6;
+        }
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL(100, alarms);
+    TEST_ASSERT_EQUAL(10, reports);
+}
+
+static void fault_counters_saturate(void)
+{
+    uint8_t data[8] = {0};
+    node.frame_fault[SWAY_FRAME_FAULT_UNKNOWN] = UINT32_MAX;
+    sway_node_receive(&node, 0, 0x7FF, 8, data);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, sway_node_fault(&node, SWAY_FRAME_FAULT_UNKNOWN));
+    node.frame_fault[SWAY_FRAME_FAULT_CRC] = 70000;
+    const sway_frames_source_t source = {.status = sway_core_status(&node.core),
+                                         .message_state = node.message_state,
+                                         .frame_fault = node.frame_fault,
+                                         .inputs_lost = false};
+    sway_frames_encode(SWAY_OUTPUT_FAULTS_FRAMES, &source, data);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, data[2]);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, data[3]);
+}
+
+static void null_arguments_are_refused(void)
+{
+    TEST_ASSERT_EQUAL(SWAY_ERROR_ARGUMENT, sway_node_init(NULL, config()));
+    TEST_ASSERT_EQUAL(SWAY_ERROR_ARGUMENT, sway_node_init(&node, NULL));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(crc_has_the_catalogue_check_value);
+    RUN_TEST(every_single_and_double_bit_error_is_found);
+    RUN_TEST(counter_fifteen_is_refused);
+    RUN_TEST(units_are_exact);
+    RUN_TEST(every_input_is_in_exactly_one_message);
+    RUN_TEST(lost_frames_are_counted_over_turns_of_the_counter);
+    RUN_TEST(jitter_of_half_a_turn_does_not_confuse);
+    RUN_TEST(doubled_and_reordered_frames_are_dropped_and_counted);
+    RUN_TEST(stuck_counter_is_told_and_recovers_at_once);
+    RUN_TEST(restarted_sender_is_believed_within_seven_frames);
+    RUN_TEST(length_crc_and_identifier_are_counted);
+    RUN_TEST(invalid_samples_are_told);
+    RUN_TEST(good_messages_time_out_and_come_back);
+    RUN_TEST(silence_of_the_whole_bus_is_told_by_time_alone);
+    RUN_TEST(frozen_sensor_is_found_only_while_the_car_moves);
+    RUN_TEST(heartbeat_and_reports_come_by_bus_time);
+    RUN_TEST(fault_counters_saturate);
+    RUN_TEST(null_arguments_are_refused);
+    return UNITY_END();
+}
