@@ -1,8 +1,8 @@
 # Swaywatch. `make run` does the main job, `make test` runs everything that is tested; both set up
 # what they need first. The other targets: setup quick lint bench hil clean lock.
 #
-# A part of the project adds its own recipes in tests/mk/NAME.mk or port/NAME/rules.mk: double-colon rules for
-# `quick`, `test`, `bench` and `lint`, and items for SYSTEM_TEST.
+# A part of the project adds its own recipes in tests/mk/NAME.mk or port/NAME/rules.mk:
+# double-colon rules for `quick`, `test`, `bench` and `lint`, and items for SYSTEM_TEST.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -118,20 +118,24 @@ CC_coverage := gcc
 define flavour
 $(B)/$(1)/lib/%.o: lib/%.c | $(KISSFFT_DIR)/kiss_fft.h $(CODEC).c
 	@mkdir -p $$(@D)
-	$$(CC_$(1)) $$(WARN) $$(CFLAGS_$(1)) $$(DEFINE) $$(INCLUDE) -MMD -MP -c $$< -o $$@
+	@echo "CC $$@"
+	@$$(CC_$(1)) $$(WARN) $$(CFLAGS_$(1)) $$(DEFINE) $$(INCLUDE) -MMD -MP -c $$< -o $$@
 $(B)/$(1)/codec/swaywatch_dbc.o: $(CODEC).c
 	@mkdir -p $$(@D)
-	$$(CC_$(1)) -std=c99 -w $$(CFLAGS_$(1)) -c $$< -o $$@
+	@echo "CC $$@"
+	@$$(CC_$(1)) -std=c99 -w $$(CFLAGS_$(1)) -c $$< -o $$@
 $(B)/$(1)/kissfft/kiss_fft.o: $(KISSFFT_DIR)/kiss_fft.h
 	@mkdir -p $$(@D)
-	$$(CC_$(1)) -std=gnu99 -w $$(CFLAGS_$(1)) $$(DEFINE) -c $(KISSFFT_DIR)/kiss_fft.c -o $$@
+	@echo "CC $$@"
+	@$$(CC_$(1)) -std=gnu99 -w $$(CFLAGS_$(1)) $$(DEFINE) -c $(KISSFFT_DIR)/kiss_fft.c -o $$@
 $(B)/$(1)/libsway.a: $$(LIB_NAMES:%=$(B)/$(1)/lib/%.o) $(B)/$(1)/codec/swaywatch_dbc.o \
     $(B)/$(1)/kissfft/kiss_fft.o
 	@rm -f $$@
 	@ar rcs $$@ $$^
 $(B)/$(1)/unit/%: tests/unit/%.c $(B)/$(1)/libsway.a | $(UNITY_DIR)/unity.h
 	@mkdir -p $$(@D)
-	$$(CC_$(1)) -std=c99 -Wall -Wextra -D_GNU_SOURCE $$(CFLAGS_$(1)) $$(DEFINE) $$(INCLUDE) -Itests/unit \
+	@echo "CC $$@"
+	@$$(CC_$(1)) -std=c99 -Wall -Wextra -D_GNU_SOURCE $$(CFLAGS_$(1)) $$(DEFINE) $$(INCLUDE) -Itests/unit \
 	    -I$(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE -MMD -MP $$< $(UNITY_DIR)/unity.c \
 	    $(B)/$(1)/libsway.a -lm -o $$@
 -include $$(wildcard $(B)/$(1)/lib/*.d $(B)/$(1)/unit/*.d)
