@@ -1,0 +1,41 @@
+#include "core_feed.h"
+
+/// The feed with the earliest next sample; feed_count where all are at their end.
+static size_t earliest(const core_feed_t *feeds, size_t feed_count)
+{
+    size_t best = feed_count;
+    for (size_t i = 0; i < feed_count; i++) {
+        const core_feed_t *feed = &feeds[i];
+        if (feed->next < feed->count &&
+            (best == feed_count ||
+             feed->time_us[feed->next] < feeds[best].time_us[feeds[best].next])) {
+            best = i;
+        }
+    }
+    return best;
+}
+
+size_t core_feed(sway_core_t *core, core_feed_t *feeds, size_t feed_count, int64_t until_us,
+                 sway_status_t *status, size_t room, bool *done)
+{
+    size_t written = 0;
+    *done = false;
+    while (written < room) {
+        const size_t which = earliest(feeds, feed_count);
+        if (which == feed_count || feeds[which].time_us[feeds[which].next] >= until_us) {
+            *done = true;
+            break;
+        }
+        core_feed_t *feed = &feeds[which];
+        const uint32_t before = sway_core_status(core)->sequence;
+        (void)sway_core_input(core, (sway_input_t)feed->input, feed->time_us[feed->next],
+                              feed->value[feed->next]); /* refusals are counted by the core */
+        feed->next++;
+        while (sway_core_run(core)) {
+        }
+        if (sway_core_status(core)->sequence != before) {
+            status[written++] = *sway_core_status(core);
+        }
+    }
+    return written;
+}
