@@ -29,8 +29,8 @@ BROKEN = 0.6
 
 FACTORS: tuple[tuple[float, str], ...] = (
     (-1.0, "its sign is wrong"),
-    (180 / math.pi, "it is in deg, not in rad"),
-    (math.pi / 180, "it is in rad, not in deg"),
+    (180 / math.pi, "it is in rad, not in deg"),
+    (math.pi / 180, "it is in deg, not in rad"),
     (GRAVITY, "it is in g (or kg), not in m/s2 (or N)"),
     (1 / GRAVITY, "it is in m/s2 (or N), not in g (or kg)"),
     (3.6, "it is in m/s, not in km/h"),
