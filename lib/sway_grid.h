@@ -24,6 +24,9 @@
 #define SWAY_SAMPLE_BITS 27
 #define SWAY_SAMPLE_LIMIT (INT32_C(1) << SWAY_SAMPLE_BITS)
 
+/// Largest magnitude of a timestamp: 2^60 us.
+#define SWAY_GRID_TIME_LIMIT (INT64_C(1) << 60)
+
 typedef struct {
     int32_t sample_period_us; ///< 1000..100000
     int32_t max_gap_us;       ///< longest span between two samples that counts as data
@@ -56,9 +59,9 @@ typedef struct {
 typedef struct {
     int64_t time_us;
     int32_t value;
-    bool seen;         ///< has a timestamp
-    bool usable;       ///< the value is one to interpolate from
-    uint8_t refused;   ///< refusals for time in a row
+    bool seen;   ///< has had a sample ever
+    bool timed;  ///< time_us is set
+    bool usable; ///< the value is one to interpolate from
 } sway_grid_input_t;
 
 typedef struct {
@@ -70,8 +73,12 @@ typedef struct {
     uint32_t valid[SWAY_GRID_ROWS];  ///< bit per input: that value is data
     int64_t next_time_us;            ///< time of the next row to hand out
     int64_t newest_time_us;
+    int64_t suspect_us; ///< a stamp far ahead that waits for a second one
+    uint32_t refused;   ///< refusals for time in a row
+    bool suspected;
     bool running;
     bool restart;
+    bool sample_usable;
 } sway_grid_t;
 
 /// period, max_gap 50 ms, speed gap 500 ms, wait 100 ms, no delays.
@@ -80,8 +87,10 @@ sway_grid_config_t sway_grid_default(int32_t sample_period_us);
 /// SWAY_ERROR_ARGUMENT for a value out of range. Clears everything, the counters too.
 sway_error_t sway_grid_init(sway_grid_t *grid, const sway_grid_config_t *config);
 
-/// One sample. SWAY_ERROR_RANGE, SWAY_ERROR_TIME (before the last sample of this input; after 16 of
-/// them in a row the clock counts as restarted): counted, and nothing else changed.
+/// One sample. Refused, counted, and nothing else changed: SWAY_ERROR_RANGE; SWAY_ERROR_TIME for a
+/// stamp before the last one of this input, 1 s behind the rows, or 0.5 s ahead of all others while
+/// no second one agrees. After 16 refusals in a row for being old the clock counts as restarted.
+/// SWAY_ERROR_ARGUMENT: no such input, or |time_us| beyond SWAY_GRID_TIME_LIMIT.
 /// A sample of the same time replaces the one before for what follows.
 /// Take the rows that became ready with sway_grid_tick() before the next call.
 /// Cost: at most SWAY_GRID_ROWS interpolations.

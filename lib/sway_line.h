@@ -6,7 +6,7 @@
 /// omega and growth are common; amplitudes, mean, slope and noise are each channel's own. Least
 /// squares weighed by each channel's noise: the maximum-likelihood estimate, found by Gauss-Newton
 /// steps with the linear parameters projected out. The window is summed to at most
-/// SWAY_LINE_BLOCKS blocks first: a block sum of a damped line is the same line times a known
+/// SWAY_FIT_BLOCKS blocks first: a block sum of a damped line is the same line times a known
 /// factor, so that costs no bias and, at 10 blocks per oscillation, 1.5 % of precision.
 /// Rows marked not valid are left out (their blocks are filled from the model at each step, which
 /// has the same solution).
@@ -15,13 +15,8 @@
 #ifndef SWAY_LINE_H
 #define SWAY_LINE_H
 
-#include "sway_real.h"
+#include "sway_fit.h"
 #include "sway_ring.h"
-
-/// Most blocks in a window.
-#define SWAY_LINE_BLOCKS 64
-/// Columns of the linear part: line, mean and slope, line at 2f and 3f: 8; with the derivatives 10.
-#define SWAY_LINE_COLUMNS 10
 
 /// Flags of a result; 0 is good.
 #define SWAY_LINE_NO_OSCILLATION 0x001U ///< the line does not stand out of noise, mean and slope
@@ -37,10 +32,10 @@
 /// One channel's part of a line; SI units: rad, rad/s, m/s2, N.
 typedef struct {
     sway_complex_t amplitude;  ///< x(t) = Re(amplitude e^((growth + j omega)(t - t_mid)))
-    sway_real_t amplitude_se;  ///< standard error of re and of im, and so of |amplitude|;
-                               ///< that of the phase is amplitude_se / |amplitude|, rad
+    sway_real_t amplitude_se;  ///< standard error of |amplitude|
+    sway_real_t phase_se_rad;  ///< standard error of its argument; 0 where amplitude is 0
     sway_complex_t second;     ///< the part at 2f, e^(2 (growth + j omega)(t - t_mid))
-    sway_real_t second_se;     ///< as amplitude_se
+    sway_real_t second_se;     ///< standard error of re and of im
     sway_real_t mean;          ///< at mid-window
     sway_real_t noise_rms;     ///< residual standard deviation per row, as of white noise
 } sway_line_channel_t;
@@ -69,29 +64,64 @@ typedef struct {
     int32_t speed_change_milli;
 } sway_line_config_t;
 
-/// State of one estimate; contents are private.
+/// Weighed sums of all channels for the common parameters, growth and omega times half the window.
+typedef struct {
+    sway_real_t growth_growth;
+    sway_real_t growth_omega;
+    sway_real_t omega_omega;
+    sway_real_t growth_right;
+    sway_real_t omega_right;
+    sway_real_t inflated; ///< omega_omega times each channel's inflation for coloured residuals
+    sway_real_t all;      ///< omega_omega of all channels, by the residuals of the result
+    sway_real_t misfit;   ///< omega_omega of the channels whose residual is no noise
+} sway_line_normal_t;
+
+/// What a job keeps of a channel.
+typedef struct {
+    int32_t sum[SWAY_FIT_BLOCKS];  ///< block sums less their mean, times 2^-shift
+    uint64_t missing;              ///< bit per block: not data
+    sway_real_t parameter[SWAY_FIT_LINEAR];
+    int64_t removed;               ///< mean block sum that was taken out
+    int32_t shift;
+    uint32_t lost;                 ///< blocks missing in the input
+    bool seen;                     ///< the channel's inputs exist
+    bool harmonics;                ///< 2f and 3f are in the model
+} sway_line_data_t;
+
+/// State of one estimate; contents are private. Lives on between estimates.
 typedef struct {
     sway_line_config_t config;
-    uint8_t state;
-    uint8_t channel;
-    uint8_t iteration;
+    uint32_t state;
+    uint32_t channel;
+    uint32_t pass;
+    uint32_t refits;
+    uint32_t columns; ///< linear columns of the channel whose result is being made
+    bool final;      ///< this pass makes the result
+    bool changed;    ///< the result asks for another model
+    bool converged;
     uint32_t block;  ///< rows in a block
-    uint32_t blocks; ///< blocks in the window
     uint32_t head;   ///< ring slot after the newest row of the window
-    int32_t sum[SWAY_CHANNELS][SWAY_LINE_BLOCKS];
-    uint64_t missing[SWAY_CHANNELS]; ///< bit per block
-    int32_t column[SWAY_LINE_COLUMNS][SWAY_LINE_BLOCKS];
-    sway_real_t gram[SWAY_LINE_COLUMNS][SWAY_LINE_COLUMNS];
-    sway_real_t normal[6];
+    uint32_t used_mask; ///< channels that take part
+    sway_real_t half_s; ///< from the middle of the window to the middle of its last block
+    sway_line_normal_t normal;
+    sway_real_t covariance[3]; ///< of growth and omega times half_s
+    sway_fit_basis_t basis;
+    sway_fit_system_t system[2]; ///< one line; with 2f and 3f
+    sway_line_data_t data[SWAY_CHANNELS];
     sway_line_t line;
 } sway_line_job_t;
 
+/// Clears a job before its first use.
+void sway_line_init(sway_line_job_t *job);
+
 /// Begins an estimate over the newest `window` rows (SWAY_WINDOW_MIN..SWAY_WINDOW_MAX) from a start
-/// frequency. SWAY_ERROR_ARGUMENT, SWAY_ERROR_NO_DATA (the ring holds fewer rows).
+/// frequency, good to about half a bin (1/window). SWAY_ERROR_ARGUMENT; SWAY_ERROR_NO_DATA (the
+/// ring holds fewer rows). The rows must stay in the ring for the first SWAY_CHANNELS + 1 slices.
 sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *config,
                              const sway_ring_t *ring, uint32_t window, sway_real_t omega_rad_s);
 
-/// One slice; true while more is to be done. Then job->line is the result.
+/// One slice, at most about 90,000 instructions on a Cortex-M0+; true while more is to be done.
+/// Then job->line is the result.
 bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring);
 
 /// Damping ratio -growth/sqrt(growth^2 + omega^2) and its standard error.

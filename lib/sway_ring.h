@@ -4,6 +4,11 @@
 
 #include "sway_grid.h"
 
+/// Longest window: the ring less the rows that may arrive while a job reads it in slices.
+#define SWAY_WINDOW_MAX (SWAY_RING_SAMPLES - 16)
+/// Shortest window.
+#define SWAY_WINDOW_MIN 32
+
 typedef struct {
     int32_t sample[SWAY_CHANNELS][SWAY_RING_SAMPLES];
     int32_t speed_mm_s[SWAY_RING_SAMPLES];

@@ -27,11 +27,6 @@
      : SWAY_RING_SAMPLES <= 4096 ? 23                                                             \
                                  : 22)
 
-/// Longest window: the ring less the rows that may arrive while a job reads it in slices.
-#define SWAY_WINDOW_MAX (SWAY_RING_SAMPLES - 16)
-/// Shortest window.
-#define SWAY_WINDOW_MIN 32
-
 typedef struct {
     int64_t re[SWAY_CHANNELS][SWAY_BINS + 1];
     int64_t im[SWAY_CHANNELS][SWAY_BINS + 1];

@@ -1,0 +1,232 @@
+#include "sway_fit.h"
+
+#define ONE_Q28 (INT32_C(1) << SWAY_FIT_BITS)
+
+typedef struct {
+    int64_t re;
+    int64_t im;
+} q30_t;
+
+static int64_t shift_30(int64_t value)
+{
+    /* Division instead of a shift: right shifts of negative numbers are not portable. */
+    const int64_t half = INT64_C(1) << 29;
+    return (value < 0 ? value - half : value + half) / (INT64_C(1) << 30);
+}
+
+static q30_t q30_product(q30_t a, q30_t b)
+{
+    const q30_t product = {shift_30(a.re * b.re - a.im * b.im),
+                           shift_30(a.re * b.im + a.im * b.re)};
+    return product;
+}
+
+static void put(sway_fit_basis_t *basis, uint32_t column, uint32_t block, q30_t z)
+{
+    basis->column[column][block] = (int32_t)(z.re / 4);
+    basis->column[column + 1U][block] = (int32_t)(-z.im / 4);
+}
+
+/* tau of a block in Q28. */
+static int64_t tau_q28(uint32_t block, uint32_t blocks)
+{
+    const int64_t span = (int64_t)blocks - 1;
+    return (2 * (int64_t)block - span) * ONE_Q28 / span;
+}
+
+static void fill_block(sway_fit_basis_t *basis, uint32_t block, q30_t z)
+{
+    const q30_t z2 = q30_product(z, z);
+    const int64_t tau = tau_q28(block, basis->blocks);
+    const q30_t tau_z = {z.re * tau / ONE_Q28, z.im * tau / ONE_Q28};
+    put(basis, 0, block, z);
+    basis->column[2][block] = ONE_Q28;
+    basis->column[3][block] = (int32_t)tau;
+    put(basis, 4, block, z2);
+    put(basis, 6, block, q30_product(z2, z));
+    put(basis, SWAY_FIT_TAU_RE, block, tau_z);
+}
+
+static q30_t to_q30(sway_complex_t z)
+{
+    const q30_t result = {sway_real_to_int64(z.re, 30), sway_real_to_int64(z.im, 30)};
+    return result;
+}
+
+void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, sway_real_t growth,
+                      sway_real_t omega)
+{
+    /* From the end where |z| = 1 towards the other, so that |z| only falls. */
+    const bool backward = sway_real_sign(growth) > 0;
+    const sway_real_t half = sway_real_ratio((int64_t)blocks - 1, 2);
+    const sway_real_t decay = sway_real_neg(sway_real_abs(growth));
+    const sway_real_t angle = sway_real_mul(omega, half);
+    const sway_complex_t start = sway_complex_unit(backward ? angle : sway_real_neg(angle));
+    const sway_complex_t turn = sway_complex_unit(backward ? sway_real_neg(omega) : omega);
+    const q30_t step = to_q30(sway_complex_scale(turn, sway_real_exp(decay)));
+    q30_t z = to_q30(start);
+    basis->blocks = blocks;
+    basis->scale = sway_real_exp(sway_real_mul(decay, half));
+    for (uint32_t i = 0; i < blocks; i++) {
+        fill_block(basis, backward ? blocks - 1U - i : i, z);
+        z = q30_product(z, step);
+    }
+}
+
+sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, const int32_t *data)
+{
+    const int32_t *factor = basis->column[column];
+    int64_t sum = 0; // below 64 * 2^28 * 2^28 = 2^62
+    for (uint32_t b = 0; b < basis->blocks; b++) {
+        sum += (int64_t)factor[b] * data[b];
+    }
+    return sway_real(sum, -SWAY_FIT_BITS);
+}
+
+static void gram_entry(sway_fit_basis_t *basis, uint32_t i, uint32_t j)
+{
+    const sway_real_t sum = sway_fit_product(basis, i, basis->column[j]);
+    const sway_real_t value = sway_real_scale(sum, -SWAY_FIT_BITS);
+    basis->gram[i][j] = value;
+    basis->gram[j][i] = value;
+}
+
+void sway_fit_gram(sway_fit_basis_t *basis, uint32_t first, uint32_t last)
+{
+    for (uint32_t i = first; i <= last; i++) {
+        for (uint32_t j = 0; j <= i; j++) {
+            gram_entry(basis, i, j);
+        }
+        gram_entry(basis, SWAY_FIT_TAU_RE, i);
+        gram_entry(basis, SWAY_FIT_TAU_IM, i);
+    }
+    if (first == 0U) {
+        gram_entry(basis, SWAY_FIT_TAU_RE, SWAY_FIT_TAU_RE);
+        gram_entry(basis, SWAY_FIT_TAU_IM, SWAY_FIT_TAU_RE);
+        gram_entry(basis, SWAY_FIT_TAU_IM, SWAY_FIT_TAU_IM);
+    }
+}
+
+void sway_fit_factor(sway_fit_system_t *system, const sway_fit_basis_t *basis, uint32_t n)
+{
+    sway_real_t d[SWAY_FIT_LINEAR];
+    system->n = n;
+    for (uint32_t i = 0; i < n; i++) {
+        sway_real_t scaled[SWAY_FIT_LINEAR]; // L[i][j] d[j]
+        for (uint32_t j = 0; j <= i; j++) {
+            sway_real_t sum = basis->gram[i][j];
+            for (uint32_t k = 0; k < j; k++) {
+                const sway_real_t term = sway_real_mul(scaled[k], system->lower[j][k]);
+                sum = sway_real_sub(sum, term);
+            }
+            scaled[j] = sum;
+            if (j < i) {
+                system->lower[i][j] = sway_real_mul(sum, system->inverse_d[j]);
+                /* the diagonal takes the product with the scaled entry just made */
+            }
+        }
+        d[i] = basis->gram[i][i];
+        for (uint32_t k = 0; k < i; k++) {
+            d[i] = sway_real_sub(d[i], sway_real_mul(scaled[k], system->lower[i][k]));
+        }
+        system->inverse_d[i] = sway_real_div(sway_real_int(1), d[i]);
+    }
+}
+
+void sway_fit_solve(const sway_fit_system_t *system, const sway_real_t *right, sway_real_t *x)
+{
+    for (uint32_t i = 0; i < system->n; i++) {
+        sway_real_t sum = right[i];
+        for (uint32_t k = 0; k < i; k++) {
+            sum = sway_real_sub(sum, sway_real_mul(system->lower[i][k], x[k]));
+        }
+        x[i] = sum;
+    }
+    for (uint32_t i = system->n; i-- > 0U;) {
+        sway_real_t sum = sway_real_mul(x[i], system->inverse_d[i]);
+        for (uint32_t k = i + 1U; k < system->n; k++) {
+            sum = sway_real_sub(sum, sway_real_mul(system->lower[k][i], x[k]));
+        }
+        x[i] = sum;
+    }
+}
+
+static sway_real_t dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
+{
+    sway_real_t sum = sway_real_mul(a[0], b[0]);
+    for (uint32_t i = 1; i < n; i++) {
+        sum = sway_real_add(sum, sway_real_mul(a[i], b[i]));
+    }
+    return sum;
+}
+
+void sway_fit_cross(sway_fit_system_t *system, const sway_fit_basis_t *basis)
+{
+    const sway_real_t *re = basis->gram[SWAY_FIT_TAU_RE];
+    const sway_real_t *im = basis->gram[SWAY_FIT_TAU_IM];
+    sway_fit_solve(system, re, system->cross[0]);
+    sway_fit_solve(system, im, system->cross[1]);
+    system->schur[0] =
+        sway_real_sub(re[SWAY_FIT_TAU_RE], dot(re, system->cross[0], system->n));
+    system->schur[1] =
+        sway_real_sub(im[SWAY_FIT_TAU_RE], dot(im, system->cross[0], system->n));
+    system->schur[2] =
+        sway_real_sub(im[SWAY_FIT_TAU_IM], dot(im, system->cross[1], system->n));
+}
+
+static void unit_column(const sway_fit_system_t *system, uint32_t index, sway_real_t *x)
+{
+    for (uint32_t i = 0; i < system->n; i++) {
+        x[i] = sway_real_int(i == index ? 1 : 0);
+    }
+    sway_fit_solve(system, x, x);
+}
+
+void sway_fit_variance(sway_fit_system_t *system)
+{
+    sway_real_t x[SWAY_FIT_LINEAR];
+    unit_column(system, 0, x);
+    system->variance[0] = x[0];
+    system->variance[1] = x[1];
+    unit_column(system, 1, x);
+    system->variance[2] = x[1];
+}
+
+void sway_fit_second_variance(sway_fit_system_t *system)
+{
+    sway_real_t x[SWAY_FIT_LINEAR];
+    unit_column(system, 4, x);
+    const sway_real_t first = x[4];
+    unit_column(system, 5, x);
+    system->second_variance = sway_real_scale(sway_real_add(first, x[5]), -1);
+}
+
+/* Columns in Q24 and parameters with 4 fractional bits: 8 terms of at most 2^(24 + 35) stay below
+ * 2^62. Parameters beyond 2^31 (nearly dependent columns) are clipped. */
+#define MODEL_FRACTION 4
+#define MODEL_LIMIT (INT64_C(1) << (31 + MODEL_FRACTION))
+#define MODEL_BOUND (INT64_C(1) << 28)
+
+static int64_t clip(int64_t value, int64_t limit)
+{
+    if (value > limit) {
+        return limit;
+    }
+    return value < -limit ? -limit : value;
+}
+
+void sway_fit_model(const sway_fit_basis_t *basis, const sway_real_t *parameter, uint32_t n,
+                    int32_t *model)
+{
+    int64_t p[SWAY_FIT_LINEAR];
+    for (uint32_t i = 0; i < n; i++) {
+        p[i] = clip(sway_real_to_int64(parameter[i], MODEL_FRACTION), MODEL_LIMIT);
+    }
+    for (uint32_t b = 0; b < basis->blocks; b++) {
+        int64_t sum = 0;
+        for (uint32_t i = 0; i < n; i++) {
+            sum += p[i] * (basis->column[i][b] / 16);
+        }
+        model[b] = (int32_t)clip(sum / (INT64_C(1) << (24 + MODEL_FRACTION)), MODEL_BOUND);
+    }
+}

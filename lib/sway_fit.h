@@ -1,0 +1,66 @@
+/// sway_fit: the linear algebra under sway_line: columns of the model, their products, small solves.
+///
+/// Columns over the blocks b = 0..n-1 of a window, tau = (2 b - n + 1) / (n - 1) in [-1, 1], and
+/// z = scale e^((growth + j omega) (b - (n-1)/2)) with the largest |z| = 1:
+///     0, 1: Re z, -Im z       x = a Re z - b Im z is Re((a + j b) z)
+///     2, 3: 1, tau            mean and slope
+///     4, 5: Re z^2, -Im z^2   6, 7: Re z^3, -Im z^3
+///     8, 9: tau times columns 0, 1: the derivatives with respect to growth and omega
+/// Every channel has the same columns, so their products are made once for all channels.
+#ifndef SWAY_FIT_H
+#define SWAY_FIT_H
+
+#include "sway_real.h"
+
+/// Most blocks in a window.
+#define SWAY_FIT_BLOCKS 64
+#define SWAY_FIT_COLUMNS 10
+/// Linear parameters: columns 0..7.
+#define SWAY_FIT_LINEAR 8
+#define SWAY_FIT_TAU_RE 8
+#define SWAY_FIT_TAU_IM 9
+/// Columns are Q28.
+#define SWAY_FIT_BITS 28
+
+typedef struct {
+    uint32_t blocks;
+    sway_real_t scale; ///< e^(-|growth| (n-1)/2), so that |z| <= 1
+    int32_t column[SWAY_FIT_COLUMNS][SWAY_FIT_BLOCKS];
+    sway_real_t gram[SWAY_FIT_COLUMNS][SWAY_FIT_COLUMNS]; ///< products of columns, lower triangle
+} sway_fit_basis_t;
+
+/// Least squares on columns 0..n-1 (n = 4: one line; n = 8: with 2f and 3f).
+typedef struct {
+    uint32_t n;
+    sway_real_t lower[SWAY_FIT_LINEAR][SWAY_FIT_LINEAR]; ///< L of L D L^T, unit diagonal
+    sway_real_t inverse_d[SWAY_FIT_LINEAR];
+    sway_real_t cross[2][SWAY_FIT_LINEAR]; ///< solutions for columns 8 and 9
+    sway_real_t schur[3]; ///< what of columns 8, 9 the linear part leaves: (8,8), (8,9), (9,9)
+    sway_real_t variance[3]; ///< of parameters 0, 1 for unit noise: (0,0), (0,1), (1,1)
+    sway_real_t second_variance; ///< of parameters 4, 5, mean of both; n = 8 only
+} sway_fit_system_t;
+
+/// Makes the columns for growth and omega per block; |growth| (n-1)/2 <= 8.
+void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, sway_real_t growth,
+                      sway_real_t omega);
+/// Products of columns first..last with all before them that are 0..3, 8, 9 or at most `last`.
+/// sway_fit_gram(basis, 0, 3) makes what n = 4 needs, then (basis, 4, 7) what n = 8 adds.
+void sway_fit_gram(sway_fit_basis_t *basis, uint32_t first, uint32_t last);
+
+/// The steps of building a system, each of bounded cost, in this order.
+void sway_fit_factor(sway_fit_system_t *system, const sway_fit_basis_t *basis, uint32_t n);
+void sway_fit_cross(sway_fit_system_t *system, const sway_fit_basis_t *basis);
+void sway_fit_variance(sway_fit_system_t *system);
+void sway_fit_second_variance(sway_fit_system_t *system);
+
+/// x = (products of columns)^-1 right, for the n columns of the system; x may be `right`.
+void sway_fit_solve(const sway_fit_system_t *system, const sway_real_t *right, sway_real_t *x);
+
+/// Sum over the blocks of column times data; |data| < 2^27.
+sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, const int32_t *data);
+
+/// Model of the linear parameters 0..n-1 over all blocks, rounded, |model| <= 2^28.
+void sway_fit_model(const sway_fit_basis_t *basis, const sway_real_t *parameter, uint32_t n,
+                    int32_t *model);
+
+#endif

@@ -1,0 +1,312 @@
+#include "sway_grid.h"
+
+#include <string.h>
+
+#define ROW_MASK ((int64_t)SWAY_GRID_ROWS - 1)
+/* A stamp this far ahead of everything else is believed only when a second one agrees. */
+#define JUMP_US 500000
+/* A jump this long starts the grid anew instead of handing out empty rows. */
+#define RESTART_US 2000000
+/* An input this long silent is not waited for. */
+#define SILENT_US 1000000
+#define REFUSALS_TO_RESTART 16U
+
+static const int32_t limits[SWAY_INPUT_COUNT] = {
+    12600000, 5300000,  40000000, 5300000,  40000000, 1600000,  50000000, 50000000, 50000000,
+    50000000, 50000000, 50000000, 50000000, 50000000, 50000000, 50000000, 50000000, 50000000,
+    50000000, 50000000, 50000000, 50000000, 50000000, 50000000, 120000};
+
+static bool is_unsigned(sway_input_t input)
+{
+    return input == SWAY_INPUT_SPEED ||
+           (input >= SWAY_INPUT_CAR_FZ_FL && input <= SWAY_INPUT_CAR_FZ_RR) ||
+           (input >= SWAY_INPUT_TRAILER_FZ_FL && input <= SWAY_INPUT_TRAILER_FZ_RR);
+}
+
+int32_t sway_grid_limit(sway_input_t input)
+{
+    return (uint32_t)input < SWAY_INPUT_COUNT ? limits[input] : 0;
+}
+
+sway_grid_config_t sway_grid_default(int32_t sample_period_us)
+{
+    const sway_grid_config_t config = {.sample_period_us = sample_period_us,
+                                       .max_gap_us = 50000,
+                                       .max_speed_gap_us = 500000,
+                                       .max_wait_us = 100000};
+    return config;
+}
+
+static bool config_is_good(const sway_grid_config_t *config)
+{
+    const int32_t period = config->sample_period_us;
+    if (period < 1000 || period > 100000 || config->max_gap_us < period ||
+        config->max_gap_us > JUMP_US || config->max_speed_gap_us < period ||
+        config->max_speed_gap_us > RESTART_US || config->max_wait_us < 0 ||
+        config->max_wait_us > period * (SWAY_GRID_ROWS - 2)) {
+        return false;
+    }
+    for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
+        if (config->delay_us[i] < -500000 || config->delay_us[i] > 500000) {
+            return false;
+        }
+    }
+    return true;
+}
+
+sway_error_t sway_grid_init(sway_grid_t *grid, const sway_grid_config_t *config)
+{
+    if (grid == NULL || config == NULL || !config_is_good(config)) {
+        return SWAY_ERROR_ARGUMENT;
+    }
+    memset(grid, 0, sizeof *grid);
+    grid->config = *config;
+    return SWAY_OK;
+}
+
+static void count(uint32_t *counter)
+{
+    if (*counter < UINT32_MAX) {
+        *counter += 1U;
+    }
+}
+
+/* The first row at or after `time_us`. */
+static int64_t row_at_or_after(const sway_grid_t *grid, int64_t time_us)
+{
+    const int64_t period = grid->config.sample_period_us;
+    int64_t row = time_us / period * period;
+    if (row < time_us) {
+        row += period;
+    }
+    return row;
+}
+
+static uint32_t row_slot(const sway_grid_t *grid, int64_t row_us)
+{
+    return (uint32_t)((row_us / grid->config.sample_period_us) & ROW_MASK);
+}
+
+static void start_at(sway_grid_t *grid, int64_t time_us)
+{
+    for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
+        grid->input[i].usable = false;
+        grid->input[i].timed = false;
+    }
+    memset(grid->filled, 0, sizeof grid->filled);
+    memset(grid->valid, 0, sizeof grid->valid);
+    grid->next_time_us = row_at_or_after(grid, time_us);
+    grid->newest_time_us = time_us;
+    grid->restart = true;
+    grid->suspected = false;
+    grid->refused = 0;
+    if (grid->running) {
+        count(&grid->faults.restarts);
+    }
+    grid->running = true;
+}
+
+static bool refuse_time(sway_grid_t *grid)
+{
+    count(&grid->faults.time_backward);
+    grid->refused += 1U;
+    return false;
+}
+
+/* Whether the stamp can be believed; keeps the clock of the grid. */
+static bool accept_time(sway_grid_t *grid, const sway_grid_input_t *in, int64_t time_us)
+{
+    if (!grid->running) {
+        start_at(grid, time_us);
+    }
+    const bool old = (in->timed && time_us < in->time_us) ||
+                     time_us < grid->next_time_us - SILENT_US;
+    if (old) {
+        if (grid->refused + 1U < REFUSALS_TO_RESTART) {
+            return refuse_time(grid);
+        }
+        count(&grid->faults.time_backward);
+        start_at(grid, time_us);
+    }
+    if (time_us > grid->newest_time_us + JUMP_US) {
+        const int64_t apart = time_us - grid->suspect_us;
+        if (!grid->suspected || apart > JUMP_US || apart < -JUMP_US) {
+            grid->suspected = true;
+            grid->suspect_us = time_us;
+            return refuse_time(grid);
+        }
+        if (time_us > grid->newest_time_us + RESTART_US) {
+            start_at(grid, time_us);
+        }
+    }
+    grid->suspected = false;
+    grid->refused = 0;
+    if (time_us > grid->newest_time_us) {
+        grid->newest_time_us = time_us;
+    }
+    return true;
+}
+
+static int32_t interpolate(const sway_grid_input_t *from, int64_t to_us, int32_t to, int64_t at_us)
+{
+    const int64_t span = to_us - from->time_us;
+    if (span <= 0) {
+        return to;
+    }
+    const int64_t product = ((int64_t)to - from->value) * (at_us - from->time_us);
+    const int64_t half = product < 0 ? -(span / 2) : span / 2;
+    return from->value + (int32_t)((product + half) / span);
+}
+
+/* Fills the waiting rows after the input's last sample up to `time_us`. */
+static void fill_rows(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value,
+                      bool valid)
+{
+    const sway_grid_input_t *in = &grid->input[input];
+    const int64_t period = grid->config.sample_period_us;
+    const uint32_t bit = (uint32_t)1U << (uint32_t)input;
+    int64_t row = in->timed ? row_at_or_after(grid, in->time_us + 1)
+                            : row_at_or_after(grid, time_us);
+    if (row < grid->next_time_us) {
+        if (time_us < grid->next_time_us) {
+            count(&grid->faults.late);
+        }
+        row = grid->next_time_us;
+    }
+    const int64_t end = grid->next_time_us + period * SWAY_GRID_ROWS;
+    for (; row <= time_us && row < end; row += period) {
+        const uint32_t slot = row_slot(grid, row);
+        grid->row[slot][input] = in->timed ? interpolate(in, time_us, value, row) : value;
+        grid->filled[slot] |= bit;
+        if (valid || (row == time_us && grid->sample_usable)) {
+            grid->valid[slot] |= bit;
+        }
+    }
+}
+
+static void take(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value, bool usable)
+{
+    sway_grid_input_t *in = &grid->input[input];
+    const int32_t max_gap = input == SWAY_INPUT_SPEED ? grid->config.max_speed_gap_us
+                                                      : grid->config.max_gap_us;
+    const bool gap = in->timed && time_us - in->time_us > max_gap;
+    if (gap) {
+        count(&grid->faults.gaps);
+    }
+    grid->sample_usable = usable;
+    fill_rows(grid, input, time_us, value, usable && in->timed && in->usable && !gap);
+    in->time_us = time_us;
+    in->value = value;
+    in->timed = true;
+    in->usable = usable;
+}
+
+sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value)
+{
+    if (grid == NULL || (uint32_t)input >= SWAY_INPUT_COUNT || time_us < -SWAY_GRID_TIME_LIMIT ||
+        time_us > SWAY_GRID_TIME_LIMIT) {
+        return SWAY_ERROR_ARGUMENT;
+    }
+    const int32_t low = is_unsigned(input) ? 0 : -limits[input];
+    if (value < low || value > limits[input]) {
+        count(&grid->faults.out_of_range);
+        return SWAY_ERROR_RANGE;
+    }
+    const int64_t measured_us = time_us - grid->config.delay_us[input];
+    sway_grid_input_t *in = &grid->input[input];
+    if (!accept_time(grid, in, measured_us)) {
+        return SWAY_ERROR_TIME;
+    }
+    in->seen = true;
+    take(grid, input, measured_us, value, true);
+    return SWAY_OK;
+}
+
+void sway_grid_invalid(sway_grid_t *grid, sway_input_t input, int64_t time_us)
+{
+    if (grid == NULL || (uint32_t)input >= SWAY_INPUT_COUNT || time_us < -SWAY_GRID_TIME_LIMIT ||
+        time_us > SWAY_GRID_TIME_LIMIT) {
+        return;
+    }
+    count(&grid->faults.invalid);
+    const int64_t measured_us = time_us - grid->config.delay_us[input];
+    sway_grid_input_t *in = &grid->input[input];
+    if (accept_time(grid, in, measured_us)) {
+        take(grid, input, measured_us, in->value, false);
+    }
+}
+
+/* Inputs that the row waits for: speed is held instead, silent inputs are given up. */
+static uint32_t awaited(const sway_grid_t *grid)
+{
+    uint32_t mask = 0;
+    for (uint32_t i = 0; i < SWAY_INPUT_COUNT; i++) {
+        const sway_grid_input_t *in = &grid->input[i];
+        if (in->timed && i != SWAY_INPUT_SPEED &&
+            grid->newest_time_us - in->time_us < SILENT_US) {
+            mask |= (uint32_t)1U << i;
+        }
+    }
+    return mask;
+}
+
+typedef struct {
+    int32_t value;
+    bool valid;
+} input_value_t;
+
+static input_value_t input_value(const sway_grid_t *grid, uint32_t input)
+{
+    const uint32_t slot = row_slot(grid, grid->next_time_us);
+    const sway_grid_input_t *in = &grid->input[input];
+    if (((grid->filled[slot] >> input) & 1U) != 0U) {
+        const input_value_t known = {grid->row[slot][input],
+                                     ((grid->valid[slot] >> input) & 1U) != 0U};
+        return known;
+    }
+    const input_value_t held = {in->value,
+                                input == SWAY_INPUT_SPEED && in->timed && in->usable &&
+                                    grid->next_time_us - in->time_us <=
+                                        grid->config.max_speed_gap_us};
+    return held;
+}
+
+static void add_channel(sway_tick_t *tick, uint32_t channel, input_value_t value, bool seen)
+{
+    tick->value[channel] = value.value;
+    tick->valid_mask |= value.valid ? SWAY_CHANNEL_BIT(channel) : 0U;
+    tick->present_mask |= seen ? SWAY_CHANNEL_BIT(channel) : 0U;
+}
+
+bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
+{
+    if (grid == NULL || tick == NULL || !grid->running ||
+        grid->newest_time_us < grid->next_time_us) {
+        return false;
+    }
+    const uint32_t slot = row_slot(grid, grid->next_time_us);
+    if ((awaited(grid) & ~grid->filled[slot]) != 0U &&
+        grid->newest_time_us - grid->next_time_us < grid->config.max_wait_us) {
+        return false;
+    }
+    memset(tick, 0, sizeof *tick);
+    tick->time_us = grid->next_time_us;
+    tick->restart = grid->restart;
+    for (uint32_t c = 0; c < SWAY_CHANNEL_CAR_FRONT_FY; c++) {
+        add_channel(tick, c, input_value(grid, c), grid->input[c].seen);
+    }
+    for (uint32_t c = SWAY_CHANNEL_CAR_FRONT_FY; c < SWAY_CHANNEL_COUNT; c++) {
+        const uint32_t left = 2U * c - SWAY_CHANNEL_CAR_FRONT_FY;
+        const input_value_t a = input_value(grid, left);
+        const input_value_t b = input_value(grid, left + 1U);
+        const input_value_t both = {a.value + b.value, a.valid && b.valid};
+        add_channel(tick, c, both, grid->input[left].seen && grid->input[left + 1U].seen);
+    }
+    add_channel(tick, SWAY_CHANNEL_SPEED, input_value(grid, SWAY_INPUT_SPEED),
+                grid->input[SWAY_INPUT_SPEED].seen);
+    grid->filled[slot] = 0;
+    grid->valid[slot] = 0;
+    grid->restart = false;
+    grid->next_time_us += grid->config.sample_period_us;
+    return true;
+}

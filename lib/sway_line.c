@@ -1,0 +1,904 @@
+#include "sway_line.h"
+
+#include <string.h>
+
+#define MAX_PASSES 8U
+#define MAX_REFITS 1U
+/* |growth| from the middle to the end of the window: e^4 = 55. */
+#define MAX_EXPONENT 4
+/* A channel with fewer blocks than 3/4 is not used. */
+#define MAX_MISSING_QUARTERS 1U
+
+enum {
+    STATE_SUMS,
+    STATE_SPEED,
+    STATE_COLUMNS,
+    STATE_GRAM,
+    STATE_SYSTEM,
+    STATE_GRAM_HARMONICS,
+    STATE_FACTOR_HARMONICS,
+    STATE_CROSS_HARMONICS,
+    STATE_VARIANCE_HARMONICS,
+    STATE_SECOND_VARIANCE,
+    STATE_CHANNELS,
+    STATE_RESIDUALS,
+    STATE_STEP,
+    STATE_IDLE
+};
+
+static sway_real_t square(sway_real_t a)
+{
+    return sway_real_mul(a, a);
+}
+
+/* sum + a b */
+static sway_real_t mac(sway_real_t sum, sway_real_t a, sway_real_t b)
+{
+    return sway_real_add(sum, sway_real_mul(a, b));
+}
+
+static uint32_t count_bits(uint64_t mask)
+{
+    uint32_t n = 0;
+    for (; mask != 0U; mask &= mask - 1U) {
+        n++;
+    }
+    return n;
+}
+
+sway_real_t sway_line_unit(sway_channel_t channel)
+{
+    return sway_real_ratio(1, channel >= SWAY_CHANNEL_HITCH_FX && channel < SWAY_CHANNEL_COUNT
+                                  ? 1000
+                                  : 1000000);
+}
+
+void sway_line_init(sway_line_job_t *job)
+{
+    memset(job, 0, sizeof *job);
+    job->state = STATE_IDLE;
+}
+
+/* Rows per block: at most SWAY_FIT_BLOCKS blocks, few rows left over at the old end. */
+static uint32_t block_rows(uint32_t window)
+{
+    const uint32_t least = (window + SWAY_FIT_BLOCKS - 1U) / SWAY_FIT_BLOCKS;
+    uint32_t best = least;
+    for (uint32_t m = least; m < least + 4U && window / m >= SWAY_FIT_BLOCKS / 2U; m++) {
+        if (window % m < window % best) {
+            best = m;
+        }
+        if (window % best <= window / 128U) {
+            break;
+        }
+    }
+    return best;
+}
+
+sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *config,
+                             const sway_ring_t *ring, uint32_t window, sway_real_t omega_rad_s)
+{
+    if (job == NULL || config == NULL || ring == NULL || config->sample_period_us <= 0 ||
+        window < SWAY_WINDOW_MIN || window > SWAY_WINDOW_MAX || omega_rad_s.m <= 0) {
+        return SWAY_ERROR_ARGUMENT;
+    }
+    if (ring->filled < window) {
+        return SWAY_ERROR_NO_DATA;
+    }
+    const sway_real_t row_s = sway_real_ratio(config->sample_period_us, 1000000);
+    memset(&job->line, 0, sizeof job->line);
+    job->config = *config;
+    job->state = STATE_SUMS;
+    job->channel = 0;
+    job->pass = 0;
+    job->refits = 0;
+    job->final = false;
+    job->changed = false;
+    job->converged = false;
+    job->head = ring->head;
+    job->block = block_rows(window);
+    job->basis.blocks = window / job->block;
+    const uint32_t rows = job->basis.blocks * job->block;
+    job->half_s = sway_real_mul(row_s, sway_real_ratio((int64_t)(rows - job->block), 2));
+    job->line.window_samples = (int32_t)rows;
+    job->line.mid_time_us =
+        ring->newest_time_us - (int64_t)(rows - 1U) * config->sample_period_us / 2;
+    job->line.omega_rad_s = omega_rad_s;
+    job->line.valid_mask = ring->present_mask & (SWAY_CHANNEL_BIT(SWAY_CHANNELS) - 1U);
+    return SWAY_OK;
+}
+
+/* ---- block sums -------------------------------------------------------------------------- */
+
+static uint32_t oldest_slot(const sway_line_job_t *job)
+{
+    return (job->head - (uint32_t)job->line.window_samples) & (SWAY_RING_SAMPLES - 1U);
+}
+
+/* Block sums less their mean, scaled to below 2^27; returns what the mean was. */
+static void store_sums(sway_line_data_t *data, const int64_t *sums, uint32_t blocks)
+{
+    int64_t total = 0;
+    for (uint32_t b = 0; b < blocks; b++) {
+        total += sums[b];
+    }
+    data->removed = total / (int64_t)blocks;
+    int64_t largest = 0;
+    for (uint32_t b = 0; b < blocks; b++) {
+        const int64_t rest = sums[b] - data->removed;
+        const int64_t size = rest < 0 ? -rest : rest;
+        largest = size > largest ? size : largest;
+    }
+    data->shift = 0;
+    while ((largest >> data->shift) >= (INT32_C(1) << 27) - 1) {
+        data->shift++;
+    }
+    const int64_t divisor = INT64_C(1) << data->shift;
+    for (uint32_t b = 0; b < blocks; b++) {
+        data->sum[b] = (int32_t)((sums[b] - data->removed) / divisor);
+    }
+}
+
+static void sum_channel(sway_line_job_t *job, const sway_ring_t *ring, uint32_t channel)
+{
+    sway_line_data_t *data = &job->data[channel];
+    int64_t sums[SWAY_FIT_BLOCKS];
+    uint32_t slot = oldest_slot(job);
+    data->missing = 0;
+    for (uint32_t b = 0; b < job->basis.blocks; b++) {
+        int64_t sum = 0;
+        uint32_t valid = SWAY_CHANNEL_BIT(channel);
+        for (uint32_t i = 0; i < job->block; i++) {
+            sum += ring->sample[channel][slot];
+            valid &= ring->valid[slot];
+            slot = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
+        }
+        sums[b] = sum;
+        if (valid == 0U) {
+            data->missing |= UINT64_C(1) << b;
+        }
+    }
+    store_sums(data, sums, job->basis.blocks);
+    data->lost = count_bits(data->missing);
+    if (4U * data->lost > MAX_MISSING_QUARTERS * job->basis.blocks) {
+        job->line.valid_mask &= ~SWAY_CHANNEL_BIT(channel);
+    }
+}
+
+/* RMS of the block means about their mean and slope, in SI units. */
+static sway_real_t unrest(const sway_line_job_t *job, sway_channel_t channel)
+{
+    const sway_line_data_t *data = &job->data[channel];
+    const int64_t n = (int64_t)job->basis.blocks;
+    int64_t squares = 0;
+    int64_t moment = 0;
+    for (int64_t b = 0; b < n; b++) {
+        const int64_t x = data->sum[b]; // below 2^27
+        squares += x * x;
+        moment += x * (2 * b - n + 1);
+    }
+    const sway_real_t spread = sway_real_ratio(n * (n * n - 1), 3); // sum of (2b - n + 1)^2
+    const sway_real_t slope = sway_real_div(square(sway_real_int(moment)), spread);
+    const sway_real_t rest = sway_real_sub(sway_real_int(squares), slope);
+    const sway_real_t rms = sway_real_sqrt(sway_real_div(rest, sway_real_int(n)));
+    const sway_real_t mean = sway_real_div(rms, sway_real_int((int64_t)job->block));
+    return sway_real_mul(sway_real_scale(mean, data->shift), sway_line_unit(channel));
+}
+
+static uint32_t after_sums(sway_line_job_t *job)
+{
+    const uint32_t steering = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
+    if ((job->line.valid_mask & steering) != 0U) {
+        const sway_real_t quiet = sway_real_ratio(job->config.steering_quiet_urad, 1000000);
+        if (sway_real_less(quiet, unrest(job, SWAY_CHANNEL_STEERING_WHEEL_ANGLE))) {
+            job->line.flags |= SWAY_LINE_FORCED;
+        }
+    }
+    job->used_mask = job->line.valid_mask & job->config.channel_mask;
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        if ((job->config.channel_mask & SWAY_CHANNEL_BIT(c)) != 0U && job->data[c].lost > 0U &&
+            job->data[c].seen) {
+            job->line.flags |= SWAY_LINE_GAP;
+        }
+    }
+    job->channel = 0;
+    return STATE_SPEED;
+}
+
+static uint32_t run_sums(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    const uint32_t channel = job->channel++;
+    job->data[channel].seen = (ring->present_mask & SWAY_CHANNEL_BIT(channel)) != 0U;
+    if (job->data[channel].seen) {
+        sum_channel(job, ring, channel);
+    }
+    return job->channel < SWAY_CHANNELS ? STATE_SUMS : after_sums(job);
+}
+
+static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    const int64_t n = job->line.window_samples;
+    uint32_t slot = oldest_slot(job);
+    int64_t sum = 0;
+    int64_t moment = 0; // below 2^13 * 2^17 * 2^14
+    int64_t known = 0;
+    for (int64_t i = 0; i < n; i++) {
+        sum += ring->speed_mm_s[slot];
+        moment += (int64_t)ring->speed_mm_s[slot] * (2 * i - n + 1);
+        known += (ring->valid[slot] >> SWAY_CHANNEL_SPEED) & 1U;
+        slot = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
+    }
+    if (4 * known < 3 * n || sum == 0) {
+        return STATE_COLUMNS;
+    }
+    /* slope per row = 2 moment / (n (n^2 - 1) / 3) */
+    const sway_real_t per_row = sway_real_ratio(6 * moment, n * (n * n - 1));
+    job->line.speed_m_s = sway_real_ratio(sum, 1000 * n);
+    job->line.speed_slope_m_s2 =
+        sway_real_div(sway_real_mul(per_row, sway_real_int(1000)),
+                      sway_real_int(job->config.sample_period_us));
+    const sway_real_t change = sway_real_abs(sway_real_mul(per_row, sway_real_int(n)));
+    const sway_real_t allowed =
+        sway_real_mul(sway_real_ratio(sum, n), sway_real_ratio(job->config.speed_change_milli, 1000));
+    if (sway_real_less(allowed, change)) {
+        job->line.flags |= SWAY_LINE_SPEED_CHANGING;
+    }
+    return STATE_COLUMNS;
+}
+
+/* ---- columns and their systems ------------------------------------------------------------ */
+
+static sway_real_t per_block(const sway_line_job_t *job, sway_real_t per_s)
+{
+    const sway_real_t block_s =
+        sway_real_ratio((int64_t)job->config.sample_period_us * (int64_t)job->block, 1000000);
+    return sway_real_mul(per_s, block_s);
+}
+
+static uint32_t run_columns(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    memset(&job->normal, 0, sizeof job->normal);
+    job->channel = 0;
+    sway_fit_columns(&job->basis, job->basis.blocks, per_block(job, job->line.growth_1_s),
+                     per_block(job, job->line.omega_rad_s));
+    return STATE_GRAM;
+}
+
+static uint32_t run_gram(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_fit_gram(&job->basis, 0, 3);
+    return STATE_SYSTEM;
+}
+
+static bool needs_harmonics(const sway_line_job_t *job)
+{
+    bool any = job->final;
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        any = any || (job->data[c].harmonics && (job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U);
+    }
+    return any;
+}
+
+static uint32_t run_system(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_fit_factor(&job->system[0], &job->basis, 4);
+    sway_fit_cross(&job->system[0], &job->basis);
+    sway_fit_variance(&job->system[0]);
+    return needs_harmonics(job) ? STATE_GRAM_HARMONICS : STATE_CHANNELS;
+}
+
+static uint32_t run_gram_harmonics(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_fit_gram(&job->basis, 4, 7);
+    return STATE_FACTOR_HARMONICS;
+}
+
+static uint32_t run_factor_harmonics(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_fit_factor(&job->system[1], &job->basis, SWAY_FIT_LINEAR);
+    return STATE_CROSS_HARMONICS;
+}
+
+static uint32_t run_cross_harmonics(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_fit_cross(&job->system[1], &job->basis);
+    return job->final ? STATE_VARIANCE_HARMONICS : STATE_CHANNELS;
+}
+
+static uint32_t run_variance_harmonics(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_fit_variance(&job->system[1]);
+    return STATE_SECOND_VARIANCE;
+}
+
+static uint32_t run_second_variance(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_fit_second_variance(&job->system[1]);
+    return STATE_CHANNELS;
+}
+
+/* ---- one channel -------------------------------------------------------------------------- */
+
+static sway_real_t sum_of_squares(const int32_t *x, uint32_t n)
+{
+    int64_t sum = 0; // 64 * 2^56
+    for (uint32_t i = 0; i < n; i++) {
+        sum += (int64_t)x[i] * x[i];
+    }
+    return sway_real_int(sum);
+}
+
+/* Blocks that are data, less the parameters fitted to them. */
+static int64_t freedom(const sway_line_job_t *job, const sway_line_data_t *data, uint32_t n)
+{
+    const uint32_t shared = count_bits(job->used_mask) == 1U ? 2U : 0U;
+    const int64_t rest = (int64_t)job->basis.blocks - (int64_t)count_bits(data->missing) -
+                         (int64_t)(n + shared);
+    return rest < 4 ? 4 : rest;
+}
+
+/* Variance of a block: at least that of rounding, and what 31 bits resolve. For few degrees of
+ * freedom the variance of Student's t over that of the normal distribution is put in, so that
+ * standard errors mean what they say. */
+static sway_real_t block_variance(const sway_line_job_t *job, const sway_line_data_t *data,
+                                  uint32_t n, sway_real_t rest, sway_real_t total)
+{
+    const int64_t degrees = freedom(job, data, n);
+    const sway_real_t variance = sway_real_div(rest, sway_real_int(degrees - 2));
+    const sway_real_t rounding =
+        sway_real_scale(sway_real_ratio((int64_t)job->block, 12), -2 * data->shift);
+    const sway_real_t least = sway_real_max(rounding, sway_real_ratio(1, 12));
+    return sway_real_max(sway_real_max(variance, least), sway_real_scale(total, -32));
+}
+
+static void channel_products(const sway_line_job_t *job, const sway_line_data_t *data, uint32_t n,
+                             sway_real_t *product)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        product[i] = sway_fit_product(&job->basis, i, data->sum);
+    }
+}
+
+/* Puts the model where there is no data: its least squares are then those of the data alone. */
+static void fill_missing(const sway_line_job_t *job, sway_line_data_t *data, uint32_t n)
+{
+    int32_t model[SWAY_FIT_BLOCKS];
+    const int32_t limit = (INT32_C(1) << 27) - 1;
+    sway_fit_model(&job->basis, data->parameter, n, model);
+    for (uint32_t b = 0; b < job->basis.blocks; b++) {
+        if (((data->missing >> b) & 1U) != 0U) {
+            const int32_t x = model[b] > limit ? limit : model[b];
+            data->sum[b] = x < -limit ? -limit : x;
+        }
+    }
+}
+
+static void solve_channel(const sway_line_job_t *job, sway_line_data_t *data, uint32_t n,
+                          sway_real_t *product)
+{
+    const sway_fit_system_t *system = &job->system[n == 4U ? 0 : 1];
+    const uint32_t rounds = data->missing != 0U ? 3U : 1U;
+    for (uint32_t round = 0; round < rounds; round++) {
+        if (round > 0U) {
+            fill_missing(job, data, n);
+        }
+        channel_products(job, data, n, product);
+        sway_fit_solve(system, product, data->parameter);
+    }
+    product[SWAY_FIT_TAU_RE] = sway_fit_product(&job->basis, SWAY_FIT_TAU_RE, data->sum);
+    product[SWAY_FIT_TAU_IM] = sway_fit_product(&job->basis, SWAY_FIT_TAU_IM, data->sum);
+}
+
+static sway_real_t dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
+{
+    sway_real_t sum = sway_real_int(0);
+    for (uint32_t i = 0; i < n; i++) {
+        sum = mac(sum, a[i], b[i]);
+    }
+    return sum;
+}
+
+/* a^T S b of a 2x2 symmetric S. */
+static sway_real_t form(const sway_real_t *s, sway_complex_t a, sway_complex_t b)
+{
+    const sway_real_t mixed =
+        sway_real_add(sway_real_mul(a.re, b.im), sway_real_mul(a.im, b.re));
+    const sway_real_t diagonal =
+        mac(sway_real_mul(sway_real_mul(a.re, b.re), s[0]), sway_real_mul(a.im, b.im), s[2]);
+    return mac(diagonal, mixed, s[1]);
+}
+
+/* The derivative of the model is re * column 8 + im * column 9. */
+static sway_complex_t by_growth(const sway_line_data_t *data)
+{
+    return sway_complex(data->parameter[0], data->parameter[1]);
+}
+
+static sway_complex_t by_omega(const sway_line_data_t *data)
+{
+    return sway_complex(sway_real_neg(data->parameter[1]), data->parameter[0]);
+}
+
+static void add_normal(sway_line_job_t *job, const sway_line_data_t *data, uint32_t n,
+                       const sway_real_t *product, sway_real_t variance)
+{
+    const sway_fit_system_t *system = &job->system[n == 4U ? 0 : 1];
+    sway_line_normal_t *normal = &job->normal;
+    const sway_real_t weight = sway_real_div(sway_real_int(1), variance);
+    const sway_complex_t g = by_growth(data);
+    const sway_complex_t o = by_omega(data);
+    const sway_real_t re = sway_real_sub(product[SWAY_FIT_TAU_RE], dot(system->cross[0], product, n));
+    const sway_real_t im = sway_real_sub(product[SWAY_FIT_TAU_IM], dot(system->cross[1], product, n));
+    normal->growth_growth = mac(normal->growth_growth, weight, form(system->schur, g, g));
+    normal->growth_omega = mac(normal->growth_omega, weight, form(system->schur, g, o));
+    normal->omega_omega = mac(normal->omega_omega, weight, form(system->schur, o, o));
+    const sway_real_t right_g = mac(sway_real_mul(g.re, re), g.im, im);
+    const sway_real_t right_o = mac(sway_real_mul(o.re, re), o.im, im);
+    normal->growth_right = mac(normal->growth_right, weight, right_g);
+    normal->omega_right = mac(normal->omega_right, weight, right_o);
+}
+
+/* The part at 2f from the full model, whether or not the fit uses it. */
+static void measure_second(sway_line_job_t *job, uint32_t channel, sway_real_t variance,
+                           sway_real_t *product)
+{
+    sway_line_data_t *data = &job->data[channel];
+    sway_line_channel_t *result = &job->line.channel[channel];
+    sway_real_t full[SWAY_FIT_LINEAR];
+    for (uint32_t i = 4; i < SWAY_FIT_LINEAR && !data->harmonics; i++) {
+        product[i] = sway_fit_product(&job->basis, i, data->sum);
+    }
+    sway_fit_solve(&job->system[1], product, full);
+    const sway_real_t spread = sway_real_mul(variance, job->system[1].second_variance);
+    const sway_real_t second = sway_real_add(square(full[4]), square(full[5]));
+    const sway_real_t third = sway_real_add(square(full[6]), square(full[7]));
+    const sway_real_t largest = sway_real_max(second, third);
+    result->second = sway_complex(full[4], full[5]);
+    result->second_se = sway_real_sqrt(spread);
+    /* In at 5 standard errors, out below 3. */
+    const sway_real_t enter = sway_real_mul(spread, sway_real_int(25));
+    const sway_real_t leave = sway_real_mul(spread, sway_real_int(9));
+    if (!data->harmonics && sway_real_less(enter, largest)) {
+        data->harmonics = true;
+        job->changed = true;
+    } else if (data->harmonics && sway_real_less(largest, leave)) {
+        data->harmonics = false;
+    }
+}
+
+static uint32_t columns_of(const sway_line_data_t *data)
+{
+    return data->harmonics ? SWAY_FIT_LINEAR : 4U;
+}
+
+static uint32_t next_channel(sway_line_job_t *job)
+{
+    const uint32_t mask = job->final ? job->line.valid_mask : job->used_mask;
+    job->channel++;
+    while (job->channel < SWAY_CHANNELS && (mask & SWAY_CHANNEL_BIT(job->channel)) == 0U) {
+        job->channel++;
+    }
+    return job->channel < SWAY_CHANNELS ? STATE_CHANNELS : STATE_STEP;
+}
+
+static uint32_t run_channel(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    const uint32_t c = job->channel;
+    const uint32_t mask = job->final ? job->line.valid_mask : job->used_mask;
+    if ((mask & SWAY_CHANNEL_BIT(c)) == 0U) {
+        return next_channel(job);
+    }
+    sway_line_data_t *data = &job->data[c];
+    sway_real_t product[SWAY_FIT_COLUMNS];
+    const uint32_t n = columns_of(data);
+    solve_channel(job, data, n, product);
+    const sway_real_t total = sum_of_squares(data->sum, job->basis.blocks);
+    const sway_real_t rest = sway_real_sub(total, dot(data->parameter, product, n));
+    const sway_real_t variance = block_variance(job, data, n, rest, total);
+    if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U) {
+        add_normal(job, data, n, product, variance);
+    }
+    if (!job->final) {
+        return next_channel(job);
+    }
+    job->columns = n;
+    measure_second(job, c, variance, product);
+    return STATE_RESIDUALS;
+}
+
+/* ---- residual and result of a channel ------------------------------------------------------ */
+
+static int32_t median_magnitude(const int32_t *x, uint32_t n)
+{
+    int32_t sorted[SWAY_FIT_BLOCKS];
+    for (uint32_t i = 0; i < n; i++) {
+        const int32_t value = x[i] < 0 ? -x[i] : x[i];
+        uint32_t at = i;
+        for (; at > 0U && sorted[at - 1U] > value; at--) {
+            sorted[at] = sorted[at - 1U];
+        }
+        sorted[at] = value;
+    }
+    return sorted[n / 2U];
+}
+
+/* Blocks more than 6 robust standard deviations off (an impulse, a wrong value) are taken out, at
+ * most an eighth of the window; more than that is no impulse. */
+static void reject_outliers(sway_line_job_t *job, sway_line_data_t *data, const int32_t *residual)
+{
+    const uint32_t n = job->basis.blocks;
+    const int64_t limit = 9 * (int64_t)median_magnitude(residual, n) + 2; // 1.48 * 6
+    uint64_t wrong = 0;
+    for (uint32_t b = 0; b < n; b++) {
+        if (residual[b] > limit || residual[b] < -limit) {
+            wrong |= UINT64_C(1) << b;
+        }
+    }
+    wrong &= ~data->missing;
+    if (wrong != 0U && 8U * (count_bits(wrong | data->missing) - data->lost) <= n) {
+        data->missing |= wrong;
+        job->changed = true;
+    }
+}
+
+/* (1 + rho) / (1 - rho) for a residual whose neighbours correlate by rho > 0.35, which white noise
+ * does not reach: by that much a slow disturbance has more power near the line than on average. */
+static sway_real_t inflation(const int32_t *residual, uint32_t n, sway_real_t squares)
+{
+    int64_t sum = 0;
+    for (uint32_t b = 1; b < n; b++) {
+        sum += (int64_t)residual[b] * residual[b - 1U];
+    }
+    const sway_real_t one = sway_real_int(1);
+    const sway_real_t rho =
+        sway_real_min(sway_real_div(sway_real_int(sum), squares), sway_real_ratio(95, 100));
+    if (sway_real_less(rho, sway_real_ratio(35, 100))) {
+        return one;
+    }
+    return sway_real_div(sway_real_add(one, rho), sway_real_sub(one, rho));
+}
+
+/* Variance of the amplitude in the direction of the unit vector e: noise and the share of the
+ * common growth and omega. */
+static sway_real_t variance_along(const sway_line_job_t *job, const sway_line_data_t *data,
+                                  sway_real_t variance, sway_complex_t e)
+{
+    const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
+    const sway_complex_t g = by_growth(data);
+    const sway_complex_t o = by_omega(data);
+    const sway_real_t re =
+        mac(sway_real_mul(e.re, system->cross[0][0]), e.im, system->cross[0][1]);
+    const sway_real_t im =
+        mac(sway_real_mul(e.re, system->cross[1][0]), e.im, system->cross[1][1]);
+    const sway_complex_t q = sway_complex(mac(sway_real_mul(re, g.re), im, g.im),
+                                          mac(sway_real_mul(re, o.re), im, o.im));
+    return mac(form(job->covariance, q, q), variance, form(system->variance, e, e));
+}
+
+/* Sum over a block of e^(s t) by its value at the middle: sinh(s T m / 2) / sinh(s T / 2). */
+static sway_complex_t sinh_complex(sway_real_t re, sway_real_t im)
+{
+    sway_real_t s;
+    sway_real_t c;
+    sway_real_sincos(im, &s, &c);
+    const sway_real_t up = sway_real_exp(re);
+    const sway_real_t down = sway_real_exp(sway_real_neg(re));
+    return sway_complex(sway_real_scale(sway_real_mul(sway_real_sub(up, down), c), -1),
+                        sway_real_scale(sway_real_mul(sway_real_add(up, down), s), -1));
+}
+
+static sway_complex_t block_factor(const sway_line_job_t *job, int64_t harmonic)
+{
+    const sway_real_t times = sway_real_ratio(harmonic, 2 * (int64_t)job->block);
+    const sway_real_t re = sway_real_mul(per_block(job, job->line.growth_1_s), times);
+    const sway_real_t im = sway_real_mul(per_block(job, job->line.omega_rad_s), times);
+    const sway_real_t m = sway_real_int((int64_t)job->block);
+    return sway_complex_div(sinh_complex(sway_real_mul(re, m), sway_real_mul(im, m)),
+                            sinh_complex(re, im));
+}
+
+static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t variance)
+{
+    const sway_line_data_t *data = &job->data[channel];
+    sway_line_channel_t *result = &job->line.channel[channel];
+    const sway_real_t unit =
+        sway_real_scale(sway_line_unit((sway_channel_t)channel), data->shift);
+    const sway_complex_t a = sway_complex(data->parameter[0], data->parameter[1]);
+    const sway_real_t size = sway_complex_abs(a);
+    const sway_complex_t none = sway_complex(sway_real_int(1), sway_real_int(0));
+    const sway_complex_t along =
+        size.m == 0 ? none
+                    : sway_complex(sway_real_div(a.re, size), sway_real_div(a.im, size));
+    const sway_complex_t across = sway_complex(sway_real_neg(along.im), along.re);
+    const sway_real_t se = sway_real_sqrt(variance_along(job, data, variance, along));
+    const sway_real_t se_across = sway_real_sqrt(variance_along(job, data, variance, across));
+    const sway_complex_t factor = block_factor(job, 1);
+    const sway_real_t scale = sway_real_mul(job->basis.scale, unit);
+    const sway_real_t gain = sway_real_div(scale, sway_complex_abs(factor));
+    result->amplitude = sway_complex_div(sway_complex_scale(a, scale), factor);
+    result->amplitude_se = sway_real_mul(se, gain);
+    result->phase_se_rad = sway_real_div(se_across, size);
+    const sway_complex_t factor_2 = block_factor(job, 2);
+    const sway_real_t scale_2 = sway_real_mul(job->basis.scale, scale);
+    const sway_real_t gain_2 = sway_real_div(scale_2, sway_complex_abs(factor_2));
+    result->second = sway_complex_div(sway_complex_scale(result->second, scale_2), factor_2);
+    result->second_se = sway_real_mul(result->second_se, gain_2);
+    const sway_real_t rows = sway_real_int((int64_t)job->block);
+    const sway_real_t mean =
+        sway_real_add(sway_real_scale(data->parameter[2], data->shift), sway_real_int(data->removed));
+    result->mean =
+        sway_real_mul(sway_real_div(mean, rows), sway_line_unit((sway_channel_t)channel));
+}
+
+static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    const uint32_t c = job->channel;
+    const uint32_t n = job->basis.blocks;
+    sway_line_data_t *data = &job->data[c];
+    int32_t residual[SWAY_FIT_BLOCKS];
+    sway_fit_model(&job->basis, data->parameter, job->columns, residual);
+    for (uint32_t b = 0; b < n; b++) {
+        residual[b] = data->sum[b] - residual[b]; // below 2^28 + 2^27
+        residual[b] = ((data->missing >> b) & 1U) != 0U ? 0 : residual[b];
+    }
+    const sway_real_t squares = sum_of_squares(residual, n);
+    const sway_real_t least = sway_real_int(0);
+    sway_real_t variance = block_variance(job, data, job->columns, squares, least);
+    const sway_real_t blow = inflation(residual, n, squares);
+    const sway_complex_t o = by_omega(data);
+    const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
+    if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U) {
+        const sway_real_t share = sway_real_div(form(system->schur, o, o), variance);
+        const sway_real_t line = sway_real_mul(
+            square(job->basis.scale), sway_complex_norm(sway_complex(data->parameter[0], data->parameter[1])));
+        job->normal.inflated = mac(job->normal.inflated, share, blow);
+        /* correlated by more than 0.5, and more than 10 % of the line */
+        if (sway_real_less(sway_real_int(3), blow) &&
+            sway_real_less(sway_real_mul(line, sway_real_ratio(5, 1000)), variance)) {
+            job->normal.misfit = sway_real_add(job->normal.misfit, share);
+        }
+        job->normal.all = sway_real_add(job->normal.all, share);
+    }
+    const sway_real_t unit = sway_real_scale(sway_line_unit((sway_channel_t)c), data->shift);
+    job->line.channel[c].noise_rms = sway_real_mul(
+        unit, sway_real_sqrt(sway_real_div(variance, sway_real_int((int64_t)job->block))));
+    variance = sway_real_mul(variance, blow);
+    put_result(job, c, variance);
+    reject_outliers(job, data, residual);
+    return next_channel(job);
+}
+
+/* ---- common parameters --------------------------------------------------------------------- */
+
+static sway_real_t clamp(sway_real_t value, sway_real_t low, sway_real_t high)
+{
+    return sway_real_max(low, sway_real_min(value, high));
+}
+
+static sway_real_t hertz(const sway_line_job_t *job, int32_t mhz, int32_t percent)
+{
+    (void)job;
+    const sway_real_t turn = sway_real_scale(sway_real_pi(), 1);
+    return sway_real_mul(turn, sway_real_ratio((int64_t)mhz * percent, 100000));
+}
+
+/* The solution of the normal equations; false where they have none. */
+static bool solve_step(sway_line_job_t *job, sway_real_t *growth, sway_real_t *omega)
+{
+    const sway_line_normal_t *n = &job->normal;
+    const sway_real_t product = sway_real_mul(n->growth_growth, n->omega_omega);
+    const sway_real_t det = sway_real_sub(product, square(n->growth_omega));
+    if (sway_real_less(det, sway_real_scale(product, -20)) || det.m <= 0) {
+        return false;
+    }
+    job->covariance[0] = sway_real_div(n->omega_omega, det);
+    job->covariance[1] = sway_real_neg(sway_real_div(n->growth_omega, det));
+    job->covariance[2] = sway_real_div(n->growth_growth, det);
+    *growth = mac(sway_real_mul(job->covariance[0], n->growth_right), job->covariance[1],
+                  n->omega_right);
+    *omega = mac(sway_real_mul(job->covariance[1], n->growth_right), job->covariance[2],
+                 n->omega_right);
+    return true;
+}
+
+/* A step is small when below a tenth of the standard error, or 1e-7 rad at the window's end. */
+static bool is_small(sway_real_t step, sway_real_t variance)
+{
+    const sway_real_t bound =
+        sway_real_max(sway_real_div(variance, sway_real_int(100)), sway_real_ratio(1, 100000000000000));
+    return sway_real_less(square(step), bound);
+}
+
+static void take_step(sway_line_job_t *job, sway_real_t growth, sway_real_t omega)
+{
+    const sway_real_t size = sway_real_sqrt(sway_real_add(square(growth), square(omega)));
+    const sway_real_t longest = sway_real_ratio(8, 10);
+    if (sway_real_less(longest, size)) {
+        const sway_real_t cut = sway_real_div(longest, size);
+        growth = sway_real_mul(growth, cut);
+        omega = sway_real_mul(omega, cut);
+    }
+    const sway_real_t steepest = sway_real_div(sway_real_int(MAX_EXPONENT), job->half_s);
+    const sway_real_t new_growth =
+        sway_real_add(job->line.growth_1_s, sway_real_div(growth, job->half_s));
+    const sway_real_t new_omega =
+        sway_real_add(job->line.omega_rad_s, sway_real_div(omega, job->half_s));
+    job->line.growth_1_s = clamp(new_growth, sway_real_neg(steepest), steepest);
+    job->line.omega_rad_s = clamp(new_omega, hertz(job, job->config.frequency_min_mhz, 70),
+                                  hertz(job, job->config.frequency_max_mhz, 130));
+}
+
+static bool stands_out(const sway_line_job_t *job)
+{
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        const sway_line_channel_t *channel = &job->line.channel[c];
+        const sway_real_t bar = sway_real_mul(square(channel->amplitude_se), sway_real_int(64));
+        if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U && channel->amplitude_se.m > 0 &&
+            sway_real_less(bar, sway_complex_norm(channel->amplitude))) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool second_is_large(const sway_line_channel_t *channel)
+{
+    const sway_real_t second = sway_complex_norm(channel->second);
+    const sway_real_t bar = sway_real_mul(sway_complex_norm(channel->amplitude), sway_real_ratio(225, 10000));
+    const sway_real_t noise = sway_real_mul(square(channel->second_se), sway_real_int(25));
+    return sway_real_less(bar, second) && sway_real_less(noise, second);
+}
+
+static void finish(sway_line_job_t *job)
+{
+    sway_line_t *line = &job->line;
+    const sway_real_t blow = sway_real_div(job->normal.inflated, job->normal.all);
+    const sway_real_t tenth = sway_real_scale(sway_real_mul(line->omega_rad_s, sway_real_ratio(1, 10)), 0);
+    line->growth_se_1_s =
+        sway_real_div(sway_real_sqrt(sway_real_mul(job->covariance[0], blow)), job->half_s);
+    line->omega_se_rad_s =
+        sway_real_div(sway_real_sqrt(sway_real_mul(job->covariance[2], blow)), job->half_s);
+    const bool in_band =
+        !sway_real_less(line->omega_rad_s, hertz(job, job->config.frequency_min_mhz, 100)) &&
+        !sway_real_less(hertz(job, job->config.frequency_max_mhz, 100), line->omega_rad_s);
+    const sway_real_t turns = sway_real_mul(line->omega_rad_s, job->half_s); // pi per oscillation
+    if (!stands_out(job) || !in_band || sway_real_less(tenth, line->omega_se_rad_s) ||
+        sway_real_less(turns, sway_real_pi())) {
+        line->flags |= SWAY_LINE_NO_OSCILLATION;
+    }
+    if (!job->converged) {
+        line->flags |= SWAY_LINE_NOT_CONVERGED;
+    }
+    if (sway_real_less(job->normal.all, sway_real_scale(job->normal.misfit, 1))) {
+        line->flags |= SWAY_LINE_MISFIT;
+    }
+    const uint32_t yaw = job->used_mask & (SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE) |
+                                           SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE));
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        if ((yaw & SWAY_CHANNEL_BIT(c)) != 0U && second_is_large(&line->channel[c])) {
+            line->flags |= SWAY_LINE_NONLINEAR;
+        }
+    }
+}
+
+static uint32_t fail(sway_line_job_t *job)
+{
+    job->line.flags |= SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED;
+    return STATE_IDLE;
+}
+
+static uint32_t run_final_step(sway_line_job_t *job)
+{
+    if (job->changed && job->refits < MAX_REFITS) {
+        job->refits++;
+        job->changed = false;
+        job->final = false;
+        job->pass = MAX_PASSES / 2U;
+        return STATE_COLUMNS;
+    }
+    finish(job);
+    return STATE_IDLE;
+}
+
+static uint32_t run_step(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_real_t growth;
+    sway_real_t omega;
+    if (!solve_step(job, &growth, &omega)) {
+        return fail(job);
+    }
+    if (job->final) {
+        return run_final_step(job);
+    }
+    job->converged =
+        is_small(growth, job->covariance[0]) && is_small(omega, job->covariance[2]);
+    take_step(job, growth, omega);
+    job->pass++;
+    job->final = job->converged || job->pass >= MAX_PASSES;
+    return STATE_COLUMNS;
+}
+
+bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    typedef uint32_t (*slice_t)(sway_line_job_t *, const sway_ring_t *);
+    static const slice_t slices[STATE_IDLE] = {[STATE_SUMS] = run_sums,
+                                               [STATE_SPEED] = run_speed,
+                                               [STATE_COLUMNS] = run_columns,
+                                               [STATE_GRAM] = run_gram,
+                                               [STATE_SYSTEM] = run_system,
+                                               [STATE_GRAM_HARMONICS] = run_gram_harmonics,
+                                               [STATE_FACTOR_HARMONICS] = run_factor_harmonics,
+                                               [STATE_CROSS_HARMONICS] = run_cross_harmonics,
+                                               [STATE_VARIANCE_HARMONICS] = run_variance_harmonics,
+                                               [STATE_SECOND_VARIANCE] = run_second_variance,
+                                               [STATE_CHANNELS] = run_channel,
+                                               [STATE_RESIDUALS] = run_residuals,
+                                               [STATE_STEP] = run_step};
+    if (job->state >= STATE_IDLE) {
+        return false;
+    }
+    job->state = slices[job->state](job, ring);
+    return job->state != STATE_IDLE;
+}
+
+/* ---- what can be read from a line ---------------------------------------------------------- */
+
+void sway_line_damping(const sway_line_t *line, sway_real_t *ratio, sway_real_t *se)
+{
+    const sway_real_t g = line->growth_1_s;
+    const sway_real_t o = line->omega_rad_s;
+    const sway_real_t norm = sway_real_add(square(g), square(o));
+    const sway_real_t size = sway_real_sqrt(norm);
+    const sway_real_t by_g = sway_real_mul(o, line->growth_se_1_s);
+    const sway_real_t by_o = sway_real_mul(g, line->omega_se_rad_s);
+    const sway_real_t spread = sway_real_sqrt(sway_real_add(square(by_g), square(by_o)));
+    *ratio = sway_real_neg(sway_real_div(g, size));
+    *se = sway_real_div(sway_real_mul(o, spread), sway_real_mul(norm, size));
+}
+
+static sway_real_t line_share(const sway_line_channel_t *channel)
+{
+    const sway_real_t power = sway_real_scale(sway_complex_norm(channel->amplitude), -1);
+    return sway_real_div(power, sway_real_add(power, square(channel->noise_rms)));
+}
+
+sway_error_t sway_line_ratio(const sway_line_t *line, sway_channel_t numerator,
+                             sway_channel_t denominator, int32_t numerator_delay_us,
+                             sway_line_ratio_t *result)
+{
+    if (line == NULL || result == NULL || (uint32_t)numerator >= SWAY_CHANNELS ||
+        (uint32_t)denominator >= SWAY_CHANNELS) {
+        return SWAY_ERROR_ARGUMENT;
+    }
+    const uint32_t both = SWAY_CHANNEL_BIT(numerator) | SWAY_CHANNEL_BIT(denominator);
+    if ((line->valid_mask & both) != both) {
+        return SWAY_ERROR_NO_DATA;
+    }
+    const sway_line_channel_t *a = &line->channel[numerator];
+    const sway_line_channel_t *b = &line->channel[denominator];
+    const sway_real_t size = sway_complex_abs(b->amplitude);
+    if (size.m == 0) {
+        return SWAY_ERROR_SINGULAR;
+    }
+    const sway_real_t delay_s = sway_real_ratio(numerator_delay_us, 1000000);
+    const sway_complex_t turn =
+        sway_complex_scale(sway_complex_unit(sway_real_mul(line->omega_rad_s, delay_s)),
+                           sway_real_exp(sway_real_mul(line->growth_1_s, delay_s)));
+    result->ratio = sway_complex_mul(sway_complex_div(a->amplitude, b->amplitude), turn);
+    const sway_real_t scaled = sway_real_mul(sway_complex_abs(result->ratio), b->amplitude_se);
+    const sway_real_t spread = sway_real_add(square(a->amplitude_se), square(scaled));
+    result->se = sway_real_div(sway_real_sqrt(spread), size);
+    result->coherence = sway_real_sqrt(sway_real_mul(line_share(a), line_share(b)));
+    return SWAY_OK;
+}

@@ -1,0 +1,30 @@
+#include "sway_ring.h"
+
+#include <string.h>
+
+void sway_ring_clear(sway_ring_t *ring)
+{
+    memset(ring, 0, sizeof *ring);
+}
+
+void sway_ring_push(sway_ring_t *ring, const sway_tick_t *tick)
+{
+    const uint32_t slot = ring->head;
+    uint32_t valid = tick->valid_mask;
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        int32_t value = tick->value[c];
+        if (value >= SWAY_SAMPLE_LIMIT || value <= -SWAY_SAMPLE_LIMIT) {
+            value = value > 0 ? SWAY_SAMPLE_LIMIT - 1 : 1 - SWAY_SAMPLE_LIMIT;
+            valid &= ~SWAY_CHANNEL_BIT(c);
+        }
+        ring->sample[c][slot] = value;
+    }
+    ring->speed_mm_s[slot] = tick->value[SWAY_CHANNEL_SPEED];
+    ring->valid[slot] = valid;
+    ring->present_mask = tick->present_mask;
+    ring->newest_time_us = tick->time_us;
+    ring->head = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
+    if (ring->filled < SWAY_RING_SAMPLES) {
+        ring->filled += 1U;
+    }
+}
