@@ -166,12 +166,9 @@ void sway_fit_cross(sway_fit_system_t *system, const sway_fit_basis_t *basis)
     const sway_real_t *im = basis->gram[SWAY_FIT_TAU_IM];
     sway_fit_solve(system, re, system->cross[0]);
     sway_fit_solve(system, im, system->cross[1]);
-    system->schur[0] =
-        sway_real_sub(re[SWAY_FIT_TAU_RE], dot(re, system->cross[0], system->n));
-    system->schur[1] =
-        sway_real_sub(im[SWAY_FIT_TAU_RE], dot(im, system->cross[0], system->n));
-    system->schur[2] =
-        sway_real_sub(im[SWAY_FIT_TAU_IM], dot(im, system->cross[1], system->n));
+    system->schur[0] = sway_real_sub(re[SWAY_FIT_TAU_RE], dot(re, system->cross[0], system->n));
+    system->schur[1] = sway_real_sub(im[SWAY_FIT_TAU_RE], dot(im, system->cross[0], system->n));
+    system->schur[2] = sway_real_sub(im[SWAY_FIT_TAU_IM], dot(im, system->cross[1], system->n));
 }
 
 static void unit_column(const sway_fit_system_t *system, uint32_t index, sway_real_t *x)
@@ -229,4 +226,27 @@ void sway_fit_model(const sway_fit_basis_t *basis, const sway_real_t *parameter,
         }
         model[b] = (int32_t)clip(sum / (INT64_C(1) << (24 + MODEL_FRACTION)), MODEL_BOUND);
     }
+}
+
+int32_t sway_fit_center(const int64_t *sums, uint32_t n, int32_t *data, int64_t *mean)
+{
+    int64_t total = 0;
+    for (uint32_t b = 0; b < n; b++) {
+        total += sums[b];
+    }
+    *mean = total / (int64_t)n;
+    int64_t largest = 0;
+    for (uint32_t b = 0; b < n; b++) {
+        const int64_t rest = sums[b] - *mean;
+        const int64_t size = rest < 0 ? -rest : rest;
+        largest = size > largest ? size : largest;
+    }
+    int32_t shift = 0;
+    while ((largest >> shift) >= (INT32_C(1) << 27) - 1) {
+        shift++;
+    }
+    for (uint32_t b = 0; b < n; b++) {
+        data[b] = (int32_t)((sums[b] - *mean) / (INT64_C(1) << shift));
+    }
+    return shift;
 }

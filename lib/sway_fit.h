@@ -1,4 +1,5 @@
-/// sway_fit: the linear algebra under sway_line: columns of the model, their products, small solves.
+/// sway_fit: the linear algebra under sway_line: columns of the model, their products, small
+/// solves.
 ///
 /// Columns over the blocks b = 0..n-1 of a window, tau = (2 b - n + 1) / (n - 1) in [-1, 1], and
 /// z = scale e^((growth + j omega) (b - (n-1)/2)) with the largest |z| = 1:
@@ -35,7 +36,7 @@ typedef struct {
     sway_real_t lower[SWAY_FIT_LINEAR][SWAY_FIT_LINEAR]; ///< L of L D L^T, unit diagonal
     sway_real_t inverse_d[SWAY_FIT_LINEAR];
     sway_real_t cross[2][SWAY_FIT_LINEAR]; ///< solutions for columns 8 and 9
-    sway_real_t schur[3]; ///< what of columns 8, 9 the linear part leaves: (8,8), (8,9), (9,9)
+    sway_real_t schur[3];    ///< what of columns 8, 9 the linear part leaves: (8,8), (8,9), (9,9)
     sway_real_t variance[3]; ///< of parameters 0, 1 for unit noise: (0,0), (0,1), (1,1)
     sway_real_t second_variance; ///< of parameters 4, 5, mean of both; n = 8 only
 } sway_fit_system_t;
@@ -58,6 +59,9 @@ void sway_fit_solve(const sway_fit_system_t *system, const sway_real_t *right, s
 
 /// Sum over the blocks of column times data; |data| < 2^27.
 sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, const int32_t *data);
+
+/// Takes the mean out of `sums` and scales by 2^-shift to magnitudes below 2^27. Returns the shift.
+int32_t sway_fit_center(const int64_t *sums, uint32_t n, int32_t *data, int64_t *mean);
 
 /// Model of the linear parameters 0..n-1 over all blocks, rounded, |model| <= 2^28.
 void sway_fit_model(const sway_fit_basis_t *basis, const sway_real_t *parameter, uint32_t n,

@@ -119,8 +119,8 @@ static bool accept_time(sway_grid_t *grid, const sway_grid_input_t *in, int64_t 
     if (!grid->running) {
         start_at(grid, time_us);
     }
-    const bool old = (in->timed && time_us < in->time_us) ||
-                     time_us < grid->next_time_us - SILENT_US;
+    const bool old =
+        (in->timed && time_us < in->time_us) || time_us < grid->next_time_us - SILENT_US;
     if (old) {
         if (grid->refused + 1U < REFUSALS_TO_RESTART) {
             return refuse_time(grid);
@@ -165,8 +165,8 @@ static void fill_rows(sway_grid_t *grid, sway_input_t input, int64_t time_us, in
     const sway_grid_input_t *in = &grid->input[input];
     const int64_t period = grid->config.sample_period_us;
     const uint32_t bit = (uint32_t)1U << (uint32_t)input;
-    int64_t row = in->timed ? row_at_or_after(grid, in->time_us + 1)
-                            : row_at_or_after(grid, time_us);
+    int64_t row =
+        in->timed ? row_at_or_after(grid, in->time_us + 1) : row_at_or_after(grid, time_us);
     if (row < grid->next_time_us) {
         if (time_us < grid->next_time_us) {
             count(&grid->faults.late);
@@ -187,8 +187,8 @@ static void fill_rows(sway_grid_t *grid, sway_input_t input, int64_t time_us, in
 static void take(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value, bool usable)
 {
     sway_grid_input_t *in = &grid->input[input];
-    const int32_t max_gap = input == SWAY_INPUT_SPEED ? grid->config.max_speed_gap_us
-                                                      : grid->config.max_gap_us;
+    const int32_t max_gap =
+        input == SWAY_INPUT_SPEED ? grid->config.max_speed_gap_us : grid->config.max_gap_us;
     const bool gap = in->timed && time_us - in->time_us > max_gap;
     if (gap) {
         count(&grid->faults.gaps);
@@ -242,8 +242,7 @@ static uint32_t awaited(const sway_grid_t *grid)
     uint32_t mask = 0;
     for (uint32_t i = 0; i < SWAY_INPUT_COUNT; i++) {
         const sway_grid_input_t *in = &grid->input[i];
-        if (in->timed && i != SWAY_INPUT_SPEED &&
-            grid->newest_time_us - in->time_us < SILENT_US) {
+        if (in->timed && i != SWAY_INPUT_SPEED && grid->newest_time_us - in->time_us < SILENT_US) {
             mask |= (uint32_t)1U << i;
         }
     }
@@ -264,10 +263,9 @@ static input_value_t input_value(const sway_grid_t *grid, uint32_t input)
                                      ((grid->valid[slot] >> input) & 1U) != 0U};
         return known;
     }
-    const input_value_t held = {in->value,
-                                input == SWAY_INPUT_SPEED && in->timed && in->usable &&
-                                    grid->next_time_us - in->time_us <=
-                                        grid->config.max_speed_gap_us};
+    const input_value_t held = {in->value, input == SWAY_INPUT_SPEED && in->timed && in->usable &&
+                                               grid->next_time_us - in->time_us <=
+                                                   grid->config.max_speed_gap_us};
     return held;
 }
 

@@ -94,8 +94,7 @@ sway_error_t sway_grid_init(sway_grid_t *grid, const sway_grid_config_t *config)
 /// A sample of the same time replaces the one before for what follows.
 /// Take the rows that became ready with sway_grid_tick() before the next call.
 /// Cost: at most SWAY_GRID_ROWS interpolations.
-sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time_us,
-                             int32_t value);
+sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value);
 
 /// The sender says that this input has no valid value at `time_us`.
 void sway_grid_invalid(sway_grid_t *grid, sway_input_t input, int64_t time_us);

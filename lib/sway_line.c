@@ -48,9 +48,8 @@ static uint32_t count_bits(uint64_t mask)
 
 sway_real_t sway_line_unit(sway_channel_t channel)
 {
-    return sway_real_ratio(1, channel >= SWAY_CHANNEL_HITCH_FX && channel < SWAY_CHANNEL_COUNT
-                                  ? 1000
-                                  : 1000000);
+    return sway_real_ratio(
+        1, channel >= SWAY_CHANNEL_HITCH_FX && channel < SWAY_CHANNEL_COUNT ? 1000 : 1000000);
 }
 
 void sway_line_init(sway_line_job_t *job)
@@ -115,52 +114,15 @@ static uint32_t oldest_slot(const sway_line_job_t *job)
     return (job->head - (uint32_t)job->line.window_samples) & (SWAY_RING_SAMPLES - 1U);
 }
 
-/* Block sums less their mean, scaled to below 2^27; returns what the mean was. */
-static void store_sums(sway_line_data_t *data, const int64_t *sums, uint32_t blocks)
-{
-    int64_t total = 0;
-    for (uint32_t b = 0; b < blocks; b++) {
-        total += sums[b];
-    }
-    data->removed = total / (int64_t)blocks;
-    int64_t largest = 0;
-    for (uint32_t b = 0; b < blocks; b++) {
-        const int64_t rest = sums[b] - data->removed;
-        const int64_t size = rest < 0 ? -rest : rest;
-        largest = size > largest ? size : largest;
-    }
-    data->shift = 0;
-    while ((largest >> data->shift) >= (INT32_C(1) << 27) - 1) {
-        data->shift++;
-    }
-    const int64_t divisor = INT64_C(1) << data->shift;
-    for (uint32_t b = 0; b < blocks; b++) {
-        data->sum[b] = (int32_t)((sums[b] - data->removed) / divisor);
-    }
-}
-
 static void sum_channel(sway_line_job_t *job, const sway_ring_t *ring, uint32_t channel)
 {
+    const uint32_t blocks = job->basis.blocks;
     sway_line_data_t *data = &job->data[channel];
     int64_t sums[SWAY_FIT_BLOCKS];
-    uint32_t slot = oldest_slot(job);
-    data->missing = 0;
-    for (uint32_t b = 0; b < job->basis.blocks; b++) {
-        int64_t sum = 0;
-        uint32_t valid = SWAY_CHANNEL_BIT(channel);
-        for (uint32_t i = 0; i < job->block; i++) {
-            sum += ring->sample[channel][slot];
-            valid &= ring->valid[slot];
-            slot = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
-        }
-        sums[b] = sum;
-        if (valid == 0U) {
-            data->missing |= UINT64_C(1) << b;
-        }
-    }
-    store_sums(data, sums, job->basis.blocks);
+    data->missing = sway_ring_sums(ring, channel, job->head, job->block, blocks, sums);
+    data->shift = sway_fit_center(sums, blocks, data->sum, &data->removed);
     data->lost = count_bits(data->missing);
-    if (4U * data->lost > MAX_MISSING_QUARTERS * job->basis.blocks) {
+    if (4U * data->lost > MAX_MISSING_QUARTERS * blocks) {
         job->line.valid_mask &= ~SWAY_CHANNEL_BIT(channel);
     }
 }
@@ -234,12 +196,11 @@ static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
     /* slope per row = 2 moment / (n (n^2 - 1) / 3) */
     const sway_real_t per_row = sway_real_ratio(6 * moment, n * (n * n - 1));
     job->line.speed_m_s = sway_real_ratio(sum, 1000 * n);
-    job->line.speed_slope_m_s2 =
-        sway_real_div(sway_real_mul(per_row, sway_real_int(1000)),
-                      sway_real_int(job->config.sample_period_us));
+    job->line.speed_slope_m_s2 = sway_real_div(sway_real_mul(per_row, sway_real_int(1000)),
+                                               sway_real_int(job->config.sample_period_us));
     const sway_real_t change = sway_real_abs(sway_real_mul(per_row, sway_real_int(n)));
-    const sway_real_t allowed =
-        sway_real_mul(sway_real_ratio(sum, n), sway_real_ratio(job->config.speed_change_milli, 1000));
+    const sway_real_t allowed = sway_real_mul(
+        sway_real_ratio(sum, n), sway_real_ratio(job->config.speed_change_milli, 1000));
     if (sway_real_less(allowed, change)) {
         job->line.flags |= SWAY_LINE_SPEED_CHANGING;
     }
@@ -340,8 +301,8 @@ static sway_real_t sum_of_squares(const int32_t *x, uint32_t n)
 static int64_t freedom(const sway_line_job_t *job, const sway_line_data_t *data, uint32_t n)
 {
     const uint32_t shared = count_bits(job->used_mask) == 1U ? 2U : 0U;
-    const int64_t rest = (int64_t)job->basis.blocks - (int64_t)count_bits(data->missing) -
-                         (int64_t)(n + shared);
+    const int64_t rest =
+        (int64_t)job->basis.blocks - (int64_t)count_bits(data->missing) - (int64_t)(n + shared);
     return rest < 4 ? 4 : rest;
 }
 
@@ -409,8 +370,7 @@ static sway_real_t dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
 /* a^T S b of a 2x2 symmetric S. */
 static sway_real_t form(const sway_real_t *s, sway_complex_t a, sway_complex_t b)
 {
-    const sway_real_t mixed =
-        sway_real_add(sway_real_mul(a.re, b.im), sway_real_mul(a.im, b.re));
+    const sway_real_t mixed = sway_real_add(sway_real_mul(a.re, b.im), sway_real_mul(a.im, b.re));
     const sway_real_t diagonal =
         mac(sway_real_mul(sway_real_mul(a.re, b.re), s[0]), sway_real_mul(a.im, b.im), s[2]);
     return mac(diagonal, mixed, s[1]);
@@ -435,8 +395,10 @@ static void add_normal(sway_line_job_t *job, const sway_line_data_t *data, uint3
     const sway_real_t weight = sway_real_div(sway_real_int(1), variance);
     const sway_complex_t g = by_growth(data);
     const sway_complex_t o = by_omega(data);
-    const sway_real_t re = sway_real_sub(product[SWAY_FIT_TAU_RE], dot(system->cross[0], product, n));
-    const sway_real_t im = sway_real_sub(product[SWAY_FIT_TAU_IM], dot(system->cross[1], product, n));
+    const sway_real_t re =
+        sway_real_sub(product[SWAY_FIT_TAU_RE], dot(system->cross[0], product, n));
+    const sway_real_t im =
+        sway_real_sub(product[SWAY_FIT_TAU_IM], dot(system->cross[1], product, n));
     normal->growth_growth = mac(normal->growth_growth, weight, form(system->schur, g, g));
     normal->growth_omega = mac(normal->growth_omega, weight, form(system->schur, g, o));
     normal->omega_omega = mac(normal->omega_omega, weight, form(system->schur, o, o));
@@ -575,10 +537,8 @@ static sway_real_t variance_along(const sway_line_job_t *job, const sway_line_da
     const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
     const sway_complex_t g = by_growth(data);
     const sway_complex_t o = by_omega(data);
-    const sway_real_t re =
-        mac(sway_real_mul(e.re, system->cross[0][0]), e.im, system->cross[0][1]);
-    const sway_real_t im =
-        mac(sway_real_mul(e.re, system->cross[1][0]), e.im, system->cross[1][1]);
+    const sway_real_t re = mac(sway_real_mul(e.re, system->cross[0][0]), e.im, system->cross[0][1]);
+    const sway_real_t im = mac(sway_real_mul(e.re, system->cross[1][0]), e.im, system->cross[1][1]);
     const sway_complex_t q = sway_complex(mac(sway_real_mul(re, g.re), im, g.im),
                                           mac(sway_real_mul(re, o.re), im, o.im));
     return mac(form(job->covariance, q, q), variance, form(system->variance, e, e));
@@ -610,14 +570,12 @@ static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t varia
 {
     const sway_line_data_t *data = &job->data[channel];
     sway_line_channel_t *result = &job->line.channel[channel];
-    const sway_real_t unit =
-        sway_real_scale(sway_line_unit((sway_channel_t)channel), data->shift);
+    const sway_real_t unit = sway_real_scale(sway_line_unit((sway_channel_t)channel), data->shift);
     const sway_complex_t a = sway_complex(data->parameter[0], data->parameter[1]);
     const sway_real_t size = sway_complex_abs(a);
     const sway_complex_t none = sway_complex(sway_real_int(1), sway_real_int(0));
     const sway_complex_t along =
-        size.m == 0 ? none
-                    : sway_complex(sway_real_div(a.re, size), sway_real_div(a.im, size));
+        size.m == 0 ? none : sway_complex(sway_real_div(a.re, size), sway_real_div(a.im, size));
     const sway_complex_t across = sway_complex(sway_real_neg(along.im), along.re);
     const sway_real_t se = sway_real_sqrt(variance_along(job, data, variance, along));
     const sway_real_t se_across = sway_real_sqrt(variance_along(job, data, variance, across));
@@ -633,8 +591,8 @@ static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t varia
     result->second = sway_complex_div(sway_complex_scale(result->second, scale_2), factor_2);
     result->second_se = sway_real_mul(result->second_se, gain_2);
     const sway_real_t rows = sway_real_int((int64_t)job->block);
-    const sway_real_t mean =
-        sway_real_add(sway_real_scale(data->parameter[2], data->shift), sway_real_int(data->removed));
+    const sway_real_t mean = sway_real_add(sway_real_scale(data->parameter[2], data->shift),
+                                           sway_real_int(data->removed));
     result->mean =
         sway_real_mul(sway_real_div(mean, rows), sway_line_unit((sway_channel_t)channel));
 }
@@ -659,8 +617,9 @@ static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
     const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
     if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U) {
         const sway_real_t share = sway_real_div(form(system->schur, o, o), variance);
-        const sway_real_t line = sway_real_mul(
-            square(job->basis.scale), sway_complex_norm(sway_complex(data->parameter[0], data->parameter[1])));
+        const sway_real_t line =
+            sway_real_mul(square(job->basis.scale),
+                          sway_complex_norm(sway_complex(data->parameter[0], data->parameter[1])));
         job->normal.inflated = mac(job->normal.inflated, share, blow);
         /* correlated by more than 0.5, and more than 10 % of the line */
         if (sway_real_less(sway_real_int(3), blow) &&
@@ -704,18 +663,18 @@ static bool solve_step(sway_line_job_t *job, sway_real_t *growth, sway_real_t *o
     job->covariance[0] = sway_real_div(n->omega_omega, det);
     job->covariance[1] = sway_real_neg(sway_real_div(n->growth_omega, det));
     job->covariance[2] = sway_real_div(n->growth_growth, det);
-    *growth = mac(sway_real_mul(job->covariance[0], n->growth_right), job->covariance[1],
-                  n->omega_right);
-    *omega = mac(sway_real_mul(job->covariance[1], n->growth_right), job->covariance[2],
-                 n->omega_right);
+    *growth =
+        mac(sway_real_mul(job->covariance[0], n->growth_right), job->covariance[1], n->omega_right);
+    *omega =
+        mac(sway_real_mul(job->covariance[1], n->growth_right), job->covariance[2], n->omega_right);
     return true;
 }
 
 /* A step is small when below a tenth of the standard error, or 1e-7 rad at the window's end. */
 static bool is_small(sway_real_t step, sway_real_t variance)
 {
-    const sway_real_t bound =
-        sway_real_max(sway_real_div(variance, sway_real_int(100)), sway_real_ratio(1, 100000000000000));
+    const sway_real_t bound = sway_real_max(sway_real_div(variance, sway_real_int(100)),
+                                            sway_real_ratio(1, 100000000000000));
     return sway_real_less(square(step), bound);
 }
 
@@ -754,7 +713,8 @@ static bool stands_out(const sway_line_job_t *job)
 static bool second_is_large(const sway_line_channel_t *channel)
 {
     const sway_real_t second = sway_complex_norm(channel->second);
-    const sway_real_t bar = sway_real_mul(sway_complex_norm(channel->amplitude), sway_real_ratio(225, 10000));
+    const sway_real_t bar =
+        sway_real_mul(sway_complex_norm(channel->amplitude), sway_real_ratio(225, 10000));
     const sway_real_t noise = sway_real_mul(square(channel->second_se), sway_real_int(25));
     return sway_real_less(bar, second) && sway_real_less(noise, second);
 }
@@ -763,7 +723,8 @@ static void finish(sway_line_job_t *job)
 {
     sway_line_t *line = &job->line;
     const sway_real_t blow = sway_real_div(job->normal.inflated, job->normal.all);
-    const sway_real_t tenth = sway_real_scale(sway_real_mul(line->omega_rad_s, sway_real_ratio(1, 10)), 0);
+    const sway_real_t tenth =
+        sway_real_scale(sway_real_mul(line->omega_rad_s, sway_real_ratio(1, 10)), 0);
     line->growth_se_1_s =
         sway_real_div(sway_real_sqrt(sway_real_mul(job->covariance[0], blow)), job->half_s);
     line->omega_se_rad_s =
@@ -821,8 +782,7 @@ static uint32_t run_step(sway_line_job_t *job, const sway_ring_t *ring)
     if (job->final) {
         return run_final_step(job);
     }
-    job->converged =
-        is_small(growth, job->covariance[0]) && is_small(omega, job->covariance[2]);
+    job->converged = is_small(growth, job->covariance[0]) && is_small(omega, job->covariance[2]);
     take_step(job, growth, omega);
     job->pass++;
     job->final = job->converged || job->pass >= MAX_PASSES;

@@ -1,7 +1,8 @@
 /// sway_line: one damped line shared by all channels, estimated with standard errors.
 ///
 /// Model of channel c over the window, t counted from its middle:
-///     x_c(t) = Re(a_c e^((growth + j omega) t)) + mean_c + slope_c t [+ the same at 2 omega, 3 omega
+///     x_c(t) = Re(a_c e^((growth + j omega) t)) + mean_c + slope_c t [+ the same at 2 omega, 3
+///     omega
 ///              with their own amplitudes where those stand out of the noise] + white noise
 /// omega and growth are common; amplitudes, mean, slope and noise are each channel's own. Least
 /// squares weighed by each channel's noise: the maximum-likelihood estimate, found by Gauss-Newton
@@ -27,17 +28,17 @@
 #define SWAY_LINE_SEEKING 0x020U        ///< no line is held: values are not to be used
 #define SWAY_LINE_STARTING 0x040U       ///< the window is not full yet
 #define SWAY_LINE_NOT_CONVERGED 0x080U  ///< the last step was not small against its standard error
-#define SWAY_LINE_MISFIT 0x100U         ///< residual far from white: not one damped line (step, onset)
+#define SWAY_LINE_MISFIT 0x100U ///< residual far from white: not one damped line (step, onset)
 
 /// One channel's part of a line; SI units: rad, rad/s, m/s2, N.
 typedef struct {
-    sway_complex_t amplitude;  ///< x(t) = Re(amplitude e^((growth + j omega)(t - t_mid)))
-    sway_real_t amplitude_se;  ///< standard error of |amplitude|
-    sway_real_t phase_se_rad;  ///< standard error of its argument; 0 where amplitude is 0
-    sway_complex_t second;     ///< the part at 2f, e^(2 (growth + j omega)(t - t_mid))
-    sway_real_t second_se;     ///< standard error of re and of im
-    sway_real_t mean;          ///< at mid-window
-    sway_real_t noise_rms;     ///< residual standard deviation per row, as of white noise
+    sway_complex_t amplitude; ///< x(t) = Re(amplitude e^((growth + j omega)(t - t_mid)))
+    sway_real_t amplitude_se; ///< standard error of |amplitude|
+    sway_real_t phase_se_rad; ///< standard error of its argument; 0 where amplitude is 0
+    sway_complex_t second;    ///< the part at 2f, e^(2 (growth + j omega)(t - t_mid))
+    sway_real_t second_se;    ///< standard error of re and of im
+    sway_real_t mean;         ///< at mid-window
+    sway_real_t noise_rms;    ///< residual standard deviation per row, as of white noise
 } sway_line_channel_t;
 
 typedef struct {
@@ -57,8 +58,8 @@ typedef struct {
 /// What an estimate needs to know.
 typedef struct {
     int32_t sample_period_us;
-    uint32_t channel_mask;       ///< channels that take part in frequency and growth
-    int32_t frequency_min_mhz;   ///< band of the line, millihertz
+    uint32_t channel_mask;     ///< channels that take part in frequency and growth
+    int32_t frequency_min_mhz; ///< band of the line, millihertz
     int32_t frequency_max_mhz;
     int32_t steering_quiet_urad; ///< see sway_track_config_t
     int32_t speed_change_milli;
@@ -78,14 +79,14 @@ typedef struct {
 
 /// What a job keeps of a channel.
 typedef struct {
-    int32_t sum[SWAY_FIT_BLOCKS];  ///< block sums less their mean, times 2^-shift
-    uint64_t missing;              ///< bit per block: not data
+    int32_t sum[SWAY_FIT_BLOCKS]; ///< block sums less their mean, times 2^-shift
+    uint64_t missing;             ///< bit per block: not data
     sway_real_t parameter[SWAY_FIT_LINEAR];
-    int64_t removed;               ///< mean block sum that was taken out
+    int64_t removed; ///< mean block sum that was taken out
     int32_t shift;
-    uint32_t lost;                 ///< blocks missing in the input
-    bool seen;                     ///< the channel's inputs exist
-    bool harmonics;                ///< 2f and 3f are in the model
+    uint32_t lost;  ///< blocks missing in the input
+    bool seen;      ///< the channel's inputs exist
+    bool harmonics; ///< 2f and 3f are in the model
 } sway_line_data_t;
 
 /// State of one estimate; contents are private. Lives on between estimates.
@@ -96,11 +97,11 @@ typedef struct {
     uint32_t pass;
     uint32_t refits;
     uint32_t columns; ///< linear columns of the channel whose result is being made
-    bool final;      ///< this pass makes the result
-    bool changed;    ///< the result asks for another model
+    bool final;       ///< this pass makes the result
+    bool changed;     ///< the result asks for another model
     bool converged;
-    uint32_t block;  ///< rows in a block
-    uint32_t head;   ///< ring slot after the newest row of the window
+    uint32_t block;     ///< rows in a block
+    uint32_t head;      ///< ring slot after the newest row of the window
     uint32_t used_mask; ///< channels that take part
     sway_real_t half_s; ///< from the middle of the window to the middle of its last block
     sway_line_normal_t normal;
@@ -129,8 +130,8 @@ void sway_line_damping(const sway_line_t *line, sway_real_t *ratio, sway_real_t 
 
 /// Ratio of two channels at the line.
 typedef struct {
-    sway_complex_t ratio; ///< numerator / denominator, in their SI units
-    sway_real_t se;       ///< standard error of re and im of the ratio
+    sway_complex_t ratio;  ///< numerator / denominator, in their SI units
+    sway_real_t se;        ///< standard error of re and im of the ratio
     sway_real_t coherence; ///< 0..1: share of the line in both channels' power, geometric mean
 } sway_line_ratio_t;
 

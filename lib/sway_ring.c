@@ -28,3 +28,24 @@ void sway_ring_push(sway_ring_t *ring, const sway_tick_t *tick)
         ring->filled += 1U;
     }
 }
+
+uint64_t sway_ring_sums(const sway_ring_t *ring, uint32_t channel, uint32_t head, uint32_t block,
+                        uint32_t blocks, int64_t *sums)
+{
+    uint32_t slot = (head - blocks * block) & (SWAY_RING_SAMPLES - 1U);
+    uint64_t missing = 0;
+    for (uint32_t b = 0; b < blocks; b++) {
+        int64_t sum = 0;
+        uint32_t valid = SWAY_CHANNEL_BIT(channel);
+        for (uint32_t i = 0; i < block; i++) {
+            sum += ring->sample[channel][slot];
+            valid &= ring->valid[slot];
+            slot = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
+        }
+        sums[b] = sum;
+        if (valid == 0U) {
+            missing |= UINT64_C(1) << b;
+        }
+    }
+    return missing;
+}

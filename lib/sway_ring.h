@@ -24,6 +24,11 @@ void sway_ring_clear(sway_ring_t *ring);
 /// Takes one row. Values beyond SWAY_SAMPLE_LIMIT are clipped and marked not valid.
 void sway_ring_push(sway_ring_t *ring, const sway_tick_t *tick);
 
+/// Sums of `block` rows of a channel each, `blocks` of them, ending before slot `head`.
+/// blocks <= 64, blocks * block <= SWAY_RING_SAMPLES. Returns a bit per block with a row not valid.
+uint64_t sway_ring_sums(const sway_ring_t *ring, uint32_t channel, uint32_t head, uint32_t block,
+                        uint32_t blocks, int64_t *sums);
+
 /// Slot of the row `age` rows before the newest (age 0). age < SWAY_RING_SAMPLES; rows that were
 /// never filled read 0 and not valid.
 static inline uint32_t sway_ring_slot(const sway_ring_t *ring, uint32_t age)

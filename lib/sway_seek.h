@@ -1,17 +1,20 @@
 /// sway_seek: finds the dominant line over the whole ring, with kissfft in fixed point.
 ///
-/// The ring is summed to SWAY_SEEK_POINTS / 2 points, mean and slope are taken out, a Hann window
-/// and zero padding applied; two channels share one complex transform. The powers of the channels,
-/// each divided by its own total, add up; the highest point in the band is the line.
-/// kissfft scales by 1/N and overflows without a word at full scale: every input here is
-/// scaled to below 2^SWAY_SEEK_BITS, one bit of headroom beyond what the sum of two channels needs.
+/// The rows in the ring are summed to at most SWAY_SEEK_POINTS points, mean and slope are taken
+/// out, a Hann window is applied, and two channels share one complex transform. The powers of the
+/// channels, each divided by its own total, add up; the highest point in the band is the line, its
+/// place between the points by the closed form x = 4 r / (3 + sqrt(9 + 4 r^2)) of the Hann window.
+///
+/// kissfft overflows without a word at full scale. It divides by the radix at every stage, so an
+/// output is at most sqrt(2) times the largest part of its input: every input here is below
+/// 2^SWAY_SEEK_BITS, one bit less than that needs.
 #ifndef SWAY_SEEK_H
 #define SWAY_SEEK_H
 
 #include "sway_real.h"
 #include "sway_ring.h"
 
-#define SWAY_SEEK_POINTS 256
+#define SWAY_SEEK_POINTS 64
 #define SWAY_SEEK_BITS 29
 
 typedef struct {
@@ -23,25 +26,33 @@ typedef struct {
 
 typedef struct {
     sway_seek_config_t config;
-    uint32_t pending_mask;  ///< channels still to be transformed
-    uint32_t block;         ///< rows in a point
-    uint32_t points;        ///< points with data
-    uint32_t head;          ///< ring slot after the newest row when the search began
-    int32_t buffer[2 * SWAY_SEEK_POINTS];
+    uint32_t pending_mask;                ///< channels still to be transformed
+    uint32_t block;                       ///< rows in a point
+    uint32_t points;                      ///< points with data
+    uint32_t head;                        ///< ring slot after the newest row when the search began
+    int64_t state[33 + SWAY_SEEK_POINTS]; ///< state of kissfft
+    int64_t input[SWAY_SEEK_POINTS];      ///< complex numbers of kissfft
+    int64_t output[SWAY_SEEK_POINTS];
     uint32_t power[SWAY_SEEK_POINTS / 2];
-    sway_real_t frequency_hz;
-    bool found;
 } sway_seek_t;
 
-/// Starts a search over the rows that the ring holds now. SWAY_ERROR_NO_DATA: fewer rows than one
-/// oscillation at frequency_min_mhz or than SWAY_WINDOW_MIN.
+/// Makes the twiddle factors of kissfft; once, before everything else.
+void sway_seek_init(sway_seek_t *seek);
+
+/// Starts a search over the rows that the ring holds now. SWAY_ERROR_NO_DATA: fewer rows than
+/// SWAY_WINDOW_MIN. SWAY_ERROR_ARGUMENT: null or an empty band.
 sway_error_t sway_seek_start(sway_seek_t *seek, const sway_seek_config_t *config,
                              const sway_ring_t *ring);
 
-/// One slice: one pair of channels (one 256-point transform). True while more is to be done.
+/// One slice: one pair of channels (one transform). True while more is to be done.
 bool sway_seek_run(sway_seek_t *seek, const sway_ring_t *ring);
 
-/// Frequency of the highest point in the band, interpolated, in Hz. False: nothing stands out.
-bool sway_seek_result(const sway_seek_t *seek, sway_real_t *frequency_hz);
+/// Angular frequency of the highest point in the band. False: there is no power in the band.
+bool sway_seek_result(const sway_seek_t *seek, sway_real_t *omega_rad_s);
+
+/// Place of a line between the bins of a Hann window from three neighbouring magnitudes:
+/// offset from the middle one in bins, clipped to +-0.6. Closed form of the dissertation's App.
+/// A.3.
+sway_real_t sway_seek_offset(sway_real_t below, sway_real_t middle, sway_real_t above);
 
 #endif

@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-/* Bounds of one slice: table entries (two Taylor series each) and rows (channels x bins products). */
+/* Bounds of one slice: table entries (two Taylor series each) and rows (channels x bins products).
+ */
 #define TABLE_SLICE 16U
 #define ROW_SLICE 8U
 
@@ -60,8 +61,8 @@ void sway_spectrum_push(sway_spectrum_t *spectrum, const sway_ring_t *ring)
 
 static void make_table(sway_spectrum_t *spectrum)
 {
-    const sway_real_t step = sway_real_div(sway_real_scale(sway_real_pi(), 1),
-                                           sway_real_int((int64_t)spectrum->window));
+    const sway_real_t step =
+        sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int((int64_t)spectrum->window));
     for (uint32_t i = 0; i < TABLE_SLICE && spectrum->tabled < spectrum->window; i++) {
         const uint32_t at = spectrum->tabled;
         sway_real_t s;
@@ -117,6 +118,5 @@ sway_complex_t sway_spectrum_hann(const sway_spectrum_t *spectrum, sway_channel_
     const sway_complex_t middle = sway_spectrum_bin(spectrum, channel, k);
     const sway_complex_t sides = sway_complex_add(below, above);
     const sway_real_t half = sway_real_ratio(1, 2);
-    return sway_complex_scale(
-        sway_complex_sub(middle, sway_complex_scale(sides, half)), half);
+    return sway_complex_scale(sway_complex_sub(middle, sway_complex_scale(sides, half)), half);
 }

@@ -17,14 +17,14 @@
 #include "sway_ring.h"
 
 /// Bits of the twiddle factors: 35 - log2(SWAY_RING_SAMPLES); 26 for 512 rows.
-#define SWAY_TWIDDLE_BITS                                                                         \
-    (SWAY_RING_SAMPLES <= 64     ? 29                                                             \
-     : SWAY_RING_SAMPLES <= 128  ? 28                                                             \
-     : SWAY_RING_SAMPLES <= 256  ? 27                                                             \
-     : SWAY_RING_SAMPLES <= 512  ? 26                                                             \
-     : SWAY_RING_SAMPLES <= 1024 ? 25                                                             \
-     : SWAY_RING_SAMPLES <= 2048 ? 24                                                             \
-     : SWAY_RING_SAMPLES <= 4096 ? 23                                                             \
+#define SWAY_TWIDDLE_BITS                                                                          \
+    (SWAY_RING_SAMPLES <= 64     ? 29                                                              \
+     : SWAY_RING_SAMPLES <= 128  ? 28                                                              \
+     : SWAY_RING_SAMPLES <= 256  ? 27                                                              \
+     : SWAY_RING_SAMPLES <= 512  ? 26                                                              \
+     : SWAY_RING_SAMPLES <= 1024 ? 25                                                              \
+     : SWAY_RING_SAMPLES <= 2048 ? 24                                                              \
+     : SWAY_RING_SAMPLES <= 4096 ? 23                                                              \
                                  : 22)
 
 typedef struct {
@@ -32,10 +32,10 @@ typedef struct {
     int64_t im[SWAY_CHANNELS][SWAY_BINS + 1];
     int32_t cosine[SWAY_RING_SAMPLES]; ///< w of the present window, first N entries
     int32_t sine[SWAY_RING_SAMPLES];
-    uint32_t window;   ///< N
-    uint32_t phase;    ///< row number of the next row, modulo N
-    uint32_t covered;  ///< newest rows that are in the sums; ready when equal to N
-    uint32_t tabled;   ///< entries of the table that are made
+    uint32_t window;  ///< N
+    uint32_t phase;   ///< row number of the next row, modulo N
+    uint32_t covered; ///< newest rows that are in the sums; ready when equal to N
+    uint32_t tabled;  ///< entries of the table that are made
 } sway_spectrum_t;
 
 /// Empty sums over `window` rows (SWAY_WINDOW_MIN..SWAY_WINDOW_MAX, else SWAY_ERROR_ARGUMENT).

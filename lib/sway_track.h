@@ -14,13 +14,14 @@
 #define SWAY_TRACK_SLICES 8
 
 typedef struct {
-    int32_t sample_period_us;   ///< of the grid
+    int32_t sample_period_us;    ///< of the grid
     int32_t window_cycles_milli; ///< window length in oscillations x 1000: 1500..6000
-    int32_t frequency_min_mhz;  ///< band of the line, millihertz: 100..10000
+    int32_t frequency_min_mhz;   ///< band of the line, millihertz: 100..10000
     int32_t frequency_max_mhz;
-    uint32_t channel_mask;      ///< channels that take part in frequency and growth
-    int32_t steering_quiet_urad; ///< RMS of the steering wheel about its mean and slope, above which
-                                 ///< the motion counts as forced
+    uint32_t channel_mask; ///< channels that take part in frequency and growth
+    int32_t
+        steering_quiet_urad;    ///< RMS of the steering wheel about its mean and slope, above which
+                                ///< the motion counts as forced
     int32_t speed_change_milli; ///< change of speed over a window, of its mean x 1000, that flags
 } sway_track_config_t;
 
@@ -30,11 +31,11 @@ typedef struct {
     sway_spectrum_t spectrum;
     sway_seek_t seek;
     sway_line_job_t job;
-    sway_line_t line;        ///< latest result
+    sway_line_t line; ///< latest result
     uint32_t sequence;
-    uint32_t rows_to_hop;
-    uint32_t lost;           ///< estimates in a row that held no line
-    uint8_t state;
+    uint32_t rows_to_hop; ///< rows until the next estimate is due
+    uint32_t lost;        ///< estimates in a row that held no line
+    uint32_t state;
     bool locked;
     sway_real_t omega_rad_s; ///< start of the next estimate
 } sway_track_t;

@@ -1,0 +1,234 @@
+#include "sway_seek.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "sway_fit.h"
+
+#include "_kiss_fft_guts.h"
+
+#if !defined(FIXED_POINT) || FIXED_POINT != 32
+#error "sway_seek needs kissfft with -DFIXED_POINT=32"
+#endif
+
+/* The buffers of sway_seek_t are what kissfft takes them for. */
+typedef char state_fits[sizeof(struct kiss_fft_state) + (SWAY_SEEK_POINTS - 1) * 8U <=
+                                sizeof(((sway_seek_t *)0)->state)
+                            ? 1
+                            : -1];
+typedef char complex_fits[sizeof(kiss_fft_cpx) == sizeof(int64_t) ? 1 : -1];
+
+void sway_seek_init(sway_seek_t *seek)
+{
+    /* As kiss_fft_alloc() does, with integers: 64 points are three stages of radix 4. */
+    static const int factors[] = {4, 16, 4, 4, 4, 1};
+    struct kiss_fft_state *state = (struct kiss_fft_state *)(void *)seek->state;
+    memset(seek, 0, sizeof *seek);
+    state->nfft = SWAY_SEEK_POINTS;
+    state->inverse = 0;
+    memcpy(state->factors, factors, sizeof factors);
+    kiss_fft_cpx *twiddle = state->twiddles;
+    const sway_real_t step =
+        sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int(SWAY_SEEK_POINTS));
+    for (int i = 0; i < SWAY_SEEK_POINTS; i++) {
+        const sway_complex_t unit =
+            sway_complex_unit(sway_real_mul(step, sway_real_int(-(int64_t)i)));
+        const int64_t re = sway_real_to_int64(unit.re, 31);
+        const int64_t im = sway_real_to_int64(unit.im, 31);
+        twiddle[i].r = (int32_t)(re > INT32_MAX ? INT32_MAX : re < -INT32_MAX ? -INT32_MAX : re);
+        twiddle[i].i = (int32_t)(im > INT32_MAX ? INT32_MAX : im < -INT32_MAX ? -INT32_MAX : im);
+    }
+}
+
+sway_error_t sway_seek_start(sway_seek_t *seek, const sway_seek_config_t *config,
+                             const sway_ring_t *ring)
+{
+    if (seek == NULL || config == NULL || ring == NULL || config->sample_period_us <= 0 ||
+        config->frequency_min_mhz <= 0 || config->frequency_max_mhz <= config->frequency_min_mhz) {
+        return SWAY_ERROR_ARGUMENT;
+    }
+    const uint32_t rows = ring->filled < SWAY_WINDOW_MAX ? ring->filled : SWAY_WINDOW_MAX;
+    if (rows < SWAY_WINDOW_MIN) {
+        return SWAY_ERROR_NO_DATA;
+    }
+    seek->config = *config;
+    seek->pending_mask =
+        config->channel_mask & ring->present_mask & (SWAY_CHANNEL_BIT(SWAY_CHANNELS) - 1U);
+    seek->block = (rows + SWAY_SEEK_POINTS - 1U) / SWAY_SEEK_POINTS;
+    seek->points = rows / seek->block;
+    seek->head = ring->head;
+    memset(seek->power, 0, sizeof seek->power);
+    return SWAY_OK;
+}
+
+/* Least-squares slope times (n^2 - 1) n / 3 is the moment; takes the line out of the data. */
+static void take_slope_out(int32_t *data, int64_t n)
+{
+    int64_t moment = 0;
+    for (int64_t b = 0; b < n; b++) {
+        moment += data[b] * (2 * b - n + 1);
+    }
+    const int64_t spread = n * (n * n - 1) / 3;
+    for (int64_t b = 0; b < n; b++) {
+        data[b] -= (int32_t)(moment / spread * (2 * b - n + 1));
+    }
+}
+
+/* Largest shift by which all data stay below 2^SWAY_SEEK_BITS. */
+static int32_t headroom(const int32_t *data, uint32_t n)
+{
+    int32_t largest = 1;
+    for (uint32_t b = 0; b < n; b++) {
+        const int32_t size = data[b] < 0 ? -data[b] : data[b];
+        largest = size > largest ? size : largest;
+    }
+    int32_t shift = 0;
+    while (largest < (INT32_C(1) << (SWAY_SEEK_BITS - 1))) {
+        largest *= 2;
+        shift++;
+    }
+    return shift;
+}
+
+/* Puts a channel, windowed, into the real (part 0) or imaginary (part 1) half of the input. */
+static void load_channel(sway_seek_t *seek, const sway_ring_t *ring, uint32_t channel, int part)
+{
+    int64_t sums[SWAY_SEEK_POINTS];
+    int32_t data[SWAY_SEEK_POINTS];
+    int64_t mean;
+    kiss_fft_cpx *input = (kiss_fft_cpx *)(void *)seek->input;
+    const uint32_t n = seek->points;
+    (void)sway_ring_sums(ring, channel, seek->head, seek->block, n, sums);
+    (void)sway_fit_center(sums, n, data, &mean);
+    take_slope_out(data, (int64_t)n);
+    const int64_t gain = INT64_C(1) << headroom(data, n);
+    /* Hann: (1 - cos(2 pi (b + 1/2) / n)) / 2, the cosine by turning a Q30 pointer. */
+    const sway_real_t turn =
+        sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int((int64_t)n));
+    const sway_complex_t step = sway_complex_unit(turn);
+    const sway_complex_t first = sway_complex_unit(sway_real_scale(turn, -1));
+    const int64_t one = INT64_C(1) << 30;
+    const int64_t step_re = sway_real_to_int64(step.re, 30);
+    const int64_t step_im = sway_real_to_int64(step.im, 30);
+    int64_t re = sway_real_to_int64(first.re, 30);
+    int64_t im = sway_real_to_int64(first.im, 30);
+    for (uint32_t b = 0; b < n; b++) {
+        const int64_t weight = one - re > 2 * one ? 2 * one : one - re;
+        const int32_t value = (int32_t)(data[b] * gain * (weight / 2) / one);
+        if (part == 0) {
+            input[b].r = value;
+        } else {
+            input[b].i = value;
+        }
+        const int64_t next = (re * step_re - im * step_im) / one;
+        im = (re * step_im + im * step_re) / one;
+        re = next;
+    }
+}
+
+static uint64_t norm(int64_t re, int64_t im)
+{
+    return (uint64_t)(re * re) + (uint64_t)(im * im);
+}
+
+/* Adds the power of one of the two real channels, scaled to a total of 2^22..2^23. */
+static void add_power(sway_seek_t *seek, int sign)
+{
+    const kiss_fft_cpx *z = (const kiss_fft_cpx *)(const void *)seek->output;
+    uint64_t power[SWAY_SEEK_POINTS / 2];
+    uint64_t total = 0;
+    for (uint32_t k = 0; k < SWAY_SEEK_POINTS / 2U; k++) {
+        const kiss_fft_cpx a = z[k];
+        const kiss_fft_cpx b = z[(SWAY_SEEK_POINTS - k) % SWAY_SEEK_POINTS];
+        /* Z[k] +- conj(Z[N-k]), below 2^31 each: a quarter, so that 32 of them can be added */
+        power[k] = norm(((int64_t)a.r + sign * (int64_t)b.r) / 4,
+                        ((int64_t)a.i - sign * (int64_t)b.i) / 4);
+        total += k > 0U ? power[k] : 0U;
+    }
+    int32_t shift = 0;
+    while ((total >> shift) >= (UINT64_C(1) << 23)) {
+        shift++;
+    }
+    for (uint32_t k = 0; k < SWAY_SEEK_POINTS / 2U; k++) {
+        const uint64_t scaled = power[k] >> shift;
+        seek->power[k] += scaled < (UINT64_C(1) << 24) ? (uint32_t)scaled : UINT32_C(1) << 24;
+    }
+}
+
+static uint32_t take_channel(sway_seek_t *seek)
+{
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        if ((seek->pending_mask & SWAY_CHANNEL_BIT(c)) != 0U) {
+            seek->pending_mask &= ~SWAY_CHANNEL_BIT(c);
+            return c;
+        }
+    }
+    return SWAY_CHANNELS;
+}
+
+bool sway_seek_run(sway_seek_t *seek, const sway_ring_t *ring)
+{
+    const uint32_t first = take_channel(seek);
+    const uint32_t second = take_channel(seek);
+    if (first >= SWAY_CHANNELS) {
+        return false;
+    }
+    memset(seek->input, 0, sizeof seek->input);
+    load_channel(seek, ring, first, 0);
+    if (second < SWAY_CHANNELS) {
+        load_channel(seek, ring, second, 1);
+    }
+    kiss_fft((kiss_fft_cfg)(void *)seek->state, (const kiss_fft_cpx *)(void *)seek->input,
+             (kiss_fft_cpx *)(void *)seek->output);
+    add_power(seek, 1);
+    if (second < SWAY_CHANNELS) {
+        add_power(seek, -1);
+    }
+    return seek->pending_mask != 0U;
+}
+
+sway_real_t sway_seek_offset(sway_real_t below, sway_real_t middle, sway_real_t above)
+{
+    const sway_real_t r = sway_real_div(sway_real_sub(above, below), middle);
+    const sway_real_t r2 = sway_real_scale(sway_real_mul(r, r), 2);
+    const sway_real_t root = sway_real_sqrt(sway_real_add(sway_real_int(9), r2));
+    const sway_real_t x =
+        sway_real_div(sway_real_scale(r, 2), sway_real_add(sway_real_int(3), root));
+    const sway_real_t limit = sway_real_ratio(6, 10);
+    return sway_real_max(sway_real_neg(limit), sway_real_min(x, limit));
+}
+
+/* The bin that a frequency falls into. */
+static uint32_t bin_of(const sway_seek_t *seek, int32_t mhz)
+{
+    const int64_t period_us =
+        (int64_t)seek->config.sample_period_us * seek->block * SWAY_SEEK_POINTS;
+    const int64_t bin = ((int64_t)mhz * period_us + 500000000) / 1000000000;
+    const int64_t last = SWAY_SEEK_POINTS / 2 - 2;
+    return (uint32_t)(bin < 1 ? 1 : bin > last ? last : bin);
+}
+
+static sway_real_t magnitude_at(const sway_seek_t *seek, uint32_t k)
+{
+    return sway_real_sqrt(sway_real_int(seek->power[k]));
+}
+
+bool sway_seek_result(const sway_seek_t *seek, sway_real_t *omega_rad_s)
+{
+    uint32_t best = bin_of(seek, seek->config.frequency_min_mhz);
+    const uint32_t last = bin_of(seek, seek->config.frequency_max_mhz);
+    for (uint32_t k = best + 1U; k <= last; k++) {
+        best = seek->power[k] > seek->power[best] ? k : best;
+    }
+    if (seek->power[best] == 0U) {
+        return false;
+    }
+    const sway_real_t x = sway_seek_offset(magnitude_at(seek, best - 1U), magnitude_at(seek, best),
+                                           magnitude_at(seek, best + 1U));
+    const sway_real_t bins = sway_real_add(sway_real_int(best), x);
+    const int64_t span_us = (int64_t)seek->config.sample_period_us * seek->block * SWAY_SEEK_POINTS;
+    const sway_real_t span_s = sway_real_ratio(span_us, 1000000);
+    const sway_real_t turn = sway_real_scale(sway_real_pi(), 1);
+    *omega_rad_s = sway_real_div(sway_real_mul(turn, bins), span_s);
+    return true;
+}

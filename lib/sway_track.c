@@ -1,0 +1,246 @@
+#include "sway_track.h"
+
+#include <string.h>
+
+/* Rows between searches while no line is held. */
+#define SEEK_HOP 16U
+#define HOPS_PER_WINDOW 16U
+/* Estimates in a row without a line after which the search begins again. */
+#define LOST_LIMIT 3U
+
+enum { TRACK_IDLE, TRACK_SEEK, TRACK_LINE };
+
+sway_track_config_t sway_track_default(int32_t sample_period_us)
+{
+    const sway_track_config_t config = {.sample_period_us = sample_period_us,
+                                        .window_cycles_milli = 2000,
+                                        .frequency_min_mhz = 250,
+                                        .frequency_max_mhz = 2000,
+                                        .channel_mask =
+                                            (SWAY_CHANNEL_BIT(SWAY_CHANNELS) - 1U) &
+                                            ~SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE),
+                                        .steering_quiet_urad = 17453,
+                                        .speed_change_milli = 50};
+    return config;
+}
+
+static bool config_is_good(const sway_track_config_t *config)
+{
+    return config->sample_period_us >= 1000 && config->sample_period_us <= 100000 &&
+           config->window_cycles_milli >= 1500 && config->window_cycles_milli <= 6000 &&
+           config->frequency_min_mhz >= 100 && config->frequency_max_mhz <= 10000 &&
+           config->frequency_max_mhz > config->frequency_min_mhz && config->channel_mask != 0U &&
+           config->steering_quiet_urad >= 0 && config->speed_change_milli >= 0;
+}
+
+static void empty(sway_track_t *track)
+{
+    sway_ring_clear(&track->ring);
+    sway_line_init(&track->job);
+    memset(&track->spectrum, 0, sizeof track->spectrum);
+    track->state = TRACK_IDLE;
+    track->locked = false;
+    track->lost = 0;
+    track->rows_to_hop = SEEK_HOP;
+}
+
+sway_error_t sway_track_init(sway_track_t *track, const sway_track_config_t *config)
+{
+    if (track == NULL || config == NULL || !config_is_good(config)) {
+        return SWAY_ERROR_ARGUMENT;
+    }
+    memset(track, 0, sizeof *track);
+    track->config = *config;
+    track->line.flags = SWAY_LINE_STARTING | SWAY_LINE_SEEKING;
+    sway_seek_init(&track->seek);
+    empty(track);
+    return SWAY_OK;
+}
+
+void sway_track_push(sway_track_t *track, const sway_tick_t *tick)
+{
+    if (tick->restart && track->ring.filled > 0U) {
+        empty(track);
+    }
+    sway_ring_push(&track->ring, tick);
+    if (track->spectrum.window > 0U) {
+        sway_spectrum_push(&track->spectrum, &track->ring);
+    }
+    if (track->rows_to_hop > 0U) {
+        track->rows_to_hop -= 1U;
+    }
+}
+
+/* Rows in the configured number of oscillations, before any limit. */
+static uint32_t wanted_window(const sway_track_t *track, sway_real_t omega_rad_s)
+{
+    const sway_real_t row_s = sway_real_ratio(track->config.sample_period_us, 1000000);
+    const sway_real_t turns = sway_real_ratio(track->config.window_cycles_milli, 500);
+    const sway_real_t angle = sway_real_mul(turns, sway_real_pi());
+    const sway_real_t rows = sway_real_div(angle, sway_real_mul(omega_rad_s, row_s));
+    return (uint32_t)sway_real_to_int(rows, 1, SWAY_WINDOW_MIN, SWAY_WINDOW_MAX);
+}
+
+static void give_up(sway_track_t *track, uint32_t flags)
+{
+    track->line.flags = flags | SWAY_LINE_SEEKING;
+    track->line.mid_time_us = track->ring.newest_time_us;
+    track->line.valid_mask = 0;
+    track->sequence += 1U;
+    track->state = TRACK_IDLE;
+    track->rows_to_hop = SEEK_HOP;
+}
+
+static void start_line(sway_track_t *track, sway_real_t omega_rad_s)
+{
+    const sway_track_config_t *config = &track->config;
+    const sway_line_config_t line = {.sample_period_us = config->sample_period_us,
+                                     .channel_mask = config->channel_mask,
+                                     .frequency_min_mhz = config->frequency_min_mhz,
+                                     .frequency_max_mhz = config->frequency_max_mhz,
+                                     .steering_quiet_urad = config->steering_quiet_urad,
+                                     .speed_change_milli = config->speed_change_milli};
+    const uint32_t wanted = wanted_window(track, omega_rad_s);
+    const uint32_t filled = track->ring.filled;
+    const uint32_t window = wanted < filled ? wanted : filled;
+    const bool enough = 10U * window >= 7U * wanted;
+    if (!enough ||
+        sway_line_start(&track->job, &line, &track->ring, window, omega_rad_s) != SWAY_OK) {
+        give_up(track, SWAY_LINE_STARTING);
+        return;
+    }
+    if (window < wanted) {
+        track->job.line.flags |= SWAY_LINE_STARTING;
+    }
+    track->state = TRACK_LINE;
+    track->rows_to_hop = window / HOPS_PER_WINDOW;
+}
+
+/* The channel whose line stands out most. */
+static sway_channel_t pilot(const sway_track_t *track)
+{
+    uint32_t best = 0;
+    sway_real_t most = sway_real_int(-1);
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        const sway_line_channel_t *channel = &track->line.channel[c];
+        const sway_real_t size = sway_complex_abs(channel->amplitude);
+        const sway_real_t clear = sway_real_div(size, channel->amplitude_se);
+        if ((track->line.valid_mask & track->config.channel_mask & SWAY_CHANNEL_BIT(c)) != 0U &&
+            sway_real_less(most, clear)) {
+            most = clear;
+            best = c;
+        }
+    }
+    return (sway_channel_t)best;
+}
+
+/* Where the sliding spectrum sees the line. */
+static sway_real_t spectrum_omega(const sway_track_t *track)
+{
+    const sway_channel_t channel = pilot(track);
+    sway_real_t size[SWAY_BINS];
+    uint32_t best = 1;
+    size[0] = sway_real_int(0);
+    for (uint32_t k = 1; k < SWAY_BINS; k++) {
+        size[k] = sway_complex_abs(sway_spectrum_hann(&track->spectrum, channel, k));
+        best = k + 1U < SWAY_BINS && sway_real_less(size[best], size[k]) ? k : best;
+    }
+    const sway_real_t x = sway_seek_offset(size[best - 1U], size[best], size[best + 1U]);
+    const sway_real_t bins = sway_real_add(sway_real_int(best), x);
+    const int64_t span_us = (int64_t)track->config.sample_period_us * track->spectrum.window;
+    const sway_real_t turn = sway_real_scale(sway_real_pi(), 1);
+    return sway_real_div(sway_real_mul(turn, bins), sway_real_ratio(span_us, 1000000));
+}
+
+static void start_estimate(sway_track_t *track)
+{
+    if (track->locked) {
+        const bool look = track->lost > 0U && sway_spectrum_ready(&track->spectrum);
+        start_line(track, look ? spectrum_omega(track) : track->omega_rad_s);
+        return;
+    }
+    const sway_seek_config_t seek = {.channel_mask = track->config.channel_mask,
+                                     .sample_period_us = track->config.sample_period_us,
+                                     .frequency_min_mhz = track->config.frequency_min_mhz,
+                                     .frequency_max_mhz = track->config.frequency_max_mhz};
+    if (sway_seek_start(&track->seek, &seek, &track->ring) != SWAY_OK) {
+        give_up(track, SWAY_LINE_STARTING);
+        return;
+    }
+    track->state = TRACK_SEEK;
+}
+
+/* The sliding sums follow the window when it has changed by more than a sixteenth. */
+static void follow_window(sway_track_t *track)
+{
+    const uint32_t wanted = wanted_window(track, track->omega_rad_s);
+    const uint32_t have = track->spectrum.window;
+    const uint32_t apart = wanted > have ? wanted - have : have - wanted;
+    if (16U * apart > wanted) {
+        (void)sway_spectrum_init(&track->spectrum, wanted);
+    }
+}
+
+static void take_line(sway_track_t *track)
+{
+    const uint32_t bad = SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED;
+    track->line = track->job.line;
+    track->state = TRACK_IDLE;
+    if ((track->line.flags & bad) == 0U) {
+        track->locked = true;
+        track->lost = 0;
+        track->omega_rad_s = track->line.omega_rad_s;
+        follow_window(track);
+    } else {
+        track->lost += 1U;
+        track->locked = track->locked && track->lost < LOST_LIMIT;
+    }
+    if (!track->locked) {
+        track->line.flags |= SWAY_LINE_SEEKING;
+    }
+    track->sequence += 1U;
+}
+
+static void run_seek(sway_track_t *track)
+{
+    sway_real_t omega;
+    if (sway_seek_run(&track->seek, &track->ring)) {
+        return;
+    }
+    if (sway_seek_result(&track->seek, &omega)) {
+        start_line(track, omega);
+    } else {
+        give_up(track, SWAY_LINE_NO_OSCILLATION);
+    }
+}
+
+static bool spectrum_pending(const sway_track_t *track)
+{
+    return track->spectrum.window > 0U && !sway_spectrum_ready(&track->spectrum);
+}
+
+bool sway_track_run(sway_track_t *track)
+{
+    if (track->state == TRACK_SEEK) {
+        run_seek(track);
+    } else if (track->state == TRACK_LINE) {
+        if (!sway_line_run(&track->job, &track->ring)) {
+            take_line(track);
+        }
+    } else if (track->rows_to_hop == 0U) {
+        start_estimate(track);
+    } else if (spectrum_pending(track)) {
+        (void)sway_spectrum_run(&track->spectrum, &track->ring);
+    }
+    return track->state != TRACK_IDLE || track->rows_to_hop == 0U || spectrum_pending(track);
+}
+
+const sway_line_t *sway_track_line(const sway_track_t *track)
+{
+    return &track->line;
+}
+
+uint32_t sway_track_sequence(const sway_track_t *track)
+{
+    return track->sequence;
+}

@@ -1,0 +1,118 @@
+/* The estimator of lib/ behind plain arrays of doubles, for tests/bench/estimator.py. */
+#include <math.h>
+#include <string.h>
+
+#include "sway_track.h"
+
+static double to_double(sway_real_t x)
+{
+    return ldexp((double)x.m, x.e);
+}
+
+static sway_ring_t ring;
+static sway_seek_t seek;
+static sway_line_job_t job;
+static sway_track_t track;
+
+enum { COMMON = 10, PER_CHANNEL = 10 };
+
+static void export_line(const sway_line_t *line, double *common, double *channel)
+{
+    common[0] = to_double(line->omega_rad_s);
+    common[1] = to_double(line->omega_se_rad_s);
+    common[2] = to_double(line->growth_1_s);
+    common[3] = to_double(line->growth_se_1_s);
+    common[4] = (double)line->mid_time_us * 1e-6;
+    common[5] = line->window_samples;
+    common[6] = line->flags;
+    common[7] = line->valid_mask;
+    common[8] = to_double(line->speed_m_s);
+    common[9] = to_double(line->speed_slope_m_s2);
+    for (int c = 0; c < SWAY_CHANNELS; c++, channel += PER_CHANNEL) {
+        const sway_line_channel_t *from = &line->channel[c];
+        channel[0] = to_double(from->amplitude.re);
+        channel[1] = to_double(from->amplitude.im);
+        channel[2] = to_double(from->amplitude_se);
+        channel[3] = to_double(from->phase_se_rad);
+        channel[4] = to_double(from->second.re);
+        channel[5] = to_double(from->second.im);
+        channel[6] = to_double(from->second_se);
+        channel[7] = to_double(from->mean);
+        channel[8] = to_double(from->noise_rms);
+        channel[9] = 0;
+    }
+}
+
+/* samples[rows][SWAY_CHANNELS]; channels that take part by mask. Returns the slices needed. */
+int estimate(const int32_t *samples, int rows, unsigned mask, double *common, double *channel)
+{
+    const sway_seek_config_t where = {mask, 10000, 250, 2000};
+    const sway_line_config_t what = {10000, mask, 250, 2000, 17453, 50};
+    sway_tick_t tick;
+    sway_real_t omega;
+    int slices = 0;
+    sway_ring_clear(&ring);
+    sway_line_init(&job);
+    sway_seek_init(&seek);
+    memset(&tick, 0, sizeof tick);
+    tick.valid_mask = mask;
+    tick.present_mask = mask;
+    for (int i = 0; i < rows; i++) {
+        tick.time_us = (int64_t)i * 10000;
+        memcpy(tick.value, samples + (size_t)i * SWAY_CHANNELS, SWAY_CHANNELS * sizeof *samples);
+        sway_ring_push(&ring, &tick);
+    }
+    if (sway_seek_start(&seek, &where, &ring) != SWAY_OK) {
+        return -1;
+    }
+    while (sway_seek_run(&seek, &ring)) {
+        slices++;
+    }
+    if (!sway_seek_result(&seek, &omega)) {
+        return -2;
+    }
+    common[9] = to_double(omega);
+    if (sway_line_start(&job, &what, &ring, (uint32_t)rows, omega) != SWAY_OK) {
+        return -3;
+    }
+    while (sway_line_run(&job, &ring)) {
+        slices++;
+    }
+    export_line(&job.line, common, channel);
+    common[9] = to_double(omega);
+    return slices;
+}
+
+/* The whole loop, row by row; writes one record per new estimate, at most `limit`. valid[rows] is
+ * the mask of each row. Returns the number of records. */
+int follow(const int32_t *samples, const uint32_t *valid, int rows, unsigned mask, int cycles_milli,
+           double *common, double *channel, int limit)
+{
+    sway_track_config_t config = sway_track_default(10000);
+    sway_tick_t tick;
+    int records = 0;
+    uint32_t sequence = 0;
+    config.window_cycles_milli = cycles_milli;
+    config.channel_mask = mask & config.channel_mask;
+    if (sway_track_init(&track, &config) != SWAY_OK) {
+        return -1;
+    }
+    memset(&tick, 0, sizeof tick);
+    tick.present_mask = mask;
+    for (int i = 0; i < rows; i++) {
+        tick.time_us = (int64_t)i * 10000;
+        tick.valid_mask = valid[i];
+        memcpy(tick.value, samples + (size_t)i * SWAY_CHANNELS, SWAY_CHANNELS * sizeof *samples);
+        sway_track_push(&track, &tick);
+        for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
+            (void)sway_track_run(&track);
+        }
+        if (sway_track_sequence(&track) != sequence && records < limit) {
+            sequence = sway_track_sequence(&track);
+            export_line(sway_track_line(&track), common + (size_t)records * COMMON,
+                        channel + (size_t)records * SWAY_CHANNELS * PER_CHANNEL);
+            records++;
+        }
+    }
+    return records;
+}
