@@ -2,7 +2,7 @@
 ///
 /// Layout, all little-endian: "SWAY", version u16, number of words u16, sequence number u32, the
 /// words of sway_core_config_t as int32 in their order, CRC-32 (IEEE 802.3) of all before it.
-/// The words are numbered from 0; `swaywatch.dbc` uses the same numbers in SwParameterRequest.
+/// The words are numbered from 0; `swaywatch.dbc` uses the same numbers in SwayParameterRequest.
 #ifndef SWAY_BLOCK_H
 #define SWAY_BLOCK_H
 

@@ -9,9 +9,9 @@
 #define CANARY UINT32_C(0x5AFEC0DE)
 #define REPORT_RUNNING_US 1000000
 #define REPORT_SAFE_US 100000
-#define ID_REQUEST SWAYWATCH_DBC_SW_PARAMETER_REQUEST_FRAME_ID
-#define ID_REPLY SWAYWATCH_DBC_SW_PARAMETER_REPLY_FRAME_ID
-#define ID_REPORT SWAYWATCH_DBC_SW_FAULT_REPORT_FRAME_ID
+#define ID_REQUEST SWAYWATCH_DBC_SWAY_PARAMETER_REQUEST_FRAME_ID
+#define ID_REPLY SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID
+#define ID_REPORT SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID
 
 enum {
     COMMAND_READ,
@@ -72,7 +72,7 @@ sway_ecu_cause_t sway_ecu_self_test(void)
 void sway_ecu_fault_frame(sway_port_frame_t *frame, sway_ecu_state_t state, uint32_t cause,
                           uint32_t address, uint32_t restarts, uint8_t counter)
 {
-    const struct swaywatch_dbc_sw_fault_report_t report = {
+    const struct swaywatch_dbc_sway_fault_report_t report = {
         .ecu_state = (uint8_t)state,
         .fault_cause = (uint8_t)cause,
         .fault_restarts = (uint8_t)restarts,
@@ -80,7 +80,7 @@ void sway_ecu_fault_frame(sway_port_frame_t *frame, sway_ecu_state_t state, uint
     };
     frame->id = ID_REPORT;
     frame->dlc = 8;
-    (void)swaywatch_dbc_sw_fault_report_pack(frame->data, &report, sizeof frame->data);
+    (void)swaywatch_dbc_sway_fault_report_pack(frame->data, &report, sizeof frame->data);
     sway_e2e_protect(frame->id, counter, frame->data);
 }
 
@@ -230,9 +230,9 @@ static uint8_t obey(sway_ecu_t *ecu, uint8_t command, uint32_t index, int32_t *v
 
 static void answer(sway_ecu_t *ecu, const sway_port_frame_t *frame)
 {
-    struct swaywatch_dbc_sw_parameter_request_t request;
+    struct swaywatch_dbc_sway_parameter_request_t request;
     if (frame->dlc != 8U || !sway_e2e_check(frame->id, frame->data) ||
-        swaywatch_dbc_sw_parameter_request_unpack(&request, frame->data, frame->dlc) != 0) {
+        swaywatch_dbc_sway_parameter_request_unpack(&request, frame->data, frame->dlc) != 0) {
         ecu->requests_refused += 1U;
         return;
     }
@@ -241,13 +241,13 @@ static void answer(sway_ecu_t *ecu, const sway_port_frame_t *frame)
     if (result != RESULT_DONE) {
         ecu->requests_refused += 1U;
     }
-    const struct swaywatch_dbc_sw_parameter_reply_t reply = {
+    const struct swaywatch_dbc_sway_parameter_reply_t reply = {
         .parameter_result = result,
         .parameter_reply_index = request.parameter_index,
         .parameter_reply_value = value,
     };
     sway_port_frame_t out = {.id = ID_REPLY, .dlc = 8};
-    (void)swaywatch_dbc_sw_parameter_reply_pack(out.data, &reply, sizeof out.data);
+    (void)swaywatch_dbc_sway_parameter_reply_pack(out.data, &reply, sizeof out.data);
     sway_e2e_protect(ID_REPLY, ecu->reply_counter, out.data);
     ecu->reply_counter = sway_e2e_next(ecu->reply_counter);
     send(ecu, &out);

@@ -7,8 +7,9 @@
 ///         sway_ecu_poll(&ecu);
 ///     }
 ///
-/// Frames of its own, in dbc/swaywatch.dbc: SwParameterRequest is answered by SwParameterReply;
-/// SwFaultReport goes out at start, every second while running and every 100 ms in the safe state.
+/// Frames of its own, in dbc/swaywatch.dbc: SwayParameterRequest is answered by SwayParameterReply;
+/// SwayFaultReport goes out at start, every second while running and every 100 ms in the safe
+/// state.
 #ifndef SWAY_ECU_H
 #define SWAY_ECU_H
 
@@ -16,8 +17,8 @@
 #include "sway_node.h"
 #include "sway_port.h"
 
-/// In the safe state there is no estimate, no status frame and no alarm: only SwFaultReport. While
-/// running, outputs are marked not valid by sway_node until the estimates are.
+/// In the safe state there is no estimate, no status frame and no alarm: only SwayFaultReport.
+/// While running, outputs are marked not valid by sway_node until the estimates are.
 typedef enum { SWAY_ECU_RUNNING, SWAY_ECU_SAFE } sway_ecu_state_t;
 
 /// Why the ECU restarted or stays in the safe state. Numbers below 16 are the processor's own

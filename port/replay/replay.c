@@ -38,7 +38,7 @@ static char *next_line(replay_t *replay)
     }
 }
 
-static bool next_frame(replay_t *replay, sway_port_frame_t *frame)
+bool replay_next(replay_t *replay, sway_port_frame_t *frame)
 {
     char *line = next_line(replay);
     while (line != NULL) {
@@ -57,20 +57,25 @@ static bool replay_receive(void *context, sway_port_frame_t *frame)
 {
     replay_t *replay = context;
     replay->machine->returned(true);
-    const bool received = next_frame(replay, frame);
+    const bool received = replay_next(replay, frame);
     replay->machine->began();
     return received;
+}
+
+void replay_put(replay_t *replay, const sway_port_frame_t *frame)
+{
+    char line[CANDUMP_LINE];
+    const size_t size = candump_format(frame, line);
+    if (!replay->machine->write(replay->output, line, size)) {
+        replay->failed = true;
+    }
 }
 
 static bool replay_send(void *context, const sway_port_frame_t *frame)
 {
     replay_t *replay = context;
-    char line[CANDUMP_LINE];
     replay->machine->returned(false);
-    const size_t size = candump_format(frame, line);
-    if (!replay->machine->write(replay->output, line, size)) {
-        replay->failed = true;
-    }
+    replay_put(replay, frame);
     replay->machine->began();
     return true;
 }
@@ -90,7 +95,7 @@ sway_port_t replay_port(replay_t *replay)
     return port;
 }
 
-static char *next_word(char **text)
+char *replay_word(char **text)
 {
     char *word = *text;
     while (*word == ' ') {
@@ -116,8 +121,8 @@ int replay_open(replay_t *replay, const replay_machine_t *machine, char *argumen
     memset(replay, 0, sizeof *replay);
     replay->machine = machine;
     replay->output = machine->standard_output;
-    const char *recording = next_word(&arguments);
-    const char *output = next_word(&arguments);
+    const char *recording = replay_word(&arguments);
+    const char *output = replay_word(&arguments);
     if (recording[0] == '\0') {
         say(machine, "replay: wanted BLOCK RECORDING [OUTPUT]\n");
         return 2;
@@ -140,7 +145,7 @@ int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, const replay_mach
 {
     static replay_t replay;
     uint8_t block[SWAY_BLOCK_SIZE];
-    const char *block_path = next_word(&arguments);
+    const char *block_path = replay_word(&arguments);
     const int status = replay_open(&replay, machine, arguments);
     if (status != 0) {
         return status;

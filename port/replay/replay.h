@@ -34,6 +34,12 @@ typedef struct {
 
 /// Opens the files; 0, or the exit status 2 with a message on the standard output.
 int replay_open(replay_t *replay, const replay_machine_t *machine, char *arguments);
+/// The recording's next frame; false at its end.
+bool replay_next(replay_t *replay, sway_port_frame_t *frame);
+/// One frame to the output; a failure is remembered in `failed`.
+void replay_put(replay_t *replay, const sway_port_frame_t *frame);
+/// Cuts the next word off `text`, which moves on.
+char *replay_word(char **text);
 /// The port that reads and writes the files. `replay` has to outlive it.
 sway_port_t replay_port(replay_t *replay);
 /// Reads the parameter block named first in the arguments; returns its size, 0: there is none.

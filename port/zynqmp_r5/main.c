@@ -1,0 +1,260 @@
+/* The ECU on a Cortex-R5 with a real CAN controller, and on the same emulated bus a second
+ * controller that plays a recording to it and writes down what it answers.
+ *
+ * Arguments: BLOCK RECORDING OUTPUT FIGURES. CAN1 is the ECU's; CAN0 is the player's. Frames go out
+ * in the microsecond in which they were recorded, and the ECU sees them by the controller's own
+ * time stamps: the answers have to be those of a replay without a bus, byte for byte.
+ *
+ * The emulator has no interrupt controller at the R5; the main loop calls the drivers' interrupt
+ * functions whenever a controller raises its line. The clocks run SLOW times slower than the
+ * instructions, so that player and ECU fit on one processor. */
+#include <string.h>
+
+#include "can.h"
+#include "r5.h"
+#include "replay.h"
+#include "semihosting.h"
+
+#define CAN0 0xFF060000U
+#define CAN1 0xFF070000U
+#define CAN_CLOCK_HZ 24000000U
+#define BIT_RATE 500000U
+#define SAMPLE_POINT_MILLI 875U
+
+#ifndef SLOW
+#define SLOW 16
+#endif
+/* The ECU is not given the processor when a frame is due so soon. */
+#define GUARD_NS INT64_C(100000)
+/* A frame sent later than this after its time would be stamped with the next microsecond. */
+#define LATE_NS INT64_C(600)
+#define LEAD_NS INT64_C(200)
+
+typedef struct {
+    can_t can;
+    replay_t replay;
+    sway_port_frame_t next;
+    bool has_next;
+    int64_t shift_us; ///< of the ECU's clock to that of the recording
+    uint32_t late;
+    uint32_t played;
+} player_t;
+
+__attribute__((section(".noinit"))) static sway_ecu_retained_t retained;
+static sway_ecu_t ecu;
+static can_t ecu_can;
+static player_t player;
+
+void fault_stop(uint32_t cause, uint32_t address)
+{
+    sway_ecu_note_fault(&retained, cause, address);
+    r5_restart();
+}
+
+void interrupt(void)
+{
+    can_interrupt(&ecu_can);
+}
+
+/* --- the machine ------------------------------------------------------------------------------ */
+
+static int32_t machine_open(const char *path, bool write_it)
+{
+    return semihosting_open(path, write_it ? SEMIHOSTING_WRITE : SEMIHOSTING_READ);
+}
+
+static void began(void)
+{
+}
+
+static void returned(bool is_finished)
+{
+    (void)is_finished;
+}
+
+static int64_t time_ns(void)
+{
+    return r5_time_ns() / SLOW;
+}
+
+/* --- the ECU's port --------------------------------------------------------------------------- */
+
+static bool port_receive(void *context, sway_port_frame_t *frame)
+{
+    (void)context;
+    if (!can_receive(&ecu_can, frame)) {
+        return false;
+    }
+    frame->time_us += player.shift_us;
+    return true;
+}
+
+static bool port_send(void *context, const sway_port_frame_t *frame)
+{
+    (void)context;
+    return can_send(&ecu_can, frame);
+}
+
+static int64_t port_time_us(void *context)
+{
+    (void)context;
+    return time_ns() / 1000 + player.shift_us;
+}
+
+/* --- the player ------------------------------------------------------------------------------- */
+
+static int64_t due_ns(void)
+{
+    return (player.next.time_us - player.shift_us) * 1000 + LEAD_NS;
+}
+
+static void play(void)
+{
+    while (player.has_next && time_ns() >= due_ns()) {
+        if (time_ns() - due_ns() > LATE_NS) {
+            player.late += 1U;
+        }
+        if (!can_send(&player.can, &player.next)) {
+            return;
+        }
+        player.played += 1U;
+        player.has_next = replay_next(&player.replay, &player.next);
+    }
+}
+
+static void write_answers(void)
+{
+    sway_port_frame_t frame;
+    while (can_receive(&player.can, &frame)) {
+        frame.time_us += player.shift_us;
+        replay_put(&player.replay, &frame);
+    }
+}
+
+/* --- both ------------------------------------------------------------------------------------- */
+
+static void serve(can_t *can)
+{
+    if (can_wants_interrupt(can)) {
+        can_interrupt(can);
+    }
+    can_service(can);
+}
+
+/* Nothing to do: the emulator runs a row of no-operations in no time. */
+static void wait(void)
+{
+    const int64_t left_ns = player.has_next ? (due_ns() - time_ns()) * SLOW : 0;
+    for (int64_t blocks = (left_ns - 4000) / 520; blocks > 0; blocks--) {
+        __asm__ volatile(".rept 498\n nop\n .endr");
+    }
+}
+
+static can_config_t config_of(uintptr_t base)
+{
+    const can_config_t config = {.base = base,
+                                 .clock_hz = CAN_CLOCK_HZ * SLOW,
+                                 .bit_rate = BIT_RATE,
+                                 .sample_point_milli = SAMPLE_POINT_MILLI,
+                                 .time_ns = time_ns};
+    return config;
+}
+
+static bool start_controllers(void)
+{
+    can_config_t config = config_of(CAN0);
+    if (!can_start(&player.can, &config)) {
+        return false;
+    }
+    config = config_of(CAN1);
+    config.filter[0] = (can_filter_t){.wanted = 0x120, .mask = 0x7E0};
+    config.filter[1] = (can_filter_t){.wanted = 0x6E0, .mask = 0x7FF};
+    config.filters = 2;
+    return can_start(&ecu_can, &config);
+}
+
+static void put_figure(int32_t file, const char *name, uint32_t value)
+{
+    char text[48];
+    char digits[12];
+    size_t at = strlen(name);
+    size_t count = 0;
+    memcpy(text, name, at);
+    text[at++] = ' ';
+    do {
+        digits[count++] = (char)('0' + (char)(value % 10U));
+        value /= 10U;
+    } while (value != 0U);
+    while (count > 0U) {
+        text[at++] = digits[--count];
+    }
+    text[at++] = '\n';
+    (void)semihosting_write(file, text, at);
+}
+
+static void put_figures(const char *path)
+{
+    const int32_t file = semihosting_open(path, SEMIHOSTING_WRITE);
+    put_figure(file, "played", player.played);
+    put_figure(file, "late", player.late);
+    put_figure(file, "ecu_received", ecu_can.counters.received);
+    put_figure(file, "ecu_sent", ecu_can.counters.sent);
+    put_figure(file, "overflows", ecu_can.counters.overflows + player.can.counters.overflows);
+    put_figure(file, "answers", player.can.counters.received);
+    put_figure(file, "stack", r5_stack_used());
+    semihosting_close(file);
+}
+
+static void run(void)
+{
+    int64_t idle_since_ns = 0;
+    while (player.has_next || time_ns() - idle_since_ns < 1000000) {
+        play();
+        serve(&ecu_can);
+        serve(&player.can);
+        write_answers();
+        bool busy = false;
+        if (!player.has_next || due_ns() - time_ns() > GUARD_NS) {
+            busy = sway_ecu_poll(&ecu);
+        }
+        if (busy || player.has_next) {
+            idle_since_ns = time_ns();
+        }
+        if (!busy) {
+            wait();
+        }
+    }
+}
+
+int main(void)
+{
+    static char arguments[512];
+    static uint8_t block[SWAY_BLOCK_SIZE];
+    const replay_machine_t machine = {.open = machine_open,
+                                      .read = semihosting_read,
+                                      .write = semihosting_write,
+                                      .standard_output = semihosting_stdout(),
+                                      .began = began,
+                                      .returned = returned};
+    const sway_port_t port = {.receive = port_receive, .send = port_send, .time_us = port_time_us};
+    semihosting_arguments(arguments, sizeof arguments);
+    char *figures_path = strrchr(arguments, ' ');
+    char *rest = arguments;
+    if (figures_path == NULL) {
+        semihosting_exit(2);
+    }
+    *figures_path++ = '\0';
+    const char *block_path = replay_word(&rest);
+    if (replay_open(&player.replay, &machine, rest) != 0 || !start_controllers()) {
+        semihosting_exit(2);
+    }
+    player.has_next = replay_next(&player.replay, &player.next);
+    player.shift_us = player.next.time_us - time_ns() / 1000 - 1000;
+    const size_t size = replay_block(&machine, block_path, block, sizeof block);
+    if (sway_ecu_start(&ecu, &port, &retained, block, size) != SWAY_OK) {
+        semihosting_exit(2);
+    }
+    run();
+    put_figures(figures_path);
+    semihosting_exit(player.replay.failed || player.late > 0U ? 1 : 0);
+}
