@@ -245,6 +245,18 @@ def _refusal(vehicle: Vehicle, result: Any, offender: Any) -> str:
     )
 
 
+def core_config(
+    vehicle: Vehicle, drive: Drive | None = None, alarm: dict[str, int] | None = None
+) -> Any:
+    """``sway_core_config_t *`` with its defaults, the vehicle, and fields of `alarm` by C name."""
+    config = ffi.new("sway_core_config_t *")
+    lib.sway_core_defaults(config)
+    config.vehicle = core_vehicle(vehicle, drive)[0]
+    for name, value in (alarm or {}).items():
+        setattr(config.alarm, name, value)
+    return config
+
+
 class Core:
     """One ``sway_core_t`` of its own.
 
@@ -262,12 +274,7 @@ class Core:
         self, vehicle: Vehicle, drive: Drive | None = None, alarm: dict[str, int] | None = None
     ) -> None:
         self._core = ffi.new("sway_core_t *")
-        config = ffi.new("sway_core_config_t *")
-        lib.sway_core_defaults(config)
-        config.vehicle = core_vehicle(vehicle, drive)[0]
-        for name, value in (alarm or {}).items():
-            setattr(config.alarm, name, value)
-        error = lib.sway_core_init(self._core, config)
+        error = lib.sway_core_init(self._core, core_config(vehicle, drive, alarm))
         if error != lib.SWAY_OK:
             raise VehicleError(f"{vehicle.path}: the core refuses this configuration ({error})")
 

@@ -39,3 +39,36 @@ size_t core_feed(sway_core_t *core, core_feed_t *feeds, size_t feed_count, int64
     }
     return written;
 }
+
+void core_protect(const uint32_t *can_id, uint8_t *data, size_t width, size_t count)
+{
+    uint8_t counter[2048] = {0};
+    for (size_t i = 0; i < count; i++) {
+        uint8_t *const next = &counter[can_id[i] & 2047U];
+        sway_e2e_protect(can_id[i], *next, data + i * width);
+        *next = sway_e2e_next(*next);
+    }
+}
+
+size_t core_replay(sway_node_t *node, const int64_t *time_us, const uint32_t *can_id,
+                   const uint8_t *length, const uint8_t *data, size_t width, size_t count,
+                   size_t *next, int64_t *out_time_us, uint32_t *out_id, uint8_t *out_data,
+                   size_t room)
+{
+    size_t written = 0;
+    for (;;) {
+        uint8_t out_length = 0;
+        while (written < room &&
+               sway_node_transmit(node, &out_id[written], &out_length, out_data + 8 * written)) {
+            out_time_us[written] = *next > 0 ? time_us[*next - 1] : 0;
+            written++;
+        }
+        if (written == room || *next == count) {
+            break;
+        }
+        (void)sway_node_receive(node, time_us[*next], can_id[*next], length[*next],
+                                data + *next * width); /* refusals are counted by the node */
+        (*next)++;
+    }
+    return written;
+}

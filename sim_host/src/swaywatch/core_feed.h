@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#include "sway_core.h"
+#include "sway_node.h"
 
 /// Samples of one input in order of time; `next` is where the feed goes on.
 typedef struct {
@@ -22,5 +22,17 @@ typedef struct {
 /// again to go on). `*done` says that every sample before `until_us` has been fed.
 size_t core_feed(sway_core_t *core, core_feed_t *feeds, size_t feed_count, int64_t until_us,
                  sway_status_t *status, size_t room, bool *done);
+
+/// Writes rolling counters (one for each identifier, from 0) and CRCs into `count` frames whose
+/// data lie `width` bytes apart.
+void core_protect(const uint32_t *can_id, uint8_t *data, size_t width, size_t count);
+
+/// Gives the frames from `*next` on to the node, and writes the status frames that become due with
+/// the time of the frame that caused them. Returns their number; stops early when `room` is used up
+/// (call again to go on), `*next` == `count` at the end.
+size_t core_replay(sway_node_t *node, const int64_t *time_us, const uint32_t *can_id,
+                   const uint8_t *length, const uint8_t *data, size_t width, size_t count,
+                   size_t *next, int64_t *out_time_us, uint32_t *out_id, uint8_t *out_data,
+                   size_t room);
 
 #endif

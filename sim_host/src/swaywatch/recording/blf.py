@@ -234,7 +234,7 @@ def _decode(path: Path, buffer: ByteArray, at: IntArray, kind: int, start_ns: in
         (raw_id & 0x80000000) != 0,
         np.where(remote, 255, length),
         data,
-        np.minimum(bus, 255),
+        np.clip(bus.astype(np.int64) - 1, 0, 255),  # the file counts channels from 1
     )
 
 

@@ -1,0 +1,55 @@
+"""``swaywatch convert``: a recording in another format, or as frames of ``swaywatch.dbc``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from swaywatch.errors import RecordingError, SignalError
+from swaywatch.recording import FRAME_SUFFIXES, read_recording, write_recording
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``convert`` command."""
+    parser = subparsers.add_parser(
+        "convert",
+        help="write a recording in another format, or as the frames that the ECU reads",
+        description="Write a recording in the format of the new file's suffix. With --signals the "
+        "roles are encoded as frames of dbc/swaywatch.dbc, counters and CRCs included, which the "
+        "daemon, the firmware and `swaywatch monitor` read; without, the content stays as it is.",
+    )
+    parser.add_argument("recording", type=Path, help="the recording to read")
+    parser.add_argument(
+        "--signals", type=Path, metavar="TOML", help="which signal plays which role"
+    )
+    parser.add_argument(
+        "--to",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help=f"the file to write: {', '.join(FRAME_SUFFIXES)} (.log is candump)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Convert one recording."""
+    if args.to.exists() and args.to.samefile(args.recording):
+        raise RecordingError(f"{args.to}: is the recording itself; give another name with --to")
+    if args.signals is None:
+        recording = read_recording(args.recording)
+        content = recording.frames if recording.frames is not None else recording.signals
+        assert content is not None
+        write_recording(args.to, content)
+        print(f"{args.to}: {len(content)} {'frames' if recording.frames else 'signals'}")
+        return 0
+    from swaywatch.bus import encode_drive
+    from swaywatch.drive import load_drive
+
+    drive = load_drive([args.recording], args.signals)
+    if not drive.channels:
+        raise SignalError(f"{args.recording}: no channel to encode")
+    frames = encode_drive(drive)
+    write_recording(args.to, frames)
+    print(f"{args.to}: {len(frames)} frames of swaywatch.dbc, {len(drive.channels)} channels")
+    return 0
