@@ -46,7 +46,8 @@ typedef enum {
     SWAY_QUALITY_MODEL_DISAGREES = 1 << 10, ///< model and signal damping differ beyond their errors
     SWAY_QUALITY_EQUAL_SPLIT = 1 << 11,     ///< trailer axle forces from the user's stiffness ratio
     SWAY_QUALITY_USER_INERTIA = 1 << 12,    ///< a yaw inertia in the model is the user's
-    SWAY_QUALITY_BITS = 13
+    SWAY_QUALITY_MISFIT = 1 << 13,          ///< not one damped line: a step, an onset, a gust
+    SWAY_QUALITY_BITS = 14
 } sway_quality_t;
 
 typedef enum {

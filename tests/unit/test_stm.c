@@ -1,9 +1,6 @@
 /* The single-track model against the golden values of the reference, recomputed in double precision
  * by an independent eigenvalue solver (numpy) from the corrected matrices of appendix A.2. */
-#include <math.h>
-#include <string.h>
-
-#include "sway_stm.h"
+#include "sway_test.h"
 #include "unity.h"
 
 void setUp(void)
@@ -12,27 +9,6 @@ void setUp(void)
 
 void tearDown(void)
 {
-}
-
-static double value(sway_real_t a)
-{
-    return ldexp((double)a.m, a.e);
-}
-
-static sway_real_t real(double a)
-{
-    int exponent;
-    const double mantissa = frexp(a, &exponent);
-    return sway_real((int64_t)llround(ldexp(mantissa, 40)), exponent - 40);
-}
-
-static sway_vehicle_t reference_vehicle(void)
-{
-    const sway_vehicle_t vehicle = {
-        {1955000, 2690000, 1302000, 1383000, 2166000, 109300, 185200, 0, 0, 15000, -1383000},
-        {2, 1880000, 10350000, 124000, 526000, 5073000, 131200, 124400, 0, 0, 0},
-    };
-    return vehicle;
 }
 
 static sway_stm_t reference_model(void)

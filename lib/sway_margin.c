@@ -1,0 +1,496 @@
+#include "sway_margin.h"
+
+#include <string.h>
+
+#define ADD sway_real_add
+#define SUB sway_real_sub
+#define MUL sway_real_mul
+#define DIV sway_real_div
+
+enum { ROOT_SWEEPS_MAX = 30, NEWTON_MAX = 25 };
+
+static sway_real_t ppm(int32_t value)
+{
+    return sway_real_ratio(value, 1000000);
+}
+
+/* Relative standard errors of the user's values: stiffness, its lag, inertia; and how fast the true
+ * values may drift, per square root of a second. */
+#define USER_STIFFNESS_PPM 100000
+#define USER_LAG_PPM 40000
+#define USER_INERTIA_PPM 70000
+#define DRIFT_STIFFNESS_PPM 10000
+#define DRIFT_LAG_PPM 5000
+#define DRIFT_INERTIA_PPM 1000
+
+static sway_real_t square(sway_real_t a)
+{
+    return MUL(a, a);
+}
+
+/* --- filtered quantities ---------------------------------------------------------------------- */
+
+static void state_start(sway_margin_state_t *state, sway_real_t value, int32_t re_ppm,
+                        int32_t im_ppm)
+{
+    memset(state, 0, sizeof *state);
+    state->value.re = value;
+    state->variance_re = square(MUL(value, ppm(re_ppm)));
+    state->variance_im = square(MUL(value, ppm(im_ppm)));
+    state->started = sway_real_sign(value) > 0;
+}
+
+void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle)
+{
+    memset(margin, 0, sizeof *margin);
+    margin->vehicle = *vehicle;
+    const int32_t stiffness[SWAY_AXLE_COUNT] = {
+        vehicle->car.front_cornering_stiffness_n_per_rad,
+        vehicle->car.rear_cornering_stiffness_n_per_rad,
+        vehicle->trailer.axles == 2 ? vehicle->trailer.front_cornering_stiffness_n_per_rad : 0,
+        vehicle->trailer.axles > 0 ? vehicle->trailer.rear_cornering_stiffness_n_per_rad : 0,
+    };
+    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
+        state_start(&margin->stiffness[axle], sway_real_int(stiffness[axle]), USER_STIFFNESS_PPM,
+                    USER_LAG_PPM);
+    }
+    const int32_t trailer = vehicle->trailer.axles > 0 ? vehicle->trailer.yaw_inertia_gm2 : 0;
+    state_start(&margin->inertia[0], sway_real_ratio(vehicle->car.yaw_inertia_gm2, 1000),
+                USER_INERTIA_PPM, 0);
+    state_start(&margin->inertia[1], sway_real_ratio(trailer, 1000), USER_INERTIA_PPM, 0);
+}
+
+static void state_drift(sway_margin_state_t *state, int64_t time_us, int32_t re_ppm, int32_t im_ppm)
+{
+    const int64_t elapsed_us = state->time_us == 0 ? 0 : time_us - state->time_us;
+    state->time_us = time_us;
+    if (!state->identified || elapsed_us <= 0) {
+        return; // the user's value does not grow less certain
+    }
+    const sway_real_t seconds = sway_real_ratio(elapsed_us, 1000000);
+    const sway_real_t size = square(state->value.re);
+    state->variance_re = ADD(state->variance_re, MUL(MUL(size, square(ppm(re_ppm))), seconds));
+    state->variance_im = ADD(state->variance_im, MUL(MUL(size, square(ppm(im_ppm))), seconds));
+}
+
+static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measured, sway_real_t r)
+{
+    const sway_real_t gain = DIV(*variance, ADD(*variance, r));
+    *value = ADD(*value, MUL(gain, SUB(measured, *value)));
+    *variance = MUL(*variance, SUB(sway_real_int(1), gain));
+}
+
+static void state_take(sway_margin_state_t *state, sway_complex_t value, sway_real_t se,
+                       sway_complex_t s_by_v)
+{
+    const sway_real_t r = MUL(square(se), sway_real_int(SWAY_MARGIN_OVERLAP));
+    if (!state->started) {
+        state->value = value;
+        state->variance_re = r;
+        state->variance_im = r;
+        state->started = true;
+    } else {
+        update(&state->value.re, &state->variance_re, value.re, r);
+        update(&state->value.im, &state->variance_im, value.im, r);
+    }
+    state->s_by_v = s_by_v;
+    state->identified = true;
+}
+
+/* The residuals of a line that is not one damped sinusoid are not white: its errors are larger
+ * than stated. The same for a beginning saturation. Such estimates stay out of the model. */
+#define UNFIT (SWAY_QUALITY_MISFIT | SWAY_QUALITY_GAP)
+
+static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
+{
+    const sway_complex_t s = id->s.value;
+    const sway_complex_t s_by_v = {DIV(s.re, id->speed_m_s), DIV(s.im, id->speed_m_s)};
+    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
+        const sway_axle_estimate_t *const estimate = &id->axle[axle];
+        if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle)) != 0U) {
+            state_take(&margin->stiffness[axle], estimate->stiffness.value, estimate->stiffness_se,
+                       s_by_v);
+        }
+    }
+    const sway_phasor_t *const inertia[2] = {&id->car_inertia, &id->trailer_inertia};
+    const uint32_t bit[2] = {SWAY_VALID_CAR_INERTIA, SWAY_VALID_TRAILER_INERTIA};
+    for (int body = 0; body < 2; body++) {
+        if ((id->valid & bit[body]) != 0U) {
+            sway_complex_t real_part = inertia[body]->value;
+            real_part.im = sway_real_int(0);
+            state_take(&margin->inertia[body], real_part,
+                       sway_phasor_se(inertia[body], &id->sources), s_by_v);
+        }
+    }
+}
+
+/* --- into the model --------------------------------------------------------------------------- */
+
+/* C0 and sigma of C = C0/(1 + sigma z) at z = s/v. */
+static void set_axle(sway_stm_body_t *body, int axle, const sway_margin_state_t *state)
+{
+    const sway_complex_t c = state->value;
+    const sway_real_t lag = DIV(sway_real_neg(c.im), c.re);
+    const sway_real_t below = SUB(state->s_by_v.im, MUL(lag, state->s_by_v.re));
+    body->stiffness_n_per_rad[axle] = c.re;
+    body->relaxation_m[axle] = sway_real_int(0);
+    if (state->identified && sway_real_sign(below) > 0) {
+        const sway_real_t sigma = DIV(lag, below);
+        const sway_complex_t one = {sway_real_int(1), sway_real_int(0)};
+        const sway_complex_t delay =
+            sway_complex_add(one, sway_complex_scale(state->s_by_v, sigma));
+        body->relaxation_m[axle] = sigma;
+        body->stiffness_n_per_rad[axle] = sway_complex_mul(c, delay).re;
+    }
+}
+
+static bool build_model(sway_margin_t *margin)
+{
+    sway_vehicle_t vehicle = margin->vehicle;
+    const bool trailer = vehicle.trailer.axles > 0;
+    const bool tandem = vehicle.trailer.axles == 2;
+    const bool known = margin->inertia[0].started && margin->stiffness[0].started &&
+                       margin->stiffness[1].started &&
+                       (!trailer || (margin->stiffness[3].started && margin->inertia[1].started)) &&
+                       (!tandem || margin->stiffness[2].started) &&
+                       (!trailer || vehicle.car.hitch_to_cog_um != 0);
+    if (!known) {
+        return false;
+    }
+    /* Whatever the user did not give is replaced below. */
+    vehicle.car.yaw_inertia_gm2 = 1000000;
+    vehicle.car.front_cornering_stiffness_n_per_rad = 1000;
+    vehicle.car.rear_cornering_stiffness_n_per_rad = 1000;
+    vehicle.trailer.front_cornering_stiffness_n_per_rad = tandem ? 1000 : 0;
+    vehicle.trailer.rear_cornering_stiffness_n_per_rad = trailer ? 1000 : 0;
+    if (sway_stm_from_vehicle(&margin->stm, &vehicle) != SWAY_OK) {
+        return false;
+    }
+    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
+        if (margin->stiffness[axle].started) {
+            set_axle(&margin->stm.body[axle / 2], axle % 2, &margin->stiffness[axle]);
+        }
+    }
+    for (int body = 0; body < 2; body++) {
+        margin->stm.body[body].yaw_inertia_kgm2 = margin->inertia[body].value.re;
+    }
+    return true;
+}
+
+static sway_source_t source_of(const sway_margin_t *margin)
+{
+    int wanted = 0;
+    int identified = 0;
+    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
+        wanted += margin->stiffness[axle].started ? 1 : 0;
+        identified += margin->stiffness[axle].identified ? 1 : 0;
+    }
+    if (identified == 0) {
+        return SWAY_SOURCE_USER;
+    }
+    return identified < wanted ? SWAY_SOURCE_PARTLY : SWAY_SOURCE_IDENTIFIED;
+}
+
+sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *identify,
+                               int64_t time_us, sway_real_t speed_m_s)
+{
+    if (sway_real_less(speed_m_s, sway_real_ratio(30000, 3600))) {
+        return SWAY_ERROR_SPEED;
+    }
+    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
+        state_drift(&margin->stiffness[axle], time_us, DRIFT_STIFFNESS_PPM, DRIFT_LAG_PPM);
+    }
+    for (int body = 0; body < 2; body++) {
+        state_drift(&margin->inertia[body], time_us, DRIFT_INERTIA_PPM, 0);
+    }
+    if (identify != NULL && (identify->quality & UNFIT) == 0U) {
+        take_estimates(margin, identify);
+    }
+    if (!build_model(margin)) {
+        return SWAY_ERROR_VEHICLE;
+    }
+    memset(&margin->next, 0, sizeof margin->next);
+    margin->next.source = source_of(margin);
+    margin->speed_m_s = speed_m_s;
+    margin->step = 0;
+    margin->count = 0;
+    return SWAY_OK;
+}
+
+/* --- steps of a computation ------------------------------------------------------------------- */
+
+/* A step returns true when it is done and the next one may begin. */
+typedef bool step_t(sway_margin_t *margin);
+
+static bool step_quartic(sway_margin_t *margin)
+{
+    margin->quartic = sway_stm_quartic(&margin->stm, margin->speed_m_s);
+    sway_stm_roots_start(&margin->roots, &margin->quartic);
+    return true;
+}
+
+static bool step_roots(sway_margin_t *margin)
+{
+    const bool settled = sway_stm_roots_sweep(&margin->roots, &margin->quartic);
+    if (!settled && margin->count < ROOT_SWEEPS_MAX) {
+        return false;
+    }
+    margin->next.root = sway_stm_dominant(&margin->roots);
+    margin->next.has_model = settled;
+    return true;
+}
+
+static bool has_lag(const sway_margin_t *margin)
+{
+    const sway_stm_body_t *const body = margin->stm.body;
+    return !sway_real_is_zero(body[0].relaxation_m[0]) ||
+           !sway_real_is_zero(body[0].relaxation_m[1]) ||
+           !sway_real_is_zero(body[1].relaxation_m[0]) ||
+           !sway_real_is_zero(body[1].relaxation_m[1]);
+}
+
+static bool is_small(sway_complex_t step, sway_real_t size)
+{
+    const sway_real_t bound = MUL(square(size), sway_real_ratio(1, INT64_C(1000000000000)));
+    return sway_real_compare(sway_complex_norm(step), bound) <= 0;
+}
+
+/* Newton on f(s, v) = 0 at the present speed, in two slices an iteration. */
+static bool step_root_slope(sway_margin_t *margin)
+{
+    margin->f_s = sway_stm_slope_s(&margin->stm, margin->next.root, margin->speed_m_s);
+    return true;
+}
+
+static bool step_root(sway_margin_t *margin)
+{
+    if (!margin->next.has_model || !has_lag(margin)) {
+        return true;
+    }
+    const sway_complex_t f =
+        sway_stm_characteristic(&margin->stm, margin->next.root, margin->speed_m_s);
+    const sway_complex_t step = sway_complex_div(f, margin->f_s);
+    margin->next.root = sway_complex_sub(margin->next.root, step);
+    return is_small(step, sway_complex_abs(margin->next.root)) || margin->count >= NEWTON_MAX;
+}
+
+static bool step_critical(sway_margin_t *margin)
+{
+    sway_margin_model_t *const next = &margin->next;
+    next->kind = sway_stm_critical_speed(&margin->stm, &next->v_crit_m_s, &next->omega_crit_rad_s);
+    next->damping_ratio = sway_stm_damping_ratio(next->root);
+    next->has_steady =
+        sway_stm_steady_state(&margin->stm, margin->speed_m_s, &next->steady) == SWAY_OK;
+    return true;
+}
+
+static bool critical_is_wanted(const sway_margin_t *margin)
+{
+    return margin->next.kind == SWAY_VCRIT_FOUND;
+}
+
+static sway_complex_t at_limit(const sway_margin_t *margin)
+{
+    const sway_complex_t s = {sway_real_int(0), margin->next.omega_crit_rad_s};
+    return s;
+}
+
+static bool step_critical_slope_s(sway_margin_t *margin)
+{
+    if (critical_is_wanted(margin)) {
+        margin->f_s = sway_stm_slope_s(&margin->stm, at_limit(margin), margin->next.v_crit_m_s);
+    }
+    return true;
+}
+
+static bool step_critical_slope_v(sway_margin_t *margin)
+{
+    if (critical_is_wanted(margin)) {
+        margin->f_v = sway_stm_slope_v(&margin->stm, at_limit(margin), margin->next.v_crit_m_s);
+    }
+    return true;
+}
+
+static sway_real_t limited(sway_real_t step, sway_real_t limit)
+{
+    return sway_real_max(sway_real_min(step, limit), sway_real_neg(limit));
+}
+
+/* Two-dimensional Newton in frequency and speed with the lags in the model. */
+static bool step_critical_newton(sway_margin_t *margin)
+{
+    sway_margin_model_t *const next = &margin->next;
+    if (!critical_is_wanted(margin) || !has_lag(margin)) {
+        return true;
+    }
+    const sway_complex_t f =
+        sway_stm_characteristic(&margin->stm, at_limit(margin), next->v_crit_m_s);
+    sway_real_t d_omega;
+    sway_real_t d_v;
+    if (sway_stm_shift(margin->f_s, margin->f_v, f, &d_omega, &d_v) != SWAY_OK ||
+        margin->count >= NEWTON_MAX) {
+        next->kind = SWAY_VCRIT_SINGULAR;
+        return true;
+    }
+    const sway_real_t tenth = sway_real_ratio(1, 10);
+    next->v_crit_m_s = ADD(next->v_crit_m_s, limited(d_v, MUL(next->v_crit_m_s, tenth)));
+    next->omega_crit_rad_s =
+        ADD(next->omega_crit_rad_s, limited(d_omega, MUL(next->omega_crit_rad_s, tenth)));
+    const sway_complex_t step = {d_v, sway_real_int(0)};
+    return is_small(step, next->v_crit_m_s);
+}
+
+/* After the lags: a limit that has left the range of the search. */
+static bool step_critical_range(sway_margin_t *margin)
+{
+    sway_margin_model_t *const next = &margin->next;
+    if (critical_is_wanted(margin)) {
+        if (sway_real_less(next->v_crit_m_s, sway_stm_speed_low())) {
+            next->v_crit_m_s = sway_stm_speed_low();
+            next->kind = SWAY_VCRIT_BELOW_RANGE;
+        } else if (sway_real_less(sway_stm_speed_high(), next->v_crit_m_s)) {
+            next->v_crit_m_s = sway_stm_speed_high();
+            next->kind = SWAY_VCRIT_BEYOND_RANGE;
+        }
+    }
+    margin->v_crit_variance = sway_real_int(0);
+    margin->damping_variance = sway_real_int(0);
+    return true;
+}
+
+/* Relative variances (1 % = 1) of the filtered quantity behind a parameter; 0 where it is fixed. */
+static void parameter_variance(const sway_margin_t *margin, sway_parameter_t parameter,
+                               sway_real_t *re, sway_real_t *im)
+{
+    const sway_margin_state_t *state = NULL;
+    if (parameter >= SWAY_PARAMETER_CAR_FRONT_STIFFNESS) {
+        state = &margin->stiffness[parameter - SWAY_PARAMETER_CAR_FRONT_STIFFNESS];
+    } else if (parameter == SWAY_PARAMETER_CAR_YAW_INERTIA) {
+        state = &margin->inertia[0];
+    } else if (parameter == SWAY_PARAMETER_TRAILER_YAW_INERTIA) {
+        state = &margin->inertia[1];
+    }
+    *re = sway_real_int(0);
+    *im = sway_real_int(0);
+    if (state != NULL && state->started) {
+        const sway_real_t percent = DIV(sway_real_int(10000), square(state->value.re));
+        *re = MUL(state->variance_re, percent);
+        *im = MUL(state->variance_im, percent);
+    }
+}
+
+static sway_complex_t times_j(sway_complex_t a)
+{
+    const sway_complex_t turned = {sway_real_neg(a.im), a.re};
+    return turned;
+}
+
+/* Sensitivity of v_crit to one parameter, and its part of the variance; one parameter a slice. */
+static bool step_sensitivity(sway_margin_t *margin)
+{
+    const sway_parameter_t parameter = (sway_parameter_t)margin->count;
+    if (!critical_is_wanted(margin)) {
+        return true;
+    }
+    if (sway_stm_has_parameter(&margin->stm, parameter)) {
+        const sway_complex_t df = sway_stm_slope_parameter(&margin->stm, at_limit(margin),
+                                                           margin->next.v_crit_m_s, parameter);
+        sway_real_t re;
+        sway_real_t im;
+        sway_real_t d_omega;
+        sway_real_t by_re = sway_real_int(0);
+        sway_real_t by_im = sway_real_int(0);
+        parameter_variance(margin, parameter, &re, &im);
+        (void)sway_stm_shift(margin->f_s, margin->f_v, df, &d_omega, &by_re);
+        (void)sway_stm_shift(margin->f_s, margin->f_v, times_j(df), &d_omega, &by_im);
+        margin->next.sensitivity_m_s[parameter] = by_re;
+        margin->v_crit_variance =
+            ADD(margin->v_crit_variance, ADD(MUL(re, square(by_re)), MUL(im, square(by_im))));
+    }
+    return margin->count + 1 >= (int)SWAY_PARAMETER_COUNT;
+}
+
+/* Error of the damping ratio at the present speed: ds = -df/f_s; one parameter a slice. */
+static bool step_damping_error(sway_margin_t *margin)
+{
+    const sway_parameter_t parameter = (sway_parameter_t)margin->count;
+    const bool last = margin->count + 1 >= (int)SWAY_PARAMETER_COUNT;
+    sway_real_t re;
+    sway_real_t im;
+    parameter_variance(margin, parameter, &re, &im);
+    if (!margin->next.has_model || sway_real_is_zero(re) ||
+        !sway_stm_has_parameter(&margin->stm, parameter)) {
+        return last;
+    }
+    const sway_complex_t root = margin->next.root;
+    const sway_complex_t df =
+        sway_stm_slope_parameter(&margin->stm, root, margin->speed_m_s, parameter);
+    const sway_complex_t ds = sway_complex_div(df, margin->f_s);
+    /* Small changes of the ratio of a lightly damped root: -Re ds/|s|. */
+    const sway_real_t norm = sway_complex_norm(root);
+    margin->damping_variance = ADD(margin->damping_variance,
+                                   DIV(ADD(MUL(re, square(ds.re)), MUL(im, square(ds.im))), norm));
+    return last;
+}
+
+enum { STEP_COUNT = 14 };
+
+static step_t *const STEPS[STEP_COUNT] = {
+    step_quartic,          step_roots,
+    step_root_slope,       step_root,
+    step_critical,         step_critical_slope_s,
+    step_critical_slope_v, step_critical_newton,
+    step_critical_range,   step_critical_slope_s, /* again, at the limit that was found */
+    step_critical_slope_v, step_sensitivity,
+    step_root_slope,       step_damping_error,
+};
+
+bool sway_margin_run(sway_margin_t *margin)
+{
+    if (margin->step >= STEP_COUNT) {
+        return false;
+    }
+    if (STEPS[margin->step](margin)) {
+        margin->step++;
+        margin->count = 0;
+    } else {
+        margin->count++;
+    }
+    if (margin->step < STEP_COUNT) {
+        return true;
+    }
+    margin->next.v_crit_se_m_s = sway_real_sqrt(margin->v_crit_variance);
+    margin->next.damping_ratio_se = sway_real_sqrt(margin->damping_variance);
+    margin->model = margin->next;
+    return false;
+}
+
+/* --- combination ------------------------------------------------------------------------------ */
+
+/* What the model leaves out (roll, air, saturation) in the damping ratio, at the least. */
+#define MODEL_FLOOR_PPM 5000
+
+sway_belief_t sway_margin_combine(const sway_margin_damping_t *model,
+                                  const sway_margin_damping_t *signal,
+                                  sway_margin_damping_t *combined, bool *disagrees)
+{
+    *disagrees = false;
+    *combined = model->usable ? *model : *signal;
+    if (!model->usable || !signal->usable) {
+        const sway_belief_t alone = model->usable ? SWAY_BELIEF_MODEL : SWAY_BELIEF_SIGNAL;
+        return combined->usable ? alone : SWAY_BELIEF_NONE;
+    }
+    const sway_real_t of_model = ADD(square(model->se), square(ppm(MODEL_FLOOR_PPM)));
+    const sway_real_t of_signal = square(signal->se);
+    const sway_real_t sum = ADD(of_model, of_signal);
+    const sway_real_t difference = SUB(signal->ratio, model->ratio);
+    if (sway_real_less(MUL(sway_real_int(9), sum), square(difference))) {
+        *disagrees = true;
+        *combined = *signal;
+        return SWAY_BELIEF_SIGNAL;
+    }
+    const sway_real_t weight = DIV(of_model, sum);
+    combined->ratio = ADD(model->ratio, MUL(weight, difference));
+    combined->se = sway_real_sqrt(MUL(weight, of_signal));
+    return SWAY_BELIEF_BOTH;
+}

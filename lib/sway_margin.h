@@ -1,0 +1,94 @@
+/// sway_margin: how far the combination is from instability, by its model and by its signals.
+///
+/// The model margin puts the identified stiffnesses (with their arguments, as relaxation lengths)
+/// and yaw inertias into the single-track model: damping ratio at the present speed, critical speed
+/// and its standard error. One window gives noisy values in ordinary driving, so each quantity
+/// passes a scalar Kalman filter: it starts at the user's value with the user's likely error,
+/// drifts a little with time, and takes every usable estimate by its variance. Windows overlap
+/// 16-fold, so an estimate counts as one of SWAY_MARGIN_OVERLAP.
+///
+/// The signal margin is the growth of the free oscillation itself; it needs no model, but steering
+/// or gusts look like damping to it. The combination believes
+///   - the model while the oscillation is forced, too small, or not one damped line;
+///   - both, weighted by variance, where they agree within three standard errors;
+///   - the signal where a clean free oscillation contradicts the model (physics is missing there).
+#ifndef SWAY_MARGIN_H
+#define SWAY_MARGIN_H
+
+#include "sway_identify.h"
+#include "sway_stm.h"
+
+/// Estimates that overlap enough to share their noise.
+#define SWAY_MARGIN_OVERLAP 8
+
+/// One filtered quantity: complex stiffness of an axle, or a yaw inertia (imaginary part 0).
+/// Variances are relative to `scale` squared.
+typedef struct {
+    sway_complex_t value;
+    sway_real_t variance_re;
+    sway_real_t variance_im;
+    sway_complex_t s_by_v; ///< at the last estimate: what the argument belongs to
+    int64_t time_us;       ///< of the last prediction
+    bool started;          ///< has a value
+    bool identified;       ///< at least one estimate is in it
+} sway_margin_state_t;
+
+typedef struct {
+    sway_real_t damping_ratio;
+    sway_real_t damping_ratio_se;
+    sway_complex_t root; ///< dominant root at the present speed
+    sway_real_t v_crit_m_s;
+    sway_real_t v_crit_se_m_s;
+    sway_real_t omega_crit_rad_s;
+    sway_vcrit_t kind;
+    sway_source_t source;
+    sway_real_t sensitivity_m_s[SWAY_PARAMETER_COUNT];
+    sway_stm_static_t steady;
+    bool has_model; ///< damping ratio is valid
+    bool has_steady;
+} sway_margin_model_t;
+
+typedef struct {
+    sway_vehicle_t vehicle;
+    sway_margin_state_t stiffness[SWAY_AXLE_COUNT];
+    sway_margin_state_t inertia[2];
+    sway_margin_model_t model; ///< latest finished
+    /* Work in progress. */
+    sway_margin_model_t next;
+    sway_stm_t stm; ///< with relaxation
+    sway_stm_quartic_t quartic;
+    sway_stm_roots_t roots;
+    sway_complex_t f_s;
+    sway_complex_t f_v;
+    sway_real_t speed_m_s;
+    sway_real_t damping_variance;
+    sway_real_t v_crit_variance;
+    uint8_t step;
+    uint8_t count;
+} sway_margin_t;
+
+/// Starts from the user's values.
+void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle);
+
+/// Takes the estimates of `identify` (NULL: none now) into the filters, as of `time_us`, and begins
+/// a computation at `speed_m_s`. SWAY_ERROR_SPEED: speed below 30 km/h. SWAY_ERROR_VEHICLE: too
+/// little is known for the model.
+sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *identify,
+                               int64_t time_us, sway_real_t speed_m_s);
+
+/// One slice; true while more is to be done. Then margin->model is the result.
+bool sway_margin_run(sway_margin_t *margin);
+
+/// What the combination is made of.
+typedef struct {
+    sway_real_t ratio;
+    sway_real_t se;
+    bool usable;
+} sway_margin_damping_t;
+
+/// Combined damping ratio. `disagrees` is set where the two differ beyond their errors.
+sway_belief_t sway_margin_combine(const sway_margin_damping_t *model,
+                                  const sway_margin_damping_t *signal,
+                                  sway_margin_damping_t *combined, bool *disagrees);
+
+#endif

@@ -1,0 +1,359 @@
+/* Identification on lines of an exact linear combination: what was put in comes back. */
+#include "sway_test.h"
+#include "unity.h"
+
+static sway_vehicle_t vehicle;
+static sway_line_t line;
+static sway_identify_t id;
+
+void setUp(void)
+{
+    vehicle = reference_vehicle();
+}
+
+void tearDown(void)
+{
+}
+
+static void identify(void)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_identify_start(&id, &vehicle, &line));
+    int slices = 1;
+    while (sway_identify_run(&id)) {
+        slices++;
+    }
+    TEST_ASSERT_LESS_THAN_INT(20, slices);
+    TEST_ASSERT_FALSE(sway_identify_run(&id));
+}
+
+static void drop(sway_channel_t channel)
+{
+    line.valid_mask &= ~SWAY_CHANNEL_BIT(channel);
+}
+
+static void drop_forces(void)
+{
+    for (int channel = SWAY_CHANNEL_HITCH_FX; channel < (int)SWAY_CHANNEL_COUNT; channel++) {
+        drop((sway_channel_t)channel);
+    }
+}
+
+static void expect_stiffness(const double complex truth[4], unsigned axles, double tolerance)
+{
+    for (unsigned axle = 0; axle < 4; axle++) {
+        const bool valid = (id.valid & ((uint32_t)SWAY_VALID_CAR_FRONT << axle)) != 0;
+        TEST_ASSERT_EQUAL_INT((axles >> axle) & 1U, valid);
+        if (valid) {
+            const double complex ratio = cvalue(id.axle[axle].stiffness.value) / truth[axle];
+            TEST_ASSERT_DOUBLE_WITHIN(tolerance, 1, creal(ratio));
+            TEST_ASSERT_DOUBLE_WITHIN(tolerance, 0, cimag(ratio));
+        }
+    }
+}
+
+static void stiffnesses_come_back_at_every_s(void)
+{
+    test_plant_t plant = reference_plant(100);
+    const double complex s[] = {4.2 * I, -0.5 + 4.2 * I, 0.3 + 4 * I, -1 + 6 * I, 2.5 * I};
+    for (unsigned i = 0; i < sizeof s / sizeof s[0]; i++) {
+        plant.s = s[i];
+        plant_line(&plant, &vehicle, &line);
+        identify();
+        expect_stiffness(plant.stiffness, 15, 2e-6);
+        TEST_ASSERT_DOUBLE_WITHIN(0.03, 2690, value(id.car_inertia.value.re));
+        TEST_ASSERT_DOUBLE_WITHIN(0.1, 10350, value(id.trailer_inertia.value.re));
+        TEST_ASSERT_BITS(SWAY_QUALITY_EQUAL_SPLIT | SWAY_QUALITY_USER_INERTIA, 0, id.quality);
+    }
+}
+
+static void arguments_of_the_stiffness_come_back(void)
+{
+    test_plant_t plant = reference_plant(100);
+    for (int axle = 0; axle < 4; axle++) {
+        plant.stiffness[axle] *= (0.8 + 0.1 * axle) * cexp(-I * 0.05 * (axle + 1));
+    }
+    plant_line(&plant, &vehicle, &line);
+    identify();
+    expect_stiffness(plant.stiffness, 15, 2e-6);
+}
+
+static void a_trailer_without_wheel_forces_is_split_by_the_users_ratio(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant.pull = 700;
+    plant.stiffness[2] *= 0.9;
+    plant.stiffness[3] *= 0.9;
+    plant_line(&plant, &vehicle, &line);
+    drop(SWAY_CHANNEL_TRAILER_FRONT_FY);
+    drop(SWAY_CHANNEL_TRAILER_REAR_FY);
+    identify();
+    expect_stiffness(plant.stiffness, 15, 2e-6);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 10350, value(id.trailer_inertia.value.re));
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_EQUAL_SPLIT, id.quality);
+    /* The text's two methods with the same data: close, not equal. */
+    TEST_ASSERT_DOUBLE_WITHIN(1500, 10350, value(id.trailer_inertia_1.value.re));
+    TEST_ASSERT_DOUBLE_WITHIN(2500, 10350, value(id.trailer_inertia_2.value.re));
+    TEST_ASSERT_TRUE(fabs(value(id.trailer_inertia_1.value.re) - 10350) > 1);
+}
+
+static void methods_1_and_2_are_exact_where_their_assumptions_hold(void)
+{
+    test_plant_t plant = reference_plant(100);
+    /* Method 2: stiffness in proportion to the static loads lr2 : lf2. */
+    plant.stiffness[2] = 255600 * 0.526 / 0.65;
+    plant.stiffness[3] = 255600 * 0.124 / 0.65;
+    plant_line(&plant, &vehicle, &line);
+    identify();
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_TRAILER_INERTIA_2, id.valid);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 10350, value(id.trailer_inertia_2.value.re));
+    /* Method 1: equal forces. */
+    plant = reference_plant(100);
+    for (int pass = 0; pass < 20; pass++) {
+        plant_line(&plant, &vehicle, &line);
+        identify();
+        plant.stiffness[3] *= cvalue(id.axle[2].force.value) / cvalue(id.axle[3].force.value);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 10350, value(id.trailer_inertia_1.value.re));
+}
+
+static void without_force_sensors_the_balances_give_the_stiffnesses(void)
+{
+    test_plant_t plant = reference_plant(100);
+    for (int axle = 0; axle < 4; axle++) {
+        plant.stiffness[axle] *= axle < 2 ? 0.8 + 0.3 * axle : 0.85;
+    }
+    plant_line(&plant, &vehicle, &line);
+    drop_forces();
+    identify();
+    expect_stiffness(plant.stiffness, 15, 5e-6);
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_USER_INERTIA | SWAY_QUALITY_EQUAL_SPLIT, id.quality);
+    TEST_ASSERT_BITS(SWAY_VALID_CAR_INERTIA | SWAY_VALID_TRAILER_INERTIA, 0, id.valid);
+}
+
+static void hitch_sensor_alone_is_enough_for_the_car(void)
+{
+    test_plant_t plant = reference_plant(90);
+    plant_line(&plant, &vehicle, &line);
+    drop_forces();
+    line.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_HITCH_FY);
+    identify();
+    expect_stiffness(plant.stiffness, 15, 2e-6);
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_TRAILER_INERTIA, id.valid);
+}
+
+static void car_wheel_forces_alone_are_enough_for_the_trailer(void)
+{
+    test_plant_t plant = reference_plant(90);
+    plant_line(&plant, &vehicle, &line);
+    drop_forces();
+    line.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_FRONT_FY);
+    line.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_REAR_FY);
+    identify();
+    expect_stiffness(plant.stiffness, 15, 2e-6);
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_TRAILER_INERTIA | SWAY_VALID_CAR_INERTIA, id.valid);
+}
+
+static void solo_car_and_single_axle(void)
+{
+    test_plant_t plant = reference_plant(100);
+    vehicle.trailer.axles = 1;
+    plant_line(&plant, &vehicle, &line);
+    identify();
+    expect_stiffness(plant.stiffness, 11, 2e-6);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 10350, value(id.trailer_inertia.value.re));
+    TEST_ASSERT_BITS(SWAY_VALID_TRAILER_INERTIA_1 | SWAY_VALID_TRAILER_INERTIA_2, 0, id.valid);
+
+    vehicle.trailer.axles = 0;
+    plant_line(&plant, &vehicle, &line);
+    identify();
+    expect_stiffness(plant.stiffness, 3, 2e-6);
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 2690, value(id.car_inertia.value.re));
+    drop_forces();
+    identify();
+    expect_stiffness(plant.stiffness, 3, 2e-6);
+}
+
+static void accelerometers_may_sit_anywhere(void)
+{
+    test_plant_t plant = reference_plant(100);
+    vehicle.car.lateral_acc_position_um = 900000;
+    vehicle.trailer.lateral_acc_position_um = 4000000;
+    plant_line(&plant, &vehicle, &line);
+    identify();
+    expect_stiffness(plant.stiffness, 15, 2e-6);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 10350, value(id.trailer_inertia.value.re));
+}
+
+static void missing_sensors_switch_off_exactly_what_needs_them(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    drop(SWAY_CHANNEL_CAR_LATERAL_ACC);
+    identify();
+    expect_stiffness(plant.stiffness, 12, 2e-6);
+    plant_line(&plant, &vehicle, &line);
+    drop(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
+    identify();
+    expect_stiffness(plant.stiffness, 14, 2e-6);
+    plant_line(&plant, &vehicle, &line);
+    drop(SWAY_CHANNEL_TRAILER_YAW_RATE);
+    identify();
+    expect_stiffness(plant.stiffness, 3, 2e-6);
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_CAR_INERTIA, id.valid);
+}
+
+/* The load of the car's rear axle swings with twice the line: all round the circle. */
+static void effective_load_for_every_phase(void)
+{
+    for (int degree = -180; degree < 180; degree += 15) {
+        const double zeta = 18.15, mean = 10204, amplitude = 900;
+        const double phase = degree * M_PI / 180;
+        test_plant_t plant = reference_plant(110);
+        /* Force = zeta slip load: the line sees zeta (mean + amplitude/2 e^(j phase to slip^2)). */
+        const double complex effective = mean + 0.5 * amplitude * cexp(I * phase);
+        plant.stiffness[1] = zeta * effective;
+        plant_line(&plant, &vehicle, &line);
+        identify();
+        const double complex slip = cvalue(id.axle[1].slip.value);
+        const double complex unit = slip / cabs(slip);
+        set_channel(&line, SWAY_CHANNEL_CAR_REAR_FZ, 0);
+        line.channel[SWAY_CHANNEL_CAR_REAR_FZ].mean = real(mean);
+        line.channel[SWAY_CHANNEL_CAR_REAR_FZ].second =
+            complex_of(amplitude * cexp(I * phase) * unit * unit);
+        identify();
+        TEST_ASSERT_BITS_HIGH(SWAY_VALID_CAR_REAR_LOAD, id.valid);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, cabs(effective), value(id.axle[1].effective_load_n));
+        const double complex harmonic = cvalue(id.axle[1].load_harmonic_n);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, amplitude, cabs(harmonic));
+        /* Against the force squared: the force leads the slip by the argument of the stiffness. */
+        const double difference = carg(harmonic * cexp(-I * (phase - 2 * carg(effective))));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0, difference);
+        const double complex c = cvalue(id.axle[1].stiffness.value);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, zeta, cabs(c) / value(id.axle[1].effective_load_n));
+        if (degree == 90 || degree == -90) {
+            TEST_ASSERT_TRUE(carg(c) * degree > 0);
+            TEST_ASSERT_TRUE(cimag(harmonic) * degree > 0);
+        }
+    }
+}
+
+static void bad_lines_are_refused(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    line.flags = SWAY_LINE_NO_OSCILLATION;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_NO_DATA, sway_identify_start(&id, &vehicle, &line));
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_NO_OSCILLATION, id.quality);
+    line.flags = 0;
+    line.speed_m_s = sway_real_int(0);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_SPEED, sway_identify_start(&id, &vehicle, &line));
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_NO_SPEED, id.quality);
+    line.speed_m_s = sway_real_int(8);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_SPEED, sway_identify_start(&id, &vehicle, &line));
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_SLOW, id.quality);
+    TEST_ASSERT_EQUAL_UINT32(0, id.valid);
+}
+
+static void no_slip_gives_no_stiffness(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    for (int channel = 0; channel < (int)SWAY_CHANNEL_HITCH_FX; channel++) {
+        line.channel[channel].amplitude = complex_of(0);
+    }
+    identify();
+    expect_stiffness(plant.stiffness, 0, 0);
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_SINGULAR, id.quality);
+    TEST_ASSERT_BITS(SWAY_VALID_CAR_INERTIA | SWAY_VALID_TRAILER_INERTIA, 0, id.valid);
+}
+
+static uint64_t state = 88172645463325252ULL;
+
+static double gauss(void)
+{
+    double sum = -6;
+    for (int i = 0; i < 12; i++) {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        sum += (double)(state >> 11) / 9007199254740992.0;
+    }
+    return sum;
+}
+
+/* Errors of the results over many draws of the amplitudes' errors are those that are stated. */
+static void standard_errors_are_those_of_the_scatter(void)
+{
+    test_plant_t plant = reference_plant(110);
+    const double se[] = {1e-4, 2e-5, 4e-3, 2e-5, 4e-3, 1e-4, 1, 4, 4, 6, 6};
+    const sway_channel_t channel[] = {SWAY_CHANNEL_STEERING_WHEEL_ANGLE,
+                                      SWAY_CHANNEL_CAR_YAW_RATE,
+                                      SWAY_CHANNEL_CAR_LATERAL_ACC,
+                                      SWAY_CHANNEL_TRAILER_YAW_RATE,
+                                      SWAY_CHANNEL_TRAILER_LATERAL_ACC,
+                                      SWAY_CHANNEL_ARTICULATION,
+                                      SWAY_CHANNEL_HITCH_FX,
+                                      SWAY_CHANNEL_HITCH_FY,
+                                      SWAY_CHANNEL_CAR_FRONT_FY,
+                                      SWAY_CHANNEL_CAR_REAR_FY,
+                                      SWAY_CHANNEL_TRAILER_REAR_FY};
+    for (int forces = 0; forces < 2; forces++) {
+        double squares[6] = {0};
+        double stated[6] = {0};
+        const int draws = 400;
+        for (int draw = 0; draw < draws; draw++) {
+            plant_line(&plant, &vehicle, &line);
+            drop(SWAY_CHANNEL_TRAILER_FRONT_FY);
+            drop(SWAY_CHANNEL_TRAILER_REAR_FY);
+            if (forces == 0) {
+                drop_forces();
+            }
+            for (int i = 0; i < 11; i++) {
+                sway_line_channel_t *const c = &line.channel[channel[i]];
+                c->amplitude_se = real(se[i]);
+                c->amplitude = complex_of(cvalue(c->amplitude) + se[i] * (gauss() + I * gauss()));
+            }
+            line.omega_se_rad_s = real(0.003);
+            line.growth_se_1_s = real(0.003);
+            line.omega_rad_s = real(cimag(plant.s) + 0.003 * gauss());
+            line.growth_1_s = real(creal(plant.s) + 0.003 * gauss());
+            identify();
+            for (int axle = 0; axle < 4; axle++) {
+                const double complex error =
+                    cvalue(id.axle[axle].stiffness.value) - plant.stiffness[axle];
+                squares[axle] += 0.5 * creal(error * conj(error)) / draws;
+                stated[axle] += pow(value(id.axle[axle].stiffness_se), 2) / draws;
+            }
+            const sway_phasor_t *const inertia[2] = {&id.car_inertia, &id.trailer_inertia};
+            for (int body = 0; body < 2; body++) {
+                const double complex error = cvalue(inertia[body]->value) - plant.inertia[body];
+                squares[4 + body] += 0.5 * creal(error * conj(error)) / draws;
+                stated[4 + body] +=
+                    pow(value(sway_phasor_se(inertia[body], &id.sources)), 2) / draws;
+            }
+        }
+        for (int i = 0; i < (forces == 0 ? 4 : 6); i++) {
+            TEST_ASSERT_DOUBLE_WITHIN(0.12, 1, sqrt(squares[i] / stated[i]));
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(stiffnesses_come_back_at_every_s);
+    RUN_TEST(arguments_of_the_stiffness_come_back);
+    RUN_TEST(a_trailer_without_wheel_forces_is_split_by_the_users_ratio);
+    RUN_TEST(methods_1_and_2_are_exact_where_their_assumptions_hold);
+    RUN_TEST(without_force_sensors_the_balances_give_the_stiffnesses);
+    RUN_TEST(hitch_sensor_alone_is_enough_for_the_car);
+    RUN_TEST(car_wheel_forces_alone_are_enough_for_the_trailer);
+    RUN_TEST(solo_car_and_single_axle);
+    RUN_TEST(accelerometers_may_sit_anywhere);
+    RUN_TEST(missing_sensors_switch_off_exactly_what_needs_them);
+    RUN_TEST(effective_load_for_every_phase);
+    RUN_TEST(bad_lines_are_refused);
+    RUN_TEST(no_slip_gives_no_stiffness);
+    RUN_TEST(standard_errors_are_those_of_the_scatter);
+    return UNITY_END();
+}
