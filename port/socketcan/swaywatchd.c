@@ -1,0 +1,337 @@
+/* swaywatchd: the ECU's program as a Linux daemon on a SocketCAN interface, or over a candump log.
+ *
+ * What it loses or cannot use it says on the standard error: at once when something happens, as one
+ * line "counts {...}" (JSON) at the end and on SIGUSR1. */
+#include <errno.h>
+#include <getopt.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "can_bus.h"
+#include "candump.h"
+#include "log_file.h"
+#include "sway_ecu.h"
+#include "vehicle_file.h"
+
+#define EXIT_USAGE 2
+#define EXIT_UNREADABLE 3
+#define IDLE_MS 20
+#define RETRY_MS 1
+
+static const char usage[] =
+    "usage: swaywatchd --vehicle vehicle.toml [--candump-out FILE] INTERFACE\n"
+    "       swaywatchd --vehicle vehicle.toml [--candump-out FILE] --replay LOG\n"
+    "\n"
+    "Reads the messages of swaywatch.dbc, watches the stability of the car-trailer\n"
+    "combination, and sends its status frames.\n"
+    "\n"
+    "  --vehicle FILE      what is known of the combination (SI units)\n"
+    "  --replay LOG        read a candump log instead of a bus (- : standard input);\n"
+    "                      status frames go to the standard output\n"
+    "  --candump-out FILE  write the status frames there, as candump lines (- : standard\n"
+    "                      output)\n"
+    "\n"
+    "SIGTERM or SIGINT end it, SIGUSR1 makes it print its counters.\n"
+    "Exit status: 0 done, 1 an error of files or interface, 2 wrong arguments,\n"
+    "3 the log was read but has lines that are not candump's.\n";
+
+typedef struct {
+    const char *vehicle;
+    const char *replay;
+    const char *candump_out;
+    const char *interface;
+} options_t;
+
+static can_bus_t bus;
+static log_file_t recording;
+static sway_ecu_t ecu;
+static FILE *candump_out;
+static bool output_failed;
+static volatile sig_atomic_t wants_end;
+static volatile sig_atomic_t wants_counts;
+
+static void on_signal(int number)
+{
+    if (number == SIGUSR1) {
+        wants_counts = 1;
+    } else {
+        wants_end = 1;
+    }
+}
+
+/* --- what is said about losses -----------------------------------------------------------------
+ */
+
+static void print_count(const char *name, uint64_t count)
+{
+    fprintf(stderr, "\"%s\": %llu, ", name, (unsigned long long)count);
+}
+
+static void print_node_counts(void)
+{
+    static const char *const frame_faults[SWAY_FRAME_FAULT_COUNT] = {
+        "crc", "lost", "repeated", "late", "length", "timeout", "stuck", "frozen", "unknown_id"};
+    static const char *const core_faults[SWAY_FAULT_COUNT] = {"range", "time",     "invalid",
+                                                              "gap",   "singular", "overrun"};
+    for (int i = 0; i < SWAY_FRAME_FAULT_COUNT; i++) {
+        print_count(frame_faults[i], sway_node_fault(&ecu.node, (sway_frame_fault_t)i));
+    }
+    const sway_status_t *status = sway_core_status(&ecu.node.core);
+    for (int i = 0; i < SWAY_FAULT_COUNT; i++) {
+        print_count(core_faults[i], status->fault_count[i]);
+    }
+    print_count("accepted", ecu.node.accepted);
+    print_count("estimates", status->sequence);
+    fprintf(stderr, "\"alarm\": %d}\n", (int)status->alarm);
+}
+
+static void print_bus_counts(void)
+{
+    const can_bus_counts_t *c = &bus.counts;
+    fprintf(stderr, "swaywatchd: counts {");
+    print_count("received", c->received);
+    print_count("foreign", c->foreign);
+    print_count("kernel_lost", c->kernel_lost);
+    print_count("sent", c->sent);
+    print_count("send_retries", c->send_retries);
+    print_count("send_lost", c->send_lost);
+    print_count("downs", c->downs);
+    print_count("clock_back", c->clock_back);
+    print_count("error_frames", c->error_frames);
+    for (int i = 0; i < CAN_BUS_CLASSES; i++) {
+        print_count(can_bus_class_name((can_bus_class_t)i), c->error_class[i]);
+    }
+    print_node_counts();
+}
+
+static void print_replay_counts(void)
+{
+    fprintf(stderr, "swaywatchd: counts {");
+    print_count("lines", recording.lines);
+    print_count("received", recording.frames);
+    print_count("foreign", recording.foreign);
+    print_count("error_frames", recording.error_frames);
+    print_count("dropped_by_logger", recording.dropped);
+    print_count("unreadable", recording.unreadable);
+    print_count("clock_back", recording.clock_back);
+    print_count("most_back_us", (uint64_t)recording.most_back_us);
+    print_node_counts();
+}
+
+/* --- the ECU's ports ---------------------------------------------------------------------------
+ */
+
+static void write_candump(const sway_port_frame_t *frame)
+{
+    char line[CANDUMP_LINE];
+    const size_t size = candump_format(frame, line);
+    if (candump_out != NULL && fwrite(line, 1, size, candump_out) != size) {
+        output_failed = true;
+    }
+}
+
+static bool bus_receive(void *context, sway_port_frame_t *frame)
+{
+    return can_bus_receive(context, frame);
+}
+
+static bool bus_send(void *context, const sway_port_frame_t *frame)
+{
+    write_candump(frame);
+    can_bus_send(context, frame);
+    return true;
+}
+
+static int64_t bus_time_us(void *context)
+{
+    (void)context;
+    return can_bus_time_us();
+}
+
+static bool log_receive(void *context, sway_port_frame_t *frame)
+{
+    return log_file_next(context, frame);
+}
+
+static bool log_send(void *context, const sway_port_frame_t *frame)
+{
+    (void)context;
+    write_candump(frame);
+    return true;
+}
+
+static int64_t log_time_us(void *context)
+{
+    const log_file_t *log = context;
+    return log->frames > 0U ? log->last_us : 0;
+}
+
+/* The parameter block that an ECU would find in its flash. */
+static bool start(const sway_port_t *port, const char *vehicle)
+{
+    static sway_ecu_retained_t retained;
+    sway_core_config_t config;
+    uint8_t block[SWAY_BLOCK_SIZE];
+    char message[300];
+    sway_core_defaults(&config);
+    if (!vehicle_file_read(vehicle, &config.vehicle, message, sizeof message)) {
+        fprintf(stderr, "swaywatchd: %s\n", message);
+        return false;
+    }
+    sway_block_write(&config, 1, block);
+    if (sway_ecu_start(&ecu, port, &retained, block, sizeof block) != SWAY_OK ||
+        ecu.state != SWAY_ECU_RUNNING) {
+        fprintf(stderr, "swaywatchd: %s: the core refuses these parameters\n", vehicle);
+        return false;
+    }
+    return true;
+}
+
+/* --- live --------------------------------------------------------------------------------------
+ */
+
+static void wait_for_work(const sigset_t *open_mask)
+{
+    struct pollfd fd = {.fd = bus.socket, .events = POLLIN};
+    const bool is_away = bus.link == CAN_BUS_DOWN;
+    const long wait_ms = bus.queue_waits ? RETRY_MS : IDLE_MS;
+    const struct timespec timeout = {.tv_sec = 0, .tv_nsec = wait_ms * 1000000};
+    /* An interface that is down reports an error for as long as it is: only sleep then. */
+    (void)ppoll(&fd, is_away ? 0U : 1U, &timeout, open_mask);
+}
+
+static int run_live(const options_t *options)
+{
+    sigset_t open_mask;
+    sigset_t closed_mask;
+    const sway_port_t port = {
+        .receive = bus_receive, .send = bus_send, .time_us = bus_time_us, .context = &bus};
+    sigemptyset(&closed_mask);
+    sigaddset(&closed_mask, SIGTERM);
+    sigaddset(&closed_mask, SIGINT);
+    sigaddset(&closed_mask, SIGUSR1);
+    sigprocmask(SIG_BLOCK, &closed_mask, &open_mask);
+    if (!can_bus_open(&bus, options->interface)) {
+        fprintf(stderr, "swaywatchd: %s: %s\n", options->interface,
+                errno == EAFNOSUPPORT ? "this kernel has no CAN; --replay works without"
+                                      : strerror(errno));
+        return EXIT_FAILURE;
+    }
+    if (!start(&port, options->vehicle)) {
+        return EXIT_FAILURE;
+    }
+    fprintf(stderr, "swaywatchd: %s: running\n", options->interface);
+    while (wants_end == 0) {
+        while (sway_ecu_poll(&ecu)) {
+            if (bus.batch_at == bus.batch_end) {
+                can_bus_work(&bus);
+            }
+        }
+        can_bus_work(&bus);
+        if (wants_counts != 0) {
+            wants_counts = 0;
+            print_bus_counts();
+        }
+        wait_for_work(&open_mask);
+    }
+    print_bus_counts();
+    can_bus_close(&bus);
+    return EXIT_SUCCESS;
+}
+
+/* --- replay ------------------------------------------------------------------------------------
+ */
+
+static int run_replay(const options_t *options)
+{
+    const sway_port_t port = {
+        .receive = log_receive, .send = log_send, .time_us = log_time_us, .context = &recording};
+    if (!log_file_open(&recording, options->replay)) {
+        fprintf(stderr, "swaywatchd: %s: %s\n", options->replay, strerror(errno));
+        return EXIT_FAILURE;
+    }
+    if (!start(&port, options->vehicle)) {
+        return EXIT_FAILURE;
+    }
+    while (wants_end == 0 && sway_ecu_poll(&ecu)) {
+    }
+    const bool is_read = log_file_close(&recording);
+    print_replay_counts();
+    if (!is_read || ecu.node.accepted == 0U) {
+        fprintf(stderr, "swaywatchd: %s: %s\n", options->replay,
+                is_read ? "no frame of swaywatch.dbc in it; swaywatch convert makes such a log "
+                          "from any recording"
+                        : "cannot be read to its end");
+        return EXIT_FAILURE;
+    }
+    return recording.unreadable > 0U ? EXIT_UNREADABLE : EXIT_SUCCESS;
+}
+
+/* --- the command line --------------------------------------------------------------------------
+ */
+
+static bool read_options(int argc, char **argv, options_t *options)
+{
+    static const struct option known[] = {{"vehicle", required_argument, NULL, 'v'},
+                                          {"replay", required_argument, NULL, 'r'},
+                                          {"candump-out", required_argument, NULL, 'o'},
+                                          {"help", no_argument, NULL, 'h'},
+                                          {NULL, 0, NULL, 0}};
+    int option;
+    while ((option = getopt_long(argc, argv, "h", known, NULL)) != -1) {
+        if (option == 'v') {
+            options->vehicle = optarg;
+        } else if (option == 'r') {
+            options->replay = optarg;
+        } else if (option == 'o') {
+            options->candump_out = optarg;
+        } else if (option == 'h') {
+            fputs(usage, stdout);
+            exit(EXIT_SUCCESS);
+        } else {
+            return false;
+        }
+    }
+    options->interface = optind < argc ? argv[optind] : NULL;
+    const int sources = (options->replay != NULL) + (argc - optind);
+    return options->vehicle != NULL && sources == 1;
+}
+
+static bool open_output(const options_t *options)
+{
+    const char *path = options->candump_out;
+    if (path == NULL && options->replay == NULL) {
+        return true;
+    }
+    const bool to_stdout = path == NULL || strcmp(path, "-") == 0;
+    candump_out = to_stdout ? stdout : fopen(path, "w");
+    if (candump_out == NULL) {
+        fprintf(stderr, "swaywatchd: %s: %s\n", path, strerror(errno));
+    }
+    return candump_out != NULL;
+}
+
+int main(int argc, char **argv)
+{
+    options_t options = {0};
+    if (!read_options(argc, argv, &options)) {
+        fputs(usage, stderr);
+        return EXIT_USAGE;
+    }
+    struct sigaction action = {.sa_handler = on_signal};
+    sigaction(SIGTERM, &action, NULL);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGUSR1, &action, NULL);
+    if (!open_output(&options)) {
+        return EXIT_FAILURE;
+    }
+    const int status = options.replay != NULL ? run_replay(&options) : run_live(&options);
+    if (candump_out != NULL && (fflush(candump_out) != 0 || output_failed)) {
+        fprintf(stderr, "swaywatchd: the status frames could not all be written\n");
+        return EXIT_FAILURE;
+    }
+    return status;
+}

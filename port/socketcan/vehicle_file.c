@@ -1,0 +1,192 @@
+#include "vehicle_file.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define LINE_MAX_LENGTH 400
+
+typedef struct {
+    const char *path;
+    char *message;
+    size_t size;
+    int line;
+    char table[32];
+    sway_vehicle_t vehicle;
+    bool seen[64];
+    bool has_trailer;
+} reader_t;
+
+static char *trim(char *text)
+{
+    text += strspn(text, " \t\r\n");
+    size_t length = strlen(text);
+    while (length > 0 && strchr(" \t\r\n", text[length - 1]) != NULL) {
+        text[--length] = '\0';
+    }
+    return text;
+}
+
+static bool refuse(reader_t *r, const char *what, const char *value)
+{
+    snprintf(r->message, r->size, "%s:%d: %s: \"%.80s\"", r->path, r->line, what, value);
+    return false;
+}
+
+static void *field(sway_vehicle_t *vehicle, const sway_vehicle_range_t *range)
+{
+    return (char *)vehicle + range->offset;
+}
+
+static const sway_vehicle_range_t *find(const char *table, const char *key, size_t *index)
+{
+    char name[96];
+    size_t count = 0;
+    const sway_vehicle_range_t *ranges = sway_vehicle_ranges(&count);
+    snprintf(name, sizeof name, "%s.%s", table, key);
+    for (*index = 0; *index < count; (*index)++) {
+        if (strcmp(ranges[*index].name, name) == 0) {
+            return &ranges[*index];
+        }
+    }
+    return NULL;
+}
+
+static bool read_table(reader_t *r, char *text)
+{
+    char *end = strchr(text, ']');
+    if (end == NULL || end[1] != '\0') {
+        return refuse(r, "a table is written as [car] or [trailer]", text);
+    }
+    *end = '\0';
+    const char *name = trim(text + 1);
+    if (strcmp(name, "car") != 0 && strcmp(name, "trailer") != 0) {
+        return refuse(r, "unknown table; known are [car] and [trailer]", name);
+    }
+    r->has_trailer = r->has_trailer || strcmp(name, "trailer") == 0;
+    snprintf(r->table, sizeof r->table, "%s", name);
+    return true;
+}
+
+static bool parse_number(char *text, double *value)
+{
+    char clean[64];
+    size_t n = 0;
+    for (const char *c = text; *c != '\0' && n + 1 < sizeof clean; c++) {
+        if (*c != '_') { /* TOML allows 109_300.0 */
+            clean[n++] = *c;
+        }
+    }
+    clean[n] = '\0';
+    char *end = clean;
+    errno = 0;
+    *value = strtod(clean, &end);
+    return end != clean && *end == '\0' && errno == 0 && isfinite(*value);
+}
+
+static bool read_value(reader_t *r, const char *key, char *text)
+{
+    size_t index = 0;
+    const sway_vehicle_range_t *range = find(r->table, key, &index);
+    double value = 0.0;
+    if (r->table[0] == '\0') {
+        return refuse(r, "a key before the first table [car]", key);
+    }
+    if (range == NULL) {
+        return refuse(r, "unknown key", key);
+    }
+    if (!parse_number(text, &value)) {
+        return refuse(r, "not a number", text);
+    }
+    const double scaled = round(value * range->scale);
+    const double low = (double)range->low / range->scale;
+    const double high = (double)range->high / range->scale;
+    if (!(scaled >= range->low && scaled <= range->high)) {
+        snprintf(r->message, r->size, "%s:%d: %s = %g is out of range; expected %g to %g (SI)",
+                 r->path, r->line, range->name, value, low, high);
+        return false;
+    }
+    const int32_t integer = (int32_t)scaled;
+    memcpy(field(&r->vehicle, range), &integer, sizeof integer);
+    r->seen[index] = true;
+    return true;
+}
+
+static bool read_line(reader_t *r, char *line)
+{
+    char *comment = strchr(line, '#');
+    if (comment != NULL) {
+        *comment = '\0';
+    }
+    char *text = trim(line);
+    if (*text == '\0') {
+        return true;
+    }
+    if (*text == '[') {
+        return read_table(r, text);
+    }
+    char *equals = strchr(text, '=');
+    if (equals == NULL) {
+        return refuse(r, "expected \"key = number\"", text);
+    }
+    *equals = '\0';
+    return read_value(r, trim(text), trim(equals + 1));
+}
+
+static bool read_lines(reader_t *r, FILE *file)
+{
+    char line[LINE_MAX_LENGTH];
+    while (fgets(line, sizeof line, file) != NULL) {
+        r->line++;
+        if (strlen(line) + 1 == sizeof line) {
+            return refuse(r, "line too long", line);
+        }
+        if (!read_line(r, line)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool check(reader_t *r)
+{
+    size_t index = 0;
+    if (r->has_trailer && find("trailer", "axles", &index) != NULL && !r->seen[index]) {
+        (void)find("trailer", "front_axle_to_cog", &index);
+        r->vehicle.trailer.axles = r->seen[index] ? 2 : 1;
+    }
+    const sway_vehicle_range_t *offender = NULL;
+    if (sway_vehicle_check(&r->vehicle, &offender) == SWAY_OK) {
+        return true;
+    }
+    const double scale = offender != NULL ? offender->scale : 1;
+    snprintf(r->message, r->size, "%s: %s = %g is missing or out of range; expected %g to %g (SI)",
+             r->path, offender != NULL ? offender->name : "vehicle",
+             offender != NULL ? sway_vehicle_value(&r->vehicle, offender) / scale : 0.0,
+             offender != NULL ? offender->low / scale : 0.0,
+             offender != NULL ? offender->high / scale : 0.0);
+    return false;
+}
+
+bool vehicle_file_read(const char *path, sway_vehicle_t *vehicle, char *message, size_t size)
+{
+    reader_t reader = {.path = path, .message = message, .size = size};
+    FILE *file = fopen(path, "r");
+    if (file == NULL) {
+        snprintf(message, size, "%s: %s", path, strerror(errno));
+        return false;
+    }
+    const bool is_read = read_lines(&reader, file);
+    const bool failed = ferror(file) != 0;
+    fclose(file);
+    if (is_read && failed) {
+        snprintf(message, size, "%s: cannot be read", path);
+    }
+    if (!is_read || failed || !check(&reader)) {
+        return false;
+    }
+    *vehicle = reader.vehicle;
+    return true;
+}
