@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#define SECONDS_MAX INT64_C(100000000000)
+
 static const char digits[] = "0123456789ABCDEF";
 
 static int nibble(char c)
@@ -23,7 +25,8 @@ static const char *parse_time(const char *at, int64_t *time_us)
     for (; *at != ')'; at++) {
         if (*at == '.' && decimals < 0) {
             decimals = 0;
-        } else if (*at >= '0' && *at <= '9' && decimals < 6 && value < INT64_MAX / 10000000) {
+        } else if (*at >= '0' && *at <= '9' && decimals < 6 &&
+                   (decimals >= 0 || value < SECONDS_MAX)) {
             value = value * 10 + (*at - '0');
             decimals += decimals >= 0 ? 1 : 0;
         } else {
