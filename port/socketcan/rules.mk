@@ -1,7 +1,7 @@
 # swaywatchd, the daemon.
 SWAYWATCHD := $(B)/swaywatchd
 SWAYWATCHD_SOURCES := $(wildcard port/socketcan/*.c) port/replay/candump.c port/sway_ecu.c \
-    port/sway_block.c
+    port/sway_block.c port/vehicle_file.c
 $(SWAYWATCHD): $(SWAYWATCHD_SOURCES) $(wildcard port/socketcan/*.h port/*.h port/replay/*.h) \
     $(B)/gcc/libsway.a
 	@echo "CC $@"

@@ -20,15 +20,19 @@
 #define EXIT_UNREADABLE 3
 #define IDLE_MS 20
 #define RETRY_MS 1
+#define SETTINGS_MAX 32
 
 static const char usage[] =
-    "usage: swaywatchd --vehicle vehicle.toml [--candump-out FILE] INTERFACE\n"
-    "       swaywatchd --vehicle vehicle.toml [--candump-out FILE] --replay LOG\n"
+    "usage: swaywatchd --vehicle vehicle.toml [OPTIONS] INTERFACE\n"
+    "       swaywatchd --vehicle vehicle.toml [OPTIONS] --replay LOG\n"
     "\n"
     "Reads the messages of swaywatch.dbc, watches the stability of the car-trailer\n"
     "combination, and sends its status frames.\n"
     "\n"
     "  --vehicle FILE      what is known of the combination (SI units)\n"
+    "  --set KEY=VALUE     a value that wins over the file, any number of times, for example\n"
+    "                      car.lateral_acceleration_position=-1.383 (m ahead of the centre\n"
+    "                      of gravity)\n"
     "  --replay LOG        read a candump log instead of a bus (- : standard input);\n"
     "                      status frames go to the standard output\n"
     "  --candump-out FILE  write the status frames there, as candump lines (- : standard\n"
@@ -43,6 +47,8 @@ typedef struct {
     const char *replay;
     const char *candump_out;
     const char *interface;
+    char *settings[SETTINGS_MAX];
+    size_t setting_count;
 } options_t;
 
 static can_bus_t bus;
@@ -170,21 +176,22 @@ static int64_t log_time_us(void *context)
 }
 
 /* The parameter block that an ECU would find in its flash. */
-static bool start(const sway_port_t *port, const char *vehicle)
+static bool start(const sway_port_t *port, const options_t *options)
 {
     static sway_ecu_retained_t retained;
     sway_core_config_t config;
     uint8_t block[SWAY_BLOCK_SIZE];
     char message[300];
     sway_core_defaults(&config);
-    if (!vehicle_file_read(vehicle, &config.vehicle, message, sizeof message)) {
+    if (!vehicle_file_read(options->vehicle, options->settings, options->setting_count,
+                           &config.vehicle, message, sizeof message)) {
         fprintf(stderr, "swaywatchd: %s\n", message);
         return false;
     }
     sway_block_write(&config, 1, block);
     if (sway_ecu_start(&ecu, port, &retained, block, sizeof block) != SWAY_OK ||
         ecu.state != SWAY_ECU_RUNNING) {
-        fprintf(stderr, "swaywatchd: %s: the core refuses these parameters\n", vehicle);
+        fprintf(stderr, "swaywatchd: %s: the core refuses these parameters\n", options->vehicle);
         return false;
     }
     return true;
@@ -220,7 +227,7 @@ static int run_live(const options_t *options)
                                       : strerror(errno));
         return EXIT_FAILURE;
     }
-    if (!start(&port, options->vehicle)) {
+    if (!start(&port, options)) {
         return EXIT_FAILURE;
     }
     fprintf(stderr, "swaywatchd: %s: running\n", options->interface);
@@ -253,7 +260,7 @@ static int run_replay(const options_t *options)
         fprintf(stderr, "swaywatchd: %s: %s\n", options->replay, strerror(errno));
         return EXIT_FAILURE;
     }
-    if (!start(&port, options->vehicle)) {
+    if (!start(&port, options)) {
         return EXIT_FAILURE;
     }
     while (wants_end == 0 && sway_ecu_poll(&ecu)) {
@@ -273,25 +280,41 @@ static int run_replay(const options_t *options)
 /* --- the command line --------------------------------------------------------------------------
  */
 
+static bool read_option(int option, options_t *options)
+{
+    switch (option) {
+    case 'v':
+        options->vehicle = optarg;
+        return true;
+    case 'r':
+        options->replay = optarg;
+        return true;
+    case 'o':
+        options->candump_out = optarg;
+        return true;
+    case 's':
+        options->settings[options->setting_count % SETTINGS_MAX] = optarg;
+        options->setting_count++;
+        return options->setting_count <= SETTINGS_MAX;
+    case 'h':
+        fputs(usage, stdout);
+        exit(EXIT_SUCCESS);
+    default:
+        return false;
+    }
+}
+
 static bool read_options(int argc, char **argv, options_t *options)
 {
     static const struct option known[] = {{"vehicle", required_argument, NULL, 'v'},
                                           {"replay", required_argument, NULL, 'r'},
                                           {"candump-out", required_argument, NULL, 'o'},
+                                          {"set", required_argument, NULL, 's'},
                                           {"help", no_argument, NULL, 'h'},
                                           {NULL, 0, NULL, 0}};
     int option;
     while ((option = getopt_long(argc, argv, "h", known, NULL)) != -1) {
-        if (option == 'v') {
-            options->vehicle = optarg;
-        } else if (option == 'r') {
-            options->replay = optarg;
-        } else if (option == 'o') {
-            options->candump_out = optarg;
-        } else if (option == 'h') {
-            fputs(usage, stdout);
-            exit(EXIT_SUCCESS);
-        } else {
+        if (!read_option(option, options)) {
             return false;
         }
     }

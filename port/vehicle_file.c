@@ -13,7 +13,7 @@ typedef struct {
     char *message;
     size_t size;
     int line;
-    char table[32];
+    const char *table; ///< that keys belong to; NULL before the first
     sway_vehicle_t vehicle;
     bool seen[64];
     bool has_trailer;
@@ -54,6 +54,17 @@ static const sway_vehicle_range_t *find(const char *table, const char *key, size
     return NULL;
 }
 
+static bool use_table(reader_t *r, const char *name)
+{
+    const bool is_trailer = strcmp(name, "trailer") == 0;
+    if (!is_trailer && strcmp(name, "car") != 0) {
+        return refuse(r, "unknown table; known are [car] and [trailer]", name);
+    }
+    r->table = is_trailer ? "trailer" : "car";
+    r->has_trailer = r->has_trailer || is_trailer;
+    return true;
+}
+
 static bool read_table(reader_t *r, char *text)
 {
     char *end = strchr(text, ']');
@@ -61,13 +72,7 @@ static bool read_table(reader_t *r, char *text)
         return refuse(r, "a table is written as [car] or [trailer]", text);
     }
     *end = '\0';
-    const char *name = trim(text + 1);
-    if (strcmp(name, "car") != 0 && strcmp(name, "trailer") != 0) {
-        return refuse(r, "unknown table; known are [car] and [trailer]", name);
-    }
-    r->has_trailer = r->has_trailer || strcmp(name, "trailer") == 0;
-    snprintf(r->table, sizeof r->table, "%s", name);
-    return true;
+    return use_table(r, trim(text + 1));
 }
 
 static bool parse_number(char *text, double *value)
@@ -88,12 +93,12 @@ static bool parse_number(char *text, double *value)
 
 static bool read_value(reader_t *r, const char *key, char *text)
 {
+    if (r->table == NULL) {
+        return refuse(r, "a key before the first table [car]", key);
+    }
     size_t index = 0;
     const sway_vehicle_range_t *range = find(r->table, key, &index);
     double value = 0.0;
-    if (r->table[0] == '\0') {
-        return refuse(r, "a key before the first table [car]", key);
-    }
     if (range == NULL) {
         return refuse(r, "unknown key", key);
     }
@@ -170,21 +175,53 @@ static bool check(reader_t *r)
     return false;
 }
 
-bool vehicle_file_read(const char *path, sway_vehicle_t *vehicle, char *message, size_t size)
+/* "car.mass=1900": as a line of its own in the table that it names. */
+static bool read_setting(reader_t *r, const char *setting)
 {
-    reader_t reader = {.path = path, .message = message, .size = size};
-    FILE *file = fopen(path, "r");
+    char text[LINE_MAX_LENGTH];
+    snprintf(text, sizeof text, "%s", setting);
+    char *dot = strchr(text, '.');
+    char *equals = strchr(text, '=');
+    if (dot == NULL || equals == NULL || dot > equals) {
+        return refuse(r, "expected \"car.key=number\" or \"trailer.key=number\"", setting);
+    }
+    *dot = '\0';
+    *equals = '\0';
+    return use_table(r, text) && read_value(r, dot + 1, equals + 1);
+}
+
+static bool read_file(reader_t *r)
+{
+    FILE *file = fopen(r->path, "r");
     if (file == NULL) {
-        snprintf(message, size, "%s: %s", path, strerror(errno));
+        snprintf(r->message, r->size, "%s: %s", r->path, strerror(errno));
         return false;
     }
-    const bool is_read = read_lines(&reader, file);
-    const bool failed = ferror(file) != 0;
-    fclose(file);
-    if (is_read && failed) {
-        snprintf(message, size, "%s: cannot be read", path);
+    bool is_read = read_lines(r, file);
+    if (is_read && ferror(file) != 0) {
+        snprintf(r->message, r->size, "%s: cannot be read", r->path);
+        is_read = false;
     }
-    if (!is_read || failed || !check(&reader)) {
+    fclose(file);
+    return is_read;
+}
+
+bool vehicle_file_read(const char *path, char *const *settings, size_t setting_count,
+                       sway_vehicle_t *vehicle, char *message, size_t size)
+{
+    reader_t reader = {.path = path, .message = message, .size = size};
+    if (!read_file(&reader)) {
+        return false;
+    }
+    for (size_t i = 0; i < setting_count; i++) {
+        reader.path = settings[i];
+        reader.line = 0;
+        if (!read_setting(&reader, settings[i])) {
+            return false;
+        }
+    }
+    reader.path = path;
+    if (!check(&reader)) {
         return false;
     }
     *vehicle = reader.vehicle;
