@@ -25,7 +25,6 @@ from swaywatch.models.layout import (
     BODIES,
     O_FY,
     O_FZ,
-    O_NAMES,
     O_SLIP,
     P_NAMES,
     S_DRIVE,
@@ -374,7 +373,8 @@ def _baseline(vehicle: VehicleLike, car_roll: BodyRoll, trailer_roll: BodyRoll) 
         "m1": car.mass, "iz1": car.yaw_inertia, "lh1": car.hitch_to_cog,
         "steering_ratio": car.steering_ratio, "gravity": GRAVITY,
         "hitch_friction_rate": 0.01, "air_density": 1.2, "aero_area": 5.0,
-        "harmonic_mean_time": 0.6, "harmonic_reference_floor": 1.0, "saturation_shape": 1.35,
+        "harmonic_mean_time": 1.0, "harmonic_level_time": 3.0,
+        "saturation_shape": 1.35,
         "iz2": 1.0, "roll_gain_2": 1.0,
     }.items():  # fmt: skip
         arrays.set(name, value)
@@ -413,4 +413,3 @@ def _body(arrays: Arrays, body: int, data: Any, roll: BodyRoll) -> None:
 
 
 __all__ = ["CAR_ROLL", "TRAILER_ROLL", "BodyRoll", "DoubleTrack", "SpeedControl", "Trace"]
-_ = O_NAMES

@@ -85,8 +85,8 @@ P_CP, P_CI, P_CF, P_CLAG = (
     P[n] for n in ("control_p", "control_i", "control_feed_forward", "control_lag")
 )
 P_DRIVE_MAX, P_HEAVE, P_LAG = P["drive_force_max"], P["heave"], P["suspension_lag"]
-P_MEAN, P_FLOOR, P_SHAPE = (
-    P["harmonic_mean_time"], P["harmonic_reference_floor"], P["saturation_shape"],
+P_MEAN, P_LEVEL, P_SHAPE = (
+    P["harmonic_mean_time"], P["harmonic_level_time"], P["saturation_shape"],
 )  # fmt: skip
 A_X, A_T, A_LOAD, A_C = A["x"], A["half_track"], A["load"], A["stiffness"]
 A_SIGMA, A_MU, A_DEG, A_RS = A["relaxation"], A["peak_friction"], A["degression"], A["roll_steer"]
@@ -102,6 +102,9 @@ O_FIRST = O["speed"]
 # on both bodies, bank, brake forces of both bodies.
 (C_MU, C_GUST, C_BANK, C_BRAKE, C_SIZE) = (4, 5, 9, 10, 12)
 
+FLOOR_YAW = 1e-6
+FLOOR_FORCE = 2.25e4
+"""Mean squares, (rad/s)^2 and N^2, below which the normalised generator fades out."""
 SHORT_RELAXATION = 0.02
 """Relaxation lengths in m below this act as none."""
 
@@ -497,16 +500,14 @@ def remember(
     share = 1.0 - math.exp(-h / p[P_MEAN])
     square = r1 * r1
     means[0] += share * (square - means[0])
+    means[1] += (1.0 - math.exp(-h / p[P_LEVEL])) * (square - means[1])
     history[0, n] = square - means[0]
-    floor = 2.5e-5 * p[P_FLOOR]
-    history[1, n] = (square - means[0]) / (means[0] + floor)
+    history[1, n] = (square - means[0]) / (means[1] + FLOOR_YAW)
     for axle in range(4):
         force = fy[2 * axle] + fy[2 * axle + 1]
         square = force * force
-        means[1 + axle] += share * (square - means[1 + axle])
-        history[2 + axle, n] = (square - means[1 + axle]) / (
-            means[1 + axle] + 2.25e4 * p[P_FLOOR]
-        )
+        means[2 + axle] += share * (square - means[2 + axle])
+        history[2 + axle, n] = (square - means[2 + axle]) / (means[2 + axle] + FLOOR_FORCE)
 
 
 @kernel
@@ -545,7 +546,7 @@ def simulate(
     o = np.zeros(O_FY)
     steps = (count - 1) * sub + 1
     history = np.zeros((6, steps if harmonic else 1))
-    means = np.zeros(5)
+    means = np.zeros(6)
     h = spacing / sub
     gap = p[P_GAP]
     played = steering[0]
@@ -578,6 +579,7 @@ def simulate(
             if harmonic:
                 if n == 0:
                     means[0] = y[S_R1] * y[S_R1]
+                    means[1] = means[0]
                 remember(n, h, p, y[S_R1], fy, means, history)
             if j == 0:
                 for q in range(O_FY):

@@ -39,7 +39,7 @@ P_NAMES = (
     "heave",                   # 1: axle heave states are integrated
     "suspension_lag",          # s, lateral force from the axle to the car body
     "harmonic_mean_time",      # s, time constant of the high-pass of the 6.2 generator
-    "harmonic_reference_floor",  # lowest normalising mean square, as a share of its start scale
+    "harmonic_level_time",     # s, time constant of the level that the normalised form divides by
     "saturation_shape",        # Magic Formula shape factor C
 )  # fmt: skip
 P: Final = {name: index for index, name in enumerate(P_NAMES)}

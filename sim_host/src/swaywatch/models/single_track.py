@@ -184,11 +184,8 @@ class SingleTrack:
 
     def sensitivity(self, name: str, relative: float = 0.01) -> float:
         """Change of critical speed in m/s when a parameter grows by ``relative`` (Eq. 3.44)."""
-        small = 1e-4
-        value = getattr(self, name)
-        up = dataclasses.replace(self, **{name: value * (1.0 + small)}).critical_speed()
-        down = dataclasses.replace(self, **{name: value * (1.0 - small)}).critical_speed()
-        return (up - down) / (2.0 * small) * relative
+        grown = dataclasses.replace(self, **{name: getattr(self, name) * (1.0 + relative)})
+        return grown.critical_speed() - self.critical_speed()
 
     def steady_state(self, speed_m_s: float) -> Matrix:
         """State per rad of *road-wheel* angle in steady cornering, ``-A^-1 B`` (Eq. 3.26-3.35)."""

@@ -35,6 +35,7 @@ def _apply(arrays: Arrays, effect: Effect) -> None:
     axle = AXLES.index(effect.options["axle"])
     mean_time = effect.values["mean_time_s"]
     arrays.set("harmonic_mean_time", mean_time)
+    arrays.set("harmonic_level_time", effect.values["level_time_s"])
     for window in effect.windows:
         arrays.windows.append(_row(effect, axle, window, mean_time))
 
@@ -44,8 +45,9 @@ MODULE = Module(
     title="Axle load oscillating at twice the yaw frequency",
     equation=(
         "generator: dF_z = gain HP(psi_1'^2)(t - delay), on the left wheel while psi_1' < 0, else "
-        "on the right; normalised: amplitude (q/mean(q) - 1)(t - delay), q = psi_1'^2; "
-        "harmonic: the same with q = F_y^2 of the axle and the delay that gives phase_deg at 2 f"
+        "on the right, HP(q) = q - mean(q); normalised: amplitude HP(q)/level(q) (t - delay), "
+        "q = psi_1'^2; harmonic: amplitude (HP(q)/mean(q))(t - delay) with q = F_y^2 of the axle "
+        "and the delay that gives phase_deg at 2 f"
     ),
     source="Zhang 2015, Eq. 6.1-6.2, Fig. 6-3, Table 6-3; phase as in Fig. 4-5",
     enters="vertical load of the axle's wheels, hence their side force",
@@ -55,7 +57,8 @@ MODULE = Module(
         Parameter("frequency_hz", "Hz", 0.2, 2.0, 0.67, windowed=True, meaning="yaw frequency f"),
         Parameter("gain_n_s2_per_rad2", "N/(rad/s)^2", -1e6, 1e6, 2e4, windowed=True),
         Parameter("delay_s", "s", 0.0, 2.0, 0.0, windowed=True),
-        Parameter("mean_time_s", "s", 0.1, 5.0, 0.6, meaning="time constant of the high-pass"),
+        Parameter("mean_time_s", "s", 0.1, 5.0, 1.0, meaning="time constant of the high-pass"),
+        Parameter("level_time_s", "s", 0.1, 10.0, 3.0, meaning="time constant of the level"),
     ),
     options={
         "axle": ("car_rear", "car_front", "trailer_front", "trailer_rear"),
