@@ -26,6 +26,7 @@ from swaywatch.models.layout import (
     O_FY,
     O_FZ,
     O_SLIP,
+    OUTPUT,
     P_NAMES,
     S_DRIVE,
     S_PSI,
@@ -47,14 +48,12 @@ from swaywatch.models.layout import (
     WHEELS,
     A,
     Array,
-    O,
     P,
 )
 from swaywatch.models.physics import Effect
 from swaywatch.models.physics._base import Arrays
-from swaywatch.models.vehicle_view import VehicleLike
-
-GRAVITY = 9.81
+from swaywatch.models.vehicle_view import GRAVITY, Body, car_of, trailer_of
+from swaywatch.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
@@ -131,8 +130,10 @@ class Trace(Mapping[str, Array]):
         return bool(np.isfinite(self.channels["car_yaw_rate"][-1]))
 
     def lateral_acceleration(self, body: str, position_m: float = 0.0) -> Array:
-        """Lateral acceleration in the axes of ``"car"`` or ``"trailer"``, at a position ahead of
-        its COG, as an accelerometer there feels it (with the road's bank, without roll)."""
+        """Lateral acceleration of ``"car"`` or ``"trailer"`` in its axes, ahead of its COG.
+
+        As an accelerometer there feels it: with the road's bank, without the body's roll.
+        """
         acceleration = self.channels[f"{body}_acceleration_y"]
         felt = GRAVITY * np.sin(self.channels["bank"])
         if body == "trailer":
@@ -172,7 +173,7 @@ class DoubleTrack:
 
     def __init__(
         self,
-        vehicle: VehicleLike,
+        vehicle: Vehicle,
         physics: Sequence[Effect] = (),
         *,
         car_roll: BodyRoll = CAR_ROLL,
@@ -296,7 +297,7 @@ class DoubleTrack:
     def _trace(self, time_s: Array, steering: Array, raw: Array) -> Trace:
         channels: dict[str, Array] = {"steering_wheel_angle": steering}
         has_trailer = self.vehicle.trailer is not None
-        for name, column in O.items():
+        for name, column in OUTPUT.items():
             if has_trailer or not name.startswith(("trailer_", "articulation", "hitch_")):
                 channels[name] = raw[:, column]
         bodies = BODIES if has_trailer else BODIES[:1]
@@ -363,15 +364,15 @@ def _controlled(p: Array, control: SpeedControl) -> Array:
     return p
 
 
-def _baseline(vehicle: VehicleLike, car_roll: BodyRoll, trailer_roll: BodyRoll) -> Arrays:
+def _baseline(vehicle: Vehicle, car_roll: BodyRoll, trailer_roll: BodyRoll) -> Arrays:
     """Arrays of the model with linear, load-proportional tyres and no further physics."""
-    car, trailer = vehicle.car, vehicle.trailer
+    car, trailer = car_of(vehicle), trailer_of(vehicle)
     p = np.zeros(len(P_NAMES))
     axles = np.zeros((4, len(A_NAMES)))
     arrays = Arrays(p, axles)
     for name, value in {
         "m1": car.mass, "iz1": car.yaw_inertia, "lh1": car.hitch_to_cog,
-        "steering_ratio": car.steering_ratio, "gravity": GRAVITY,
+        "steering_ratio": vehicle.car.steering_ratio, "gravity": GRAVITY,
         "hitch_friction_rate": 0.01, "air_density": 1.2, "aero_area": 5.0,
         "harmonic_mean_time": 1.0, "harmonic_level_time": 3.0,
         "saturation_shape": 1.35,
@@ -388,7 +389,7 @@ def _baseline(vehicle: VehicleLike, car_roll: BodyRoll, trailer_roll: BodyRoll) 
     return arrays
 
 
-def _body(arrays: Arrays, body: int, data: Any, roll: BodyRoll) -> None:
+def _body(arrays: Arrays, body: int, data: Body, roll: BodyRoll) -> None:
     arrays.p[P[f"roll_gain_{body + 1}"]] = roll.roll_gradient_rad_per_m_s2
     arrays.p[P[f"roll_omega_{body + 1}"]] = 2.0 * math.pi * roll.roll_frequency_hz
     arrays.p[P[f"roll_zeta_{body + 1}"]] = roll.roll_damping_ratio

@@ -1,8 +1,8 @@
 """Compiled equations of motion of the double-track model; used by :mod:`.double_track` only.
 
 Generalised coordinates: the car's velocity (v_x, v_y) in its own axes, both yaw rates and the
-articulation theta = psi_2 - psi_1, all angles of any size. With the ball forces eliminated, Newton's
-and Euler's equations of the two bodies are ``M q'' = f`` with the symmetric matrix
+articulation theta = psi_2 - psi_1, all angles of any size. With the ball forces eliminated, the
+equations of Newton and Euler for the two bodies are ``M q'' = f`` with the symmetric matrix
 
     [ m1+m2        0              0                    m2 lh2 s     ]   v_x'
     [ 0            m1+m2         -m2 lh1              -m2 lh2 c     ]   v_y'
@@ -53,7 +53,6 @@ from swaywatch.models.layout import (
     W_UNIT,
     A,
     Array,
-    O,
     P,
 )
 from swaywatch.models.physics.hitch_damping import moment as damping_moment
@@ -96,7 +95,6 @@ A_TRANSFER, A_HM, A_HW, A_HZ = (
 A_DAMP, A_DL, A_DR, A_ASYM = (
     A["damping"], A["damper_left"], A["damper_right"], A["damper_asymmetry"],
 )  # fmt: skip
-O_FIRST = O["speed"]
 
 # What holds during one step: stiffness factors of the axles, friction factor, gust force and moment
 # on both bodies, bank, brake forces of both bodies.
@@ -130,8 +128,8 @@ def wheel_loads(y: Array, p: Array, ax: Array, extra: Array, fz: Array, asym: Ar
             z, z_rate = y[S_HEAVE + axle], y[S_HEAVE + 4 + axle]
             swing = y[S_ROLLRATE1 + 2 * body] * ax[axle, A_T]
             omega = ax[axle, A_HW]
-            spring = 0.5 * ax[axle, A_HM] * (
-                omega * omega * z + 2.0 * ax[axle, A_HZ] * omega * z_rate
+            spring = (
+                0.5 * ax[axle, A_HM] * (omega * omega * z + 2.0 * ax[axle, A_HZ] * omega * z_rate)
             )
             asym[2 * axle] = damper_extra(
                 z_rate + swing, ax[axle, A_DAMP], ax[axle, A_DL], ax[axle, A_ASYM]
@@ -154,9 +152,7 @@ def wheel_force(
     half = 0.5 * ax[axle, A_LOAD]
     if half <= 0.0 or ax[axle, A_C] <= 0.0:
         return 0.0
-    stiffness = load_stiffness(
-        0.5 * ax[axle, A_C] * step[axle], fz[wheel], half, ax[axle, A_DEG]
-    )
+    stiffness = load_stiffness(0.5 * ax[axle, A_C] * step[axle], fz[wheel], half, ax[axle, A_DEG])
     used = y[S_SLIP + wheel] if ax[axle, A_SIGMA] > SHORT_RELAXATION else slip
     return lateral_force(stiffness, used, fz[wheel], ax[axle, A_MU] * step[C_MU], p[P_SHAPE])
 
@@ -183,224 +179,249 @@ def front_angle(
 
 
 @inlined
-def derivative(
-    y: Array, dy: Array, p: Array, ax: Array, step: Array, extra: Array,
-    steering: float, speed_rate: float, reference: float,
-    fy: Array, fz: Array, slips: Array, asym: Array, o: Array,
+def axle_forces(
+    axle: int, u: float, v: float, r: float, angle: float,
+    y: Array, dy: Array, p: Array, ax: Array, step: Array,
+    fy: Array, fz: Array, slips: Array, forces: Array,
 ) -> None:  # fmt: skip
-    """Rates of all states; forces, slips and accelerations land in the scratch arrays."""
-    m1, iz1, lh1 = p[P_M1], p[P_IZ1], p[P_LH1]
-    m2, iz2, lh2 = p[P_M2], p[P_IZ2], p[P_LH2]
-    vx, vy, r1, r2 = y[S_VX], y[S_VY], y[S_R1], y[S_R2]
-    has_trailer = p[P_TRAILER] > 0.0
-    c, s = math.cos(y[S_THETA]), math.sin(y[S_THETA])
-    vh = vy - lh1 * r1
-    vx2 = c * vx + s * vh
-    vy2 = c * vh - s * vx - lh2 * r2
+    """Add one axle's force and moment to its body's (x, y, n) in ``forces``."""
+    base = 3 * (axle // 2)
+    for side in range(2):
+        wheel = 2 * axle + side
+        lever = ax[axle, A_T] if side == 0 else -ax[axle, A_T]
+        u_wheel = u - r * lever
+        slip = angle - math.atan2(v + r * ax[axle, A_X], u_wheel)
+        slips[wheel] = slip
+        force = wheel_force(wheel, slip, y, p, ax, step, fz)
+        fy[wheel] = force
+        fx_body = -force * math.sin(angle) - p[P_ROLLING] * fz[wheel]
+        fy_body = force * math.cos(angle)
+        forces[base] += fx_body
+        forces[base + 1] += fy_body
+        forces[base + 2] += ax[axle, A_X] * fy_body - lever * fx_body
+        if ax[axle, A_SIGMA] > SHORT_RELAXATION:
+            dy[S_SLIP + wheel] = slip_rate(slip, y[S_SLIP + wheel], abs(u_wheel), ax[axle, A_SIGMA])
+        else:
+            dy[S_SLIP + wheel] = 0.0
 
-    wheel_loads(y, p, ax, extra, fz, asym)
 
-    # Side slip of every wheel, then forces.
-    nominal = steering / p[P_RATIO]
-    front_x, front_t = ax[0, A_X], ax[0, A_T]
-    front_steer = roll_steer_angle(y[S_ROLL1], ax[0, A_RS])
-    beta_left = math.atan2(vy + r1 * front_x, vx - r1 * front_t) - front_steer
-    beta_right = math.atan2(vy + r1 * front_x, vx + r1 * front_t) - front_steer
-    delta = front_angle(nominal, beta_left, beta_right, y, p, ax, step, fz)
+@inlined
+def tyre_forces(
+    steering: float, vx2: float, vy2: float,
+    y: Array, dy: Array, p: Array, ax: Array, step: Array,
+    fy: Array, fz: Array, slips: Array, forces: Array,
+) -> float:  # fmt: skip
+    """Forces of all axles in their bodies' axes; returns the road-wheel angle."""
+    vx, vy, r1 = y[S_VX], y[S_VY], y[S_R1]
+    forces[:] = 0.0
+    front = roll_steer_angle(y[S_ROLL1], ax[0, A_RS])
+    sideways = vy + r1 * ax[0, A_X]
+    delta = front_angle(
+        steering / p[P_RATIO],
+        math.atan2(sideways, vx - r1 * ax[0, A_T]) - front,
+        math.atan2(sideways, vx + r1 * ax[0, A_T]) - front,
+        y, p, ax, step, fz,
+    )  # fmt: skip
+    axle_forces(0, vx, vy, r1, delta + front, y, dy, p, ax, step, fy, fz, slips, forces)
+    rear = roll_steer_angle(y[S_ROLL1], ax[1, A_RS])
+    axle_forces(1, vx, vy, r1, rear, y, dy, p, ax, step, fy, fz, slips, forces)
+    if p[P_TRAILER] > 0.0:
+        for axle in range(2, 4):
+            angle = roll_steer_angle(y[S_ROLL2], ax[axle, A_RS])
+            axle_forces(axle, vx2, vy2, y[S_R2], angle, y, dy, p, ax, step, fy, fz, slips, forces)
+    return delta
 
-    x1 = 0.0
-    y1 = 0.0
-    n1 = 0.0
-    x2 = 0.0
-    y2 = 0.0
-    n2 = 0.0
-    axles = 4 if has_trailer else 2
-    for axle in range(axles):
-        body = axle // 2
-        u = vx if body == 0 else vx2
-        v = vy if body == 0 else vy2
-        r = r1 if body == 0 else r2
-        angle = roll_steer_angle(y[S_ROLL1 + 2 * body], ax[axle, A_RS])
-        if axle == 0:
-            angle += delta
-        for side in range(2):
-            wheel = 2 * axle + side
-            lever = ax[axle, A_T] if side == 0 else -ax[axle, A_T]
-            u_wheel = u - r * lever
-            slip = angle - math.atan2(v + r * ax[axle, A_X], u_wheel)
-            slips[wheel] = slip
-            force = wheel_force(wheel, slip, y, p, ax, step, fz)
-            fy[wheel] = force
-            fx_body = -force * math.sin(angle) - p[P_ROLLING] * fz[wheel]
-            fy_body = force * math.cos(angle)
-            if body == 0:
-                x1 += fx_body
-                y1 += fy_body
-                n1 += ax[axle, A_X] * fy_body - lever * fx_body
-            else:
-                x2 += fx_body
-                y2 += fy_body
-                n2 += ax[axle, A_X] * fy_body - lever * fx_body
-            if ax[axle, A_SIGMA] > SHORT_RELAXATION:
-                dy[S_SLIP + wheel] = slip_rate(
-                    slip, y[S_SLIP + wheel], abs(u_wheel), ax[axle, A_SIGMA]
-                )
-            else:
-                dy[S_SLIP + wheel] = 0.0
 
-    # Side force through the suspension with a lag (only if asked for).
-    if p[P_LAG] > 0.0:
-        dy[S_LAG_Y] = (y1 - y[S_LAG_Y]) / p[P_LAG]
-        dy[S_LAG_N] = (n1 - y[S_LAG_N]) / p[P_LAG]
-        y1 = y[S_LAG_Y]
-        n1 = y[S_LAG_N]
-
-    # Drive force: front wheels, in the car's axes; prescribed speed computes it afterwards.
+@inlined
+def other_forces(
+    vx2: float, vy2: float, c: float, s: float,
+    y: Array, dy: Array, p: Array, step: Array, forces: Array,
+) -> float:  # fmt: skip
+    """Add air, brake, bank, gust and drive; returns the trailer's side-slip angle."""
+    if p[P_LAG] > 0.0:  # the car's side force reaches its body with a lag
+        dy[S_LAG_Y] = (forces[1] - y[S_LAG_Y]) / p[P_LAG]
+        dy[S_LAG_N] = (forces[2] - y[S_LAG_N]) / p[P_LAG]
+        forces[1] = y[S_LAG_Y]
+        forces[2] = y[S_LAG_N]
+    pressure = 0.5 * p[P_RHO] * y[S_VX] * y[S_VX]
     drive = y[S_DRIVE] if p[P_FREE] > 0.0 else 0.0
-    pressure = 0.5 * p[P_RHO] * vx * vx
-    x1 += drive - pressure * p[P_DRAG1] - step[C_BRAKE]
-    x2 -= pressure * p[P_DRAG2] + step[C_BRAKE + 1]
-    y1 += bank_force(m1, p[P_G], step[C_BANK]) + step[C_GUST]
-    n1 += step[C_GUST + 1]
+    forces[0] += drive - pressure * p[P_DRAG1] - step[C_BRAKE]
+    forces[1] += bank_force(p[P_M1], p[P_G], step[C_BANK]) + step[C_GUST]
+    forces[2] += step[C_GUST + 1]
+    if p[P_TRAILER] <= 0.0:
+        return 0.0
+    beta = math.atan2(vy2, vx2)
+    q_area = 0.5 * p[P_RHO] * (vx2 * vx2 + vy2 * vy2) * p[P_AREA]
+    # Weight along the slope, in the trailer's axes (the slope is across the car's heading).
+    slope = bank_force(p[P_M2], p[P_G], step[C_BANK])
+    forces[3] += s * slope - pressure * p[P_DRAG2] - step[C_BRAKE + 1]
+    forces[4] += c * slope + step[C_GUST + 2] + aero_side_force(q_area, beta, p[P_AERO_Y])
+    forces[5] += step[C_GUST + 3] + aero_yaw_moment(q_area, beta, p[P_AERO_N])
+    return beta
 
-    if has_trailer:
-        beta2 = math.atan2(vy2, vx2)
-        q_area = 0.5 * p[P_RHO] * (vx2 * vx2 + vy2 * vy2) * p[P_AREA]
-        y2 += aero_side_force(q_area, beta2, p[P_AERO_Y])
-        n2 += aero_yaw_moment(q_area, beta2, p[P_AERO_N])
-        # Weight along the slope, in the trailer's axes (the slope is across the car's heading).
-        bank2 = bank_force(m2, p[P_G], step[C_BANK])
-        x2 += s * bank2
-        y2 += c * bank2 + step[C_GUST + 2]
-        n2 += step[C_GUST + 3]
-    else:
-        beta2 = 0.0
 
-    rate = r2 - r1
-    hitch = friction_moment(rate, p[P_FRICTION], p[P_FRICTION_RATE]) + damping_moment(
-        rate, p[P_DAMPING]
+@inlined
+def solve_car(speed_rate: float, y: Array, dy: Array, p: Array, forces: Array, o: Array) -> None:
+    """Accelerations of a car alone."""
+    vx_dot = speed_rate
+    if p[P_FREE] > 0.0:
+        vx_dot = forces[0] / p[P_M1] + y[S_VY] * y[S_R1]
+    dy[S_VX] = vx_dot
+    dy[S_VY] = forces[1] / p[P_M1] - y[S_VX] * y[S_R1]
+    dy[S_R1] = forces[2] / p[P_IZ1]
+    dy[S_R2] = 0.0
+    dy[S_THETA] = 0.0
+    for q in range(12, 18):
+        o[q] = 0.0
+
+
+@inlined
+def solve_combination(
+    speed_rate: float, c: float, s: float, y: Array, dy: Array, p: Array, forces: Array, o: Array
+) -> None:
+    """Accelerations of both bodies and the ball's force: M q'' = f of the module's text."""
+    m1, lh1, m2, lh2 = p[P_M1], p[P_LH1], p[P_M2], p[P_LH2]
+    vx, vy, r1, r2 = y[S_VX], y[S_VY], y[S_R1], y[S_R2]
+    x2, y2 = forces[3], forces[4]
+    hitch = friction_moment(r2 - r1, p[P_FRICTION], p[P_FRICTION_RATE]) + damping_moment(
+        r2 - r1, p[P_DAMPING]
     )
-
-    # M q'' = f, rows v_y, psi_1, psi_2; v_x is prescribed or eliminated.
     kx = -vy * r1 + lh1 * r1 * r1
     ky = vx * r1
-    if has_trailer:
-        side = s * x2 + c * y2
-        mt = m1 + m2
-        f_x = x1 + c * x2 - s * y2 + m1 * vy * r1 - m2 * (kx + c * lh2 * r2 * r2)
-        f_y = y1 + side - m1 * vx * r1 - m2 * (ky + s * lh2 * r2 * r2)
-        f_1 = n1 + hitch - lh1 * side + m2 * lh1 * (ky + s * lh2 * r2 * r2)
-        f_2 = n2 - hitch - lh2 * y2 + m2 * lh2 * (c * ky - s * kx)
-        a12 = -m2 * lh1
-        a13 = -m2 * lh2 * c
-        a22 = iz1 + m2 * lh1 * lh1
-        a23 = m2 * lh1 * lh2 * c
-        a33 = iz2 + m2 * lh2 * lh2
-        cross = m2 * lh2 * s
-        if p[P_FREE] > 0.0:
-            a33 -= cross * cross / mt
-            f_2 -= cross * f_x / mt
-        else:
-            f_2 -= cross * speed_rate
-        # Elimination of a symmetric 3 x 3 system with pivot mt.
-        b22 = a22 - a12 * a12 / mt
-        b23 = a23 - a12 * a13 / mt
-        b33 = a33 - a13 * a13 / mt
-        g1 = f_1 - a12 * f_y / mt
-        g2 = f_2 - a13 * f_y / mt
-        det = b22 * b33 - b23 * b23
-        r1_dot = (b33 * g1 - b23 * g2) / det
-        r2_dot = (b22 * g2 - b23 * g1) / det
-        vy_dot = (f_y - a12 * r1_dot - a13 * r2_dot) / mt
-        vx_dot = (f_x - cross * r2_dot) / mt if p[P_FREE] > 0.0 else speed_rate
-        ahx = vx_dot + kx
-        ahy = vy_dot + ky - lh1 * r1_dot
-        ax2 = c * ahx + s * ahy + lh2 * r2 * r2
-        ay2 = -s * ahx + c * ahy - lh2 * r2_dot
-        h2x = x2 - m2 * ax2
-        h2y = y2 - m2 * ay2
-        hx = c * h2x - s * h2y
-        hy = s * h2x + c * h2y
+    side = s * x2 + c * y2
+    mt = m1 + m2
+    turn = ky + s * lh2 * r2 * r2
+    f_x = forces[0] + c * x2 - s * y2 + m1 * vy * r1 - m2 * (kx + c * lh2 * r2 * r2)
+    f_y = forces[1] + side - m1 * vx * r1 - m2 * turn
+    f_1 = forces[2] + hitch - lh1 * side + m2 * lh1 * turn
+    f_2 = forces[5] - hitch - lh2 * y2 + m2 * lh2 * (c * ky - s * kx)
+    a12 = -m2 * lh1
+    a13 = -m2 * lh2 * c
+    cross = m2 * lh2 * s
+    a33 = p[P_IZ2] + m2 * lh2 * lh2
+    if p[P_FREE] > 0.0:
+        a33 -= cross * cross / mt
+        f_2 -= cross * f_x / mt
     else:
-        vx_dot = (x1 + m1 * vy * r1) / m1 if p[P_FREE] > 0.0 else speed_rate
-        vy_dot = y1 / m1 - vx * r1
-        r1_dot = n1 / iz1
-        r2_dot = 0.0
-        ax2 = 0.0
-        ay2 = 0.0
-        hx = 0.0
-        hy = 0.0
-        hitch = 0.0
-
-    ax1 = vx_dot - vy * r1
-    ay1 = vy_dot + vx * r1
+        f_2 -= cross * speed_rate
+    # Elimination of a symmetric 3 x 3 system with pivot mt.
+    b22 = p[P_IZ1] + m2 * lh1 * lh1 - a12 * a12 / mt
+    b23 = m2 * lh1 * lh2 * c - a12 * a13 / mt
+    b33 = a33 - a13 * a13 / mt
+    g1 = f_1 - a12 * f_y / mt
+    g2 = f_2 - a13 * f_y / mt
+    det = b22 * b33 - b23 * b23
+    r1_dot = (b33 * g1 - b23 * g2) / det
+    r2_dot = (b22 * g2 - b23 * g1) / det
+    vy_dot = (f_y - a12 * r1_dot - a13 * r2_dot) / mt
+    vx_dot = (f_x - cross * r2_dot) / mt if p[P_FREE] > 0.0 else speed_rate
+    ahx = vx_dot + kx
+    ahy = vy_dot + ky - lh1 * r1_dot
+    o[12] = c * ahx + s * ahy + lh2 * r2 * r2
+    o[13] = -s * ahx + c * ahy - lh2 * r2_dot
+    o[14] = r2_dot
+    h2x = x2 - m2 * o[12]
+    h2y = y2 - m2 * o[13]
+    o[15] = c * h2x - s * h2y
+    o[16] = s * h2x + c * h2y
+    o[17] = hitch
     dy[S_VX] = vx_dot
     dy[S_VY] = vy_dot
     dy[S_R1] = r1_dot
     dy[S_R2] = r2_dot
-    dy[S_THETA] = rate if has_trailer else 0.0
+    dy[S_THETA] = r2 - r1
 
-    # Roll: what tilts the body is what an accelerometer would feel.
+
+@inlined
+def roll_rates(c: float, y: Array, dy: Array, p: Array, step: Array, o: Array) -> None:
+    """Roll of both bodies; what tilts them is what an accelerometer would feel."""
     g_bank = p[P_G] * math.sin(step[C_BANK])
-    push1 = ay1 + g_bank - p[P_HITCH_ROLL] * hy / m1
-    push2 = ay2 + c * g_bank
+    push = o[10] + g_bank - p[P_HITCH_ROLL] * o[16] / p[P_M1]
     dy[S_ROLL1] = y[S_ROLLRATE1]
     dy[S_ROLLRATE1] = (
-        p[P_OMEGA1] * p[P_OMEGA1] * (p[P_GAIN1] * push1 - y[S_ROLL1])
+        p[P_OMEGA1] * p[P_OMEGA1] * (p[P_GAIN1] * push - y[S_ROLL1])
         - 2.0 * p[P_ZETA1] * p[P_OMEGA1] * y[S_ROLLRATE1]
     )
     dy[S_ROLL2] = y[S_ROLLRATE2]
     dy[S_ROLLRATE2] = (
-        p[P_OMEGA2] * p[P_OMEGA2] * (p[P_GAIN2] * push2 - y[S_ROLL2])
+        p[P_OMEGA2] * p[P_OMEGA2] * (p[P_GAIN2] * (o[13] + c * g_bank) - y[S_ROLL2])
         - 2.0 * p[P_ZETA2] * p[P_OMEGA2] * y[S_ROLLRATE2]
     )
-    if p[P_HEAVE] > 0.0:
-        heave_rates(y, dy, p, ax, asym)
 
-    # Speed control: PI on the speed, feed-forward on the deceleration (Eq. 5.1-5.2).
-    error = reference - vx
+
+@inlined
+def speed_rates(
+    speed_rate: float, reference: float, y: Array, dy: Array, p: Array, forces: Array, o: Array
+) -> float:
+    """Speed control: PI on the speed, feed-forward on the deceleration (Eq. 5.1-5.2).
+
+    Returns the drive force: the controller's, or what the prescribed speed takes.
+    """
+    if p[P_FREE] <= 0.0:
+        dy[S_SPEED_INTEGRAL] = 0.0
+        dy[S_DRIVE] = 0.0
+        return p[P_M1] * o[9] - forces[0] - o[15]
+    error = reference - y[S_VX]
     dy[S_SPEED_INTEGRAL] = error
+    pressure = 0.5 * p[P_RHO] * y[S_VX] * y[S_VX]
+    mass = p[P_M1] + p[P_M2]
     wanted = (
         p[P_CP] * error + p[P_CI] * y[S_SPEED_INTEGRAL]
-        + pressure * (p[P_DRAG1] + p[P_DRAG2])
-        + p[P_CF] * (m1 + m2) * (speed_rate - vx_dot)
+        + pressure * (p[P_DRAG1] + p[P_DRAG2]) + p[P_ROLLING] * mass * p[P_G]
+        + mass * speed_rate + p[P_CF] * mass * (speed_rate - dy[S_VX])
     )  # fmt: skip
     wanted = min(max(wanted, -p[P_DRIVE_MAX]), p[P_DRIVE_MAX])
-    if p[P_FREE] > 0.0:
-        dy[S_DRIVE] = (wanted - y[S_DRIVE]) / p[P_CLAG]
-    else:
-        dy[S_DRIVE] = 0.0
-        drive = m1 * ax1 - x1 - hx
-    cos_psi, sin_psi = math.cos(y[S_PSI]), math.sin(y[S_PSI])
-    dy[S_X] = vx * cos_psi - vy * sin_psi
-    dy[S_Y] = vx * sin_psi + vy * cos_psi
-    dy[S_PSI] = r1
+    dy[S_DRIVE] = (wanted - y[S_DRIVE]) / p[P_CLAG]
+    return y[S_DRIVE]
 
-    o[0] = vx
-    o[1] = vy
-    o[2] = r1
-    o[3] = r2
-    o[4] = y[S_THETA]
-    o[5] = y[S_ROLL1]
-    o[6] = y[S_ROLLRATE1]
-    o[7] = y[S_ROLL2]
-    o[8] = y[S_ROLLRATE2]
-    o[9] = ax1
-    o[10] = ay1
-    o[11] = r1_dot
-    o[12] = ax2
-    o[13] = ay2
-    o[14] = r2_dot
-    o[15] = hx
-    o[16] = hy
-    o[17] = hitch
-    o[18] = drive
-    o[19] = delta
-    o[20] = y[S_X]
-    o[21] = y[S_Y]
-    o[22] = y[S_PSI]
-    o[23] = beta2
-    o[24] = step[C_BANK]
+
+@inlined
+def derivative(
+    y: Array, dy: Array, p: Array, ax: Array, step: Array, extra: Array,
+    steering: float, speed_rate: float, reference: float,
+    fy: Array, fz: Array, slips: Array, asym: Array, forces: Array, o: Array,
+) -> None:  # fmt: skip
+    """Rates of all states; forces, slips and accelerations land in the scratch arrays."""
+    c, s = math.cos(y[S_THETA]), math.sin(y[S_THETA])
+    vh = y[S_VY] - p[P_LH1] * y[S_R1]
+    vx2 = c * y[S_VX] + s * vh
+    vy2 = c * vh - s * y[S_VX] - p[P_LH2] * y[S_R2]
+    wheel_loads(y, p, ax, extra, fz, asym)
+    o[19] = tyre_forces(steering, vx2, vy2, y, dy, p, ax, step, fy, fz, slips, forces)
+    o[23] = other_forces(vx2, vy2, c, s, y, dy, p, step, forces)
+    if p[P_TRAILER] > 0.0:
+        solve_combination(speed_rate, c, s, y, dy, p, forces, o)
+    else:
+        solve_car(speed_rate, y, dy, p, forces, o)
+    o[9] = dy[S_VX] - y[S_VY] * y[S_R1]
+    o[10] = dy[S_VY] + y[S_VX] * y[S_R1]
+    o[11] = dy[S_R1]
+    roll_rates(c, y, dy, p, step, o)
+    if p[P_HEAVE] > 0.0:
+        heave_rates(y, dy, p, ax, asym)
+    o[18] = speed_rates(speed_rate, reference, y, dy, p, forces, o)
+    cos_psi, sin_psi = math.cos(y[S_PSI]), math.sin(y[S_PSI])
+    dy[S_X] = y[S_VX] * cos_psi - y[S_VY] * sin_psi
+    dy[S_Y] = y[S_VX] * sin_psi + y[S_VY] * cos_psi
+    dy[S_PSI] = y[S_R1]
+
+
+@inlined
+def record(row: Array, y: Array, step: Array, fy: Array, fz: Array, slips: Array, o: Array) -> None:
+    """One row of outputs: states, accelerations and forces, wheels."""
+    for q in range(9):
+        row[q] = y[q]
+    for q in range(9, 20):
+        row[q] = o[q]
+    row[20] = y[S_X]
+    row[21] = y[S_Y]
+    row[22] = y[S_PSI]
+    row[23] = o[23]
+    row[24] = step[C_BANK]
+    for q in range(8):
+        row[O_FY + q] = fy[q]
+        row[O_FZ + q] = fz[q]
+        row[O_SLIP + q] = slips[q]
 
 
 @inlined
@@ -471,13 +492,13 @@ def conditions(t: float, windows: Array, step: Array) -> None:
 
 @inlined
 def harmonic_loads(
-    t: float, n: int, h: float, p: Array, windows: Array, history: Array, r1: float, extra: Array
+    t: float, n: int, h: float, windows: Array, history: Array, r1: float, extra: Array
 ) -> None:
     """Extra wheel loads of the generator of 6.2 from the delayed reference signals."""
     extra[:] = 0.0
     for k in range(windows.shape[0]):
         kind, axle = int(windows[k, 0]), int(windows[k, 1])
-        if kind != W_GENERATOR and kind != W_UNIT and kind != W_HARMONIC:
+        if kind not in (W_GENERATOR, W_UNIT, W_HARMONIC):
             continue
         if t < windows[k, 2] or t >= windows[k, 3]:
             continue
@@ -510,6 +531,12 @@ def remember(
         history[2 + axle, n] = (square - means[2 + axle]) / (means[2 + axle] + FLOOR_FORCE)
 
 
+@inlined
+def inside(y: Array) -> bool:
+    """False once the motion has left all bounds (also for NaN)."""
+    return abs(y[S_R2]) < 20.0 and abs(y[S_VY]) < 200.0 and abs(y[S_THETA]) < 3.2
+
+
 @kernel
 def simulate(
     start_time: float, spacing: float, sub: int, steering: Array, speed: Array, speed_rate: Array,
@@ -532,10 +559,7 @@ def simulate(
     count = steering.size
     out = np.full((count, OUTPUTS), np.nan)
     y = initial.copy()
-    dy = np.zeros(STATES)
-    k1 = np.zeros(STATES)
-    k2 = np.zeros(STATES)
-    k3 = np.zeros(STATES)
+    rates = np.zeros((4, STATES))
     z = np.zeros(STATES)
     step = np.zeros(C_SIZE)
     extra = np.zeros(8)
@@ -543,73 +567,48 @@ def simulate(
     fz = np.zeros(8)
     slips = np.zeros(8)
     asym = np.zeros(8)
+    forces = np.zeros(6)
     o = np.zeros(O_FY)
-    steps = (count - 1) * sub + 1
-    history = np.zeros((6, steps if harmonic else 1))
+    steps = (count - 1) * sub
+    history = np.zeros((6, steps + 1 if harmonic else 1))
     means = np.zeros(6)
+    means[0] = y[S_R1] * y[S_R1]
+    means[1] = means[0]
     h = spacing / sub
-    gap = p[P_GAP]
     played = steering[0]
-    if p[P_LAG] > 0.0:
-        y[S_LAG_Y] = 0.0
-    n = 0
-    for i in range(count):
-        last = i == count - 1
-        du = 0.0 if last else (steering[i + 1] - steering[i]) / sub
-        dv = 0.0 if last else (speed_rate[i + 1] - speed_rate[i]) / sub
-        ds = 0.0 if last else (speed[i + 1] - speed[i]) / sub
-        for j in range(1 if last else sub):
-            t = start_time + i * spacing + j * h
-            conditions(t + 0.5 * h, windows, step)
-            u0 = steering[i] + j * du
-            u1 = u0 + du
-            a0 = speed_rate[i] + j * dv
-            v0 = speed[i] + j * ds
-            if p[P_FREE] <= 0.0:
-                y[S_VX] = v0
-            if gap > 0.0:
-                before = follow(played, u0, gap)
-                played = follow(before, u1, gap)
-                u0 = before
-                u1 = played
-            um = 0.5 * (u0 + u1)
-            if harmonic:
-                harmonic_loads(t, n - 1, h, p, windows, history, y[S_R1], extra)
-            derivative(y, k1, p, ax, step, extra, u0, a0, v0, fy, fz, slips, asym, o)
-            if harmonic:
-                if n == 0:
-                    means[0] = y[S_R1] * y[S_R1]
-                    means[1] = means[0]
-                remember(n, h, p, y[S_R1], fy, means, history)
-            if j == 0:
-                for q in range(O_FY):
-                    out[i, q] = o[q]
-                for q in range(8):
-                    out[i, O_FY + q] = fy[q]
-                    out[i, O_FZ + q] = fz[q]
-                    out[i, O_SLIP + q] = slips[q]
-            if last:
-                break
+    for n in range(steps + 1):
+        i = n // sub
+        first = (n - i * sub) / sub
+        last = first + 1.0 / sub
+        after = min(i + 1, count - 1)
+        conditions(start_time + (n + 0.5) * h, windows, step)
+        a0 = speed_rate[i] + first * (speed_rate[after] - speed_rate[i])
+        a1 = speed_rate[i] + last * (speed_rate[after] - speed_rate[i])
+        v0 = speed[i] + first * (speed[after] - speed[i])
+        v1 = speed[i] + last * (speed[after] - speed[i])
+        u0 = follow(played, steering[i] + first * (steering[after] - steering[i]), p[P_GAP])
+        played = follow(u0, steering[i] + last * (steering[after] - steering[i]), p[P_GAP])
+        if p[P_FREE] <= 0.0:
+            y[S_VX] = v0
+        if harmonic:
+            harmonic_loads(start_time + n * h, n - 1, h, windows, history, y[S_R1], extra)
+        derivative(y, rates[0], p, ax, step, extra, u0, a0, v0, fy, fz, slips, asym, forces, o)
+        if harmonic:
+            remember(n, h, p, y[S_R1], fy, means, history)
+        if n == i * sub:
+            record(out[i], y, step, fy, fz, slips, o)
+        for stage in range(1, 4):
+            reach = h if stage == 3 else 0.5 * h
+            part = reach / h
             for q in range(STATES):
-                z[q] = y[q] + 0.5 * h * k1[q]
+                z[q] = y[q] + reach * rates[stage - 1, q]
             derivative(
-                z, k2, p, ax, step, extra, um, a0 + 0.5 * dv, v0 + 0.5 * ds,
-                fy, fz, slips, asym, o,
+                z, rates[stage], p, ax, step, extra,
+                u0 + part * (played - u0), a0 + part * (a1 - a0), v0 + part * (v1 - v0),
+                fy, fz, slips, asym, forces, o,
             )  # fmt: skip
-            for q in range(STATES):
-                z[q] = y[q] + 0.5 * h * k2[q]
-            derivative(
-                z, k3, p, ax, step, extra, um, a0 + 0.5 * dv, v0 + 0.5 * ds,
-                fy, fz, slips, asym, o,
-            )  # fmt: skip
-            for q in range(STATES):
-                z[q] = y[q] + h * k3[q]
-            derivative(
-                z, dy, p, ax, step, extra, u1, a0 + dv, v0 + ds, fy, fz, slips, asym, o
-            )
-            for q in range(STATES):
-                y[q] += h / 6.0 * (k1[q] + 2.0 * k2[q] + 2.0 * k3[q] + dy[q])
-            n += 1
-            if not (abs(y[S_R2]) < 20.0 and abs(y[S_VY]) < 200.0 and abs(y[S_THETA]) < 3.2):
-                return out
+        for q in range(STATES):
+            y[q] += h / 6.0 * (rates[0, q] + 2.0 * rates[1, q] + 2.0 * rates[2, q] + rates[3, q])
+        if not inside(y):
+            break
     return out

@@ -88,7 +88,7 @@ O_NAMES = (
     "drive_force", "road_wheel_angle", "x", "y", "yaw", "trailer_sideslip",
     "bank",
 )  # fmt: skip
-O: Final = {name: index for index, name in enumerate(O_NAMES)}
+OUTPUT: Final = {name: index for index, name in enumerate(O_NAMES)}
 O_FY: Final = len(O_NAMES)
 O_FZ: Final = O_FY + 8
 O_SLIP: Final = O_FZ + 8

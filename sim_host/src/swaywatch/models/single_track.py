@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.models.vehicle_view import VehicleLike
+from swaywatch.models.vehicle_view import car_of, trailer_of
+from swaywatch.vehicle import Vehicle
 
 Matrix = NDArray[np.float64]
 
@@ -71,14 +72,14 @@ class SingleTrack:
     has_trailer: bool = True
 
     @classmethod
-    def of(cls, vehicle: VehicleLike) -> SingleTrack:
+    def of(cls, vehicle: Vehicle) -> SingleTrack:
         """Take the parameters of a vehicle as read by :mod:`swaywatch.vehicle`."""
-        car, trailer = vehicle.car, vehicle.trailer
+        car, trailer = car_of(vehicle), trailer_of(vehicle)
         base = cls(
             m1=car.mass, iz1=car.yaw_inertia, lf1=car.front_axle_to_cog,
             lr1=car.rear_axle_to_cog, lh1=car.hitch_to_cog,
             cf1=car.front_cornering_stiffness, cr1=car.rear_cornering_stiffness,
-            steering_ratio=car.steering_ratio, has_trailer=False,
+            steering_ratio=vehicle.car.steering_ratio, has_trailer=False,
         )  # fmt: skip
         if trailer is None:
             return base
@@ -155,7 +156,7 @@ class SingleTrack:
     def state_space(self, speed_m_s: float) -> tuple[Matrix, Matrix]:
         """``A`` (n, n) and ``B`` (n,) of Eq. 3.16-3.17."""
         m, d, e = self.matrices(speed_m_s)
-        return np.linalg.solve(m, d), np.linalg.solve(m, e)
+        return np.asarray(np.linalg.solve(m, d), float), np.asarray(np.linalg.solve(m, e), float)
 
     def modes(self, speed_m_s: float) -> list[Mode]:
         """Modes, the least damped first (Eq. 3.38-3.42); a pair counts once."""

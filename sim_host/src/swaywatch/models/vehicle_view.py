@@ -1,44 +1,89 @@
-"""What the models read of a vehicle: the keys of ``vehicle.toml`` as attributes."""
+"""What the models need of a vehicle: every number of ``vehicle.toml`` present, or derived."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from dataclasses import dataclass
+
+from swaywatch.errors import VehicleError
+from swaywatch.vehicle import Car, Trailer, Vehicle
+
+GRAVITY = 9.81
+"""m/s2"""
 
 
-class TrailerLike(Protocol):
-    """A trailer; lengths are positive distances from its COG (m), the rest SI."""
+@dataclass(frozen=True)
+class Body:
+    """Car or trailer with all its numbers (SI); an axle that is not there has no stiffness."""
 
-    @property
-    def mass(self) -> float: ...
-    @property
-    def yaw_inertia(self) -> float: ...
-    @property
-    def front_axle_to_cog(self) -> float: ...
-    @property
-    def rear_axle_to_cog(self) -> float: ...
-    @property
-    def hitch_to_cog(self) -> float: ...
-    @property
-    def front_cornering_stiffness(self) -> float: ...
-    @property
-    def rear_cornering_stiffness(self) -> float: ...
-    @property
-    def front_axle_load(self) -> float: ...
-    @property
-    def rear_axle_load(self) -> float: ...
+    mass: float
+    yaw_inertia: float
+    front_axle_to_cog: float
+    rear_axle_to_cog: float
+    hitch_to_cog: float
+    front_cornering_stiffness: float
+    rear_cornering_stiffness: float
+    front_axle_load: float
+    rear_axle_load: float
 
 
-class CarLike(TrailerLike, Protocol):
-    """A car: as a trailer, and steered."""
+def _given(value: float | None, vehicle: Vehicle, body: str, key: str) -> float:
+    if value is None:
+        place = vehicle.path or "vehicle"
+        raise VehicleError(f"{place}: [{body}] {key} is missing; a simulation needs it")
+    return value
 
-    @property
-    def steering_ratio(self) -> float: ...
+
+def car_of(vehicle: Vehicle) -> Body:
+    """The car; axle loads that are not given come from its mass and COG."""
+    car: Car = vehicle.car
+    weight = car.mass * GRAVITY
+    front, rear = car.front_axle_load, car.rear_axle_load
+    return Body(
+        car.mass,
+        car.yaw_inertia,
+        car.front_axle_to_cog,
+        car.rear_axle_to_cog,
+        car.hitch_to_cog or 0.0,
+        _given(car.front_cornering_stiffness, vehicle, "car", "front_cornering_stiffness"),
+        _given(car.rear_cornering_stiffness, vehicle, "car", "rear_cornering_stiffness"),
+        weight * car.rear_axle_to_cog / car.wheelbase if front is None else front,
+        weight * car.front_axle_to_cog / car.wheelbase if rear is None else rear,
+    )
 
 
-class VehicleLike(Protocol):
-    """A car with a trailer or without."""
+def trailer_of(vehicle: Vehicle) -> Body | None:
+    """The trailer, or None; a single axle is the rear one.
 
-    @property
-    def car(self) -> CarLike: ...
-    @property
-    def trailer(self) -> TrailerLike | None: ...
+    Axle loads that are not given share the trailer's weight equally between the axles, less the
+    part that the ball carries: for a single axle what its position leaves, for a tandem nothing.
+    """
+    trailer: Trailer | None = vehicle.trailer
+    if trailer is None:
+        return None
+    weight = trailer.mass * GRAVITY
+    rear_stiffness = _given(
+        trailer.rear_cornering_stiffness, vehicle, "trailer", "rear_cornering_stiffness"
+    )
+    if trailer.front_axle_to_cog is None:
+        on_axle = weight * trailer.hitch_to_cog / (trailer.hitch_to_cog + trailer.rear_axle_to_cog)
+        load = on_axle if trailer.rear_axle_load is None else trailer.rear_axle_load
+        front, front_stiffness, front_load, rear_load = 0.0, 0.0, 0.0, load
+    else:
+        front = trailer.front_axle_to_cog
+        front_stiffness = _given(
+            trailer.front_cornering_stiffness, vehicle, "trailer", "front_cornering_stiffness"
+        )
+        half = 0.5 * weight
+        front_load = half if trailer.front_axle_load is None else trailer.front_axle_load
+        rear_load = half if trailer.rear_axle_load is None else trailer.rear_axle_load
+    return Body(
+        trailer.mass,
+        trailer.yaw_inertia,
+        front,
+        trailer.rear_axle_to_cog,
+        trailer.hitch_to_cog,
+        front_stiffness,
+        rear_stiffness,
+        front_load,
+        rear_load,
+    )

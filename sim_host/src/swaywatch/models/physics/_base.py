@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from swaywatch.models.layout import A, AXLES, Array, P
+from swaywatch.models.layout import AXLES, A, Array, P
 
 ALWAYS = (-math.inf, math.inf)
 
@@ -43,7 +43,7 @@ class Arrays:
         return float(self.p[P[name]])
 
     def set_axle(self, axle: str, name: str, value: float) -> None:
-        """Set a parameter of one axle, or of both axles of ``"trailer"``, ``"car"`` or ``"all"``."""
+        """Set a parameter of one axle, or of ``"car"``, ``"trailer"`` or ``"all"``."""
         for number in axle_numbers(axle):
             self.axles[number, A[name]] = value
 

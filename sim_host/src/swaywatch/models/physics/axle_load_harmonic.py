@@ -53,7 +53,7 @@ MODULE = Module(
     enters="vertical load of the axle's wheels, hence their side force",
     parameters=(
         Parameter("amplitude_n", "N", 0.0, 4000.0, 500.0, windowed=True),
-        Parameter("phase_deg", "deg", -360.0, 360.0, 0.0, windowed=True, meaning="to F_y^2, at 2 f"),
+        Parameter("phase_deg", "deg", -360.0, 360.0, 0.0, windowed=True, meaning="to F_y^2"),
         Parameter("frequency_hz", "Hz", 0.2, 2.0, 0.67, windowed=True, meaning="yaw frequency f"),
         Parameter("gain_n_s2_per_rad2", "N/(rad/s)^2", -1e6, 1e6, 2e4, windowed=True),
         Parameter("delay_s", "s", 0.0, 2.0, 0.0, windowed=True),

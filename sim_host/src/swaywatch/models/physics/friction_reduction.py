@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swaywatch.models.layout import A, AXLES, W_FRICTION
+from swaywatch.models.layout import AXLES, W_FRICTION, A
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
 
 

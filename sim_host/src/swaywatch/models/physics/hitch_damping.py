@@ -22,8 +22,6 @@ MODULE = Module(
     equation="M = c theta', on the car; -M on the trailer",
     source="Sharp, Alonso Fernandez, Car-caravan snaking, Part 1, Proc. IMechE C 216, 2002",
     enters="yaw moment between car and trailer",
-    parameters=(
-        Parameter("coefficient_nms_per_rad", "N m s/rad", 0.0, 2e4, 500.0, meaning="c"),
-    ),
+    parameters=(Parameter("coefficient_nms_per_rad", "N m s/rad", 0.0, 2e4, 500.0, meaning="c"),),
     apply=_apply,
 )

@@ -24,8 +24,6 @@ MODULE = Module(
     equation="delta_w = delta_H / i_s - (F_y,fl + F_y,fr) / K_s",
     source="Zhang 2015, Eq. 5.3-5.7 (K_s = 1437 kN/rad for the road test's car)",
     enters="road-wheel angle of both front wheels, solved together with the front tyre force",
-    parameters=(
-        Parameter("stiffness_n_per_rad", "N/rad", 1e5, 1e8, 1.4e6, meaning="K_s"),
-    ),
+    parameters=(Parameter("stiffness_n_per_rad", "N/rad", 1e5, 1e8, 1.4e6, meaning="K_s"),),
     apply=_apply,
 )
