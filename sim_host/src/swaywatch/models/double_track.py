@@ -395,6 +395,10 @@ def _body(arrays: Arrays, body: int, data: Body, roll: BodyRoll) -> None:
     arrays.p[P[f"roll_zeta_{body + 1}"]] = roll.roll_damping_ratio
     transfer = data.mass * roll.cog_height_m / roll.track_m
     omega = 2.0 * math.pi * roll.heave_frequency_hz
+    # Dampers that make the roll's damping, equal at all four wheels.
+    stiffness = data.mass * roll.cog_height_m / roll.roll_gradient_rad_per_m_s2
+    damping = 2.0 * roll.roll_damping_ratio * stiffness / (2.0 * math.pi * roll.roll_frequency_hz)
+    damping /= 4.0 * (0.5 * roll.track_m) ** 2
     rows = (
         (2 * body, data.front_axle_to_cog, data.front_axle_load,
          data.front_cornering_stiffness, roll.front_share),
@@ -407,7 +411,7 @@ def _body(arrays: Arrays, body: int, data: Body, roll: BodyRoll) -> None:
             "x": x, "half_track": 0.5 * roll.track_m, "load": load, "stiffness": stiffness,
             "transfer": share * transfer, "heave_mass": mass, "heave_omega": omega,
             "heave_zeta": roll.heave_damping_ratio,
-            "damping": roll.heave_damping_ratio * omega * mass,
+            "damping": damping,
             "damper_left": 1.0, "damper_right": 1.0,
         }.items():  # fmt: skip
             arrays.axles[axle, A[name]] = value

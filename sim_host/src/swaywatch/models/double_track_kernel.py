@@ -101,8 +101,8 @@ A_DAMP, A_DL, A_DR, A_ASYM = (
 (C_MU, C_GUST, C_BANK, C_BRAKE, C_SIZE) = (4, 5, 9, 10, 12)
 
 FLOOR_YAW = 1e-6
-FLOOR_FORCE = 2.25e4
-"""Mean squares, (rad/s)^2 and N^2, below which the normalised generator fades out."""
+FLOOR_FRICTION = 2.5e-5
+"""Mean squares, (rad/s)^2 and 1, below which the normalised generator fades out."""
 SHORT_RELAXATION = 0.02
 """Relaxation lengths in m below this act as none."""
 
@@ -360,7 +360,7 @@ def speed_rates(
     if p[P_FREE] <= 0.0:
         dy[S_SPEED_INTEGRAL] = 0.0
         dy[S_DRIVE] = 0.0
-        return p[P_M1] * o[9] - forces[0] - o[15]
+        return float(p[P_M1] * o[9] - forces[0] - o[15])
     error = reference - y[S_VX]
     dy[S_SPEED_INTEGRAL] = error
     pressure = 0.5 * p[P_RHO] * y[S_VX] * y[S_VX]
@@ -372,7 +372,7 @@ def speed_rates(
     )  # fmt: skip
     wanted = min(max(wanted, -p[P_DRIVE_MAX]), p[P_DRIVE_MAX])
     dy[S_DRIVE] = (wanted - y[S_DRIVE]) / p[P_CLAG]
-    return y[S_DRIVE]
+    return float(y[S_DRIVE])
 
 
 @inlined
@@ -515,26 +515,36 @@ def harmonic_loads(
 
 @inlined
 def remember(
-    n: int, h: float, p: Array, r1: float, fy: Array, means: Array, history: Array
+    n: int, h: float, p: Array, r1: float, fy: Array, fz: Array, means: Array, history: Array
 ) -> None:
-    """Advance the high-pass of the reference signals (yaw rate and axle forces squared)."""
+    """Advance the high-pass of the references: yaw rate squared, friction used squared.
+
+    Friction (side force over load) stands for the side force: the load that is made from it does
+    not distort it. Rows of ``means``: mean, level, for the yaw rate and the four axles.
+    """
     share = 1.0 - math.exp(-h / p[P_MEAN])
-    square = r1 * r1
-    means[0] += share * (square - means[0])
-    means[1] += (1.0 - math.exp(-h / p[P_LEVEL])) * (square - means[1])
-    history[0, n] = square - means[0]
-    history[1, n] = (square - means[0]) / (means[1] + FLOOR_YAW)
-    for axle in range(4):
-        force = fy[2 * axle] + fy[2 * axle + 1]
-        square = force * force
-        means[2 + axle] += share * (square - means[2 + axle])
-        history[2 + axle, n] = (square - means[2 + axle]) / (means[2 + axle] + FLOOR_FORCE)
+    slow = 1.0 - math.exp(-h / p[P_LEVEL])
+    for k in range(5):
+        value = r1
+        floor = FLOOR_YAW
+        if k > 0:
+            load = fz[2 * k - 2] + fz[2 * k - 1]
+            value = (fy[2 * k - 2] + fy[2 * k - 1]) / max(load, 1.0)
+            floor = FLOOR_FRICTION
+        square = value * value
+        if n == 0:
+            means[0, k] = square
+            means[1, k] = square
+        means[0, k] += share * (square - means[0, k])
+        means[1, k] += slow * (square - means[1, k])
+        history[1 + k, n] = (square - means[0, k]) / (means[1, k] + floor)
+    history[0, n] = r1 * r1 - means[0, 0]
 
 
 @inlined
 def inside(y: Array) -> bool:
     """False once the motion has left all bounds (also for NaN)."""
-    return abs(y[S_R2]) < 20.0 and abs(y[S_VY]) < 200.0 and abs(y[S_THETA]) < 3.2
+    return bool(abs(y[S_R2]) < 20.0 and abs(y[S_VY]) < 200.0 and abs(y[S_THETA]) < 3.2)
 
 
 @kernel
@@ -571,9 +581,7 @@ def simulate(
     o = np.zeros(O_FY)
     steps = (count - 1) * sub
     history = np.zeros((6, steps + 1 if harmonic else 1))
-    means = np.zeros(6)
-    means[0] = y[S_R1] * y[S_R1]
-    means[1] = means[0]
+    means = np.zeros((2, 5))
     h = spacing / sub
     played = steering[0]
     for n in range(steps + 1):
@@ -594,7 +602,7 @@ def simulate(
             harmonic_loads(start_time + n * h, n - 1, h, windows, history, y[S_R1], extra)
         derivative(y, rates[0], p, ax, step, extra, u0, a0, v0, fy, fz, slips, asym, forces, o)
         if harmonic:
-            remember(n, h, p, y[S_R1], fy, means, history)
+            remember(n, h, p, y[S_R1], fy, fz, means, history)
         if n == i * sub:
             record(out[i], y, step, fy, fz, slips, o)
         for stage in range(1, 4):
