@@ -1,0 +1,556 @@
+"""Compiled part of the rigid-body plant: forces on the bodies, and the integration in time.
+
+MuJoCo computes the bodies' motion from the forces; its C functions are called by address from
+code compiled with numba, so that a run does not return to Python at each step. The state is
+(qpos, qvel) of MuJoCo and `z`, states of tyres, roll, driver and cargo. Integration is the
+classical Runge-Kutta method of fourth order (at 2 ms the error of the damping ratio is < 1e-5).
+
+Columns of the tables that :mod:`swaywatch.models.multibody` fills are named by the constants
+below; all are float64, SI.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import njit, types
+from numba.extending import intrinsic
+
+# One row per wheel.
+(
+    W_BODY, W_X, W_Y, W_Z, W_AXLE, W_SIDE, W_DOF, W_LOAD, W_STIFFNESS, W_STEERED, W_RELAXATION,
+    W_ROLL_STEER, W_SPRING, W_BAR, W_TYRE_SPRING, W_TYRE_DAMPER, W_UNSPRUNG, W_DAMPER_KIND,
+    W_DAMPER, W_RATIO, W_KNEE, W_DEGRESSION, W_LOST, W_LOST_FACTOR, W_FADE, W_TRANSFER, W_DRAG,
+    W_SIZE,
+) = range(28)  # fmt: skip
+
+# Scalars of the vehicle and its physics.
+(
+    G_FULL, G_LAW, G_FRICTION, G_SHAPE, G_LOAD_DEGRESSION, G_RATIO, G_COMPLIANCE, G_PLAY,
+    G_PLAY_LAW, G_HITCH_FRICTION, G_HITCH_DAMPING, G_HITCH_SPRING, G_AIR_SIDE, G_AIR_YAW,
+    G_DRAG_CAR, G_DRAG_TRAILER, G_CAR_MASS, G_TRAILER_MASS, G_CAR_ROLL_GAIN, G_CAR_ROLL_OMEGA,
+    G_CAR_ROLL_ZETA, G_TRAILER_ROLL_GAIN, G_TRAILER_ROLL_OMEGA, G_TRAILER_ROLL_ZETA,
+    G_HARMONIC_AXLE, G_SLOSH_MASS, G_SLOSH_OMEGA, G_SLOSH_ZETA, G_SLOSH_X, G_YAW_CONTROL,
+    G_CAR_LEVER, G_TRAILER_LEVER, G_BALL, G_CAR_HEIGHT, G_TRAILER_HEIGHT, G_HITCH_DOF, G_RADIUS,
+    G_REAR_X, G_SIZE,
+) = range(39)  # fmt: skip
+
+# Inputs, one row per step.
+(
+    U_STEER, U_SPEED, U_ACCELERATION, U_GUST_CAR, U_GUST_TRAILER, U_BANK, U_FRICTION,
+    U_STIFFNESS, _, _, _, U_HARMONIC, U_DELAY, U_FADE, U_SIZE,
+) = range(15)  # fmt: skip
+
+# States beyond MuJoCo's.
+Z_SLIP, Z_ROLL, Z_SPEED, Z_SLOSH, Z_MEAN, Z_SIZE = 0, 8, 12, 13, 15, 16
+
+# What is kept of each step.
+(
+    O_YAW1, O_YAW2, O_RATE1, O_RATE2, O_SPEED, O_ROLL1, O_ROLL2, O_CAR_VX, O_CAR_VY, O_REAR_VX,
+    O_REAR_VY, O_TRAILER_VX, O_TRAILER_VY, O_MOMENTUM_X, O_MOMENTUM_Y, O_MOMENTUM_Z, O_FORCE_X,
+    O_FORCE_Y, O_FORCE_Z, O_STEER, O_HARMONIC, O_FY, _, _, _, _, _, _, _, O_FZ, _, _, _, _, _, _,
+    _, O_TRAVEL, _, _, _, _, _, _, _, O_DAMPER, _, _, _, _, _, _, _, O_SLIP, _, _, _, _, _, _, _,
+    O_SIZE,
+) = range(62)  # fmt: skip
+
+CAR, TRAILER_PLANAR, TRAILER_FULL = 1, 2, 6
+AIR_DENSITY, SIDE_AREA = 1.2, 5.0
+LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
+SPEED_GAIN, INTEGRAL_GAIN = 0.8, 0.2  # of the driver who holds the speed, 1/s and 1/s2
+_G = 9.81
+
+
+class View(NamedTuple):
+    """Arrays inside MuJoCo's own memory, and the masses of the bodies."""
+
+    xpos: Any
+    xmat: Any
+    xipos: Any
+    cvel: Any
+    com: Any
+    xfrc: Any
+    qfrc: Any
+    qpos: Any
+    qvel: Any
+    qacc: Any
+    mass: Any
+
+
+class Calls(NamedTuple):
+    """Addresses: model, data, and the C functions that the kernel calls."""
+
+    model: int
+    data: int
+    position: int
+    velocity: int
+    actuation: int
+    acceleration: int
+    constraint: int
+    integrate: int
+
+
+def _call_two(context: Any, function: Any, a: Any, b: Any) -> Any:
+    """Call the C function ``void f(void *, void *)`` at the address `function`."""
+    signature = types.void(types.int64, types.int64, types.int64)
+
+    def generate(codegen: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        word = ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [word, word])
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+        return codegen.get_dummy_value()
+
+    return signature, generate
+
+
+def _call_four(context: Any, function: Any, a: Any, b: Any, c: Any, h: Any) -> Any:
+    """Call ``void f(const void *, double *, const double *, double)`` at `function`."""
+    signature = types.void(types.int64, types.int64, types.int64, types.int64, types.float64)
+
+    def generate(codegen: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        word = ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [word, word, word, ir.DoubleType()])
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+        return codegen.get_dummy_value()
+
+    return signature, generate
+
+
+_call2: Any = intrinsic(_call_two)
+_call_integrate: Any = intrinsic(_call_four)
+
+
+@njit(cache=True)
+def damper_force(wheel: Any, speed: float, lost: bool) -> float:
+    """Force of a damper against compression, N (Table 6-1).
+
+    Parameters
+    ----------
+    wheel : row of the wheel table.
+    speed : of compression, m/s; negative is rebound.
+    lost : the stroke is still within the lost travel.
+    """
+    kind = wheel[W_DAMPER_KIND]
+    if kind == 0.0:
+        return float(wheel[W_DAMPER] * speed)
+    ratio = wheel[W_RATIO]
+    slope = wheel[W_DAMPER] * 2.0 / (1.0 + ratio)
+    if speed < 0.0:
+        slope *= ratio
+    size = abs(speed)
+    force = slope * size
+    if kind >= 2.0 and size > wheel[W_KNEE]:
+        force = slope * (wheel[W_KNEE] + wheel[W_DEGRESSION] * (size - wheel[W_KNEE]))
+    if lost and ((kind == 3.0 and speed > 0.0) or kind == 4.0):
+        force *= wheel[W_LOST_FACTOR]
+    return float(math.copysign(force, speed))
+
+
+@njit(cache=True)
+def tyre_force(law: float, shape: float, stiffness: float, limit: float, slip: float) -> float:
+    """Lateral force of one tyre against its slip, N.
+
+    `stiffness` N/rad at this load, `limit` peak force N, `slip` rad; laws as in
+    :class:`swaywatch.models.multibody_vehicle.Physics`.
+    """
+    if law == 0.0 or limit <= 0.0:
+        return float(-stiffness * slip) if law == 0.0 else 0.0
+    x = stiffness * math.tan(slip) / limit
+    if law == 1.0:
+        return float(-limit * math.sin(shape * math.atan(x / shape)))
+    size = abs(x)
+    if size >= 3.0:
+        return float(-math.copysign(limit, x))
+    return float(-limit * x * (1.0 - size / 3.0 + size * size / 27.0))
+
+
+@njit(cache=True)
+def _point(view: Any, body: int, x: float, y: float, z: float) -> Any:
+    """Position and velocity (world) of a point fixed in a body: array of 6."""
+    out = np.empty(6)
+    for i in range(3):
+        r = 3 * i
+        m = view.xmat[body]
+        out[i] = view.xpos[body, i] + m[r] * x + m[r + 1] * y + m[r + 2] * z
+    return _velocity(view, body, out)
+
+
+@njit(cache=True)
+def _velocity(view: Any, body: int, out: Any) -> Any:
+    """Fill in the velocity at the position out[0:3] of a body; MuJoCo's reference is the COG."""
+    rx, ry, rz = out[0] - view.com[1, 0], out[1] - view.com[1, 1], out[2] - view.com[1, 2]
+    w = view.cvel[body]
+    out[3] = w[3] + w[1] * rz - w[2] * ry
+    out[4] = w[4] + w[2] * rx - w[0] * rz
+    out[5] = w[5] + w[0] * ry - w[1] * rx
+    return out
+
+
+@njit(cache=True)
+def _push(view: Any, body: int, at: Any, fx: float, fy: float, fz: float) -> None:
+    """Add a world force at the point `at` to a body."""
+    c = view.xipos[body]
+    rx, ry, rz = at[0] - c[0], at[1] - c[1], at[2] - c[2]
+    f = view.xfrc[body]
+    f[0] += fx
+    f[1] += fy
+    f[2] += fz
+    f[3] += ry * fz - rz * fy
+    f[4] += rz * fx - rx * fz
+    f[5] += rx * fy - ry * fx
+
+
+@njit(cache=True)
+def _wheel_force(g: Any, wheel: Any, u: Any, load: float, slip: float) -> float:
+    """Lateral force of the tyre of one wheel at its load and (transient) slip angle, N."""
+    ratio = load / wheel[W_LOAD]
+    stiff = wheel[W_STIFFNESS] * u[U_STIFFNESS + int(wheel[W_AXLE])] * ratio
+    stiff *= 1.0 - g[G_LOAD_DEGRESSION] * (ratio - 1.0)
+    return float(
+        tyre_force(g[G_LAW], g[G_SHAPE], stiff, g[G_FRICTION] * u[U_FRICTION] * load, slip)
+    )
+
+
+@njit(cache=True)
+def _steer(g: Any, wheels: Any, u: Any, z: Any, travel: Any, load: Any, play: float) -> float:
+    """Road wheel angle behind play and compliance (Eq. 5.3), rad.
+
+    `travel` is the direction in which each wheel moves, against its body. Force and angle depend
+    on each other; the step is scaled so that a linear tyre is solved at once.
+    """
+    half = 0.5 * g[G_PLAY]
+    angle = min(max(play, u[U_STEER] - half), u[U_STEER] + half) / g[G_RATIO]
+    if g[G_PLAY_LAW] == 1.0:
+        soft = 0.5 * (travel[0] + travel[1])
+        angle = min(max(soft, (u[U_STEER] - half) / g[G_RATIO]), (u[U_STEER] + half) / g[G_RATIO])
+    if g[G_COMPLIANCE] <= 0.0:
+        return float(angle)
+    steer = angle
+    lagged = wheels[0, W_RELAXATION] > 0.0
+    gain = 1.0
+    if not lagged:
+        gain /= 1.0 + (wheels[0, W_STIFFNESS] + wheels[1, W_STIFFNESS]) / g[G_COMPLIANCE]
+    for _ in range(6):
+        total = 0.0
+        for i in range(2):
+            slip = z[Z_SLIP + i] if lagged else travel[i] - steer
+            total += _wheel_force(g, wheels[i], u, load[i], slip)
+        steer += gain * (angle - total / g[G_COMPLIANCE] - steer)
+    return float(steer)
+
+
+@njit(cache=True)
+def _suspension(g: Any, wheels: Any, u: Any, view: Any, lost: Any, out: Any) -> None:
+    """Springs, anti-roll bars and dampers onto the slide joints (compression is positive)."""
+    for i in range(8):
+        dof = int(wheels[i, W_DOF])
+        other = int(wheels[i + 1 - 2 * (i % 2), W_DOF])
+        travel, rate = view.qpos[dof + 1], view.qvel[dof]
+        damping = damper_force(wheels[i], rate, lost[i] > 0.5)
+        damping *= 1.0 + (wheels[i, W_FADE] - 1.0) * u[U_FADE]
+        force = wheels[i, W_LOAD] - wheels[i, W_UNSPRUNG] * _G + wheels[i, W_SPRING] * travel
+        force += wheels[i, W_BAR] * (travel - view.qpos[other + 1]) + damping
+        if int(wheels[i, W_AXLE]) == int(g[G_HARMONIC_AXLE]):
+            force += out[O_HARMONIC] * (0.5 + 0.5 * _side(wheels[i], out))
+        view.qfrc[dof] -= force
+        out[O_TRAVEL + i] = travel
+        out[O_DAMPER + i] = damping
+
+
+@njit(cache=True)
+def _side(wheel: Any, out: Any) -> float:
+    """+1 for the wheel that carries the harmonic load, -1 for the other (section 6.2)."""
+    return float(-wheel[W_SIDE]) if out[O_RATE1] >= 0.0 else float(wheel[W_SIDE])
+
+
+@njit(cache=True)
+def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, out: Any) -> None:
+    """Wheel loads: of the tyre's spring, or of the quasi-static balance of roll."""
+    for i in range(8):
+        w = wheels[i]
+        if g[G_FULL] == 1.0:
+            at = _point(view, int(w[W_BODY]), 0.0, 0.0, 0.0)
+            spring = w[W_TYRE_SPRING] * (g[G_RADIUS] - at[2]) - w[W_TYRE_DAMPER] * at[5]
+            load[i] = max(w[W_LOAD] + spring, 0.0)
+            continue
+        body = i // 4
+        lateral = z[Z_ROLL + 2 * body] / g[G_CAR_ROLL_GAIN + 3 * body]
+        load[i] = w[W_LOAD] - w[W_SIDE] * w[W_TRANSFER] * lateral
+        if int(w[W_AXLE]) == int(g[G_HARMONIC_AXLE]):
+            load[i] += out[O_HARMONIC] * (0.5 + 0.5 * _side(w, out))
+        load[i] = max(load[i], 0.0)
+
+
+@njit(cache=True)
+def _tyres(
+    g: Any, wheels: Any, u: Any, z: Any, zdot: Any, view: Any, play: float, drive: float, out: Any
+) -> None:
+    """Loads, slip and lateral force of every wheel, pushed onto its body."""
+    load = out[O_FZ : O_FZ + 8]
+    _loads(g, wheels, view, z, load, out)
+    contact = np.empty((8, 6))
+    heading = np.empty(8)
+    travel = np.empty(8)
+    speed = np.empty(8)
+    for i in range(8):
+        w = wheels[i]
+        body = int(w[W_BODY])
+        at = _point(view, body, w[W_X], w[W_Y], w[W_Z])
+        at[2] = 0.0
+        contact[i] = _velocity(view, body, at)
+        heading[i] = math.atan2(view.xmat[body, 3], view.xmat[body, 0])
+        c, s = math.cos(heading[i]), math.sin(heading[i])
+        speed[i] = max(c * contact[i, 3] + s * contact[i, 4], 1.0)
+        travel[i] = math.atan2(c * contact[i, 4] - s * contact[i, 3], speed[i])
+    out[O_STEER] = _steer(g, wheels, u, z, travel, load, play)
+    for i in range(8):
+        w = wheels[i]
+        roll = out[O_ROLL1] if i < 4 else out[O_ROLL2]
+        steer = w[W_STEERED] * out[O_STEER] + w[W_ROLL_STEER] * roll
+        slip = travel[i] - steer
+        out[O_SLIP + i] = slip
+        if w[W_RELAXATION] > 0.0:
+            zdot[Z_SLIP + i] = speed[i] / w[W_RELAXATION] * (slip - z[Z_SLIP + i])
+            slip = z[Z_SLIP + i]
+        force = _wheel_force(g, w, u, load[i], slip)
+        out[O_FY + i] = force
+        along = 0.5 * drive * w[W_STEERED] - w[W_DRAG]
+        c, s = math.cos(heading[i] + steer), math.sin(heading[i] + steer)
+        fx, fy = c * along - s * force, s * along + c * force
+        up = load[i] if g[G_FULL] == 1.0 else 0.0
+        _push(view, int(w[W_BODY]), contact[i], fx, fy, up)
+        if i >= 4:
+            out[O_FORCE_X] += fx
+            out[O_FORCE_Y] += fy
+            out[O_FORCE_Z] += up
+
+
+@njit(cache=True)
+def _bodies(g: Any, u: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
+    """Air, gusts, cross-fall, cargo and yaw control."""
+    full = g[G_FULL]
+    lever, up = g[G_TRAILER_LEVER], (g[G_TRAILER_HEIGHT] - g[G_BALL]) * full
+    c1, s1, c2, s2 = (
+        math.cos(out[O_YAW1]), math.sin(out[O_YAW1]), math.cos(out[O_YAW2]), math.sin(out[O_YAW2])
+    )  # fmt: skip
+    cog1 = _point(view, CAR, 0.0, 0.0, g[G_CAR_HEIGHT] * full)
+    cog2 = _point(view, trailer, -lever, 0.0, up)
+    v1, v2 = c1 * cog1[3] + s1 * cog1[4], c2 * cog2[3] + s2 * cog2[4]
+    beta = math.atan2(c2 * cog2[4] - s2 * cog2[3], v2)
+    pressure = 0.5 * AIR_DENSITY * SIDE_AREA * v2 * v2
+    drag1, drag2 = (
+        0.5 * AIR_DENSITY * g[G_DRAG_CAR] * v1 * v1, 0.5 * AIR_DENSITY * g[G_DRAG_TRAILER] * v2 * v2
+    )  # fmt: skip
+    slope = -_G * math.sin(u[U_BANK])
+    side1 = u[U_GUST_CAR] + g[G_CAR_MASS] * slope
+    side2 = u[U_GUST_TRAILER] + (g[G_TRAILER_MASS] - g[G_SLOSH_MASS]) * slope
+    side2 -= g[G_AIR_SIDE] * pressure * beta
+    _push(view, CAR, cog1, -drag1 * c1 - side1 * s1, -drag1 * s1 + side1 * c1, 0.0)
+    _push(view, trailer, cog2, -drag2 * c2 - side2 * s2, -drag2 * s2 + side2 * c2, 0.0)
+    view.xfrc[trailer, 5] -= g[G_AIR_YAW] * pressure * beta
+    view.xfrc[CAR, 5] -= g[G_YAW_CONTROL] * out[O_RATE1]
+    if g[G_SLOSH_MASS] > 0.0:
+        omega = g[G_SLOSH_OMEGA]
+        pull = omega * omega * z[Z_SLOSH] + 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
+        pull *= g[G_SLOSH_MASS]
+        at = _point(view, trailer, -lever + g[G_SLOSH_X], 0.0, up)
+        _push(view, trailer, at, -s2 * pull, c2 * pull, 0.0)
+        side2 += pull
+    out[O_FORCE_X] += -drag2 * c2 - side2 * s2
+    out[O_FORCE_Y] += -drag2 * s2 + side2 * c2
+
+
+@njit(cache=True)
+def _momentum(view: Any, trailer: int, out: Any) -> None:
+    """Momentum of the trailer and its wheels, less what moves inside it."""
+    v = np.empty(6)
+    for body in range(trailer, view.mass.shape[0]):
+        v[:3] = view.xipos[body]
+        _velocity(view, body, v)
+        for i in range(3):
+            out[O_MOMENTUM_X + i] += view.mass[body] * v[3 + i]
+
+
+@njit(cache=True)
+def _observe(g: Any, wheels: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
+    """Attitudes, rates and velocities that the forces need and the run keeps."""
+    m1, m2 = view.xmat[CAR], view.xmat[trailer]
+    out[:] = 0.0
+    out[O_YAW1], out[O_YAW2] = math.atan2(m1[3], m1[0]), math.atan2(m2[3], m2[0])
+    for i in range(3):  # body z axis
+        out[O_RATE1] += m1[3 * i + 2] * view.cvel[CAR, i]
+        out[O_RATE2] += m2[3 * i + 2] * view.cvel[trailer, i]
+    full = g[G_FULL]
+    out[O_ROLL1] = math.asin(m1[7]) if full == 1.0 else z[Z_ROLL]
+    out[O_ROLL2] = math.asin(m2[7]) if full == 1.0 else z[Z_ROLL + 2]
+    cog = _point(view, CAR, 0.0, 0.0, g[G_CAR_HEIGHT] * full)
+    out[O_CAR_VX], out[O_CAR_VY] = cog[3], cog[4]
+    out[O_SPEED] = math.cos(out[O_YAW1]) * cog[3] + math.sin(out[O_YAW1]) * cog[4]
+    rear = _point(view, CAR, g[G_REAR_X], 0.0, g[G_CAR_HEIGHT] * full)
+    out[O_REAR_VX], out[O_REAR_VY] = rear[3], rear[4]
+    height = (g[G_TRAILER_HEIGHT] - g[G_BALL]) * full
+    cog = _point(view, trailer, -g[G_TRAILER_LEVER], 0.0, height)
+    out[O_TRAILER_VX], out[O_TRAILER_VY] = cog[3], cog[4]
+    _momentum(view, trailer, out)
+
+
+@njit(cache=True)
+def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None:
+    """Roll of planar bodies, cargo, and the mean of the squared yaw rate."""
+    a = view.qacc
+    yaw1 = a[5] if g[G_FULL] == 1.0 else a[2]
+    yaw2 = yaw1 + a[int(g[G_HITCH_DOF])]
+    c1, s1, c2, s2 = (
+        math.cos(out[O_YAW1]), math.sin(out[O_YAW1]), math.cos(out[O_YAW2]), math.sin(out[O_YAW2])
+    )  # fmt: skip
+    r1, lever = out[O_RATE1], g[G_CAR_LEVER]
+    across1 = -s1 * a[0] + c1 * a[1]
+    ball_x = a[0] + lever * (yaw1 * s1 + r1 * r1 * c1)
+    ball_y = a[1] + lever * (-yaw1 * c1 + r1 * r1 * s1)
+    ball = -s2 * ball_x + c2 * ball_y
+    across2 = ball - g[G_TRAILER_LEVER] * yaw2
+    for body in range(2):
+        gain = g[G_CAR_ROLL_GAIN + 3 * body]
+        omega, zeta = g[G_CAR_ROLL_OMEGA + 3 * body], g[G_CAR_ROLL_ZETA + 3 * body]
+        roll, rate = z[Z_ROLL + 2 * body], z[Z_ROLL + 2 * body + 1]
+        lateral = across1 if body == 0 else across2
+        zdot[Z_ROLL + 2 * body] = rate
+        zdot[Z_ROLL + 2 * body + 1] = omega * omega * (gain * lateral - roll)
+        zdot[Z_ROLL + 2 * body + 1] -= 2.0 * zeta * omega * rate
+    omega = g[G_SLOSH_OMEGA]
+    zdot[Z_SLOSH] = z[Z_SLOSH + 1]
+    zdot[Z_SLOSH + 1] = -omega * omega * z[Z_SLOSH] - 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
+    zdot[Z_SLOSH + 1] -= across2 + g[G_SLOSH_X] * yaw2 + _G * math.sin(u[U_BANK])
+    zdot[Z_MEAN] = r1 * r1 - z[Z_MEAN]
+    zdot[Z_SPEED] = u[U_SPEED] - out[O_SPEED]
+
+
+@njit(cache=True)
+def _evaluate(
+    g: Any, wheels: Any, u: Any, z: Any, zdot: Any, view: Any, calls: Any, held: Any, out: Any
+) -> None:
+    """Accelerations and state rates at the state that is in MuJoCo's memory and `z`.
+
+    `held` is what stays over a step: [play, harmonic load, lost damper strokes of 8 wheels].
+    """
+    _call2(calls.position, calls.model, calls.data)
+    _call2(calls.velocity, calls.model, calls.data)
+    trailer = TRAILER_FULL if g[G_FULL] == 1.0 else TRAILER_PLANAR
+    _observe(g, wheels, z, view, trailer, out)
+    out[O_HARMONIC] = held[1] * u[U_HARMONIC]
+    view.xfrc[:] = 0.0
+    view.qfrc[:] = 0.0
+    zdot[:] = 0.0
+    mass = g[G_CAR_MASS] + g[G_TRAILER_MASS]
+    drive = u[U_ACCELERATION] + SPEED_GAIN * (u[U_SPEED] - out[O_SPEED])
+    drive = mass * (drive + INTEGRAL_GAIN * z[Z_SPEED])
+    if g[G_FULL] == 1.0:
+        _suspension(g, wheels, u, view, held[2:], out)
+    _tyres(g, wheels, u, z, zdot, view, held[0], drive, out)
+    _bodies(g, u, z, view, trailer, out)
+    hitch = int(g[G_HITCH_DOF])
+    rate, angle = view.qvel[hitch], out[O_YAW2] - out[O_YAW1]
+    moment = g[G_HITCH_FRICTION] * math.tanh(rate / 0.004) + g[G_HITCH_DAMPING] * rate
+    view.qfrc[hitch] -= moment + g[G_HITCH_SPRING] * angle
+    _call2(calls.actuation, calls.model, calls.data)
+    _call2(calls.acceleration, calls.model, calls.data)
+    _call2(calls.constraint, calls.model, calls.data)
+    _state_rates(g, u, z, zdot, view, out)
+
+
+@njit(cache=True)
+def _hold(
+    g: Any,
+    wheels: Any,
+    u: Any,
+    view: Any,
+    history: Any,
+    step: int,
+    h: float,
+    memory: Any,
+    held: Any,
+) -> None:
+    """Update what changes by steps: play, delayed harmonic, strokes of the dampers.
+
+    `memory` is [8 directions of stroke, 8 places where the stroke began].
+    """
+    half = 0.5 * g[G_PLAY]
+    held[0] = min(max(held[0], u[U_STEER] - half), u[U_STEER] + half)
+    back = step - u[U_DELAY] / h
+    low = math.floor(back)
+    held[1] = 0.0
+    if low >= 0:
+        part = back - low
+        high = min(low + 1, step)
+        held[1] = (1.0 - part) * history[low] + part * history[high]
+    if g[G_FULL] == 0.0:
+        return
+    for i in range(8):
+        dof = int(wheels[i, W_DOF])
+        direction = 1.0 if view.qvel[dof] > 0.0 else -1.0
+        if direction != memory[i]:
+            memory[i] = direction
+            memory[8 + i] = view.qpos[dof + 1]
+        held[2 + i] = 1.0 if abs(view.qpos[dof + 1] - memory[8 + i]) < wheels[i, W_LOST] else 0.0
+
+
+@njit(cache=True)
+def run(
+    g: Any, wheels: Any, inputs: Any, h: float, view: Any, calls: Any, z: Any, log: Any
+) -> None:
+    """Integrate over all rows of `inputs` (one per step of `h` seconds) and fill `log`.
+
+    Parameters
+    ----------
+    g, wheels, inputs : tables with the columns named at the top of this file.
+    h : step, s.
+    view, calls : of the MuJoCo model and data, whose qpos and qvel hold the start.
+    z : states beyond MuJoCo's, shape (Z_SIZE,), at the start.
+    log : shape (rows, O_SIZE), filled.
+    """
+    rows, nv = inputs.shape[0], view.qvel.shape[0]
+    rates = np.zeros((4, Z_SIZE))
+    v0, q0, z0 = view.qvel.copy(), view.qpos.copy(), z.copy()
+    speed, force = np.zeros((4, nv)), np.zeros((4, nv))
+    mean = np.zeros(nv)
+    out = np.zeros(O_SIZE)
+    history, held, memory = np.zeros(rows), np.zeros(10), np.zeros(16)
+    parts = np.array([0.5, 0.5, 1.0])
+    half = np.zeros(inputs.shape[1])
+    held[0] = inputs[0, U_STEER]
+    for k in range(rows):
+        last = min(k + 1, rows - 1)
+        rate = view.qvel[5] if g[G_FULL] == 1.0 else view.qvel[2]
+        floor = max(z[Z_MEAN], 7.6e-5)  # 0.5 deg/s squared: no load without sway
+        history[k] = min(max((rate * rate - z[Z_MEAN]) / floor, -1.5), 1.5)
+        _hold(g, wheels, inputs[k], view, history, k, h, memory, held)
+        q0[:] = view.qpos
+        v0[:] = view.qvel
+        z0[:] = z
+        half[:] = 0.5 * (inputs[k] + inputs[last])
+        for stage in range(4):
+            if stage > 0:
+                step = h * parts[stage - 1]
+                mean[:] = speed[stage - 1]
+                view.qpos[:] = q0
+                _call_integrate(
+                    calls.integrate, calls.model, view.qpos.ctypes.data, mean.ctypes.data, step
+                )
+                view.qvel[:] = v0 + step * force[stage - 1]
+                z[:] = z0 + step * rates[stage - 1]
+            u = inputs[k] if stage == 0 else (inputs[last] if stage == 3 else half)
+            _evaluate(g, wheels, u, z, rates[stage], view, calls, held, out)
+            speed[stage] = view.qvel
+            force[stage] = view.qacc
+            if stage == 0:
+                log[k] = out
+                if not (np.max(np.abs(view.qacc)) < LOST_M_S2 and abs(out[O_ROLL1]) < 1.0):
+                    log[k:] = np.nan
+                    return
+        mean[:] = (speed[0] + 2.0 * speed[1] + 2.0 * speed[2] + speed[3]) / 6.0
+        view.qpos[:] = q0
+        _call_integrate(calls.integrate, calls.model, view.qpos.ctypes.data, mean.ctypes.data, h)
+        view.qvel[:] = v0 + h / 6.0 * (force[0] + 2.0 * force[1] + 2.0 * force[2] + force[3])
+        z[:] = z0 + h / 6.0 * (rates[0] + 2.0 * rates[1] + 2.0 * rates[2] + rates[3])

@@ -1,0 +1,241 @@
+"""What the rigid-body plant is built from: bodies, suspensions, tyres, and the switchable physics.
+
+Nothing here is shared with the other models of this package: the plant makes data against which
+they are judged. Axes are ISO 8855, units SI. Axles are in the order car front, car rear,
+trailer front, trailer rear; wheels FL, FR, RL, RR of the car, then the same of the trailer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+GRAVITY = 9.81
+AXLES = ("car_front", "car_rear", "trailer_front", "trailer_rear")
+WHEELS = ("fl", "fr", "rl", "rr", "t_fl", "t_fr", "t_rl", "t_rr")
+
+DAMPER_KINDS = ("linear", "bilinear", "normal", "failure_1", "failure_2")
+"""The five kinds of damper of Table 6-1."""
+
+TYRE_LAWS = ("linear", "magic_formula", "brush")
+
+
+@dataclass(frozen=True)
+class Damper:
+    """A damper at one wheel (Table 6-1), force at the wheel over the speed of compression.
+
+    kind
+        ``linear``: F = c v. ``bilinear``: rebound stiffer than compression by `ratio`, the mean
+        slope kept. ``normal``: bilinear up to `knee_m_s`, beyond it `degression` of that slope.
+        ``failure_1``: normal, but the first `lost_travel_m` of each compression stroke gives
+        only `lost_factor` of the force. ``failure_2``: that at the start of both strokes.
+    coefficient_ns_m, ratio, knee_m_s, degression, lost_travel_m, lost_factor
+        See above; N s/m, 1, m/s, 1, m, 1.
+    """
+
+    kind: str = "linear"
+    coefficient_ns_m: float = 1800.0
+    ratio: float = 2.0
+    knee_m_s: float = 0.12
+    degression: float = 0.4
+    lost_travel_m: float = 0.008
+    lost_factor: float = 0.05
+
+
+@dataclass(frozen=True)
+class Axle:
+    """One axle: place, tyre stiffness of both wheels together, track, suspension at the wheel."""
+
+    to_cog_m: float
+    """Ahead of the body's centre of gravity; negative behind it."""
+    cornering_stiffness_n_rad: float
+    track_m: float
+    unsprung_mass_kg: float
+    spring_n_m: float
+    roll_bar_n_m: float
+    """Anti-roll bar, N per m of difference of the two wheels' compressions."""
+    damper: Damper
+    tyre_vertical_stiffness_n_m: float = 220e3
+    tyre_vertical_damping_ns_m: float = 60.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """A sprung body with its two axles; mass and inertias include the wheels."""
+
+    mass_kg: float
+    yaw_inertia_kgm2: float
+    roll_inertia_kgm2: float
+    pitch_inertia_kgm2: float
+    cog_height_m: float
+    hitch_to_cog_m: float
+    """Distance of the ball, behind the car's COG or ahead of the trailer's."""
+    front: Axle
+    rear: Axle
+    roll_gain_rad_m_s2: float
+    """Planar bodies only: roll per lateral acceleration, of a roll that carries no inertia."""
+    roll_frequency_hz: float = 1.6
+    roll_damping_ratio: float = 0.35
+
+
+@dataclass(frozen=True)
+class Combination:
+    """The car, its trailer and what joins them."""
+
+    car: Body
+    trailer: Body
+    steering_ratio: float = 15.0
+    nose_load_n: float = 700.0
+    ball_height_m: float = 0.42
+    wheel_radius_m: float = 0.31
+
+
+@dataclass(frozen=True)
+class HarmonicLoad:
+    """Generator of an axle load at twice the yaw frequency (section 6.2, Eq. 6.1).
+
+    The car's yaw rate squared, less its mean, divided by that mean so that the size of the sway
+    cancels, delayed, and put on the left wheel when the yaw rate is negative, else on the right.
+    Amplitude (N) over time and delay (s) over time are inputs of the run.
+    """
+
+    axle: str = "car_rear"
+
+
+@dataclass(frozen=True)
+class Physics:
+    """Everything that can be switched on; the defaults are the healthy planar combination.
+
+    full
+        Bodies with heave, pitch and roll on suspensions. Off: bodies move in the plane, wheel
+        loads follow from the quasi-static balance of roll, split by the axles' static loads.
+    tyre_law, peak_friction, shape
+        ``linear`` F = C alpha; ``magic_formula`` F = D sin(c atan(C alpha/(c D))),
+        D = mu F_z (Pacejka); ``brush`` the cubic of Fiala.
+    load_degression
+        C(F_z) = C0 r (1 - d (r - 1)), r = F_z/F_z0.
+    relaxation_m
+        Relaxation length of each axle: (s/v) d(alpha')/dt + alpha' = alpha.
+    steering_stiffness_n_rad
+        Road wheel angle = steering wheel angle / ratio - F_yf/K_s (Eq. 5.3); 0 is rigid.
+    free_play_rad, free_play_law
+        Play at the steering wheel, ``backlash`` (the road wheels stay until the gap is used up)
+        or ``aligned`` (tyre forces hold the road wheels at the soft side of the gap).
+    hitch_friction_nm, hitch_damping_nms_rad, hitch_spring_nm_rad
+        Moments about the ball's vertical axis against the articulation.
+    side_force_coefficient, yaw_moment_coefficient
+        Air on the trailer: Y = -c_y (rho/2) v^2 A beta, N = -c_n (rho/2) v^2 A (1 m) beta, with
+        beta its side-slip angle, A = 5 m2.
+    drag_area_m2
+        c_w A of car and trailer: air drag at both centres of gravity.
+    roll_steer
+        Steer of each axle per roll of its body.
+    axle_load
+        Harmonic axle load, see :class:`HarmonicLoad`.
+    damper_factor
+        Of each wheel, in time when the run's input says so.
+    slosh_mass_kg, slosh_frequency_hz, slosh_damping, slosh_position_m
+        A mass in the trailer that can move sideways on a spring (part of the trailer's mass).
+    yaw_moment_nms_rad
+        A controller's moment on the car, -k times its yaw rate.
+    wheel_drag_n
+        Drag of the trailer's front right wheel, as from a dragging brake.
+    """
+
+    full: bool = False
+    tyre_law: str = "linear"
+    peak_friction: float = 1.0
+    shape: float = 1.5
+    load_degression: float = 0.0
+    relaxation_m: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    steering_stiffness_n_rad: float = 0.0
+    free_play_rad: float = 0.0
+    free_play_law: str = "backlash"
+    hitch_friction_nm: float = 0.0
+    hitch_damping_nms_rad: float = 0.0
+    hitch_spring_nm_rad: float = 0.0
+    side_force_coefficient: float = 0.0
+    yaw_moment_coefficient: float = 0.0
+    drag_area_m2: tuple[float, float] = (0.0, 0.0)
+    roll_steer: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    axle_load: HarmonicLoad | None = None
+    damper_factor: tuple[float, ...] = (1.0,) * 8
+    slosh_mass_kg: float = 0.0
+    slosh_frequency_hz: float = 0.9
+    slosh_damping: float = 0.05
+    slosh_position_m: float = 0.0
+    yaw_moment_nms_rad: float = 0.0
+    wheel_drag_n: float = 0.0
+
+
+def _axle(place: float, stiffness: float, track: float, spring: float, bar: float) -> Axle:
+    return Axle(place, stiffness, track, 40.0, spring, bar, Damper())
+
+
+def reference_combination() -> Combination:
+    """The combination of Tables A and B; heights and suspensions are typical values."""
+    car = Body(
+        mass_kg=1955.0,
+        yaw_inertia_kgm2=2690.0,
+        roll_inertia_kgm2=620.0,
+        pitch_inertia_kgm2=2550.0,
+        cog_height_m=0.56,
+        hitch_to_cog_m=2.166,
+        front=_axle(1.302, 109.3e3, 1.55, 27e3, 16e3),
+        rear=_axle(-1.383, 185.2e3, 1.55, 30e3, 8e3),
+        roll_gain_rad_m_s2=0.009,
+    )
+    trailer = Body(
+        mass_kg=1880.0,
+        yaw_inertia_kgm2=10350.0,
+        roll_inertia_kgm2=1250.0,
+        pitch_inertia_kgm2=9900.0,
+        cog_height_m=0.8,
+        hitch_to_cog_m=5.073,
+        front=_axle(0.124, 131.2e3, 2.0, 55e3, 0.0),
+        rear=_axle(-0.526, 124.4e3, 2.0, 55e3, 0.0),
+        roll_gain_rad_m_s2=0.012,
+        roll_frequency_hz=1.4,
+        roll_damping_ratio=0.2,
+    )
+    return Combination(car, trailer)
+
+
+def static_loads(combination: Combination) -> tuple[float, float, float, float]:
+    """Axle loads at rest, N, in the order of `AXLES`; the nose load is given."""
+    nose = combination.nose_load_n
+    car, trailer = combination.car, combination.trailer
+
+    def pair(body: Body, force: float, lever: float) -> tuple[float, float]:
+        """Loads of both axles under the weight and a force down at `lever` ahead of the COG."""
+        base = body.front.to_cog_m - body.rear.to_cog_m
+        total = body.mass_kg * GRAVITY + force
+        front = (force * lever - total * body.rear.to_cog_m) / base
+        return front, total - front
+
+    return *pair(car, nose, -car.hitch_to_cog_m), *pair(trailer, -nose, trailer.hitch_to_cog_m)
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a run is driven by; each value is an array over `time_s` (evenly spaced) or absent.
+
+    steering_wheel_rad, speed_m_s : the driver's, required.
+    car_side_force_n, trailer_side_force_n : gusts, positive left, at the COG.
+    bank_rad : cross-fall; positive lifts the left side, so the weight pulls right.
+    friction_factor : on the peak friction of every tyre.
+    stiffness_factor : axle name to factor on its cornering stiffness.
+    harmonic_n, harmonic_delay_s : of the axle load generator.
+    damper_fade : 1 where `Physics.damper_factor` acts in full, 0 where it does not.
+    """
+
+    time_s: object
+    steering_wheel_rad: object
+    speed_m_s: object
+    car_side_force_n: object = None
+    trailer_side_force_n: object = None
+    bank_rad: object = None
+    friction_factor: object = None
+    stiffness_factor: dict[str, object] = field(default_factory=dict)
+    harmonic_n: object = None
+    harmonic_delay_s: object = None
+    damper_fade: object = None

@@ -1,0 +1,112 @@
+"""Generated cases with a concealed cause: repeatable, complete, and the answer is apart."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+cantools = pytest.importorskip("cantools")
+can = pytest.importorskip("can")
+
+BLIND = Path(__file__).parents[1] / "proof" / "blind"
+sys.path.insert(0, str(BLIND))
+
+import drives  # noqa: E402
+import effects  # noqa: E402
+import generate  # noqa: E402
+import recorder  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("blind")
+    generate.generate(7, 0, folder / "cases", folder / "answers", 1)
+    name = generate.make_case(7, 2, folder / "cases", folder / "answers")
+    return folder, name
+
+
+def frames(path: Path) -> list[tuple[int, bytes]]:
+    with can.LogReader(str(path)) as reader:
+        return [(m.arbitration_id, bytes(m.data)) for m in reader]
+
+
+def test_case_has_all_files_and_no_answer_in_it(case):
+    folder, name = case
+    names = {p.name for p in (folder / "cases" / name).iterdir()}
+    assert {p.split(".")[0] for p in names} == {"run1", "run2", "vehicle", "signals"}
+    assert (folder / "answers" / name / "answer.json").exists()
+    answer = json.loads((folder / "answers" / name / "answer.json").read_text())
+    assert answer["effects"][0]["id"] in {f.__name__ for f in effects.PLANAR}
+    assert list((folder / "answers" / name).glob("run3.*"))
+
+
+def test_same_seed_same_recording(case, tmp_path):
+    folder, name = case
+    generate.generate(7, 0, tmp_path / "cases", tmp_path / "answers", 1)
+    generate.make_case(7, 2, tmp_path / "cases", tmp_path / "answers")
+    for run in ("run1", "run2"):
+        (path,) = (folder / "cases" / name).glob(f"{run}.*")
+        assert frames(path) == frames(tmp_path / "cases" / name / path.name)
+
+
+def test_different_seeds_differ():
+    kinds = [generate.draw_case(7, i).draws for i in range(12)]
+    others = [generate.draw_case(8, i).draws for i in range(12)]
+    assert [d[0].answer for d in kinds if d] != [d[0].answer for d in others if d]
+
+
+def test_frames_decode_to_what_was_measured():
+    time = np.arange(0.0, 3.0, 0.002)
+    truth = {
+        "YawRate1": 5.0 * np.sin(4.0 * time),
+        "LatAccRear1": np.cos(4.0 * time),
+        "FyFL": 1000.0 * np.sin(4.0 * time),
+        "FzFL": 4800.0 + 0.0 * time,
+    }
+    rng = np.random.default_rng(1)
+    rows = recorder.measure(truth, time, {}, "run1", rng, 0.0)
+    db = cantools.database.load_string(recorder.dbc_text(trailer=True), "dbc")
+    found = {name: ([], []) for name in truth}
+    for t, frame, data in rows:
+        for name, value in db.decode_message(frame, data).items():
+            if name in found:
+                found[name][0].append(t)
+                found[name][1].append(value)
+    for name, (t, values) in found.items():
+        error = np.array(values) - np.interp(t, time, truth[name])
+        assert len(values) > 250
+        step = next(s.scale for s in recorder.SIGNALS if s.name == name)
+        assert np.std(error) < 0.5 * step  # an offset, and half a step of rounding
+
+
+def test_delay_and_gain_are_what_they_say():
+    time = np.arange(0.0, 20.0, 0.002)
+    truth = {"YawRate2": 8.0 * np.sin(4.0 * time)}
+    fault = {"YawRate2": {"delay": 0.05, "gain": 1.1}}
+    rng = np.random.default_rng(2)
+    rows = recorder.measure(truth, time, fault, "run1", rng, 0.0)
+    t = np.array([row[0] for row in rows if row[1] == 696])
+    raw = np.array([int.from_bytes(r[2][:2], "big", signed=True) for r in rows if r[1] == 696])
+    wanted = 1.1 * 8.0 * np.sin(4.0 * (t - 0.05))
+    keep = t > 1.0
+    error = raw[keep] * 0.01 - wanted[keep]
+    assert np.std(error) < 0.01
+
+
+@pytest.mark.parametrize("function", effects.PLANAR + effects.VERTICAL + effects.OUTSIDE)
+def test_every_effect_changes_something(function):
+    """Each effect changes plant, inputs, sensors or the user's file, and more when stronger."""
+    rng = np.random.default_rng(3)
+    weak, strong = function(np.random.default_rng(3), 0.0), function(rng, 1.0)
+    assert weak.value != strong.value
+    changed = (
+        strong.physics(generate.Physics()) != generate.Physics()
+        or strong.combination(drives.reference_combination()) != drives.reference_combination()
+        or bool(strong.inputs("run1", drives.times("run1")))
+        or bool(strong.sensors)
+        or bool(strong.user)
+    )
+    assert changed

@@ -1,0 +1,228 @@
+"""The rigid-body plant on MuJoCo: linear limit, loads, dampers, tyres, repeatability."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+pytest.importorskip("mujoco")
+
+from swaywatch.models.multibody import Motion, Multibody
+from swaywatch.models.multibody_kernel import W_SIZE, damper_force, tyre_force
+from swaywatch.models.multibody_vehicle import (
+    DAMPER_KINDS,
+    Body,
+    Combination,
+    Damper,
+    HarmonicLoad,
+    Inputs,
+    Physics,
+    reference_combination,
+    static_loads,
+)
+
+# Speed in km/h, damping ratio and damped frequency in Hz of the corrected single-track model.
+GOLDEN = (
+    (80.0, 0.2520, 0.6478),
+    (100.0, 0.1115, 0.6659),
+    (107.9, 0.0689, 0.6690),
+    (117.3, 0.0250, 0.6712),
+    (140.0, -0.0587, 0.6729),
+)
+
+
+def impulse(plant: Multibody, speed_kmh: float, size_deg: float, until: float = 10.0) -> Motion:
+    time = np.arange(0.0, until, 0.01)
+    wheel = np.where((time > 0.5) & (time < 1.24), np.sin(np.pi * (time - 0.5) / 0.74), 0.0)
+    return plant.run(
+        Inputs(time, np.radians(size_deg) * wheel, np.full_like(time, speed_kmh / 3.6))
+    )
+
+
+def damping_and_frequency(motion: Motion) -> tuple[float, float]:
+    """Of the free oscillation after the impulse, by least squares."""
+    after = motion.time_s > 3.0
+    t, y = motion.time_s[after] - 3.0, motion.trailer_yaw_rate_rad_s[after]
+    y = y / np.abs(y).max()
+
+    def residual(p):
+        return np.exp(-p[0] * t) * (p[2] * np.cos(p[1] * t) + p[3] * np.sin(p[1] * t)) - y
+
+    p = least_squares(residual, [0.3, 4.2, y[0], 0.0]).x
+    return p[0] / np.hypot(p[0], p[1]), p[1] / (2 * np.pi)
+
+
+@pytest.fixture(scope="module")
+def planar() -> Multibody:
+    return Multibody(reference_combination())
+
+
+@pytest.mark.parametrize(("speed", "damping", "frequency"), GOLDEN)
+def test_linear_limit_is_the_single_track_model(planar, speed, damping, frequency):
+    found = damping_and_frequency(impulse(planar, speed, 1.0))
+    assert found[0] == pytest.approx(damping, rel=0.01)
+    assert found[1] == pytest.approx(frequency, rel=0.01)
+
+
+def stiff(combination: Combination) -> Combination:
+    """Suspensions and tyres so stiff, centres of gravity so low, that nothing rolls."""
+
+    def axle(old):
+        return replace(
+            old,
+            spring_n_m=3e6,
+            roll_bar_n_m=0.0,
+            tyre_vertical_stiffness_n_m=6e6,
+            damper=Damper("linear", 20e3),
+        )
+
+    def body(old: Body) -> Body:
+        return replace(old, front=axle(old.front), rear=axle(old.rear), cog_height_m=0.33)
+
+    return replace(combination, car=body(combination.car), trailer=body(combination.trailer))
+
+
+def test_moving_bodies_that_are_stiff_reach_the_same_limit():
+    motion = impulse(Multibody(stiff(reference_combination()), Physics(full=True)), 107.9, 1.0)
+    damping, frequency = damping_and_frequency(motion)
+    assert damping == pytest.approx(0.0689, rel=0.01)
+    assert frequency == pytest.approx(0.6690, rel=0.01)
+
+
+def test_loads_at_rest_and_weight_in_motion():
+    whole = reference_combination()
+    loads = static_loads(whole)
+    assert loads[:2] == pytest.approx((9674.0, 10204.0), abs=1.0)
+    assert sum(loads) == pytest.approx(9.81 * (1955.0 + 1880.0), rel=1e-9)
+    motion = impulse(Multibody(whole, Physics(full=True)), 90.0, 10.0)
+    assert motion.hitch_z_n[0] == pytest.approx(-700.0, abs=0.5)
+    assert motion.wheel_fz_n[:, 0] == pytest.approx(np.repeat(loads, 2) / 2, abs=0.1)
+    # Nothing but the road carries the combination, so the mean load is the weight.
+    assert motion.wheel_fz_n.sum(axis=0).mean() == pytest.approx(sum(loads), rel=1e-3)
+
+
+def test_momentum_of_the_car_balances(planar):
+    """Tyre and hitch forces of the run explain the car's lateral and yaw motion."""
+    motion = impulse(planar, 100.0, 15.0)
+    front = motion.wheel_fy_n[:2].sum(axis=0) * np.cos(motion.road_wheel_rad)
+    rear = motion.wheel_fy_n[2:4].sum(axis=0)
+    force = front + rear + motion.hitch_y_n
+    inertia = 1955.0 * motion.car_acceleration_m_s2
+    assert np.abs(force - inertia).max() < 0.01 * np.abs(inertia).max()
+    moment = 1.302 * front - 1.383 * rear - 2.166 * motion.hitch_y_n
+    yaw = 2690.0 * np.gradient(motion.yaw_rate_rad_s, motion.time_s)
+    assert np.abs(moment - yaw).max() < 0.015 * np.abs(yaw).max()
+
+
+def dampers(combination: Combination, kind: str, **values: float) -> Combination:
+    def body(old: Body) -> Body:
+        damper = Damper(kind, 3000.0, **values)
+        return replace(
+            old, front=replace(old.front, damper=damper), rear=replace(old.rear, damper=damper)
+        )
+
+    return replace(combination, car=body(combination.car), trailer=body(combination.trailer))
+
+
+def second_harmonic(motion: Motion, wheels: slice, frequency_hz: float) -> float:
+    """Amplitude at twice `frequency_hz` of the load of an axle over whole periods, N."""
+    count = 8
+    t = motion.time_s - motion.time_s[-1] + count / frequency_hz
+    load = motion.wheel_fz_n[wheels].sum(axis=0)[t >= 0.0]
+    t = t[t >= 0.0]
+    basis = np.stack(
+        [np.cos(4 * np.pi * frequency_hz * t), np.sin(4 * np.pi * frequency_hz * t), t * 0 + 1, t]
+    )
+    a, *_ = np.linalg.lstsq(basis.T, load, rcond=None)
+    return float(np.hypot(a[0], a[1]))
+
+
+def slalom(plant: Multibody, frequency_hz: float = 0.65) -> Motion:
+    time = np.arange(0.0, 20.0, 0.01)
+    wheel = np.radians(6.0) * np.clip(time / 3, 0, 1) * np.sin(2 * np.pi * frequency_hz * time)
+    return plant.run(Inputs(time, wheel, np.full_like(time, 25.0)))
+
+
+def test_nonlinear_and_faded_dampers_make_an_axle_load_at_twice_the_frequency():
+    """Table 6-1: none from linear dampers; from an asymmetric one; from failures."""
+    rear = slice(2, 4)
+    found = {}
+    for kind in DAMPER_KINDS:
+        whole = dampers(reference_combination(), kind, lost_travel_m=0.015)
+        found[kind] = second_harmonic(slalom(Multibody(whole, Physics(full=True))), rear, 0.65)
+    # What linear dampers leave is the tyre force along the tilted slide of the wheel.
+    assert found["bilinear"] > found["linear"] + 100.0
+    assert found["normal"] > found["linear"] + 100.0
+    assert found["failure_1"] > found["normal"] + 40.0
+    assert found["failure_2"] > found["normal"] + 40.0
+    # The rear dampers fade: the axle's own second harmonic goes with them, the front axle's stays.
+    whole = dampers(reference_combination(), "normal")
+    faded = Physics(full=True, damper_factor=(1, 1, 0.1, 0.1, 1, 1, 1, 1))
+    healthy, sick = (slalom(Multibody(whole, p)) for p in (Physics(full=True), faded))
+    change = sick.wheel_fz_n[rear].sum(axis=0) - healthy.wheel_fz_n[rear].sum(axis=0)
+    difference = second_harmonic(replace(sick, wheel_fz_n=np.stack([change] * 8) / 2), rear, 0.65)
+    assert difference > 15.0
+
+
+def test_damper_laws():
+    row = np.zeros(W_SIZE)
+    row[17:24] = (0.0, 1500.0, 2.0, 0.1, 0.4, 0.01, 0.05)
+    assert damper_force(row, 0.3, False) == pytest.approx(450.0)
+    row[17] = 1.0
+    assert damper_force(row, 0.2, False) == pytest.approx(200.0)
+    assert damper_force(row, -0.2, False) == pytest.approx(-400.0)
+    row[17] = 2.0
+    assert damper_force(row, 0.2, False) == pytest.approx(100.0 + 40.0)
+    row[17] = 3.0
+    assert damper_force(row, 0.05, True) == pytest.approx(0.05 * 50.0)
+    assert damper_force(row, -0.05, True) == pytest.approx(-100.0)
+    row[17] = 4.0
+    assert damper_force(row, -0.05, True) == pytest.approx(-5.0)
+
+
+def test_tyre_laws():
+    for law in (0.0, 1.0, 2.0):
+        assert tyre_force(law, 1.5, 5e4, 4e3, 1e-4) == pytest.approx(-5.0, rel=2e-3)
+        assert tyre_force(law, 1.5, 5e4, 4e3, -1e-4) == pytest.approx(5.0, rel=2e-3)
+    assert tyre_force(1.0, 1.5, 5e4, 4e3, 0.2) == pytest.approx(-4e3, rel=0.02)
+    assert tyre_force(2.0, 1.5, 5e4, 4e3, 0.5) == pytest.approx(-4e3)
+
+
+def test_harmonic_load_has_its_amplitude_and_frequency(planar):
+    physics = Physics(axle_load=HarmonicLoad("car_rear"))
+    time = np.arange(0.0, 20.0, 0.01)
+    wheel = np.radians(7.0) * np.sin(2 * np.pi * 0.6 * time)
+    inputs = Inputs(
+        time,
+        wheel,
+        np.full_like(time, 25.0),
+        harmonic_n=np.full_like(time, 500.0),
+        harmonic_delay_s=np.full_like(time, 0.1),
+    )
+    motion = Multibody(reference_combination(), physics).run(inputs)
+    plain = planar.run(inputs)
+    load = motion.wheel_fz_n - plain.wheel_fz_n
+    found = second_harmonic(replace(motion, wheel_fz_n=load), slice(2, 4), 0.6)
+    assert found == pytest.approx(500.0, rel=0.05)
+
+
+def test_compliance_softens_the_front_axle(planar):
+    soft = Multibody(reference_combination(), Physics(steering_stiffness_n_rad=1e6))
+    motion = impulse(soft, 90.0, 10.0)
+    force = motion.wheel_fy_n[:2].sum(axis=0)
+    twist = motion.steering_wheel_rad / 15.0 - motion.road_wheel_rad
+    assert twist == pytest.approx(force / 1e6, abs=1e-6)
+
+
+def test_runs_repeat_exactly_and_are_independent(planar):
+    first = impulse(planar, 100.0, 10.0, until=4.0)
+    impulse(planar, 60.0, 30.0, until=2.0)
+    again = impulse(planar, 100.0, 10.0, until=4.0)
+    np.testing.assert_array_equal(first.hitch_y_n, again.hitch_y_n)
+
+
+def test_overturning_is_said():
+    plant = Multibody(reference_combination(), Physics(full=True))
+    with pytest.raises(FloatingPointError, match="valid range"):
+        impulse(plant, 200.0, 400.0, until=30.0)

@@ -1,0 +1,374 @@
+"""Make cases whose concealed cause is known, on the rigid-body plant.
+
+``python generate.py --seed S --count N --out DIR --answers DIR`` writes DIR/b001.. like the
+practice recordings, and their answers and held-out runs to another directory, which only
+``score.py`` reads. The same seed gives the same signals.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import drives
+import effects
+import numpy as np
+import recorder
+from effects import Draw
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from swaywatch.models.multibody import Motion, Multibody
+from swaywatch.models.multibody_vehicle import GRAVITY, Combination, Inputs, Physics
+
+Array = NDArray[np.float64]
+SUFFIXES = (".blf", ".mf4", ".asc", ".log")
+KINDS = ("clean", "planar", "simulation", "clean_simulation", "pair", "outside", "fault")
+SHARES = (0.12, 0.54, 0.13, 0.03, 0.09, 0.05, 0.04)
+PLANAR_FRACTION = 1.0 / len(effects.PLANAR)
+
+
+@dataclass
+class Case:
+    """One case before it is driven."""
+
+    kind: str
+    draws: list[Draw]
+    healthy: Combination
+    base: Physics
+    hidden: tuple[str, ...] = ()
+    noise_factor: float = 1.0
+    seeds: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def simulated(self) -> bool:
+        """The user gives a simulation of their own."""
+        return "simulation" in self.kind
+
+    def plant(self, *, healthy: bool = False) -> Multibody:
+        """The plant with the effects, or without: then as the user believes it to be."""
+        whole, physics = self.healthy, self.base
+        if healthy:
+            for draw in self.draws:
+                whole = drives.believed(whole, draw.user)
+        for draw in [] if healthy else self.draws:
+            whole, physics = draw.combination(whole), draw.physics(physics)
+        return Multibody(whole, physics)
+
+    def inputs(self, run: str, mean_m_s: float, size_deg: float, *, healthy: bool) -> Inputs:
+        """Inputs of a run, with what the effects put in."""
+        time = drives.times(run)
+        extra: dict[str, Any] = {}
+        for draw in [] if healthy else self.draws:
+            extra |= draw.inputs(run, time)
+        return Inputs(
+            time,
+            drives.steering(run, size_deg, self.seeds["steer"] + int(run[3])),
+            drives.speed(run, mean_m_s, self.seeds["speed"] + int(run[3])),
+            **extra,
+        )
+
+
+def full_physics() -> Physics:
+    """The healthy plant with moving bodies: saturating tyres, air drag."""
+    return Physics(
+        full=True, tyre_law="magic_formula", peak_friction=1.05, load_degression=0.05,
+        drag_area_m2=(0.7, 2.2),
+    )  # fmt: skip
+
+
+def draw_kind(rng: Generator, index: int) -> tuple[str, list[Draw]]:
+    """Kind of the case and its effects; strengths are spread evenly."""
+    kind = str(rng.choice(KINDS, p=SHARES))
+    strength = float(rng.uniform(0.0, 1.0))
+
+    def make(function: Any, u: float) -> Draw:
+        draw: Draw = function(rng, u)
+        draw.strength = u
+        return draw
+
+    if kind == "planar":
+        return kind, [make(effects.PLANAR[index % len(effects.PLANAR)], strength)]
+    if kind == "simulation":
+        return kind, [make(rng.choice(np.array(effects.WITH_SIMULATION)), strength)]
+    if kind == "pair":
+        first, second = rng.choice(np.array(effects.PAIRS), 2, replace=False)
+        return kind, [make(f, float(rng.uniform(0.45, 1.0))) for f in (first, second)]
+    if kind == "outside":
+        return kind, [make(rng.choice(np.array(effects.OUTSIDE)), strength)]
+    if kind == "fault":
+        return kind, [make(effects.outside_sensor, strength)]
+    return kind, []
+
+
+def draw_hidden(rng: Generator, draws: list[Draw]) -> tuple[str, ...]:
+    """Now and then some channels are missing, never one that is faulty itself."""
+    groups = (("FzFL", "FzFR", "FzRL", "FzRR"), ("HitchFx", "HitchFy"), ("LatAcc2",))
+    hidden: tuple[str, ...] = ()
+    if rng.random() < 0.15:
+        hidden = groups[int(rng.integers(len(groups)))]
+    used = {name for draw in draws for name in draw.sensors}
+    return () if used & set(hidden) else hidden
+
+
+def draw_case(seed: int, index: int) -> Case:
+    """Case number `index` of a seed."""
+    rng = np.random.default_rng((seed, index))
+    kind, draws = draw_kind(rng, index)
+    whole = drives.draw_combination(rng)
+    base = Physics()
+    if "simulation" in kind:
+        whole, base = drives.with_suspension(whole), full_physics()
+    return Case(
+        kind,
+        draws,
+        whole,
+        base,
+        hidden=draw_hidden(rng, draws),
+        noise_factor=float(rng.uniform(0.8, 1.3)),
+        seeds={name: int(rng.integers(2**31)) for name in ("steer", "speed", "noise")},
+    )
+
+
+def bus_signals(motion: Motion, case: Case, run: str, *, healthy: bool) -> dict[str, Array]:
+    """Signals as the sensors would read them without noise, units of the bus."""
+    degrees = 180.0 / np.pi
+    steer = motion.steering_wheel_rad * degrees
+    out = {
+        "SteeringWheelAngle": steer,
+        "SteeringWheelRate": np.gradient(steer, motion.time_s),
+        "VehicleSpeed": motion.speed_m_s * 3.6,
+        "YawRate1": motion.yaw_rate_rad_s * degrees,
+        "LatAccRear1": motion.rear_acceleration_m_s2.copy(),
+        "YawRate2": motion.trailer_yaw_rate_rad_s * degrees,
+        "LatAcc2": motion.trailer_acceleration_m_s2.copy(),
+        "HitchFx": motion.hitch_x_n,
+        "HitchFy": motion.hitch_y_n,
+    }
+    names = ("FL", "FR", "RL", "RR", "T1L", "T1R", "T2L", "T2R")
+    for i, name in enumerate(names if case.simulated else names[:4]):
+        out[f"Fy{name}"], out[f"Fz{name}"] = motion.wheel_fy_n[i], motion.wheel_fz_n[i]
+    if case.simulated:
+        out["HitchFz"] = motion.hitch_z_n
+    if healthy:
+        return out
+    time = drives.times(run)
+    for draw in case.draws:
+        for name, fault in draw.sensors.items():
+            if "roll_gravity" in fault:
+                roll = motion.roll_rad if name == "LatAccRear1" else motion.trailer_roll_rad
+                out[name] = out[name] + GRAVITY * np.sin(fault["roll_gravity"] * roll)
+            if "bank" in fault:
+                bank = np.interp(motion.time_s, time, draw.inputs(run, time)["bank_rad"])
+                out[name] = out[name] + GRAVITY * np.sin(bank)
+    return out
+
+
+def _peak(motion: Motion) -> float:
+    return float(
+        max(
+            np.abs(motion.trailer_acceleration_m_s2).max(),
+            np.abs(motion.car_acceleration_m_s2).max(),
+        )
+    )
+
+
+def critical_speed(case: Case, plant: Multibody) -> float:
+    """Speed at which an impulse's sway keeps about four fifths of its size over ten seconds, m/s.
+
+    As a test driver would find it: by going a little faster each time.
+    """
+    low, high = 18.0, 45.0
+    time = np.arange(0.0, 18.0, 0.01)
+    wheel = np.radians(13.0) * np.where(
+        (time > 0.5) & (time < 1.24), np.sin(np.pi * (time - 0.5) / 0.74), 0.0
+    )
+    for _ in range(7):
+        speed = 0.5 * (low + high)
+        try:
+            motion = plant.run(Inputs(time, wheel, np.full_like(time, speed)))
+            rate = np.abs(motion.trailer_yaw_rate_rad_s)
+            early = rate[(motion.time_s > 2.5) & (motion.time_s < 5.0)].max()
+            late = rate[(motion.time_s > 15.0) & (motion.time_s < 17.5)].max()
+            steady = late < 0.8 * early and _peak(motion) < 6.0
+        except FloatingPointError:
+            steady = False
+        low, high = (speed, high) if steady else (low, speed)
+    return low
+
+
+def drive(case: Case, plant: Multibody, run: str, mean_m_s: float, *, healthy: bool) -> Motion:
+    """A run with the steering turned down until it stays within 4.2 m/s2."""
+    size = {"run1": 15.0, "run2": 12.5, "run3": 15.0}[run]
+    size = case.seeds.get(f"size_{run}", size)
+    for _ in range(5):
+        motion = plant.run(case.inputs(run, mean_m_s, size, healthy=healthy))
+        if healthy or _peak(motion) < 4.3:
+            break
+        size *= max(0.5, 3.9 / _peak(motion))
+    case.seeds[f"size_{run}"] = size
+    return motion
+
+
+def harmonic_truth(motion: Motion, case: Case, draw: Draw, run: str) -> list[dict[str, float]]:
+    """Frequency, amplitude and phase to the squared axle force, in each window."""
+    wheels = effects.WHEEL_NUMBERS[draw.answer["axle"]]
+    force = motion.wheel_fy_n[list(wheels)].sum(axis=0)
+    load = motion.harmonic_n if not case.simulated else motion.wheel_fz_n[list(wheels)].sum(axis=0)
+    out = []
+    for start, end in draw.windows[run]:
+        hit = (motion.time_s >= start + 0.2) & (motion.time_s <= end - 0.2)
+        t = motion.time_s[hit]
+        squared = force[hit] ** 2 - np.mean(force[hit] ** 2)
+        spectrum = np.abs(np.fft.rfft(squared * np.hanning(t.size), 1 << 15))
+        double = float(np.argmax(spectrum) / ((1 << 15) * (t[1] - t[0])))
+        basis = np.stack([np.cos(2 * np.pi * double * t), np.sin(2 * np.pi * double * t),
+                          np.ones_like(t), t - t.mean()])  # fmt: skip
+        a, *_ = np.linalg.lstsq(basis.T, load[hit], rcond=None)
+        b, *_ = np.linalg.lstsq(basis.T, force[hit] ** 2, rcond=None)
+        phase = np.angle((a[0] - 1j * a[1]) / (b[0] - 1j * b[1]), deg=True)
+        out.append(
+            {
+                "frequency_hz": round(double / 2, 4),
+                "amplitude_n": round(float(np.hypot(a[0], a[1])), 1),
+                "phase_deg": round(float(phase), 1),
+            }
+        )
+    return out
+
+
+def sensed(truth: dict[str, Array], time: Array, sensors: dict[str, Any]) -> dict[str, Array]:
+    """Signals with the delay and gain of faulty sensors."""
+    out = dict(truth)
+    for name, fault in sensors.items():
+        if name in out:
+            late = np.interp(time - fault.get("delay", 0.0), time, out[name])
+            out[name] = late * fault.get("gain", 1.0)
+    return out
+
+
+def visibility(changed: dict[str, Array], healthy: dict[str, Array], factor: float) -> float:
+    """Largest rms change of a signal in units of its noise."""
+    ratios = [
+        np.sqrt(np.mean((changed[name] - healthy[name]) ** 2)) / (recorder.NOISE_RMS[name] * factor)
+        for name in changed
+        if recorder.NOISE_RMS[name] > 0 and name not in ("SteeringWheelRate", "VehicleSpeed")
+    ]
+    return float(max(ratios))
+
+
+def _answer(case: Case, name: str, truths: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "case": name,
+        "kind": case.kind,
+        "effects": [draw.answer for draw in case.draws],
+        "components": [draw.component for draw in case.draws],
+        "strengths": [round(draw.strength, 4) for draw in case.draws],
+        "values": [draw.value for draw in case.draws],
+        "outside": [draw.outside for draw in case.draws],
+        "fault": [draw.fault for draw in case.draws],
+        "windows": [draw.windows for draw in case.draws],
+        "hidden_channels": list(case.hidden),
+        "noise_factor": round(case.noise_factor, 3),
+        "simulation": case.simulated,
+        "varied_vehicle": case.healthy.car.mass_kg != 1955.0,
+        **truths,
+    }
+
+
+def make_case(seed: int, index: int, out: Path, answers: Path) -> str:
+    """Write one case; returns its name."""
+    name = f"b{index + 1:03d}"
+    if (answers / name / "answer.json").exists():
+        return name
+    case = draw_case(seed, index)
+    plant, reference = case.plant(), case.plant(healthy=True)
+    top = 0.99 * critical_speed(case, plant)
+    speeds = {"run1": top, "run2": min(25.0, 0.8 * top), "run3": 0.94 * top}
+    if case.simulated:
+        speeds["run1"] = 0.96 * top
+    folder, secret = out / name, answers / name
+    folder.mkdir(parents=True, exist_ok=True)
+    secret.mkdir(parents=True, exist_ok=True)
+    suffix = SUFFIXES[index % len(SUFFIXES)]
+    dbc = "measurement_trailer.dbc" if case.simulated else "measurement.dbc"
+    truths: dict[str, Any] = {}
+    sensors: dict[str, dict[str, Any]] = {}
+    user: dict[str, float] = {}
+    for draw in case.draws:
+        user |= draw.user
+        for signal, fault in draw.sensors.items():
+            sensors[signal] = sensors.get(signal, {}) | fault
+    for run, mean in speeds.items():
+        motion = drive(case, plant, run, mean, healthy=False)
+        same = drive(case, reference, run, mean, healthy=True)
+        truth = bus_signals(motion, case, run, healthy=False)
+        clean = bus_signals(same, case, run, healthy=True)
+        rng = np.random.default_rng((case.seeds["noise"], int(run[3])))
+        place = secret if run == "run3" else folder
+        recorder.write(
+            place / f"{run}{suffix}",
+            recorder.measure(
+                truth, motion.time_s, sensors, run, rng, case.noise_factor, case.hidden
+            ),
+        )
+        if case.simulated:
+            path = place / f"simulation_{run}.mf4"
+            recorder.write_simulation(path, motion.time_s, clean)
+        details = [
+            {"harmonic": harmonic_truth(motion, case, draw, run)}
+            for draw in case.draws
+            if draw.answer["id"] == "axle_load_harmonic"
+        ]
+        truths[run] = {
+            "v_kmh": round(mean * 3.6, 2),
+            "peak_m_s2": round(_peak(motion), 3),
+            "visibility": round(
+                visibility(sensed(truth, motion.time_s, sensors), clean, case.noise_factor), 3
+            ),
+            **(details[0] if details else {}),
+        }
+    (folder / "vehicle.toml").write_text(drives.vehicle_toml(drives.believed(case.healthy, user)))
+    roles = drives.signals_toml(case.healthy, dbc, case.hidden, trailer=case.simulated)
+    (folder / "signals.toml").write_text(roles)
+    text = json.dumps(_answer(case, name, truths), indent=1, default=float)
+    (secret / "answer.json").write_text(text)
+    return name
+
+
+def _job(arguments: tuple[int, int, Path, Path]) -> str:
+    return make_case(*arguments)
+
+
+def generate(seed: int, count: int, out: Path, answers: Path, jobs: int) -> None:
+    """Write `count` cases; those that are there already are kept."""
+    out.mkdir(parents=True, exist_ok=True)
+    answers.mkdir(parents=True, exist_ok=True)
+    (out / "measurement.dbc").write_text(recorder.dbc_text(trailer=False))
+    (out / "measurement_trailer.dbc").write_text(recorder.dbc_text(trailer=True))
+    work = [(seed, index, out, answers) for index in range(count)]
+    with multiprocessing.get_context("spawn").Pool(jobs) as pool:
+        for done, name in enumerate(pool.imap_unordered(_job, work), 1):
+            print(f"\r{done}/{count} {name}", end="", file=sys.stderr, flush=True)
+    print(file=sys.stderr)
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--answers", type=Path, required=True)
+    parser.add_argument("--jobs", type=int, default=2)
+    given = parser.parse_args()
+    generate(given.seed, given.count, given.out, given.answers, given.jobs)
+
+
+if __name__ == "__main__":
+    main()
