@@ -10,46 +10,80 @@
 ///
 /// All memory is in sway_core_t, which the caller owns; nothing is allocated, nothing is shared
 /// between two cores. Not re-entrant: one core belongs to one thread (or interrupt level).
+///
+/// The way of the data: sway_grid (even rows) -> sway_track (ring, sliding spectrum, search, damped
+/// line) -> sway_identify (slips, forces, stiffnesses, loads, inertias) -> sway_margin
+/// (single-track model sway_stm, combination with the signals) -> sway_alarm -> sway_status_t.
 #ifndef SWAY_CORE_H
 #define SWAY_CORE_H
 
 #include "sway_alarm.h"
+#include "sway_grid.h"
+#include "sway_identify.h"
+#include "sway_margin.h"
 #include "sway_status.h"
-#include "sway_types.h"
+#include "sway_track.h"
 #include "sway_vehicle.h"
+
+/// Slices that are run for each row of the grid: the estimator's, then identification and margin.
+#define SWAY_CORE_LINE_SLICES SWAY_TRACK_SLICES
+#define SWAY_CORE_MARGIN_SLICES 8
+
+/// Rows that may wait for their slices.
+#define SWAY_CORE_ROWS 16
 
 typedef struct {
     sway_vehicle_t vehicle;
-    int32_t sample_period_us;                 ///< of the grid: 10000 (5000 .. 20000)
-    int32_t input_delay_us[SWAY_INPUT_COUNT]; ///< known delay of each input: timestamps of its
-                                              ///< samples are that much too late, 0 .. 500000
+    int32_t sample_period_us;    ///< of the grid: 10000 (5000 .. 20000)
+    int32_t window_cycles_milli; ///< window in oscillations x 1000: 2000 (1500 .. 6000)
+    int32_t input_delay_us[SWAY_INPUT_COUNT]; ///< known delay of each input: its timestamps are
+                                              ///< that much too late; +-500000
     sway_alarm_config_t alarm;
 } sway_core_config_t;
 
 typedef struct {
     sway_core_config_t config;
+    sway_grid_t grid;
+    sway_tick_t row[SWAY_CORE_ROWS]; ///< waiting
+    uint32_t rows;                   ///< how many
+    uint32_t first;                  ///< slot of the oldest
+    sway_track_t track;
+    sway_line_t line; ///< the estimate that is being worked on
+    sway_identify_t identify;
+    sway_margin_t margin;
+    sway_alarm_t alarm;
     sway_status_t status;
+    int64_t time_us;       ///< of the newest row that is being worked on
+    int64_t speed_time_us; ///< of the newest valid speed
+    int32_t speed_mm_s;
+    uint32_t sequence; ///< of the last line taken
+    uint32_t singular;
+    uint32_t overrun;
+    uint8_t slices_due;
+    uint8_t stage;
+    bool identified; ///< identify holds results of this line
+    bool modelled;   ///< margin holds results of this line
 } sway_core_t;
 
 /// A configuration with every field at its default and no vehicle (which init will refuse).
 void sway_core_defaults(sway_core_config_t *config);
 
 /// Resets everything, fault counters included. SWAY_ERROR_ARGUMENT for a null pointer, a sample
-/// period or a delay out of range; SWAY_ERROR_VEHICLE for a vehicle that sway_vehicle_check()
-/// refuses. On error `core` is not usable.
+/// period, window, delay or threshold out of range; SWAY_ERROR_VEHICLE for a vehicle that
+/// sway_vehicle_check() refuses. On error `core` is not usable.
 sway_error_t sway_core_init(sway_core_t *core, const sway_core_config_t *config);
 
 /// One sample of one input in the unit of sway_input_t. SWAY_ERROR_RANGE and SWAY_ERROR_TIME are
-/// counted and the sample is dropped; everything else goes on unharmed. Constant time.
+/// counted and the sample is dropped; everything else goes on unharmed. Short, unless
+/// sway_core_run() has been neglected for SWAY_CORE_ROWS rows: then their slices run here.
 sway_error_t sway_core_input(sway_core_t *core, sway_input_t input, int64_t time_us, int32_t value);
 
 /// The sender says that it has no valid value now. Counted; the grid marks a gap there.
 void sway_core_invalid(sway_core_t *core, sway_input_t input, int64_t time_us);
 
-/// One bounded slice of the work that is due (at most about 90,000 instructions on a Cortex-M0+).
-/// True: more is due. What becomes due depends on the timestamps of the samples only, so results
-/// do not depend on when or how often this is called, as long as it is called until it returns
-/// false after every sample or every few samples.
+/// One bounded slice of the work that is due. True: more is due. Every row gets the same number of
+/// slices, before the next row is taken: results depend on the samples and their timestamps only,
+/// never on when or how often this is called.
 bool sway_core_run(sway_core_t *core);
 
 /// The newest status; valid for the life of the core, changes only inside sway_core_run() (and the

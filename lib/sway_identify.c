@@ -33,7 +33,7 @@ static const sway_from_t FORCE_OF[SWAY_AXLE_COUNT] = {SWAY_FROM_CAR_FRONT_FY, SW
 
 /* Line flags that leave nothing to identify from. */
 #define NO_LINE                                                                                    \
-    (SWAY_LINE_NO_OSCILLATION | SWAY_LINE_SEEKING | SWAY_LINE_STARTING | SWAY_LINE_NOT_CONVERGED)
+    (SWAY_LINE_NO_OSCILLATION | SWAY_LINE_SEEKING | SWAY_LINE_NOT_CONVERGED)
 
 static sway_real_t metre(int32_t micrometre)
 {

@@ -1,0 +1,28 @@
+/// sway_publish: one estimate into the plain integers of sway_status_t.
+#ifndef SWAY_PUBLISH_H
+#define SWAY_PUBLISH_H
+
+#include "sway_alarm.h"
+#include "sway_identify.h"
+#include "sway_margin.h"
+#include "sway_status.h"
+
+/// What is known of one estimate; pointers are NULL where there is nothing.
+typedef struct {
+    const sway_line_t *line; ///< a line to believe, or NULL
+    const sway_identify_t *identify;
+    const sway_margin_model_t *model;
+    int64_t time_us;    ///< newest row
+    int32_t speed_mm_s; ///< newest; -1: not known
+    uint32_t quality;
+    bool is_solo; ///< no trailer: the amplitude is the car's yaw rate
+    sway_margin_damping_t signal;
+    sway_margin_damping_t combined;
+    sway_belief_t belief;
+} sway_publish_t;
+
+/// Writes everything but alarm, sequence and fault counters. What is not valid now keeps its last
+/// value and is marked old, if it ever was valid.
+void sway_publish(sway_status_t *status, const sway_publish_t *from);
+
+#endif
