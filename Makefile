@@ -30,12 +30,12 @@ SYSTEM_RUN := gcc=gcc /usr/include/stdio.h=libc6-dev ar=binutils python3=python3
     /etc/ssl/certs/ca-certificates.crt=ca-certificates
 SYSTEM_TEST := clang=clang g++=g++ clang-format=clang-format cppcheck=cppcheck git=git
 
-$(STAMP)/system-run:
+$(STAMP)/system-run: Makefile
 	@mkdir -p $(@D)
 	@tests/tools/need $(SYSTEM_RUN)
 	@touch $@
 
-$(STAMP)/system-test: $(STAMP)/system-run
+$(STAMP)/system-test: $(STAMP)/system-run $(wildcard tests/mk/*.mk port/*/rules.mk)
 	@tests/tools/need $(SYSTEM_TEST)
 	@touch $@
 
@@ -178,7 +178,7 @@ lint:: setup-test lib
 
 bench:: setup-test
 
--include $(sort $(wildcard tests/mk/*.mk port/*/rules.mk))
+-include $(sort $(wildcard port/*/rules.mk)) $(sort $(wildcard tests/mk/*.mk))
 
 # Last, so that a test run ends with pytest's own line.
 test:: lint

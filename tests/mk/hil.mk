@@ -1,0 +1,20 @@
+# make hil: the daemon on a real kernel CAN, faults included (tests/hil).
+SYSTEM_TEST += /usr/bin/linux.uml=user-mode-linux /bin/busybox=busybox-static ip=iproute2 \
+    tc=iproute2 taskset=util-linux
+
+BUS_LOAD := $(B)/bus_load
+$(BUS_LOAD): tests/hil/bus_load.c $(B)/gcc/libsway.a
+	@echo "CC $@"
+	@gcc -std=c99 -D_GNU_SOURCE -Wall -Wextra -O2 -g $(DEFINE) $(INCLUDE) $< $(B)/gcc/libsway.a \
+	    -lm -o $@
+
+.PHONY: hil hil-bench
+hil: setup-test $(SWAYWATCHD) $(BUS_LOAD)
+	@tests/hil/run -q
+
+# The long measurements: 8,000 frames/s over 60 s, latency.
+hil-bench: setup-test $(SWAYWATCHD) $(BUS_LOAD)
+	@HIL_SECONDS=60 tests/hil/run -q -k "load or latency"
+
+test:: hil
+bench:: hil-bench
