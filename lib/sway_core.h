@@ -30,7 +30,7 @@
 #define SWAY_CORE_MARGIN_SLICES 8
 
 /// Rows that may wait for their slices.
-#define SWAY_CORE_ROWS 16
+#define SWAY_CORE_ROWS 4
 
 typedef struct {
     sway_vehicle_t vehicle;

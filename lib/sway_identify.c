@@ -9,7 +9,8 @@
 #define NEG sway_real_neg
 
 /* Channel of each source; SWAY_FROM_S has none. */
-static const sway_channel_t CHANNEL_OF[SWAY_FROM_S] = {
+static const sway_channel_t CHANNEL_OF[SWAY_FROM_ALL] = {
+    SWAY_CHANNEL_COUNT,
     SWAY_CHANNEL_STEERING_WHEEL_ANGLE,
     SWAY_CHANNEL_CAR_YAW_RATE,
     SWAY_CHANNEL_CAR_LATERAL_ACC,
@@ -32,8 +33,7 @@ static const sway_from_t FORCE_OF[SWAY_AXLE_COUNT] = {SWAY_FROM_CAR_FRONT_FY, SW
                                                       SWAY_FROM_TRAILER_REAR_FY};
 
 /* Line flags that leave nothing to identify from. */
-#define NO_LINE                                                                                    \
-    (SWAY_LINE_NO_OSCILLATION | SWAY_LINE_SEEKING | SWAY_LINE_NOT_CONVERGED)
+#define NO_LINE (SWAY_LINE_NO_OSCILLATION | SWAY_LINE_SEEKING | SWAY_LINE_NOT_CONVERGED)
 
 static sway_real_t metre(int32_t micrometre)
 {
@@ -83,9 +83,11 @@ static uint32_t quality_of(uint32_t line_flags)
 static void set_variances(sway_identify_t *id)
 {
     const sway_line_t *const line = id->line;
-    for (int i = 0; i < (int)SWAY_FROM_S; i++) {
-        const sway_real_t se = line->channel[CHANNEL_OF[i]].amplitude_se;
-        id->sources.variance[i] = MUL(se, se);
+    for (int i = SWAY_FROM_STEERING; i < (int)SWAY_FROM_COUNT; i++) {
+        if (has_channel(line, CHANNEL_OF[i])) {
+            const sway_real_t se = line->channel[CHANNEL_OF[i]].amplitude_se;
+            id->sources.variance[i] = MUL(se, se);
+        }
     }
     const sway_real_t both = ADD(MUL(line->omega_se_rad_s, line->omega_se_rad_s),
                                  MUL(line->growth_se_1_s, line->growth_se_1_s));
@@ -409,22 +411,28 @@ static void car_forces(sway_identify_t *id)
 
 /* A stiffness that can be believed: error below a quarter, argument below 45 deg, 1 to 5000 kN/rad.
  */
-static bool stiffness_is_usable(const sway_phasor_t *stiffness, sway_real_t se)
+static bool stiffness_is_usable(const sway_estimate_t *stiffness)
 {
     const sway_complex_t c = stiffness->value;
     const sway_real_t size = sway_complex_abs(c);
-    return stiffness->known && sway_real_compare(sway_real_scale(se, 2), size) <= 0 &&
+    return sway_real_compare(sway_real_scale(stiffness->se, 2), size) <= 0 &&
            sway_real_less(sway_real_abs(c.im), c.re) && sway_real_less(sway_real_int(1000), size) &&
            sway_real_less(size, sway_real_int(5000000));
+}
+
+static sway_estimate_t estimate_of(const sway_identify_t *id, const sway_phasor_t *phasor)
+{
+    const sway_estimate_t estimate = {phasor->value, sway_phasor_se(phasor, &id->sources)};
+    return estimate;
 }
 
 static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
 {
     sway_axle_estimate_t *const estimate = &id->axle[axle];
-    estimate->stiffness = estimate->force;
-    sway_phasor_divide(&estimate->stiffness, &estimate->slip);
-    estimate->stiffness_se = sway_phasor_se(&estimate->stiffness, &id->sources);
-    if (stiffness_is_usable(&estimate->stiffness, estimate->stiffness_se)) {
+    sway_phasor_t stiffness = estimate->force;
+    sway_phasor_divide(&stiffness, &estimate->slip);
+    estimate->stiffness = estimate_of(id, &stiffness);
+    if (stiffness.known && stiffness_is_usable(&estimate->stiffness)) {
         id->valid |= (uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle;
     } else if (estimate->force.known && estimate->slip.known) {
         id->quality |= SWAY_QUALITY_SINGULAR;
@@ -473,25 +481,24 @@ static void axle_load(sway_identify_t *id, sway_axle_t axle)
 /* --- yaw inertias ----------------------------------------------------------------------------- */
 
 /* moment / (s r), marked valid where its error is below a fifth of it. */
-static sway_phasor_t inertia_from(sway_identify_t *id, const sway_phasor_t *moment,
-                                  sway_from_t yaw_rate, uint32_t bit)
+static sway_estimate_t inertia_from(sway_identify_t *id, const sway_phasor_t *moment,
+                                    sway_from_t yaw_rate, uint32_t bit)
 {
     sway_phasor_t turn = measured(id, yaw_rate);
     sway_phasor_multiply(&turn, &id->s);
     sway_phasor_t inertia = *moment;
     sway_phasor_divide(&inertia, &turn);
-    const sway_real_t se = sway_phasor_se(&inertia, &id->sources);
+    const sway_estimate_t estimate = estimate_of(id, &inertia);
     const sway_real_t bound = DIV(inertia.value.re, sway_real_int(5));
-    if (inertia.known && sway_real_less(se, bound)) {
+    if (inertia.known && sway_real_less(estimate.se, bound)) {
         id->valid |= bit;
     }
-    return inertia;
+    return estimate;
 }
 
 static void car_inertia(sway_identify_t *id)
 {
     const sway_car_t *const car = &id->vehicle->car;
-    id->car_inertia = sway_phasor_unknown();
     if (!car_forces_measured(id)) {
         return;
     }
@@ -503,8 +510,8 @@ static void car_inertia(sway_identify_t *id)
     id->car_inertia = inertia_from(id, &moment, SWAY_FROM_CAR_YAW_RATE, SWAY_VALID_CAR_INERTIA);
 }
 
-static sway_phasor_t trailer_inertia_from(sway_identify_t *id, const sway_phasor_t *front,
-                                          const sway_phasor_t *rear, uint32_t bit)
+static sway_estimate_t trailer_inertia_from(sway_identify_t *id, const sway_phasor_t *front,
+                                            const sway_phasor_t *rear, uint32_t bit)
 {
     const sway_trailer_t *const trailer = &id->vehicle->trailer;
     sway_phasor_t moment = id->hitch;
@@ -526,7 +533,6 @@ static bool trailer_inertia_is_open(const sway_identify_t *id)
 
 static void trailer_inertia(sway_identify_t *id)
 {
-    id->trailer_inertia = sway_phasor_unknown();
     if (trailer_inertia_is_open(id)) {
         id->trailer_inertia = trailer_inertia_from(id, &id->axle[SWAY_AXLE_TRAILER_FRONT].force,
                                                    &id->axle[SWAY_AXLE_TRAILER_REAR].force,
@@ -542,7 +548,6 @@ static sway_phasor_t trailer_total(const sway_identify_t *id)
 
 static void trailer_inertia_method_1(sway_identify_t *id)
 {
-    id->trailer_inertia_1 = sway_phasor_unknown();
     if (trailer_inertia_is_open(id) && id->vehicle->trailer.axles == 2) {
         sway_phasor_t half = trailer_total(id);
         sway_phasor_scale(&half, sway_real_scale(sway_real_int(1), -1));
@@ -553,7 +558,6 @@ static void trailer_inertia_method_1(sway_identify_t *id)
 
 static void trailer_inertia_method_2(sway_identify_t *id)
 {
-    id->trailer_inertia_2 = sway_phasor_unknown();
     if (trailer_inertia_is_open(id) && id->vehicle->trailer.axles == 2) {
         const weights_t static_loads = {metre(id->vehicle->trailer.rear_axle_to_cog_um),
                                         metre(id->vehicle->trailer.front_axle_to_cog_um)};

@@ -18,11 +18,16 @@
 #include "sway_status.h"
 #include "sway_vehicle.h"
 
+/// A result with the standard error of its real part (the same as of its imaginary part).
 typedef struct {
-    sway_phasor_t slip;      ///< rad, positive: force to the left
-    sway_phasor_t force;     ///< N, both wheels
-    sway_phasor_t stiffness; ///< force / slip, N/rad
-    sway_real_t stiffness_se;
+    sway_complex_t value;
+    sway_real_t se;
+} sway_estimate_t;
+
+typedef struct {
+    sway_phasor_t slip;             ///< rad, positive: force to the left
+    sway_phasor_t force;            ///< N, both wheels
+    sway_estimate_t stiffness;      ///< force / slip, N/rad
     sway_real_t load_n;             ///< mean
     sway_complex_t load_harmonic_n; ///< at 2f, turned back by twice the phase of the force
     sway_real_t effective_load_n;   ///< Eq. 4.13, phase against the slip squared
@@ -38,12 +43,12 @@ typedef struct {
     sway_phasor_t hitch;        ///< force of the car on the trailer, trailer axes
     sway_phasor_t hitch_on_car; ///< force of the trailer on the car, car axes
     sway_axle_estimate_t axle[SWAY_AXLE_COUNT];
-    sway_phasor_t car_inertia;       ///< Eq. 4.18
-    sway_phasor_t trailer_inertia;   ///< Eq. 4.19 with the forces of `axle`
-    sway_phasor_t trailer_inertia_1; ///< method 1, Eq. 4.20: equal axle forces
-    sway_phasor_t trailer_inertia_2; ///< method 2, Eq. 4.23: stiffness in proportion to static load
-    uint32_t valid;                  ///< SWAY_VALID_* of what is identified
-    uint32_t quality;                ///< SWAY_QUALITY_*
+    sway_estimate_t car_inertia;       ///< Eq. 4.18
+    sway_estimate_t trailer_inertia;   ///< Eq. 4.19 with the forces of `axle`
+    sway_estimate_t trailer_inertia_1; ///< method 1, Eq. 4.20: equal axle forces
+    sway_estimate_t trailer_inertia_2; ///< method 2, Eq. 4.23: stiffness in proportion to load
+    uint32_t valid;                    ///< SWAY_VALID_* of what is identified
+    uint32_t quality;                  ///< SWAY_QUALITY_*
     uint8_t step;
 } sway_identify_t;
 

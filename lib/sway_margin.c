@@ -80,10 +80,11 @@ static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measur
     *variance = MUL(*variance, SUB(sway_real_int(1), gain));
 }
 
-static void state_take(sway_margin_state_t *state, sway_complex_t value, sway_real_t se,
+static void state_take(sway_margin_state_t *state, const sway_estimate_t *estimate,
                        sway_complex_t s_by_v)
 {
-    const sway_real_t r = MUL(square(se), sway_real_int(SWAY_MARGIN_OVERLAP));
+    const sway_complex_t value = estimate->value;
+    const sway_real_t r = MUL(square(estimate->se), sway_real_int(SWAY_MARGIN_OVERLAP));
     if (!state->started) {
         state->value = value;
         state->variance_re = r;
@@ -108,18 +109,16 @@ static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
     for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
         const sway_axle_estimate_t *const estimate = &id->axle[axle];
         if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle)) != 0U) {
-            state_take(&margin->stiffness[axle], estimate->stiffness.value, estimate->stiffness_se,
-                       s_by_v);
+            state_take(&margin->stiffness[axle], &estimate->stiffness, s_by_v);
         }
     }
-    const sway_phasor_t *const inertia[2] = {&id->car_inertia, &id->trailer_inertia};
+    const sway_estimate_t *const inertia[2] = {&id->car_inertia, &id->trailer_inertia};
     const uint32_t bit[2] = {SWAY_VALID_CAR_INERTIA, SWAY_VALID_TRAILER_INERTIA};
     for (int body = 0; body < 2; body++) {
         if ((id->valid & bit[body]) != 0U) {
-            sway_complex_t real_part = inertia[body]->value;
-            real_part.im = sway_real_int(0);
-            state_take(&margin->inertia[body], real_part,
-                       sway_phasor_se(inertia[body], &id->sources), s_by_v);
+            sway_estimate_t real_part = *inertia[body];
+            real_part.value.im = sway_real_int(0);
+            state_take(&margin->inertia[body], &real_part, s_by_v);
         }
     }
 }

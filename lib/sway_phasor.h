@@ -8,10 +8,12 @@
 #ifndef SWAY_PHASOR_H
 #define SWAY_PHASOR_H
 
+#include "sway_config.h"
 #include "sway_real.h"
 
 /// What is measured. Each has one standard error for its real and its imaginary part.
 typedef enum {
+    SWAY_FROM_S, ///< growth + j omega
     SWAY_FROM_STEERING,
     SWAY_FROM_CAR_YAW_RATE,
     SWAY_FROM_CAR_ACC,
@@ -23,9 +25,19 @@ typedef enum {
     SWAY_FROM_CAR_REAR_FY,
     SWAY_FROM_TRAILER_FRONT_FY,
     SWAY_FROM_TRAILER_REAR_FY,
-    SWAY_FROM_S, ///< growth + j omega
-    SWAY_FROM_COUNT
+    SWAY_FROM_ALL
 } sway_from_t;
+
+/// Sources that are kept: those of the channels that the build has.
+#if SWAY_CHANNELS > 12
+#define SWAY_FROM_COUNT 12
+#elif SWAY_CHANNELS > 9
+#define SWAY_FROM_COUNT 10
+#elif SWAY_CHANNELS > 5
+#define SWAY_FROM_COUNT 8
+#else
+#define SWAY_FROM_COUNT (SWAY_CHANNELS + 1)
+#endif
 
 typedef struct {
     sway_complex_t value;

@@ -40,9 +40,9 @@ static void put_axle(sway_axle_status_t *axle, const sway_axle_estimate_t *estim
     const sway_real_t size = sway_complex_abs(estimate->stiffness.value);
     const sway_real_t force = sway_complex_abs(estimate->force.value);
     axle->cornering_stiffness_n_per_rad = integer(size, 1);
-    axle->cornering_stiffness_se_n_per_rad = integer(estimate->stiffness_se, 1);
+    axle->cornering_stiffness_se_n_per_rad = integer(estimate->stiffness.se, 1);
     axle->argument_urad = integer(sway_complex_arg(estimate->stiffness.value), 1000000);
-    axle->argument_se_urad = integer(sway_real_div(estimate->stiffness_se, size), 1000000);
+    axle->argument_se_urad = integer(sway_real_div(estimate->stiffness.se, size), 1000000);
     axle->slip_amplitude_urad = integer(sway_complex_abs(estimate->slip.value), 1000000);
     axle->force_amplitude_mn = integer(force, 1000);
 }
@@ -61,11 +61,12 @@ static void put_load(sway_axle_status_t *axle, const sway_axle_estimate_t *estim
     axle->lateral_friction_ppm = integer(sway_real_div(force, estimate->effective_load_n), 1000000);
 }
 
-static void put_inertia(int32_t *inertia_gm2, int32_t *argument_urad, const sway_phasor_t *phasor)
+static void put_inertia(int32_t *inertia_gm2, int32_t *argument_urad,
+                        const sway_estimate_t *estimate)
 {
-    *inertia_gm2 = integer(sway_complex_abs(phasor->value), 1000);
+    *inertia_gm2 = integer(sway_complex_abs(estimate->value), 1000);
     if (argument_urad != NULL) {
-        *argument_urad = integer(sway_complex_arg(phasor->value), 1000000);
+        *argument_urad = integer(sway_complex_arg(estimate->value), 1000000);
     }
 }
 
@@ -74,14 +75,12 @@ static void put_inertias(sway_status_t *status, const sway_identify_t *id)
     if ((id->valid & SWAY_VALID_CAR_INERTIA) != 0U) {
         put_inertia(&status->car_yaw_inertia_gm2, &status->car_yaw_inertia_argument_urad,
                     &id->car_inertia);
-        status->car_yaw_inertia_se_gm2 =
-            integer(sway_phasor_se(&id->car_inertia, &id->sources), 1000);
+        status->car_yaw_inertia_se_gm2 = integer(id->car_inertia.se, 1000);
     }
     if ((id->valid & SWAY_VALID_TRAILER_INERTIA) != 0U) {
         put_inertia(&status->trailer_yaw_inertia_gm2, &status->trailer_yaw_inertia_argument_urad,
                     &id->trailer_inertia);
-        status->trailer_yaw_inertia_se_gm2 =
-            integer(sway_phasor_se(&id->trailer_inertia, &id->sources), 1000);
+        status->trailer_yaw_inertia_se_gm2 = integer(id->trailer_inertia.se, 1000);
     }
     if ((id->valid & SWAY_VALID_TRAILER_INERTIA_1) != 0U) {
         put_inertia(&status->trailer_yaw_inertia_1_gm2, NULL, &id->trailer_inertia_1);

@@ -322,14 +322,13 @@ static void standard_errors_are_those_of_the_scatter(void)
                 const double complex error =
                     cvalue(id.axle[axle].stiffness.value) - plant.stiffness[axle];
                 squares[axle] += 0.5 * creal(error * conj(error)) / draws;
-                stated[axle] += pow(value(id.axle[axle].stiffness_se), 2) / draws;
+                stated[axle] += pow(value(id.axle[axle].stiffness.se), 2) / draws;
             }
-            const sway_phasor_t *const inertia[2] = {&id.car_inertia, &id.trailer_inertia};
+            const sway_estimate_t *const inertia[2] = {&id.car_inertia, &id.trailer_inertia};
             for (int body = 0; body < 2; body++) {
                 const double complex error = cvalue(inertia[body]->value) - plant.inertia[body];
                 squares[4 + body] += 0.5 * creal(error * conj(error)) / draws;
-                stated[4 + body] +=
-                    pow(value(sway_phasor_se(inertia[body], &id.sources)), 2) / draws;
+                stated[4 + body] += pow(value(inertia[body]->se), 2) / draws;
             }
         }
         for (int i = 0; i < (forces == 0 ? 4 : 6); i++) {
