@@ -157,11 +157,23 @@ class Estimates:
 
 def si_name(name: str) -> tuple[str, float]:
     """SI name of an integer field and the factor to it."""
-    infix = "_se"
     for old, new, factor in _SUFFIXES:
         if name.endswith(old):
             return name.removesuffix(old) + new, factor
-    return name.removesuffix(infix) if name == infix else name, 1.0
+    return name, 1.0
+
+
+_UNITS = {
+    "_hz": "Hz", "_per_s": "1/s", "_per_rad": "1/rad", "_n_per_rad": "N/rad", "_rad_s": "rad/s",
+    "_rad": "rad", "_m_s": "m/s", "_kgm2": "kgm2", "_n": "N", "_s": "s",
+}  # fmt: skip
+
+
+def unit_of(name: str) -> str:
+    """Unit of a column by the end of its name; "1" for ratios, flags and counts."""
+    plain = name.rpartition("sensitivity_m_s.")[1].rstrip(".") or name
+    ends = [end for end in _UNITS if plain.endswith(end)]
+    return _UNITS[max(ends, key=len)] if ends else "1"
 
 
 def columns_of(status: npt.NDArray[Any]) -> dict[str, FloatArray]:
@@ -336,6 +348,53 @@ def integer_samples(
     time_us = np.rint(channel.time_s * 1e6).astype(np.int64)
     scaled = np.rint(np.clip(channel.value * kind.core_scale, -(2.0**31), 2.0**31 - 1))
     return time_us, scaled.astype(np.int32)
+
+
+def real_to_float(real: Any) -> float:
+    """A ``sway_real_t`` as a float."""
+    return float(np.ldexp(float(real.m), int(real.e)))
+
+
+def model_damping(
+    vehicle: Vehicle, speeds_m_s: npt.ArrayLike, stiffness: dict[str, float] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Damping ratio and frequency (Hz) of the single-track model's weakest mode at each speed.
+
+    Parameters
+    ----------
+    vehicle
+        The combination.
+    speeds_m_s
+        Shape (n,), above 0.
+    stiffness
+        Cornering stiffness in N/rad by axle name, instead of the vehicle's.
+
+    Returns
+    -------
+    damping_ratio, frequency_hz : float64, shape (n,)
+        NaN where the vehicle does not have all that the model needs.
+    """
+    speeds = np.asarray(speeds_m_s, dtype=np.float64)
+    damping, frequency = np.full(len(speeds), np.nan), np.full(len(speeds), np.nan)
+    plain = core_vehicle(vehicle)
+    for axle, value in (stiffness or {}).items():
+        body, _, which = axle.partition("_")
+        setattr(getattr(plain, body), f"{which}_cornering_stiffness_n_per_rad", round(value))
+    stm = ffi.new("sway_stm_t *")
+    if lib.sway_stm_from_vehicle(stm, plain) != lib.SWAY_OK:
+        return damping, frequency
+    roots = ffi.new("sway_stm_roots_t *")
+    quartic = ffi.new("sway_stm_quartic_t *")
+    for index, speed in enumerate(speeds):
+        quartic[0] = lib.sway_stm_quartic(stm, lib.sway_real_ratio(round(speed * 1e6), 1_000_000))
+        lib.sway_stm_roots_start(roots, quartic)
+        for _ in range(200):
+            if lib.sway_stm_roots_sweep(roots, quartic):
+                break
+        root = lib.sway_stm_dominant(roots)
+        damping[index] = real_to_float(lib.sway_stm_damping_ratio(root))
+        frequency[index] = abs(real_to_float(root.im)) / (2 * np.pi)
+    return damping, frequency
 
 
 def analyze_drive(

@@ -1,0 +1,328 @@
+"""The main job: recordings in; estimates, findings and a conclusion out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from swaywatch.core import ALARM, AXLES, QUALITY, REASON, SOURCE, Estimates, analyze_drive
+from swaywatch.drive import Drive, load_drives
+from swaywatch.errors import SignalError
+from swaywatch.quality import Finding, check_drive
+from swaywatch.vehicle import Vehicle, load_vehicle
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+AXLE_NAMES = {
+    "car_front": "front axle of the car",
+    "car_rear": "rear axle of the car",
+    "trailer_front": "front axle of the trailer",
+    "trailer_rear": "rear axle of the trailer",
+}
+
+UNUSABLE = ("no_oscillation", "seeking", "gap", "singular", "slow", "no_speed")
+"""Quality flags of estimates that are left out of means."""
+
+_FORCES = tuple(f"wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
+_LOADS = tuple(f"wheel_vertical_load_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
+_CAR = ("speed", "car_yaw_rate", "car_lateral_acceleration")
+_TRAILER = ("trailer_yaw_rate", "trailer_lateral_acceleration")
+
+NEEDS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("frequency and damping of the oscillation", ("trailer_yaw_rate",)),
+    ("whether the driver steers with the oscillation", ("steering_wheel_angle",)),
+    (
+        "cornering stiffness of the car's front axle",
+        (*_CAR, "steering_wheel_angle", *_FORCES[:2]),
+    ),
+    ("cornering stiffness of the car's rear axle", (*_CAR, *_FORCES[2:])),
+    ("cornering stiffness of the trailer's axles", (*_CAR, *_TRAILER, "hitch_lateral_force")),
+    ("effective axle loads of the car", (*_FORCES, *_LOADS)),
+    ("effective axle loads of the trailer", tuple(f"trailer_{name}" for name in (*_LOADS,))),
+    ("yaw inertia of the car", ("car_yaw_rate", *_FORCES, "hitch_lateral_force")),
+    ("yaw inertia of the trailer", (*_TRAILER, "hitch_lateral_force")),
+    ("critical speed and margin", ("speed",)),
+)
+"""Results, and the channels each needs."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number with its standard error and the number of estimates behind it."""
+
+    value: float
+    error: float
+    count: int
+    scatter: float = 0.0
+
+
+@dataclass(frozen=True)
+class AlarmInterval:
+    """A stretch of time in one alarm state."""
+
+    start_s: float
+    end_s: float
+    state: str
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class DriveResult:
+    """Everything found in one drive."""
+
+    drive: Drive
+    vehicle: Vehicle
+    estimates: Estimates
+    findings: list[Finding]
+    values: dict[str, Value]
+    alarms: list[AlarmInterval]
+    switched_off: list[tuple[str, tuple[str, ...]]]
+    sentences: list[str] = field(default_factory=list)
+
+
+def usable(estimates: Estimates) -> BoolArray:
+    """Estimates of an oscillation that none of the flags in UNUSABLE speaks against."""
+    good = estimates.has("line")
+    for flag in UNUSABLE:
+        good = good & ~estimates.flagged(flag)
+    return good
+
+
+def analyze(
+    paths: Sequence[Path],
+    vehicle_path: Path,
+    signals_path: Path,
+    *,
+    join: bool | None = None,
+    strict: bool = True,
+    progress: Callable[[str, float, float], None] | None = None,
+) -> list[DriveResult]:
+    """Analyse recordings.
+
+    Parameters
+    ----------
+    paths, vehicle_path, signals_path
+        Recordings, ``vehicle.toml`` and ``signals.toml``.
+    join
+        As in :func:`swaywatch.drive.load_drives`.
+    strict
+        Refuse recordings in which a sign, a unit or a clock is wrong.
+    progress
+        Called with what is done, how far, and of how much.
+
+    Raises
+    ------
+    SwaywatchError
+        The input is at fault.
+    """
+
+    def tell(what: str, done: float, total: float) -> None:
+        if progress:
+            progress(what, done, total)
+
+    vehicle = load_vehicle(vehicle_path)
+    tell("reading", 0.0, 1.0)
+    drives = load_drives(paths, signals_path, join=join)
+    tell("reading", 1.0, 1.0)
+    results = []
+    for drive in drives:
+        _must_have(drive, vehicle, signals_path)
+        findings = check_drive(drive, vehicle)
+        wrong = [finding for finding in findings if finding.severity == "error"]
+        if strict and wrong:
+            listed = "\n  ".join(finding.text for finding in wrong)
+            raise SignalError(
+                f"{', '.join(map(str, drive.files))}: the signals do not fit together:\n  "
+                f"{listed}\n(--ignore-quality analyses it all the same)"
+            )
+        name = drive.name
+
+        def tell_core(done: float, name: str = name, total: float = drive.duration_s) -> None:
+            tell(f"analysing {name}", done, total)
+
+        estimates = analyze_drive(drive, vehicle, tell_core)
+        results.append(conclude(drive, vehicle, estimates, findings))
+    return results
+
+
+def _must_have(drive: Drive, vehicle: Vehicle, signals_path: Path) -> None:
+    """Refuse drives without the channels nothing can be said without."""
+    needed = ["speed", "car_yaw_rate"]
+    if vehicle.trailer is not None:
+        needed.append("trailer_yaw_rate")
+    missing = [name for name in needed if name not in drive.channels]
+    if missing:
+        raise SignalError(
+            f"{', '.join(map(str, drive.files))}: no signal for the role(s) {', '.join(missing)}; "
+            f"name them in {signals_path}, e.g. {missing[0]} = \"SignalName\". Without them "
+            "nothing can be said about stability"
+        )
+
+
+def conclude(
+    drive: Drive, vehicle: Vehicle, estimates: Estimates, findings: list[Finding]
+) -> DriveResult:
+    """Means over the usable estimates, alarms, and what could not be said."""
+    good = usable(estimates)
+    values = _values(estimates, good)
+    result = DriveResult(
+        drive,
+        vehicle,
+        estimates,
+        findings,
+        values,
+        alarm_intervals(estimates, drive.duration_s),
+        _switched_off(drive, vehicle),
+    )
+    return result
+
+
+def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
+    values: dict[str, Value] = {}
+
+    def add(name: str, column: str, error: str, mask: BoolArray) -> None:
+        found = weighted_mean(estimates, column, error, mask)
+        if found is not None:
+            values[name] = found
+
+    free = good & ~estimates.flagged("forced")
+    add("frequency_hz", "frequency_hz", "frequency_se_hz", free if free.any() else good)
+    add("damping_ratio", "damping_ratio", "damping_ratio_se", free)
+    add("model_damping_ratio", "model_damping_ratio", "model_damping_ratio_se",
+        estimates.has("model"))  # fmt: skip
+    identified = estimates.status["source"] == _code(SOURCE, "identified")
+    critical = estimates.has("critical_speed")
+    best = critical & good & identified
+    if not best.any():
+        best = critical & good
+    add("v_crit_m_s", "v_crit_m_s", "v_crit_se_m_s", best if best.any() else critical)
+    for axle in AXLES:
+        add(
+            f"{axle}.cornering_stiffness_n_per_rad",
+            f"{axle}.cornering_stiffness_n_per_rad",
+            f"{axle}.cornering_stiffness_se_n_per_rad",
+            estimates.has(axle) & good,
+        )
+        add(f"{axle}.argument_rad", f"{axle}.argument_rad", f"{axle}.argument_se_rad",
+            estimates.has(axle) & good)  # fmt: skip
+    add("car_yaw_inertia_kgm2", "car_yaw_inertia_kgm2", "car_yaw_inertia_se_kgm2",
+        estimates.has("car_inertia") & good)  # fmt: skip
+    add("trailer_yaw_inertia_kgm2", "trailer_yaw_inertia_kgm2", "trailer_yaw_inertia_se_kgm2",
+        estimates.has("trailer_inertia") & good)  # fmt: skip
+    return values
+
+
+def _code(table: dict[int, str], name: str) -> int:
+    return next(code for code, text in table.items() if text == name)
+
+
+def weighted_mean(
+    estimates: Estimates, column: str, error_column: str, mask: BoolArray
+) -> Value | None:
+    """Mean weighted by the estimates' own errors; neighbouring windows overlap, so its error
+    counts a window's length as one independent estimate, and is not below the scatter's.
+    """
+    if not mask.any():
+        return None
+    value, error = estimates[column][mask], np.maximum(estimates[error_column][mask], 1e-12)
+    weight = 1.0 / (error**2 + np.median(error) ** 2 * 0.01)
+    mean = float(np.sum(weight * value) / np.sum(weight))
+    scatter = float(np.sqrt(np.sum(weight * (value - mean) ** 2) / np.sum(weight)))
+    time = np.sort(estimates.time_s[mask])
+    window = float(np.median(estimates["window_s"][mask]))
+    step = float(np.median(np.diff(time))) if len(time) > 1 else window
+    independent = max(1.0, len(time) * step / max(window, step))
+    typical = float(1.0 / np.sqrt(np.mean(1.0 / error**2)))
+    return Value(
+        mean, max(typical, scatter) / float(np.sqrt(independent)), int(mask.sum()), scatter
+    )
+
+
+def alarm_intervals(estimates: Estimates, end_s: float) -> list[AlarmInterval]:
+    """Stretches of equal alarm state, with every reason given in each."""
+    if not len(estimates):
+        return []
+    state, reasons = estimates.status["alarm"], estimates.status["reasons"]
+    time = estimates["time_s"]
+    edges = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), len(state)]
+    intervals = []
+    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+        bits = int(np.bitwise_or.reduce(reasons[start:stop]))
+        names = tuple(name for name, bit in REASON.items() if bits & bit)
+        until = float(time[stop]) if stop < len(state) else max(end_s, float(time[-1]))
+        intervals.append(AlarmInterval(float(time[start]), until, ALARM[int(state[start])], names))
+    return intervals
+
+
+def _switched_off(drive: Drive, vehicle: Vehicle) -> list[tuple[str, tuple[str, ...]]]:
+    """Results that cannot be had, with the channels they lack."""
+    off = []
+    for result, needed in NEEDS:
+        if vehicle.trailer is None and "trailer" in " ".join(needed) + result:
+            continue
+        lacking = tuple(name for name in needed if name not in drive.channels)
+        if vehicle.trailer is None:
+            lacking = tuple(name for name in lacking if not name.startswith("hitch"))
+        if lacking:
+            off.append((result, lacking))
+    return off
+
+
+def flag_share(estimates: Estimates) -> dict[str, float]:
+    """Part of the estimates that carries each quality flag, largest first; zeros left out."""
+    shares = {name: float(np.mean(estimates.flagged(name))) for name in QUALITY}
+    return dict(
+        sorted(((n, s) for n, s in shares.items() if s > 0.0), key=lambda item: -item[1])
+    )
+
+
+def as_json(result: DriveResult) -> dict[str, Any]:
+    """The result as plain types, SI units."""
+    return {
+        "name": result.drive.name,
+        "files": [str(path) for path in result.drive.files],
+        "formats": list(result.drive.formats),
+        "duration_s": round(result.drive.duration_s, 6),
+        "frames": result.drive.frames,
+        "channels": {
+            name: {"signal": c.signal, "unit_in_file": c.unit_in_file, "samples": len(c.value)}
+            for name, c in result.drive.channels.items()
+        },
+        "conclusion": result.sentences,
+        "values": {
+            name: {"value": v.value, "standard_error": v.error, "estimates": v.count}
+            for name, v in result.values.items()
+        },
+        "alarms": [
+            {
+                "start_s": alarm.start_s,
+                "end_s": alarm.end_s,
+                "state": alarm.state,
+                "reasons": list(alarm.reasons),
+            }
+            for alarm in result.alarms
+        ],
+        "findings": [
+            {
+                "severity": finding.severity,
+                "kind": finding.kind,
+                "signals": list(finding.signals),
+                "text": finding.text,
+                "time_s": finding.time_s,
+            }
+            for finding in result.findings
+        ],
+        "switched_off": [
+            {"result": name, "missing_channels": list(channels)}
+            for name, channels in result.switched_off
+        ],
+        "estimates": len(result.estimates),
+        "fault_count": result.estimates.fault_count,
+        "quality_flags": flag_share(result.estimates),
+    }
