@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -160,7 +161,7 @@ def _must_have(drive: Drive, vehicle: Vehicle, signals_path: Path) -> None:
     if missing:
         raise SignalError(
             f"{', '.join(map(str, drive.files))}: no signal for the role(s) {', '.join(missing)}; "
-            f"name them in {signals_path}, e.g. {missing[0]} = \"SignalName\". Without them "
+            f'name them in {signals_path}, e.g. {missing[0]} = "SignalName". Without them '
             "nothing can be said about stability"
         )
 
@@ -171,7 +172,7 @@ def conclude(
     """Means over the usable estimates, alarms, and what could not be said."""
     good = usable(estimates)
     values = _values(estimates, good)
-    result = DriveResult(
+    return DriveResult(
         drive,
         vehicle,
         estimates,
@@ -180,7 +181,6 @@ def conclude(
         alarm_intervals(estimates, drive.duration_s),
         _switched_off(drive, vehicle),
     )
-    return result
 
 
 def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
@@ -225,8 +225,10 @@ def _code(table: dict[int, str], name: str) -> int:
 def weighted_mean(
     estimates: Estimates, column: str, error_column: str, mask: BoolArray
 ) -> Value | None:
-    """Mean weighted by the estimates' own errors; neighbouring windows overlap, so its error
-    counts a window's length as one independent estimate, and is not below the scatter's.
+    """Mean weighted by the estimates' own errors.
+
+    Neighbouring windows overlap, so the error of the mean counts one independent estimate for each
+    length of a window, and is not below what the scatter says.
     """
     if not mask.any():
         return None
@@ -252,7 +254,7 @@ def alarm_intervals(estimates: Estimates, end_s: float) -> list[AlarmInterval]:
     time = estimates["time_s"]
     edges = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), len(state)]
     intervals = []
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in itertools.pairwise(edges):
         bits = int(np.bitwise_or.reduce(reasons[start:stop]))
         names = tuple(name for name, bit in REASON.items() if bits & bit)
         until = float(time[stop]) if stop < len(state) else max(end_s, float(time[-1]))
@@ -276,10 +278,9 @@ def _switched_off(drive: Drive, vehicle: Vehicle) -> list[tuple[str, tuple[str, 
 
 def flag_share(estimates: Estimates) -> dict[str, float]:
     """Part of the estimates that carries each quality flag, largest first; zeros left out."""
-    shares = {name: float(np.mean(estimates.flagged(name))) for name in QUALITY}
-    return dict(
-        sorted(((n, s) for n, s in shares.items() if s > 0.0), key=lambda item: -item[1])
-    )
+    count = max(1, len(estimates))
+    shares = {name: float(np.sum(estimates.flagged(name))) / count for name in QUALITY}
+    return dict(sorted(((n, s) for n, s in shares.items() if s > 0.0), key=lambda item: -item[1]))
 
 
 def as_json(result: DriveResult) -> dict[str, Any]:

@@ -1,0 +1,277 @@
+"""The report as one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import html
+from datetime import UTC, datetime
+from typing import Any
+
+import plotly.graph_objects as go
+import plotly.offline
+
+from swaywatch import __version__
+from swaywatch.analysis import AXLE_NAMES, DriveResult, Value
+from swaywatch.core import AXLES
+from swaywatch.report import figures
+from swaywatch.report.words import REASON_WORDS, plus_minus, sentences, speed_used_m_s, verdict
+from swaywatch.roles import CHANNELS
+
+KMH = 3.6
+
+_STYLE = """
+:root { color-scheme: light; }
+body { font: 15px/1.5 Helvetica, Arial, sans-serif; color: #1f2937; margin: 0; background: #fff; }
+main { max-width: 1260px; margin: 0 auto; padding: 24px 28px 60px; }
+h1 { font-size: 26px; margin: 0 0 2px; } h2 { font-size: 20px; margin: 38px 0 6px;
+  border-bottom: 2px solid #e5e7eb; padding-bottom: 4px; } h3 { font-size: 16px; margin: 26px 0 4px; }
+.meta, .note { color: #6b7280; font-size: 13px; }
+.verdict { border-left: 8px solid #9ca3af; background: #f9fafb; padding: 12px 18px; margin: 14px 0; }
+.verdict.good { border-color: #3f9c5b; background: #f0f9f2; }
+.verdict.near { border-color: #e3a008; background: #fdf8e7; }
+.verdict.bad { border-color: #d64545; background: #fdf0f0; }
+.verdict p { font-size: 19px; font-weight: 600; margin: 0; }
+.verdict ul { margin: 8px 0 2px; padding-left: 20px; } .verdict li { margin: 3px 0; }
+table { border-collapse: collapse; margin: 8px 0 4px; font-size: 14px; }
+th, td { text-align: left; padding: 4px 14px 4px 0; border-bottom: 1px solid #e5e7eb;
+  vertical-align: top; } th { color: #4b5563; font-weight: 600; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+.error { color: #b91c1c; font-weight: 600; } .warning { color: #b45309; font-weight: 600; }
+.info { color: #4b5563; } nav a { margin-right: 16px; }
+.state { display: inline-block; padding: 0 8px; border-radius: 3px; }
+@media print { .js-plotly-plot { break-inside: avoid; } }
+"""
+
+
+def make_report(results: list[DriveResult]) -> str:
+    """HTML of the report on one or several drives of one combination."""
+    parts = [
+        "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>",
+        f"<title>Sway report: {html.escape(_title(results))}</title><style>{_STYLE}</style>",
+        f"<script>{plotly.offline.get_plotlyjs()}</script></head><body><main>",
+        f"<h1>How far from instability, and why do we think so</h1>"
+        f"<div class='meta'>{html.escape(_title(results))} &middot; vehicle "
+        f"{html.escape(str(results[0].vehicle.path))} &middot; swaywatch {__version__} &middot; "
+        f"{datetime.now(tz=UTC):%Y-%m-%d %H:%M} UTC</div>",
+    ]
+    for result in results:
+        parts.append(_verdict(result, several=len(results) > 1))
+    parts += ["<h2>In figures</h2>", _numbers(results)]
+    parts.append("<h2>Margin against speed</h2>")
+    parts.append(
+        _figure(
+            figures.margin_against_speed(results),
+            "Below a damping ratio of 0 a disturbance grows instead of dying out; the speed where "
+            "the curve crosses 0 is the critical speed. Points are measured in free oscillation, "
+            "bars are one standard error, shaded bands two.",
+            "no model and no measured damping to draw",
+        )
+    )
+    for result in results:
+        parts.append(_drive(result))
+    parts.append(_conventions())
+    parts.append("</main></body></html>")
+    return "\n".join(parts)
+
+
+def _title(results: list[DriveResult]) -> str:
+    return ", ".join(path.name for result in results for path in result.drive.files)
+
+
+def _verdict(result: DriveResult, several: bool) -> str:
+    kind, sentence = verdict(result)
+    lead = f"<div class='note'>{html.escape(result.drive.name)}</div>" if several else ""
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in sentences(result))
+    return f"<div class='verdict {kind}'>{lead}<p>{html.escape(sentence)}</p><ul>{items}</ul></div>"
+
+
+def _numbers(results: list[DriveResult]) -> str:
+    """The key figures of all drives side by side."""
+    rows: list[tuple[str, str, list[str]]] = [
+        ("speed at the estimates", "km/h", [f"{speed_used_m_s(r) * KMH:.1f}" for r in results]),
+        _row(results, "critical speed", "km/h", "v_crit_m_s", KMH, 1),
+        _row(results, "sway frequency", "Hz", "frequency_hz", 1.0, 4),
+        _row(results, "damping ratio, measured in free oscillation", "–", "damping_ratio", 1.0, 4),
+        _row(results, "damping ratio, model", "–", "model_damping_ratio", 1.0, 4),
+    ]
+    for axle in AXLES:
+        key = f"{axle}.cornering_stiffness_n_per_rad"
+        rows.append(
+            _row(results, f"cornering stiffness, {AXLE_NAMES[axle]}", "kN/rad", key, 1e-3, 1)
+        )
+    rows.append(_row(results, "yaw inertia, car", "kg m²", "car_yaw_inertia_kgm2", 1.0, 0))
+    rows.append(_row(results, "yaw inertia, trailer", "kg m²", "trailer_yaw_inertia_kgm2", 1.0, 0))
+    head = "".join(f"<th>{html.escape(result.drive.name)}</th>" for result in results)
+    body = "".join(
+        f"<tr><td>{name}</td>{_believed(results[0], name)}"
+        + "".join(f"<td class='number'>{cell}</td>" for cell in cells)
+        + f"<td>{unit}</td></tr>"
+        for name, unit, cells in rows
+    )
+    return (
+        f"<table><tr><th></th><th>vehicle.toml</th>{head}<th>unit</th></tr>{body}</table>"
+        "<div class='note'>Value ± standard error over the usable estimates of the drive.</div>"
+    )
+
+
+def _row(
+    results: list[DriveResult], name: str, unit: str, key: str, factor: float, digits: int
+) -> tuple[str, str, list[str]]:
+    def cell(value: Value | None) -> str:
+        return "–" if value is None else plus_minus(value, factor, digits)
+
+    return name, unit, [cell(result.values.get(key)) for result in results]
+
+
+def _believed(result: DriveResult, name: str) -> str:
+    """Cell with what the vehicle.toml says of a row."""
+    car, trailer = result.vehicle.car, result.vehicle.trailer
+    known: dict[str, float | None] = {"yaw inertia, car": car.yaw_inertia}
+    if trailer is not None:
+        known["yaw inertia, trailer"] = trailer.yaw_inertia
+    for axle in AXLES:
+        body, _, which = axle.partition("_")
+        value = getattr(getattr(result.vehicle, body), f"{which}_cornering_stiffness", None)
+        known[f"cornering stiffness, {AXLE_NAMES[axle]}"] = value and value * 1e-3
+    value = known.get(name)
+    text = "" if value is None else f"{value:.1f}" if value < 1000 else f"{value:.0f}"
+    return f"<td class='number'>{text}</td>"
+
+
+def _drive(result: DriveResult) -> str:
+    drive = result.drive
+    parts = [
+        f"<h2>{html.escape(drive.name)}</h2>",
+        f"<div class='meta'>{drive.duration_s:.1f} s, {len(drive.channels)} channels, "
+        f"{drive.frames} {'frames' if drive.formats else 'samples'}, "
+        f"{html.escape(', '.join(drive.formats))}, {len(result.estimates)} estimates</div>",
+        "<h3>Speed margin and alarm</h3>",
+        _figure(figures.margin(result), _alarm_legend()),
+        _alarm_table(result),
+        "<h3>Oscillation: frequency, amplitude, damping</h3>",
+        _figure(
+            figures.oscillation(result),
+            "Of the trailer's yaw rate (the car's without a trailer). Bands are two standard "
+            "errors. While the driver steers with the oscillation its growth says nothing about "
+            "stability; those points are grey.",
+            "no usable estimate of an oscillation",
+        ),
+        "<h3>Where in time and frequency the motion is</h3>",
+        _figure(figures.time_frequency(result), "White dots: the line that is tracked."),
+        "<h3>Cornering stiffness of each axle</h3>",
+        _figure(
+            figures.stiffness(result),
+            "Lateral force over slip angle at the sway frequency. A negative argument means that "
+            "the force follows the slip late.",
+            "no axle could be identified; see below which signals are missing",
+        ),
+        "<h3>Axle loads</h3>",
+        _figure(
+            figures.loads(result),
+            "The effective load is the constant load that would give the same lateral force at "
+            "the sway frequency: a load that oscillates at twice that frequency adds to it or "
+            "takes from it, by its phase.",
+            "no axle loads were measured",
+        ),
+        "<h3>Signals as measured</h3>",
+        _figure(figures.signals(result), "Left and right wheels of an axle are added."),
+        "<h3>Data quality</h3>",
+        _findings(result),
+        "<h3>Results that are switched off</h3>",
+        _switched_off(result),
+        "<h3>Which signal plays which role</h3>",
+        _channels(result),
+    ]
+    return "\n".join(parts)
+
+
+def _figure(figure: go.Figure | None, note: str, instead: str = "nothing to show") -> str:
+    if figure is None:
+        return f"<p class='note'>Not shown: {html.escape(instead)}.</p>"
+    body = figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        config={"displaylogo": False, "responsive": False},
+    )
+    return f"{body}<div class='note'>{note}</div>"
+
+
+def _alarm_legend() -> str:
+    return "Alarm: " + " ".join(
+        f"<span class='state' style='background:{colour}'>{state}</span>"
+        for state, colour in figures.ALARM_COLOUR.items()
+    )
+
+
+def _alarm_table(result: DriveResult) -> str:
+    loud = [alarm for alarm in result.alarms if alarm.state in ("notice", "warning", "critical")]
+    if not loud:
+        return "<p>No alarm was raised.</p>"
+    rows = "".join(
+        f"<tr><td class='number'>{alarm.start_s:.2f}</td><td class='number'>{alarm.end_s:.2f}</td>"
+        f"<td><span class='state' style='background:{figures.ALARM_COLOUR[alarm.state]}'>"
+        f"{alarm.state}</span></td>"
+        f"<td>{', '.join(REASON_WORDS.get(reason, reason) for reason in alarm.reasons)}</td></tr>"
+        for alarm in loud[:40]
+    )
+    more = f"<p class='note'>and {len(loud) - 40} more</p>" if len(loud) > 40 else ""
+    return f"<table><tr><th>from [s]</th><th>to [s]</th><th>state</th><th>reasons</th></tr>{rows}</table>{more}"
+
+
+def _findings(result: DriveResult) -> str:
+    faults = [f"{name} {count}" for name, count in result.estimates.fault_count.items() if count]
+    note = f"<p class='note'>Fault counters of the core: {', '.join(faults) or 'all 0'}.</p>"
+    if not result.findings:
+        return (
+            "<p>Nothing to complain about: no gaps, nothing stuck or clipped, signs and units pass "
+            "the balance checks, no delays between the sensors.</p>" + note
+        )
+    rows = "".join(
+        f"<tr><td class='{f.severity}'>{f.severity}</td><td>{f.kind.replace('_', ' ')}</td>"
+        f"<td>{html.escape(f.text)}</td></tr>"
+        for f in result.findings
+    )
+    return f"<table><tr><th></th><th>kind</th><th>finding</th></tr>{rows}</table>{note}"
+
+
+def _switched_off(result: DriveResult) -> str:
+    if not result.switched_off:
+        return "<p>None: every signal that a result needs is there.</p>"
+    rows = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{html.escape(', '.join(channels))}</td></tr>"
+        for name, channels in result.switched_off
+    )
+    return f"<table><tr><th>result</th><th>missing channels</th></tr>{rows}</table>"
+
+
+def _channels(result: DriveResult) -> str:
+    rows = "".join(
+        f"<tr><td>{name}</td><td>{html.escape(channel.signal)}</td>"
+        f"<td>{html.escape(channel.unit_in_file)}</td><td class='number'>{_rate(channel):.0f}</td>"
+        f"<td class='number'>{_position(channel)}</td>"
+        f"<td>{html.escape(', '.join(channel.files))}</td></tr>"
+        for name, channel in result.drive.channels.items()
+    )
+    return (
+        "<table><tr><th>role</th><th>signal</th><th>unit in file</th><th>rate [Hz]</th>"
+        f"<th>ahead of COG [m]</th><th>file</th></tr>{rows}</table>"
+    )
+
+
+def _rate(channel: Any) -> float:
+    span = float(channel.time_s[-1] - channel.time_s[0])
+    return (len(channel.time_s) - 1) / span if span > 0.0 else 0.0
+
+
+def _position(channel: Any) -> str:
+    return f"{channel.position_m:.3f}" if CHANNELS[channel.name].unit == "m/s2" else ""
+
+
+def _conventions() -> str:
+    return (
+        "<h2>Conventions</h2><p class='note'>Axes are ISO 8855 (x forward, y left, z up; yaw, "
+        "steering and lateral force positive left); articulation is trailer heading minus car "
+        "heading; hitch forces are those of the trailer on the car. Estimates come from a sliding "
+        "window over about two swings; time is that of its middle. Errors are standard errors. "
+        "Method: sliding spectrum, joint damped-line fit over all channels, axle slip and "
+        "stiffness, single-track model (N. Zhang, TU Darmstadt 2015, chapters 3 and 4).</p>"
+    )

@@ -1,0 +1,244 @@
+"""The findings in plain English: how far from instability, and why do we think so."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swaywatch.analysis import AXLE_NAMES, DriveResult, Value, flag_share, usable
+from swaywatch.core import AXLES, PARAMETER
+
+KMH = 3.6
+
+REASON_WORDS = {
+    "small_margin": "little speed margin",
+    "above_critical_speed": "faster than the critical speed",
+    "low_damping": "oscillation decays slowly",
+    "growing": "oscillation grows",
+    "large_amplitude": "large amplitude",
+    "short_time": "limit reached soon",
+    "static": "above the static critical speed",
+}
+
+FLAG_WORDS = {
+    "no_oscillation": "no oscillation above the noise",
+    "forced": "the driver steers with the oscillation",
+    "gap": "samples are missing in the window",
+    "speed_changing": "the speed changes",
+    "nonlinear": "beyond the linear range",
+    "seeking": "no line is locked yet",
+    "slow": "slower than 30 km/h",
+    "no_speed": "speed unknown",
+    "singular": "equations without a solution",
+    "missing_input": "an input is missing",
+    "model_disagrees": "model and signals disagree about the damping",
+    "equal_split": "trailer forces shared out by the user's stiffness ratio",
+    "user_inertia": "yaw inertia of the trailer is the user's",
+}
+
+
+def plus_minus(value: Value, factor: float = 1.0, digits: int = 1) -> str:
+    """``123.4 ± 0.6``."""
+    return f"{value.value * factor:.{digits}f} ± {value.error * factor:.{digits}f}"
+
+
+def speed_used_m_s(result: DriveResult) -> float:
+    """Highest speed at which there was something to estimate from, else the highest at all."""
+    estimates = result.estimates
+    good = usable(estimates) if len(estimates) else np.zeros(0, dtype=np.bool_)
+    if good.any():
+        return float(np.percentile(estimates["speed_m_s"][good], 95))
+    return float(np.percentile(result.drive.channels["speed"].value, 95))
+
+
+def verdict(result: DriveResult) -> tuple[str, str]:
+    """Colour (``good``, ``near``, ``bad``, ``unknown``) and one sentence."""
+    speed = speed_used_m_s(result)
+    critical = result.values.get("v_crit_m_s")
+    if critical is None:
+        return "unknown", (
+            f"No critical speed could be found from {result.drive.name}; see below what is missing."
+        )
+    margin = critical.value - speed
+    place = f"At {speed * KMH:.1f} km/h this combination is"
+    about = f"its critical speed of {plus_minus(critical, KMH)} km/h"
+    if margin < 0.0:
+        return "bad", f"{place} {-margin * KMH:.1f} km/h above {about}: yaw oscillations grow."
+    if margin * KMH < 15.0:
+        return "near", f"{place} only {margin * KMH:.1f} km/h below {about}."
+    return "good", f"{place} {margin * KMH:.0f} km/h below {about}."
+
+
+def sentences(result: DriveResult) -> list[str]:
+    """Why we think so, most important first."""
+    return [
+        text
+        for text in (
+            _damping(result),
+            _source(result),
+            _stiffness(result),
+            _changes(result),
+            _load_harmonics(result),
+            _levers(result),
+            _alarms(result),
+            _trust(result),
+        )
+        if text
+    ]
+
+
+def _damping(result: DriveResult) -> str:
+    frequency = result.values.get("frequency_hz")
+    damping = result.values.get("damping_ratio")
+    if frequency is None:
+        return "No yaw oscillation stood out of the noise, so nothing was measured of the damping."
+    text = f"The combination sways at {plus_minus(frequency, 1.0, 3)} Hz"
+    if damping is None:
+        return (
+            text + ", always driven by the steering: no free oscillation to measure damping from."
+        )
+    per_cycle = 1.0 - float(
+        np.exp(-2 * np.pi * damping.value / np.sqrt(max(1e-9, 1.0 - damping.value**2)))
+    )
+    motion = (
+        f"losing {100 * per_cycle:.0f} % of its amplitude each swing"
+        if per_cycle >= 0.0
+        else f"gaining {-100 * per_cycle:.0f} % of amplitude each swing"
+    )
+    text += f"; left alone it has a damping ratio of {plus_minus(damping, 1.0, 3)}, {motion}"
+    model = result.values.get("model_damping_ratio")
+    if model is not None:
+        text += f" (the single-track model with the identified tyres says {model.value:.3f})"
+    return text + "."
+
+
+def _source(result: DriveResult) -> str:
+    estimates = result.estimates
+    if "v_crit_m_s" not in result.values:
+        return ""
+    sources = estimates.status["source"][estimates.has("critical_speed")]
+    kind = int(np.bincount(sources.astype(np.int64), minlength=4).argmax())
+    count = result.values["v_crit_m_s"].count
+    if kind == 3:
+        return (
+            f"The critical speed comes from the cornering stiffnesses of all axles, identified in "
+            f"{count} windows of this drive; masses and lengths are those of the vehicle.toml."
+        )
+    if kind == 2:
+        return (
+            "The critical speed rests partly on measured cornering stiffnesses, partly on those "
+            "of the vehicle.toml."
+        )
+    return "The critical speed rests on the vehicle.toml alone: no tyre could be identified."
+
+
+def _stiffness(result: DriveResult) -> str:
+    parts = []
+    for axle in AXLES:
+        found = result.values.get(f"{axle}.cornering_stiffness_n_per_rad")
+        if found is None:
+            continue
+        body, _, which = axle.partition("_")
+        believed = getattr(getattr(result.vehicle, body), f"{which}_cornering_stiffness", None)
+        text = f"{AXLE_NAMES[axle]} {plus_minus(found, 1e-3)} kN/rad"
+        if believed:
+            text += f" ({100 * (found.value / believed - 1):+.1f} % against the vehicle.toml)"
+        parts.append(text)
+    return "Cornering stiffness: " + "; ".join(parts) + "." if parts else ""
+
+
+def _changes(result: DriveResult) -> str:
+    """Axles whose stiffness is not the same throughout."""
+    estimates, good = result.estimates, usable(result.estimates)
+    parts = []
+    for axle in AXLES:
+        mask = good & estimates.has(axle)
+        found = result.values.get(f"{axle}.cornering_stiffness_n_per_rad")
+        if found is None or mask.sum() < 8:
+            continue
+        value = estimates[f"{axle}.cornering_stiffness_n_per_rad"][mask]
+        error = estimates[f"{axle}.cornering_stiffness_se_n_per_rad"][mask]
+        typical = float(np.median(value))
+        away = (value - typical) / typical
+        clear = (np.abs(away) > 0.04) & (np.abs(value - typical) > 4.0 * error)
+        if clear.sum() < 4:
+            continue
+        time = estimates.time_s[mask][clear]
+        parts.append(
+            f"that of the {AXLE_NAMES[axle]} moves between {100 * away[clear].min():+.0f} and "
+            f"{100 * away[clear].max():+.0f} % around its median ({time.min():.1f} to "
+            f"{time.max():.1f} s)"
+        )
+    return "The cornering stiffness is not constant: " + "; ".join(parts) + "." if parts else ""
+
+
+def _load_harmonics(result: DriveResult) -> str:
+    estimates, good = result.estimates, usable(result.estimates)
+    parts = []
+    for axle in AXLES:
+        mask = good & estimates.has(f"{axle}_load")
+        if mask.sum() < 4:
+            continue
+        amplitude = np.abs(estimates[f"{axle}.load_harmonic_n"][mask])
+        load = float(np.median(estimates[f"{axle}.load_n"][mask]))
+        peak = int(np.argmax(amplitude))
+        if amplitude[peak] > 0.02 * load and amplitude[peak] > 4.0 * np.median(amplitude):
+            parts.append(
+                f"{AXLE_NAMES[axle]} by up to {amplitude[peak]:.0f} N at "
+                f"{estimates.time_s[mask][peak]:.1f} s"
+            )
+    if not parts:
+        return ""
+    return (
+        "The axle load oscillates at twice the yaw frequency, which shifts the effective load: "
+        + "; ".join(parts)
+        + "."
+    )
+
+
+def _levers(result: DriveResult) -> str:
+    """The parameters the critical speed depends on most."""
+    estimates = result.estimates
+    mask = estimates.has("critical_speed")
+    if not mask.any():
+        return ""
+    slopes = {
+        name: float(np.median(estimates[f"sensitivity_m_s.{name}"][mask])) * KMH
+        for name in PARAMETER.values()
+    }
+    largest = sorted(slopes.items(), key=lambda item: -abs(item[1]))[:3]
+    if not largest or largest[0][1] == 0.0:
+        return ""
+    shown = ", ".join(f"{name.replace('_', ' ')} {slope:+.2f}" for name, slope in largest)
+    return f"What moves the critical speed most, in km/h for +1 %: {shown}."
+
+
+def _alarms(result: DriveResult) -> str:
+    seconds: dict[str, float] = {}
+    reasons: dict[str, set[str]] = {}
+    for alarm in result.alarms:
+        seconds[alarm.state] = seconds.get(alarm.state, 0.0) + alarm.end_s - alarm.start_s
+        reasons.setdefault(alarm.state, set()).update(alarm.reasons)
+    parts = [
+        f"{state} for {seconds[state]:.1f} s ("
+        + ", ".join(sorted(REASON_WORDS.get(r, r) for r in reasons[state]))
+        + ")"
+        for state in ("critical", "warning", "notice")
+        if state in seconds
+    ]
+    if parts:
+        return "Alarm: " + "; ".join(parts) + "."
+    return "No alarm was raised." if "normal" in seconds else ""
+
+
+def _trust(result: DriveResult) -> str:
+    count = len(result.estimates)
+    if not count:
+        return "The drive is too short or too quiet for a single estimate."
+    good = int(usable(result.estimates).sum())
+    flags = [
+        f"{FLAG_WORDS.get(name, name)} ({100 * share:.0f} %)"
+        for name, share in flag_share(result.estimates).items()
+        if share >= 0.02
+    ][:5]
+    text = f"{good} of {count} estimates were usable"
+    return text + (f"; flags: {', '.join(flags)}." if flags else ".")
