@@ -251,7 +251,7 @@ def alarm_intervals(estimates: Estimates, end_s: float) -> list[AlarmInterval]:
     if not len(estimates):
         return []
     state, reasons = estimates.status["alarm"], estimates.status["reasons"]
-    time = estimates["time_s"]
+    time = estimates["time_s"]  # when the state was told, not the middle of the window
     edges = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), len(state)]
     intervals = []
     for start, stop in itertools.pairwise(edges):

@@ -1,4 +1,4 @@
-"""The figures of the report, with plotly. Every axis has its unit; colours are colour-blind safe."""
+"""The figures of the report, with plotly: units on every axis, colours for every eye."""
 
 from __future__ import annotations
 
@@ -66,11 +66,6 @@ def _layout(figure: go.Figure, height: int, legend: bool = True) -> go.Figure:
     return figure
 
 
-def _broken(time: FloatArray, step: float) -> FloatArray:
-    """Rows after which a line must not be joined."""
-    return np.flatnonzero(np.diff(time) > step)
-
-
 def _band(
     figure: go.Figure,
     time: FloatArray,
@@ -84,7 +79,7 @@ def _band(
     if not len(time):
         return
     step = 3.0 * float(np.median(np.diff(time))) if len(time) > 2 else 1.0
-    ends = [*_broken(time, step).tolist(), len(time) - 1]
+    ends = [*np.flatnonzero(np.diff(time) > step).tolist(), len(time) - 1]
     place: dict[str, Any] = {"row": row, "col": 1} if row else {}
     start = 0
     for number, end in enumerate(ends):
@@ -125,7 +120,7 @@ def _inner_range(value: FloatArray, error: FloatArray, spread: float = 0.1) -> l
     if not good.any():
         return [-1.0, 1.0]
     low, high = np.percentile(value[good], [2, 98])
-    wide = 2.5 * float(np.median(error[good]))
+    wide = 2.5 * float(np.median(error)) if len(error) else 0.0
     margin = max(spread * (high - low), wide, 0.02 * abs(float(np.median(value[good]))), 1e-9)
     return [float(low - margin), float(high + margin)]
 
@@ -171,31 +166,37 @@ def _axle_sum(result: DriveResult, prefix: str, quantity: str, axle: str) -> Cha
     return Channel(left.name, left.time_s, total, f"{left.signal} + {right.signal}", "N")
 
 
-def signals(result: DriveResult) -> go.Figure:
-    """Every measured signal against time."""
-    panels: list[tuple[str, list[tuple[str, str, FloatArray, FloatArray]]]] = []
+_Line = tuple[str, str, FloatArray, FloatArray]  # label, colour, time, value
+
+
+def _panels(result: DriveResult) -> list[tuple[str, list[_Line]]]:
+    """Titles and lines of the panels that have any signal."""
+    panels: list[tuple[str, list[_Line]]] = []
     for title, factor, entries in _PANELS:
-        lines = []
-        for name, label, colour in entries:
-            channel = result.drive.channels.get(name)
-            if channel is not None:
-                lines.append((f"{label}", colour, channel.time_s, channel.value * factor))
-        if lines:
-            panels.append((title, lines))
+        there = [
+            (label, colour, result.drive.channels[name])
+            for name, label, colour in entries
+            if name in result.drive.channels
+        ]
+        panels.append((title, [(k, c, s.time_s, s.value * factor) for k, c, s in there]))
     for quantity, title in (
         ("wheel_lateral_force", "axle lateral<br>force [kN]"),
         ("wheel_vertical_load", "axle load<br>[kN]"),
     ):
-        lines = []
+        lines: list[_Line] = []
         for axle in AXLES:
             body, _, which = axle.partition("_")
             prefix = "trailer_" if body == "trailer" else ""
             total = _axle_sum(result, prefix, quantity, which[0])
             if total is not None:
-                label = f"{body} {which}"
-                lines.append((label, COLOUR[axle], total.time_s, total.value * 1e-3))
-        if lines:
-            panels.append((title, lines))
+                lines.append((f"{body} {which}", COLOUR[axle], total.time_s, total.value * 1e-3))
+        panels.append((title, lines))
+    return [(title, lines) for title, lines in panels if lines]
+
+
+def signals(result: DriveResult) -> go.Figure:
+    """Every measured signal against time."""
+    panels = _panels(result)
     figure = make_subplots(
         rows=len(panels), cols=1, shared_xaxes=True, vertical_spacing=0.18 / max(4, len(panels))
     )
@@ -231,9 +232,8 @@ def time_frequency(result: DriveResult) -> go.Figure | None:
         return None
     hop = max(2, len(value) // 1200)
     frequency, middle, density = scipy.signal.spectrogram(
-        scipy.signal.detrend(value), fs=rate, window="hann", nperseg=length,
-        noverlap=length - min(hop, length - 1), nfft=1024, scaling="spectrum",
-        detrend="linear",
+        np.asarray(scipy.signal.detrend(value), dtype=np.float64), fs=rate, window="hann",
+        nperseg=length, noverlap=length - min(hop, length - 1), nfft=1024, scaling="spectrum",
     )  # fmt: skip
     shown = frequency <= 3.0
     level = 20 * np.log10(np.sqrt(2 * density[shown]) * DEG + 1e-4)
@@ -296,7 +296,7 @@ def oscillation(result: DriveResult) -> go.Figure | None:
     shown = z[free] if free.any() else z[good]
     error = z_se[free] if free.any() else z_se[good]
     both = np.concatenate([shown, estimates["model_damping_ratio"][model], [0.0]])
-    low, high = _inner_range(both, np.append(error, 0.0) if len(error) else np.zeros(1))
+    low, high = _inner_range(both, error)
     figure.update_yaxes(
         title_text="damping ratio [–]", range=[max(low, -0.6), min(high, 1.0)], row=3, col=1
     )

@@ -22,10 +22,12 @@ _STYLE = """
 :root { color-scheme: light; }
 body { font: 15px/1.5 Helvetica, Arial, sans-serif; color: #1f2937; margin: 0; background: #fff; }
 main { max-width: 1260px; margin: 0 auto; padding: 24px 28px 60px; }
-h1 { font-size: 26px; margin: 0 0 2px; } h2 { font-size: 20px; margin: 38px 0 6px;
-  border-bottom: 2px solid #e5e7eb; padding-bottom: 4px; } h3 { font-size: 16px; margin: 26px 0 4px; }
+h1 { font-size: 26px; margin: 0 0 2px; }
+h2 { font-size: 20px; margin: 38px 0 6px; border-bottom: 2px solid #e5e7eb; padding-bottom: 4px; }
+h3 { font-size: 16px; margin: 26px 0 4px; }
 .meta, .note { color: #6b7280; font-size: 13px; }
-.verdict { border-left: 8px solid #9ca3af; background: #f9fafb; padding: 12px 18px; margin: 14px 0; }
+.verdict { border-left: 8px solid #9ca3af; background: #f9fafb; padding: 12px 18px;
+  margin: 14px 0; }
 .verdict.good { border-color: #3f9c5b; background: #f0f9f2; }
 .verdict.near { border-color: #e3a008; background: #fdf8e7; }
 .verdict.bad { border-color: #d64545; background: #fdf0f0; }
@@ -214,7 +216,8 @@ def _alarm_table(result: DriveResult) -> str:
         for alarm in loud[:40]
     )
     more = f"<p class='note'>and {len(loud) - 40} more</p>" if len(loud) > 40 else ""
-    return f"<table><tr><th>from [s]</th><th>to [s]</th><th>state</th><th>reasons</th></tr>{rows}</table>{more}"
+    head = "<tr><th>from [s]</th><th>to [s]</th><th>state</th><th>reasons</th></tr>"
+    return f"<table>{head}{rows}</table>{more}"
 
 
 def _findings(result: DriveResult) -> str:
