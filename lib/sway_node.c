@@ -181,6 +181,14 @@ static sway_error_t feed(sway_node_t *node, int64_t time_us, const sway_sample_t
     return sway_core_input(&node->core, sample->input, time_us, sample->value);
 }
 
+static void work(sway_node_t *node)
+{
+    uint32_t slices = SWAY_NODE_SLICES;
+    while ((slices > 0U || node->core.rows > 0U) && sway_core_run(&node->core)) {
+        slices -= slices > 0U ? 1U : 0U;
+    }
+}
+
 static sway_error_t use(sway_node_t *node, sway_message_t message, int64_t time_us,
                         const uint8_t *data)
 {
@@ -196,8 +204,7 @@ static sway_error_t use(sway_node_t *node, sway_message_t message, int64_t time_
     node->message[message].accepted_us = time_us;
     node->message[message].state = (uint8_t)(frozen ? SWAY_MESSAGE_STUCK : SWAY_MESSAGE_GOOD);
     count(&node->accepted, 1U);
-    while (sway_core_run(&node->core)) {
-    }
+    work(node);
     return result;
 }
 

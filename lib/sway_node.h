@@ -35,6 +35,11 @@
 #error "SWAY_NODE_HEARTBEAT_US: 10000 to 1000000"
 #endif
 
+/// Slices of sway_core_run() done with each frame that is used, so that no frame takes much longer
+/// than another: a grid tick's slices are spread over the four messages that the judgement needs.
+/// Where fewer frames come, the rest is done before the next tick's.
+#define SWAY_NODE_SLICES ((1U + SWAY_CORE_LINE_SLICES + SWAY_CORE_MARGIN_SLICES + 3U) / 4U)
+
 /// Equal counters in a row that make a stuck one.
 #define SWAY_NODE_STUCK_REPEATS 3U
 
@@ -87,8 +92,8 @@ sway_error_t sway_node_init(sway_node_t *node, const sway_core_config_t *config)
 
 /// One frame from the bus: `time_us` when it was received (any epoch, never going back by more than
 /// the bus's own jitter), `can_id` its identifier (of 11 bits; with bit 31 set for one of 29 bits,
-/// none of which is ours), `dlc` its length in bytes, `data` that many bytes. The core's work that
-/// becomes due is done before return: at most one tick of the grid per call in order.
+/// none of which is ours), `dlc` its length in bytes, `data` that many bytes. A share of the core's
+/// work that is due is done before return (SWAY_NODE_SLICES).
 ///
 /// SWAY_OK: used. SWAY_ERROR_UNKNOWN_ID: not ours. SWAY_ERROR_FRAME: wrong length, CRC or counter.
 /// SWAY_ERROR_RANGE or SWAY_ERROR_TIME: one of its samples was refused by the core. All are

@@ -286,6 +286,13 @@ static void invalid_samples_are_told(void)
     TEST_ASSERT_EQUAL(1, s->fault_count[SWAY_FAULT_INVALID]);
 }
 
+static void samples_out_of_range_are_told(void)
+{
+    TEST_ASSERT_EQUAL(SWAY_ERROR_RANGE, send(SWAY_MESSAGE_STEERING, 0, 30000, 0));
+    TEST_ASSERT_EQUAL(SWAY_OK, send(SWAY_MESSAGE_STEERING, 10000, 0, 0));
+    TEST_ASSERT_EQUAL(1, sway_core_status(&node.core)->fault_count[SWAY_FAULT_RANGE]);
+}
+
 static void good_messages_time_out_and_come_back(void)
 {
     int64_t t = 0;
@@ -404,6 +411,7 @@ int main(void)
     RUN_TEST(restarted_sender_is_believed_within_seven_frames);
     RUN_TEST(length_crc_and_identifier_are_counted);
     RUN_TEST(invalid_samples_are_told);
+    RUN_TEST(samples_out_of_range_are_told);
     RUN_TEST(good_messages_time_out_and_come_back);
     RUN_TEST(silence_of_the_whole_bus_is_told_by_time_alone);
     RUN_TEST(frozen_sensor_is_found_only_while_the_car_moves);
