@@ -156,7 +156,7 @@ def axle_load_harmonic(rng: Generator, u: float) -> Draw:
 def tyre_relaxation(rng: Generator, u: float) -> Draw:
     """Relaxation length of an axle of the car or of the trailer."""
     axle = str(rng.choice(("car_front", "car_rear", "trailer")))
-    value = round(log_between(0.02, 1.0, u), 4)
+    value = round(log_between(0.04, 1.0, u), 4)
     return Draw(
         {"id": "tyre_relaxation", "axle": axle, "length_m": value},
         axle,

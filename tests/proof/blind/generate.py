@@ -8,6 +8,7 @@ practice recordings, and their answers and held-out runs to another directory, w
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import multiprocessing
 import sys
@@ -23,6 +24,7 @@ from effects import Draw
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from swaywatch.models import multibody
 from swaywatch.models.multibody import Motion, Multibody
 from swaywatch.models.multibody_vehicle import GRAVITY, Combination, Inputs, Physics
 
@@ -262,9 +264,20 @@ def visibility(changed: dict[str, Array], healthy: dict[str, Array], factor: flo
     return float(max(ratios))
 
 
+def generator_digest() -> str:
+    """Digest of everything that a case depends on but its seed."""
+    digest = hashlib.sha256()
+    plant = Path(multibody.__file__).parent.glob("multibody*.py")
+    for path in sorted([*Path(__file__).parent.glob("*.py"), *plant]):
+        if path.name not in ("score.py", "diagnose_all.py"):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
 def _answer(case: Case, name: str, truths: dict[str, Any]) -> dict[str, Any]:
     return {
         "case": name,
+        "generator": generator_digest(),
         "kind": case.kind,
         "effects": [draw.answer for draw in case.draws],
         "components": [draw.component for draw in case.draws],
@@ -284,7 +297,8 @@ def _answer(case: Case, name: str, truths: dict[str, Any]) -> dict[str, Any]:
 def make_case(seed: int, index: int, out: Path, answers: Path) -> str:
     """Write one case; returns its name."""
     name = f"b{index + 1:03d}"
-    if (answers / name / "answer.json").exists():
+    kept, digest = answers / name / "answer.json", generator_digest()
+    if kept.exists() and json.loads(kept.read_text()).get("generator") == digest:
         return name
     case = draw_case(seed, index)
     plant, reference = case.plant(), case.plant(healthy=True)

@@ -261,6 +261,9 @@ class Multibody:
             Every 2 ms. Raises ``FloatingPointError`` when the motion has no finite solution.
         """
         time, rows = _input_rows(inputs)
+        shortest = float(rows[:, k.U_SPEED].max()) * STEP_S / 2.5
+        if any(0.0 < length < shortest for length in self.physics.relaxation_m):
+            raise ValueError(f"relaxation lengths below {shortest:.3f} m need a shorter step")
         mujoco, _ = _library()
         mujoco.mj_resetData(self._model, self._data)
         self._data.qvel[0] = rows[0, k.U_SPEED]

@@ -1,0 +1,138 @@
+"""The scorer of the concealed cases: what counts as right, and what does not."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
+
+import score
+
+
+def answer(**changes):
+    base = {
+        "case": "b001",
+        "kind": "planar",
+        "effects": [{"id": "tyre_relaxation", "axle": "car_rear", "length_m": 0.5}],
+        "components": ["car_rear"],
+        "strengths": [0.8],
+        "values": [0.5],
+        "outside": [False],
+        "fault": [False],
+        "windows": [{}],
+        "hidden_channels": [],
+        "run1": {"visibility": 40.0},
+    }
+    return base | changes
+
+
+def claim(effect_id="tyre_relaxation", **changes):
+    base = {
+        "id": effect_id,
+        "component": "car_rear",
+        "parameters": {"length_m": {"value": 0.55, "low": 0.45, "high": 0.65}},
+        "windows": [],
+        "confidence": 0.95,
+        "equivalent": [],
+    }
+    return base | changes
+
+
+def diagnosis(*effects, verdict="missing_physics", **more):
+    return {"verdict": verdict, "effects": list(effects), **more}
+
+
+CLEAN = {"kind": "clean", "effects": [], "components": [], "strengths": [], "values": [],
+         "outside": [], "fault": [], "windows": []}  # fmt: skip
+
+
+def test_right_effect():
+    got = score.judge(answer(), diagnosis(claim()))
+    assert got["first"]
+    assert got["set"]
+    assert got["matches"][0]["location"]
+    (length,) = got["matches"][0]["parameters"]
+    assert length["error"] == pytest.approx(0.1)
+    assert length["inside"]
+
+
+def test_wrong_axle_wrong_id_and_silence():
+    wrong = score.judge(answer(), diagnosis(claim(component="car_front")))
+    assert wrong["first"]
+    assert wrong["matches"][0]["location"] is False
+    other = score.judge(answer(), diagnosis(claim("hitch_friction")))
+    assert not other["first"]
+    equivalent = diagnosis(claim("hitch_friction", equivalent=["tyre_relaxation"]))
+    assert score.judge(answer(), equivalent)["set"]
+    silent = score.judge(answer(), diagnosis(verdict="consistent"))
+    assert not silent["first"]
+    assert silent["silent"]
+
+
+def test_clean_case_and_false_claim():
+    assert score.judge(answer(**CLEAN), diagnosis(verdict="consistent"))["first"]
+    false = score.judge(answer(**CLEAN), diagnosis(claim()))
+    assert not false["first"]
+    assert false["claims"]
+
+
+def test_no_diagnosis_is_not_right():
+    assert not score.judge(answer(), {})["first"]
+    assert not score.judge(answer(**CLEAN), {})["first"]
+
+
+def test_outside_the_library():
+    outside = answer(kind="outside", outside=[True], effects=[{"id": "cargo_slosh"}])
+    assert score.judge(outside, diagnosis(verdict="unexplained"))["first"]
+    assert not score.judge(outside, diagnosis(claim()))["first"]
+    assert not score.judge(outside, diagnosis(verdict="consistent"))["first"]
+
+
+def test_two_effects():
+    pair = answer(
+        kind="pair",
+        effects=[{"id": "tyre_relaxation", "axle": "car_rear"}, {"id": "hitch_friction"}],
+        components=["car_rear", "hitch"],
+        windows=[{}, {}],
+        outside=[False, False],
+        fault=[False, False],
+    )
+    both = score.judge(pair, diagnosis(claim("hitch_friction", component="hitch"), claim()))
+    assert both["first"]
+    assert both["all"]
+    one = score.judge(pair, diagnosis(claim()))
+    assert one["first"]
+    assert not one["all"]
+
+
+def test_windows():
+    assert score.overlap([[10.0, 12.0]], [[10.0, 14.0]]) == pytest.approx(0.5, abs=0.03)
+    assert score.per_run([[1.0, 2.0]]) == {"run1": [[1.0, 2.0]]}
+    assert score.per_run([{"run": "run2", "start": 1, "stop": 2}]) == {"run2": [[1.0, 2.0]]}
+
+
+def test_limit_of_detection():
+    rows = [{"value": v, "first": v >= 0.2} for v in (0.05, 0.1, 0.2, 0.4, 0.8)]
+    assert score.limit_of(rows, "tyre_relaxation") == 0.2
+    rows = [{"value": v, "first": v <= 2e6} for v in (5e5, 1e6, 2e6, 8e6, 2e7)]
+    assert score.limit_of(rows, "steering_compliance") == 2e6
+    assert score.limit_of([{"value": 1.0, "first": False}], "hitch_friction") is None
+
+
+def test_tables_and_file(tmp_path, capsys):
+    cases = {
+        "b001": (answer(), diagnosis(claim())),
+        "b002": (answer(case="b002", **CLEAN), diagnosis(verdict="consistent")),
+    }
+    for name, (true, said) in cases.items():
+        for folder, content, file in (("a", true, "answer.json"), ("d", said, "diagnosis.json")):
+            (tmp_path / folder / name).mkdir(parents=True)
+            (tmp_path / folder / name / file).write_text(json.dumps(content))
+    rows = score.score(tmp_path / "a", tmp_path / "d", predict=False)
+    total = score.summarise(rows, {})
+    score.print_tables(total, rows)
+    assert total["first"]["share"] == 1.0
+    assert total["false_claims_on_clean"]["right"] == 0
+    assert "tyre_relaxation" in capsys.readouterr().out

@@ -1,0 +1,20 @@
+# make proof-blind: concealed cases on the rigid-body plant, diagnosed, then scored.
+# N=60 for fewer cases; JOBS for the number of processes; PROOF_SEED for other cases.
+N ?= 200
+JOBS ?= 2
+PROOF_SEED ?= 20261121
+BLIND := tests/proof/blind
+BLIND_OUT := $(B)/proof-blind
+BLIND_CASES := $(BLIND_OUT)/$(PROOF_SEED)
+
+.PHONY: proof-blind proof-blind-cases
+proof-blind-cases: setup
+	@$(PY) $(BLIND)/generate.py --seed $(PROOF_SEED) --count $(N) --jobs $(JOBS) \
+	    --out $(BLIND_CASES)/cases --answers $(BLIND_CASES)/answers
+
+proof-blind: proof-blind-cases
+	@$(PY) $(BLIND)/diagnose_all.py --cases $(BLIND_CASES)/cases --out $(BLIND_CASES)/diagnoses \
+	    --count $(N) --jobs $(JOBS)
+	@$(PY) $(BLIND)/score.py --answers $(BLIND_CASES)/answers --diagnoses $(BLIND_CASES)/diagnoses \
+	    $(if $(wildcard $(BLIND)/limits.json),--limits $(BLIND)/limits.json) \
+	    --out $(BLIND_OUT)/score.json
