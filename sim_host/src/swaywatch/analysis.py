@@ -27,8 +27,11 @@ AXLE_NAMES = {
     "trailer_rear": "rear axle of the trailer",
 }
 
-UNUSABLE = ("no_oscillation", "seeking", "gap", "singular", "slow", "no_speed")
+UNUSABLE = ("no_oscillation", "seeking", "singular", "misfit", "slow", "no_speed")
 """Quality flags of estimates that are left out of means."""
+
+FEWEST_FREE = 8
+"""Estimates of a free oscillation needed to say something of its damping: half a window's length."""
 
 _FORCES = tuple(f"wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
 _LOADS = tuple(f"wheel_vertical_load_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
@@ -192,7 +195,13 @@ def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
             values[name] = found
 
     free = good & ~estimates.flagged("forced")
-    add("frequency_hz", "frequency_hz", "frequency_se_hz", free if free.any() else good)
+    if free.sum() < FEWEST_FREE:
+        free = np.zeros(len(good), dtype=np.bool_)
+    add("frequency_hz", "frequency_hz", "frequency_se_hz", free)
+    if not free.any() and good.any():
+        driven = estimates["frequency_hz"][good]
+        for name, share in (("driven_low_hz", 5), ("driven_high_hz", 95)):
+            values[name] = Value(float(np.percentile(driven, share)), 0.0, int(good.sum()))
     add("damping_ratio", "damping_ratio", "damping_ratio_se", free)
     add("model_damping_ratio", "model_damping_ratio", "model_damping_ratio_se",
         estimates.has("model"))  # fmt: skip

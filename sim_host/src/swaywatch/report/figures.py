@@ -42,11 +42,13 @@ def thinned(time: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray
     """At most MAX_POINTS points that keep the lowest and highest sample of every stretch."""
     if len(time) <= MAX_POINTS:
         return time, value
-    stretches = MAX_POINTS // 2
-    length = len(value) // stretches
-    used = value[: stretches * length].reshape(stretches, length)
+    length = -(-len(value) // (MAX_POINTS // 2))
+    stretches = -(-len(value) // length)
+    used = np.pad(value, (0, stretches * length - len(value)), mode="edge")
+    used = used.reshape(stretches, length)
     first = np.arange(stretches) * length
     rows = np.sort(np.stack([first + used.argmin(1), first + used.argmax(1)]), axis=0).T.ravel()
+    rows = np.minimum(rows, len(value) - 1)
     return time[rows], value[rows]
 
 
@@ -64,6 +66,19 @@ def _layout(figure: go.Figure, height: int, legend: bool = True) -> go.Figure:
     figure.update_xaxes(showline=True, linecolor="#9ca3af", ticks="outside", zeroline=False)
     figure.update_yaxes(showline=True, linecolor="#9ca3af", ticks="outside", zeroline=False)
     return figure
+
+
+def _over_time(figure: go.Figure, result: DriveResult) -> go.Figure:
+    """The whole drive on the time axis, so that all figures line up."""
+    figure.update_xaxes(range=[0.0, result.drive.duration_s])
+    figure.update_layout({_last_axis(figure): {"title": {"text": "time [s]"}}})
+    return figure
+
+
+def _last_axis(figure: go.Figure) -> str:
+    """Name of the lowest time axis."""
+    names = [name for name in figure.layout.to_plotly_json() if name.startswith("xaxis")]
+    return str(max(names, key=lambda name: int(name.removeprefix("xaxis") or 1)))
 
 
 def _band(
@@ -90,6 +105,7 @@ def _band(
             go.Scatter(
                 x=np.concatenate([t, t[::-1]]),
                 y=np.concatenate([y + e, (y - e)[::-1]]),
+                mode="lines",
                 fill="toself",
                 fillcolor=_faint(colour),
                 line={"width": 0},
@@ -215,8 +231,7 @@ def signals(result: DriveResult) -> go.Figure:
                     showarrow=False, font={"color": colour, "size": 12}, row=row, col=1,
                 )  # fmt: skip
         figure.update_yaxes(title_text=title, title_font_size=12, row=row, col=1)
-    figure.update_xaxes(title_text="time [s]", row=len(panels), col=1)
-    return _layout(figure, 130 * len(panels) + 80, legend=False)
+    return _over_time(_layout(figure, 130 * len(panels) + 80, legend=False), result)
 
 
 def time_frequency(result: DriveResult) -> go.Figure | None:
@@ -241,7 +256,11 @@ def time_frequency(result: DriveResult) -> go.Figure | None:
         go.Heatmap(
             x=middle + time[0], y=frequency[shown], z=level, colorscale="Viridis",
             zmin=float(np.percentile(level, 40)), zmax=float(level.max()),
-            colorbar={"title": {"text": "amplitude<br>[dB re 1 °/s]"}, "thickness": 14},
+            colorbar={
+                "title": {"text": "amplitude [dB re 1 °/s]", "side": "top"}, "orientation": "h",
+                "thickness": 10, "len": 0.3, "x": 1.0, "xanchor": "right", "y": 1.0,
+                "yanchor": "bottom",
+            },
         )
     )  # fmt: skip
     estimates = result.estimates
@@ -254,10 +273,10 @@ def time_frequency(result: DriveResult) -> go.Figure | None:
                 name="tracked line",
             )
         )  # fmt: skip
-    figure.update_xaxes(title_text="time [s]")
     figure.update_yaxes(title_text="frequency [Hz]", range=[0, 3])
-    _layout(figure, 380, legend=False)
-    return figure
+    _layout(figure, 430, legend=False)
+    figure.update_layout(margin_t=86)
+    return _over_time(figure, result)
 
 
 # --- what was estimated ---------------------------------------------------------------------------
@@ -277,7 +296,7 @@ def oscillation(result: DriveResult) -> go.Figure | None:
     _band(figure, time, a, a_se, GREEN, "amplitude", 2)
     free = good & ~estimates.flagged("forced")
     z, z_se = estimates["damping_ratio"], estimates["damping_ratio_se"]
-    forced = good & estimates.flagged("forced")
+    forced = good & ~free
     figure.add_trace(
         go.Scatter(
             x=estimates.time_s[forced], y=z[forced], mode="markers",
@@ -300,8 +319,7 @@ def oscillation(result: DriveResult) -> go.Figure | None:
     figure.update_yaxes(
         title_text="damping ratio [–]", range=[max(low, -0.6), min(high, 1.0)], row=3, col=1
     )
-    figure.update_xaxes(title_text="time [s]", row=3, col=1)
-    return _layout(figure, 640)
+    return _over_time(_layout(figure, 640), result)
 
 
 def stiffness(result: DriveResult) -> go.Figure | None:
@@ -344,8 +362,7 @@ def stiffness(result: DriveResult) -> go.Figure | None:
     figure.update_yaxes(
         title_text="argument [°]", range=_inner_range(flat, np.full(len(flat), 1.0)), row=2, col=1
     )
-    figure.update_xaxes(title_text="time [s]", row=2, col=1)
-    return _layout(figure, 560)
+    return _over_time(_layout(figure, 600), result)
 
 
 def loads(result: DriveResult) -> go.Figure | None:
@@ -380,8 +397,7 @@ def loads(result: DriveResult) -> go.Figure | None:
         title_text="load amplitude at twice<br>the yaw frequency [N]", rangemode="tozero",
         row=2, col=1,
     )  # fmt: skip
-    figure.update_xaxes(title_text="time [s]", row=2, col=1)
-    return _layout(figure, 500)
+    return _over_time(_layout(figure, 500), result)
 
 
 def margin_against_speed(results: list[DriveResult]) -> go.Figure | None:
@@ -393,16 +409,16 @@ def margin_against_speed(results: list[DriveResult]) -> go.Figure | None:
     speeds = np.linspace(5.0, top, 160)
     tyres = identified(results)
     believed, _ = model_damping(first.vehicle, speeds)
-    if np.isfinite(believed).any():
-        figure.add_trace(
-            go.Scatter(x=speeds * KMH, y=believed, line={"color": GREY, "dash": "dash"},
-                       name="single-track model, vehicle.toml")
-        )  # fmt: skip
     if tyres:
         now, _ = model_damping(first.vehicle, speeds, tyres)
         figure.add_trace(
             go.Scatter(x=speeds * KMH, y=now, line={"color": BLUE, "width": 3},
                        name="single-track model, identified tyres")
+        )  # fmt: skip
+    if np.isfinite(believed).any():
+        figure.add_trace(
+            go.Scatter(x=speeds * KMH, y=believed, line={"color": "black", "dash": "dash",
+                       "width": 1}, name="single-track model, vehicle.toml")
         )  # fmt: skip
     colours = (RED, GREEN, PINK, ORANGE)
     for number, result in enumerate(results):
@@ -501,5 +517,4 @@ def margin(result: DriveResult) -> go.Figure | None:
         )  # fmt: skip
     figure.update_yaxes(title_text="speed [km/h]", row=1, col=1)
     figure.update_yaxes(title_text="alarm", showticklabels=False, range=[0, 1], row=2, col=1)
-    figure.update_xaxes(title_text="time [s]", row=2, col=1)
-    return _layout(figure, 400)
+    return _over_time(_layout(figure, 400), result)

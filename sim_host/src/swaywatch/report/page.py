@@ -40,6 +40,8 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; }
 .error { color: #b91c1c; font-weight: 600; } .warning { color: #b45309; font-weight: 600; }
 .info { color: #4b5563; } nav a { margin-right: 16px; }
 .state { display: inline-block; padding: 0 8px; border-radius: 3px; }
+.modebar { opacity: 0; } .js-plotly-plot:hover .modebar { opacity: 1; }
+.state-critical { color: #fff; }
 @media print { .js-plotly-plot { break-inside: avoid; } }
 """
 
@@ -198,10 +200,12 @@ def _figure(figure: go.Figure | None, note: str, instead: str = "nothing to show
 
 
 def _alarm_legend() -> str:
-    return "Alarm: " + " ".join(
-        f"<span class='state' style='background:{colour}'>{state}</span>"
-        for state, colour in figures.ALARM_COLOUR.items()
-    )
+    return "Alarm: " + " ".join(_badge(state) for state in figures.ALARM_COLOUR)
+
+
+def _badge(state: str) -> str:
+    colour = figures.ALARM_COLOUR[state]
+    return f"<span class='state state-{state}' style='background:{colour}'>{state}</span>"
 
 
 def _alarm_table(result: DriveResult) -> str:
@@ -210,8 +214,7 @@ def _alarm_table(result: DriveResult) -> str:
         return "<p>No alarm was raised.</p>"
     rows = "".join(
         f"<tr><td class='number'>{alarm.start_s:.2f}</td><td class='number'>{alarm.end_s:.2f}</td>"
-        f"<td><span class='state' style='background:{figures.ALARM_COLOUR[alarm.state]}'>"
-        f"{alarm.state}</span></td>"
+        f"<td>{_badge(alarm.state)}</td>"
         f"<td>{', '.join(REASON_WORDS.get(reason, reason) for reason in alarm.reasons)}</td></tr>"
         for alarm in loud[:40]
     )

@@ -30,6 +30,7 @@ FLAG_WORDS = {
     "no_speed": "speed unknown",
     "singular": "equations without a solution",
     "missing_input": "an input is missing",
+    "misfit": "not one damped line: a step, an onset, a gust",
     "model_disagrees": "model and signals disagree about the damping",
     "equal_split": "trailer forces shared out by the user's stiffness ratio",
     "user_inertia": "yaw inertia of the trailer is the user's",
@@ -59,8 +60,11 @@ def verdict(result: DriveResult) -> tuple[str, str]:
             f"No critical speed could be found from {result.drive.name}; see below what is missing."
         )
     margin = critical.value - speed
+    error = critical.error
     place = f"At {speed * KMH:.1f} km/h this combination is"
     about = f"its critical speed of {plus_minus(critical, KMH)} km/h"
+    if abs(margin) < 2.0 * error:
+        return "bad", f"{place} at {about}, within its error."
     if margin < 0.0:
         return "bad", f"{place} {-margin * KMH:.1f} km/h above {about}: yaw oscillations grow."
     if margin * KMH < 15.0:
@@ -89,13 +93,17 @@ def sentences(result: DriveResult) -> list[str]:
 def _damping(result: DriveResult) -> str:
     frequency = result.values.get("frequency_hz")
     damping = result.values.get("damping_ratio")
+    if "driven_low_hz" in result.values:
+        low, high = result.values["driven_low_hz"].value, result.values["driven_high_hz"].value
+        return (
+            f"The steering drives every oscillation here ({low:.2f} to {high:.2f} Hz): there is no "
+            "free one whose damping could be measured."
+        )
     if frequency is None:
         return "No yaw oscillation stood out of the noise, so nothing was measured of the damping."
     text = f"The combination sways at {plus_minus(frequency, 1.0, 3)} Hz"
     if damping is None:
-        return (
-            text + ", always driven by the steering: no free oscillation to measure damping from."
-        )
+        return text + "."
     per_cycle = 1.0 - float(
         np.exp(-2 * np.pi * damping.value / np.sqrt(max(1e-9, 1.0 - damping.value**2)))
     )
