@@ -43,11 +43,39 @@ static int32_t unwrap(int32_t steps, int64_t elapsed_us, int32_t period_us)
 {
     const int64_t turn_us = (int64_t)TURN * period_us;
     const int64_t rest_us = elapsed_us - (int64_t)steps * period_us + turn_us / 2;
-    int64_t turns = rest_us / turn_us;
-    if (rest_us < 0) {
-        turns = -1; // elapsed >= 0 and steps < TURN: never further down
-    }
+    /* elapsed >= 0 and steps < TURN: never more than one turn down. */
+    const int64_t turns = rest_us < 0 ? -1 : rest_us / turn_us;
     return steps + (int32_t)turns * TURN;
+}
+
+/* The counter said "next": this is one period, or a whole turn is missing besides (steps 16, 31
+ * ...) unless that is said again and again: then the sender has another period now. */
+static void learn(sway_e2e_t *e2e, int32_t steps, int32_t elapsed_us)
+{
+    e2e->doubts = steps == 1 ? 0U : (uint8_t)(e2e->doubts + 1U);
+    if (e2e->doubts >= SWAY_E2E_DOUBTS_MAX) {
+        e2e->doubts = 0U;
+        e2e->learned = 0U;
+    } else if (steps == 1) {
+        /* A mean at first, so that two frames sent in one burst are not taken for the period. */
+        e2e->learned = (uint8_t)(e2e->learned + (e2e->learned < SWAY_E2E_LEARN_MAX ? 1 : 0));
+        e2e->period_us += (elapsed_us - e2e->period_us) / e2e->learned;
+    }
+}
+
+static int32_t steps_since(sway_e2e_t *e2e, uint8_t counter, int64_t elapsed_us, int32_t limit_us)
+{
+    int32_t steps = (int32_t)counter - (int32_t)e2e->counter;
+    steps += steps < 0 ? TURN : 0;
+    if (elapsed_us > limit_us) {
+        return steps == 0 ? 1 : steps;
+    }
+    const bool known = e2e->learned >= SWAY_E2E_LEARN_MIN && e2e->period_us > 0;
+    const int32_t result = known ? unwrap(steps, elapsed_us, e2e->period_us) : steps;
+    if (steps == 1) {
+        learn(e2e, result, (int32_t)elapsed_us);
+    }
+    return result;
 }
 
 int32_t sway_e2e_step(sway_e2e_t *e2e, uint8_t counter, int64_t time_us, int32_t limit_us)
@@ -55,17 +83,7 @@ int32_t sway_e2e_step(sway_e2e_t *e2e, uint8_t counter, int64_t time_us, int32_t
     int32_t steps = 1;
     if (e2e->started) {
         const int64_t elapsed_us = time_us > e2e->time_us ? time_us - e2e->time_us : 0;
-        steps = (int32_t)counter - (int32_t)e2e->counter;
-        steps += steps < 0 ? TURN : 0;
-        if (elapsed_us > limit_us) {
-            steps = steps == 0 ? 1 : steps;
-        } else if (e2e->period_us > 0) {
-            steps = unwrap(steps, elapsed_us, e2e->period_us);
-        }
-        if (steps == 1 && elapsed_us <= limit_us) {
-            const int32_t dt = (int32_t)elapsed_us;
-            e2e->period_us = e2e->period_us == 0 ? dt : e2e->period_us + (dt - e2e->period_us) / 8;
-        }
+        steps = steps_since(e2e, counter, elapsed_us, limit_us);
     }
     if (steps >= 0) {
         e2e->counter = counter;

@@ -151,7 +151,7 @@ static bool is_frozen(sway_node_t *node, const sway_sample_t *sample, int64_t ti
 /* True where the counter says that this frame is new; counts what is wrong otherwise. */
 static bool is_new(sway_node_t *node, sway_node_message_t *m, int64_t time_us, uint8_t counter)
 {
-    const int32_t steps = sway_e2e_step(&m->e2e, counter, time_us, SWAY_NODE_TIMEOUT_US);
+    const int32_t steps = sway_e2e_step(&m->e2e, counter, time_us, SWAY_NODE_COUNT_LIMIT_US);
     if (steps > 0) {
         count(&node->frame_fault[SWAY_FRAME_FAULT_LOST], (uint32_t)(steps - 1));
         m->repeats = 0U;

@@ -27,6 +27,9 @@
 #error "SWAY_NODE_TIMEOUT_US: 10000 to 1000000"
 #endif
 
+/// Up to this much silence of a message its missing frames are counted exactly (sway_e2e_step).
+#define SWAY_NODE_COUNT_LIMIT_US 1000000
+
 /// The alarm is sent at least this often; states and fault counters every tenth time.
 #ifndef SWAY_NODE_HEARTBEAT_US
 #define SWAY_NODE_HEARTBEAT_US 100000

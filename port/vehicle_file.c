@@ -12,7 +12,8 @@ typedef struct {
     const char *path;
     char *message;
     size_t size;
-    int line;
+    int line; ///< 0: a setting
+    char where[200];
     const char *table; ///< that keys belong to; NULL before the first
     sway_vehicle_t vehicle;
     bool seen[64];
@@ -29,9 +30,19 @@ static char *trim(char *text)
     return text;
 }
 
+/* "vehicle.toml:12", or the setting itself. */
+static const char *place(reader_t *r)
+{
+    if (r->line == 0) {
+        return r->path;
+    }
+    snprintf(r->where, sizeof r->where, "%.160s:%d", r->path, r->line);
+    return r->where;
+}
+
 static bool refuse(reader_t *r, const char *what, const char *value)
 {
-    snprintf(r->message, r->size, "%s:%d: %s: \"%.80s\"", r->path, r->line, what, value);
+    snprintf(r->message, r->size, "%s: %s: \"%.80s\"", place(r), what, value);
     return false;
 }
 
@@ -109,8 +120,8 @@ static bool read_value(reader_t *r, const char *key, char *text)
     const double low = (double)range->low / range->scale;
     const double high = (double)range->high / range->scale;
     if (!(scaled >= range->low && scaled <= range->high)) {
-        snprintf(r->message, r->size, "%s:%d: %s = %g is out of range; expected %g to %g (SI)",
-                 r->path, r->line, range->name, value, low, high);
+        snprintf(r->message, r->size, "%s: %s = %g is out of range; expected %g to %g (SI)",
+                 place(r), range->name, value, low, high);
         return false;
     }
     const int32_t integer = (int32_t)scaled;

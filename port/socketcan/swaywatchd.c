@@ -176,11 +176,9 @@ static int64_t log_time_us(void *context)
 }
 
 /* The parameter block that an ECU would find in its flash. */
-static bool start(const sway_port_t *port, const options_t *options)
+static bool read_block(const options_t *options, uint8_t *block)
 {
-    static sway_ecu_retained_t retained;
     sway_core_config_t config;
-    uint8_t block[SWAY_BLOCK_SIZE];
     char message[300];
     sway_core_defaults(&config);
     if (!vehicle_file_read(options->vehicle, options->settings, options->setting_count,
@@ -189,9 +187,15 @@ static bool start(const sway_port_t *port, const options_t *options)
         return false;
     }
     sway_block_write(&config, 1, block);
-    if (sway_ecu_start(&ecu, port, &retained, block, sizeof block) != SWAY_OK ||
+    return true;
+}
+
+static bool start(const sway_port_t *port, const uint8_t *block)
+{
+    static sway_ecu_retained_t retained;
+    if (sway_ecu_start(&ecu, port, &retained, block, SWAY_BLOCK_SIZE) != SWAY_OK ||
         ecu.state != SWAY_ECU_RUNNING) {
-        fprintf(stderr, "swaywatchd: %s: the core refuses these parameters\n", options->vehicle);
+        fprintf(stderr, "swaywatchd: the core refuses the parameters\n");
         return false;
     }
     return true;
@@ -210,7 +214,7 @@ static void wait_for_work(const sigset_t *open_mask)
     (void)ppoll(&fd, is_away ? 0U : 1U, &timeout, open_mask);
 }
 
-static int run_live(const options_t *options)
+static int run_live(const options_t *options, const uint8_t *block)
 {
     sigset_t open_mask;
     sigset_t closed_mask;
@@ -227,7 +231,7 @@ static int run_live(const options_t *options)
                                       : strerror(errno));
         return EXIT_FAILURE;
     }
-    if (!start(&port, options)) {
+    if (!start(&port, block)) {
         return EXIT_FAILURE;
     }
     fprintf(stderr, "swaywatchd: %s: running\n", options->interface);
@@ -252,7 +256,7 @@ static int run_live(const options_t *options)
 /* --- replay ------------------------------------------------------------------------------------
  */
 
-static int run_replay(const options_t *options)
+static int run_replay(const options_t *options, const uint8_t *block)
 {
     const sway_port_t port = {
         .receive = log_receive, .send = log_send, .time_us = log_time_us, .context = &recording};
@@ -260,7 +264,7 @@ static int run_replay(const options_t *options)
         fprintf(stderr, "swaywatchd: %s: %s\n", options->replay, strerror(errno));
         return EXIT_FAILURE;
     }
-    if (!start(&port, options)) {
+    if (!start(&port, block)) {
         return EXIT_FAILURE;
     }
     while (wants_end == 0 && sway_ecu_poll(&ecu)) {
@@ -348,10 +352,12 @@ int main(int argc, char **argv)
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGUSR1, &action, NULL);
-    if (!open_output(&options)) {
+    uint8_t block[SWAY_BLOCK_SIZE];
+    if (!read_block(&options, block) || !open_output(&options)) {
         return EXIT_FAILURE;
     }
-    const int status = options.replay != NULL ? run_replay(&options) : run_live(&options);
+    const int status =
+        options.replay != NULL ? run_replay(&options, block) : run_live(&options, block);
     if (candump_out != NULL && (fflush(candump_out) != 0 || output_failed)) {
         fprintf(stderr, "swaywatchd: the status frames could not all be written\n");
         return EXIT_FAILURE;

@@ -89,6 +89,7 @@ def test_long_loss_times_out(bus, daemon, feeder, report):
     report.add("bus silent for 0.5 s", after, rig.told(counts, "timeout", "lost"),
                right_again(bus, begin, end))  # fmt: skip
     assert counts["timeout"] == 4
+    assert counts["lost"] == 200
     assert 0.05 < off.time_s - begin < 0.4
 
 
