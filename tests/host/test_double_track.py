@@ -207,3 +207,33 @@ def test_true_effect_brings_the_impulses_near_the_critical_speed_close(case: str
 @pytest.mark.parametrize("case", ["p02", "p03", "p05", "p06", "p07"])
 def test_without_the_effect_the_slalom_misses(case: str) -> None:
     assert mismatch(case, "run2", []) > 0.02
+
+
+def test_stepping_is_running() -> None:
+    """Sample by sample or whole: the same motion, with every kind of memory in it."""
+    physics = [
+        Effect("steering_free_play", gap_deg=2.0),
+        Effect("tyre_relaxation", axle="all", length_m=0.4),
+        Effect("axle_load_harmonic", amplitude_n=500.0, phase_deg=90.0, frequency_hz=0.67),
+    ]
+    model = DoubleTrack(VEHICLE, physics)
+    steering = impulse(19.0)
+    whole = model.run(TIME, steering, 28.0)
+    stepper = model.stepper(0.01, 28.0)
+    yaw = [stepper.value("trailer_yaw_rate")]
+    yaw += [float(stepper.advance(angle, 28.0)[3]) for angle in steering[1:]]
+    assert stepper.time_s == pytest.approx(TIME[-1])
+    assert np.abs(np.array(yaw) - whole["trailer_yaw_rate"]).max() < 1e-12
+
+
+def test_trailer_brake_stretches_the_combination() -> None:
+    """Braking the trailer damps the sway (Zhang 2015, 2.1: active caravan brake)."""
+    last = []
+    for force in (0.0, 4000.0):
+        stepper = DoubleTrack(VEHICLE).stepper(0.01, 33.0)
+        for angle in impulse(15.0)[:1500]:
+            stepper.advance(angle, 33.0)
+            if stepper.time_s == pytest.approx(4.0):
+                stepper.brake("trailer", force)
+        last.append(abs(stepper.value("hitch_longitudinal_force")))
+    assert last[1] == pytest.approx(last[0] + 4000.0, abs=300.0)

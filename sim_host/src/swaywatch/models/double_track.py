@@ -41,6 +41,7 @@ from swaywatch.models.layout import (
     S_X,
     S_Y,
     STATES,
+    W_BRAKE,
     W_COLUMNS,
     W_GENERATOR,
     W_HARMONIC,
@@ -54,6 +55,8 @@ from swaywatch.models.physics import Effect
 from swaywatch.models.physics._base import Arrays
 from swaywatch.models.vehicle_view import GRAVITY, Body, car_of, trailer_of
 from swaywatch.vehicle import Vehicle
+
+_GENERATORS = (W_GENERATOR, W_UNIT, W_HARMONIC)
 
 
 @dataclass(frozen=True)
@@ -158,6 +161,88 @@ class Trace(Mapping[str, Array]):
         )
 
 
+class _Work:
+    """Arrays of one simulation under way."""
+
+    def __init__(self, model: DoubleTrack, p: Array, state: Array, step_s: float) -> None:
+        self.p, self.axles, self.windows = p, model._axles, model._windows
+        self.state = state
+        delays = self.windows[np.isin(self.windows[:, 0], _GENERATORS), 5]
+        length = int(float(delays.max()) / step_s) + 3 if delays.size else 1
+        self.history = np.zeros((6, length))
+        self.means = np.zeros((2, 5))
+        self.memory = np.zeros(2)
+
+    def run(
+        self, start: float, spacing: float, sub: int, steering: Array, speed: Array, rate: Array
+    ) -> Array:
+        from swaywatch.models.double_track_kernel import simulate
+
+        return simulate(
+            start, spacing, sub, steering, speed, rate, self.p, self.axles, self.windows,
+            self.state, self.history, self.means, self.memory,
+        )  # fmt: skip
+
+
+class Stepper:
+    """A simulation that goes on sample by sample (:meth:`DoubleTrack.stepper`).
+
+    Attributes
+    ----------
+    time_s : time of the last sample
+    sample : (OUTPUTS,) array of that sample; :meth:`value` reads it by name
+    """
+
+    def __init__(
+        self, work: _Work, spacing_s: float, sub: int, steering: float, speed: float
+    ) -> None:
+        self._work, self._spacing, self._sub = work, spacing_s, sub
+        self._count = 0
+        self._steering = np.full(2, steering)
+        self._speed = np.full(2, speed)
+        self._rate = np.zeros(2)
+        work.memory[1] = steering
+        one = slice(0, 1)
+        self.sample: Array = work.run(
+            0.0, spacing_s, sub, self._steering[one], self._speed[one], self._rate[one]
+        )[0]
+
+    @property
+    def time_s(self) -> float:
+        """Time of the last sample since the start."""
+        return self._count * self._spacing
+
+    def advance(self, steering_wheel_angle_rad: float, speed_m_s: float) -> Array:
+        """Go on to the next sample, to which both inputs run linearly; returns its outputs."""
+        self._steering[0], self._steering[1] = self._steering[1], steering_wheel_angle_rad
+        self._speed[0], self._speed[1] = self._speed[1], speed_m_s
+        self._rate[0] = self._rate[1]
+        self._rate[1] = (self._speed[1] - self._speed[0]) / self._spacing
+        self.sample = self._work.run(
+            self.time_s, self._spacing, self._sub, self._steering, self._speed, self._rate
+        )[1]
+        self._count += 1
+        return self.sample
+
+    def value(self, name: str) -> float:
+        """An output of the last sample by name (:data:`swaywatch.models.layout.OUTPUT`)."""
+        return float(self.sample[OUTPUT[name]])
+
+    def axle_force(self, axle: int) -> float:
+        """Side force in N of an axle (0..3) in the last sample."""
+        return float(self.sample[O_FY + 2 * axle] + self.sample[O_FY + 2 * axle + 1])
+
+    def brake(self, body: str, force_n: float) -> None:
+        """Brake a body with a force from now on; 0 releases it."""
+        row = [float(W_BRAKE), float(BODIES.index(body)), self.time_s, math.inf, force_n, 0.0, 0.0]
+        kept = [
+            r
+            for r in self._work.windows
+            if not (r[0] == W_BRAKE and r[1] == row[1] and r[3] == math.inf)
+        ]
+        self._work.windows = np.array([*kept, row], dtype=float).reshape(-1, W_COLUMNS)
+
+
 class DoubleTrack:
     """The model with its vehicle and its physics; cheap to make, made once per parameter set.
 
@@ -194,8 +279,6 @@ class DoubleTrack:
             effect.module.apply(arrays, effect)
         self._p, self._axles = arrays.p, arrays.axles
         self._windows = np.array(arrays.windows, dtype=float).reshape(-1, W_COLUMNS)
-        kinds = set(self._windows[:, 0].astype(int))
-        self._harmonic = bool(kinds & {W_GENERATOR, W_HARMONIC, W_UNIT})
 
     def run(
         self,
@@ -238,14 +321,30 @@ class DoubleTrack:
         p = self._p
         if speed_control is not None:
             p = _controlled(p, speed_control)
-        from swaywatch.models.double_track_kernel import simulate
+        sub = self._substeps(spacing, step_s, float(speed.max()))
+        work = _Work(self, p, self._initial(float(speed[0]), p, initial), spacing / sub)
+        work.memory[1] = steering[0]
+        raw = work.run(float(time_s[0]), spacing, sub, steering, speed, rate)
+        return self.trace(time_s, steering, raw)
 
-        sub = max(1, math.ceil(spacing / self._step(step_s, float(speed.max())) - 1e-9))
-        raw = simulate(
-            float(time_s[0]), spacing, sub, steering, speed, rate, p, self._axles, self._windows,
-            self._initial(float(speed[0]), p, initial), self._harmonic,
-        )  # fmt: skip
-        return self._trace(time_s, steering, raw)
+    def stepper(
+        self,
+        spacing_s: float,
+        speed_m_s: float,
+        *,
+        steering_wheel_angle_rad: float = 0.0,
+        initial: Mapping[str, float] | None = None,
+        step_s: float = 0.005,
+        speed_control: SpeedControl | None = None,
+    ) -> Stepper:
+        """Simulate sample by sample, for what closes a loop: a driver, a brake, an ECU."""
+        p = self._p if speed_control is None else _controlled(self._p, speed_control)
+        sub = self._substeps(spacing_s, step_s, speed_m_s)
+        work = _Work(self, p, self._initial(speed_m_s, p, initial), spacing_s / sub)
+        return Stepper(work, spacing_s, sub, steering_wheel_angle_rad, speed_m_s)
+
+    def _substeps(self, spacing: float, step_s: float, speed: float) -> int:
+        return max(1, math.ceil(spacing / self._step(step_s, speed) - 1e-9))
 
     def _step(self, step_s: float, speed: float) -> float:
         lengths = self._axles[:, A["relaxation"]]
@@ -294,7 +393,8 @@ class DoubleTrack:
             slip = -math.atan2(v + r * self._axles[axle, A["x"]], u)
             state[S_SLIP + 2 * axle : S_SLIP + 2 * axle + 2] = slip
 
-    def _trace(self, time_s: Array, steering: Array, raw: Array) -> Trace:
+    def trace(self, time_s: Array, steering: Array, raw: Array) -> Trace:
+        """Channels from rows of outputs, (n, OUTPUTS), as :class:`Stepper` gives them."""
         channels: dict[str, Array] = {"steering_wheel_angle": steering}
         has_trailer = self.vehicle.trailer is not None
         for name, column in OUTPUT.items():
@@ -417,4 +517,12 @@ def _body(arrays: Arrays, body: int, data: Body, roll: BodyRoll) -> None:
             arrays.axles[axle, A[name]] = value
 
 
-__all__ = ["CAR_ROLL", "TRAILER_ROLL", "BodyRoll", "DoubleTrack", "SpeedControl", "Trace"]
+__all__ = [
+    "CAR_ROLL",
+    "TRAILER_ROLL",
+    "BodyRoll",
+    "DoubleTrack",
+    "SpeedControl",
+    "Stepper",
+    "Trace",
+]

@@ -494,8 +494,9 @@ def conditions(t: float, windows: Array, step: Array) -> None:
 def harmonic_loads(
     t: float, n: int, h: float, windows: Array, history: Array, r1: float, extra: Array
 ) -> None:
-    """Extra wheel loads of the generator of 6.2 from the delayed reference signals."""
+    """Extra wheel loads of the generator of 6.2 from the references up to step n."""
     extra[:] = 0.0
+    length = history.shape[1]
     for k in range(windows.shape[0]):
         kind, axle = int(windows[k, 0]), int(windows[k, 1])
         if kind not in (W_GENERATOR, W_UNIT, W_HARMONIC):
@@ -508,7 +509,9 @@ def harmonic_loads(
         first = max(n - whole, 0)
         second = max(first - 1, 0)
         part = back - whole
-        value = (1.0 - part) * history[source, first] + part * history[source, second]
+        value = (1.0 - part) * history[source, first % length] + part * history[
+            source, second % length
+        ]
         wheel = 2 * axle if r1 < 0.0 else 2 * axle + 1
         extra[wheel] += windows[k, 4] * value
 
@@ -522,6 +525,8 @@ def remember(
     Friction (side force over load) stands for the side force: the load that is made from it does
     not distort it. Rows of ``means``: mean, level, for the yaw rate and the four axles.
     """
+    if history.shape[1] == 1:
+        return
     share = 1.0 - math.exp(-h / p[P_MEAN])
     slow = 1.0 - math.exp(-h / p[P_LEVEL])
     for k in range(5):
@@ -537,8 +542,8 @@ def remember(
             means[1, k] = square
         means[0, k] += share * (square - means[0, k])
         means[1, k] += slow * (square - means[1, k])
-        history[1 + k, n] = (square - means[0, k]) / (means[1, k] + floor)
-    history[0, n] = r1 * r1 - means[0, 0]
+        history[1 + k, n % history.shape[1]] = (square - means[0, k]) / (means[1, k] + floor)
+    history[0, n % history.shape[1]] = r1 * r1 - means[0, 0]
 
 
 @inlined
@@ -550,17 +555,24 @@ def inside(y: Array) -> bool:
 @kernel
 def simulate(
     start_time: float, spacing: float, sub: int, steering: Array, speed: Array, speed_rate: Array,
-    p: Array, ax: Array, windows: Array, initial: Array, harmonic: bool,
+    p: Array, ax: Array, windows: Array,
+    y: Array, history: Array, means: Array, memory: Array,
 ) -> Array:  # fmt: skip
     """Integrate with classical Runge-Kutta; one row of outputs per input sample.
+
+    Called again with the last input sample as the first, and what it left in ``y``, ``history``,
+    ``means`` and ``memory``, it goes on as if it had never stopped.
 
     Parameters
     ----------
     spacing : s between input samples; each is cut into ``sub`` steps
     steering, speed, speed_rate : (n,) arrays, linear between samples
     windows : (k, 7) array
-    initial : (STATES,) array
-    harmonic : the windows hold a load generator, so its references are recorded
+    y : (STATES,) array, the state, changed
+    history : (6, length) ring of references that covers the longest delay; length 1 if the windows
+        hold no load generator
+    means : (2, 5) array of the references' means
+    memory : [steps done, steering angle behind the free play]
 
     Returns
     -------
@@ -568,7 +580,6 @@ def simulate(
     """
     count = steering.size
     out = np.full((count, OUTPUTS), np.nan)
-    y = initial.copy()
     rates = np.zeros((4, STATES))
     z = np.zeros(STATES)
     step = np.zeros(C_SIZE)
@@ -580,31 +591,31 @@ def simulate(
     forces = np.zeros(6)
     o = np.zeros(O_FY)
     steps = (count - 1) * sub
-    history = np.zeros((6, steps + 1 if harmonic else 1))
-    means = np.zeros((2, 5))
     h = spacing / sub
-    played = steering[0]
+    done = int(memory[0])
     for n in range(steps + 1):
         i = n // sub
         first = (n - i * sub) / sub
         last = first + 1.0 / sub
         after = min(i + 1, count - 1)
-        conditions(start_time + (n + 0.5) * h, windows, step)
+        t = start_time + n * h
+        conditions(t + 0.5 * h, windows, step)
         a0 = speed_rate[i] + first * (speed_rate[after] - speed_rate[i])
         a1 = speed_rate[i] + last * (speed_rate[after] - speed_rate[i])
         v0 = speed[i] + first * (speed[after] - speed[i])
         v1 = speed[i] + last * (speed[after] - speed[i])
-        u0 = follow(played, steering[i] + first * (steering[after] - steering[i]), p[P_GAP])
-        played = follow(u0, steering[i] + last * (steering[after] - steering[i]), p[P_GAP])
+        u0 = follow(memory[1], steering[i] + first * (steering[after] - steering[i]), p[P_GAP])
+        u1 = follow(u0, steering[i] + last * (steering[after] - steering[i]), p[P_GAP])
         if p[P_FREE] <= 0.0:
             y[S_VX] = v0
-        if harmonic:
-            harmonic_loads(start_time + n * h, n - 1, h, windows, history, y[S_R1], extra)
+        harmonic_loads(t, done + n - 1, h, windows, history, y[S_R1], extra)
         derivative(y, rates[0], p, ax, step, extra, u0, a0, v0, fy, fz, slips, asym, forces, o)
-        if harmonic:
-            remember(n, h, p, y[S_R1], fy, fz, means, history)
         if n == i * sub:
             record(out[i], y, step, fy, fz, slips, o)
+        if n == steps:
+            break
+        memory[1] = u1
+        remember(done + n, h, p, y[S_R1], fy, fz, means, history)
         for stage in range(1, 4):
             reach = h if stage == 3 else 0.5 * h
             part = reach / h
@@ -612,11 +623,12 @@ def simulate(
                 z[q] = y[q] + reach * rates[stage - 1, q]
             derivative(
                 z, rates[stage], p, ax, step, extra,
-                u0 + part * (played - u0), a0 + part * (a1 - a0), v0 + part * (v1 - v0),
+                u0 + part * (u1 - u0), a0 + part * (a1 - a0), v0 + part * (v1 - v0),
                 fy, fz, slips, asym, forces, o,
             )  # fmt: skip
         for q in range(STATES):
             y[q] += h / 6.0 * (rates[0, q] + 2.0 * rates[1, q] + 2.0 * rates[2, q] + rates[3, q])
         if not inside(y):
             break
+    memory[0] = done + steps
     return out

@@ -46,8 +46,8 @@ MODULE = Module(
     equation=(
         "generator: dF_z = gain HP(psi_1'^2)(t - delay), on the left wheel while psi_1' < 0, else "
         "on the right, HP(q) = q - mean(q); normalised: amplitude HP(q)/level(q) (t - delay), "
-        "q = psi_1'^2; harmonic: the same with q = (F_y/F_z)^2 of the axle and the delay that gives "
-        "phase_deg at 2 f"
+        "q = psi_1'^2; harmonic: the same with q = (F_y/F_z)^2 of the axle and the delay that "
+        "gives phase_deg at 2 f"
     ),
     source="Zhang 2015, Eq. 6.1-6.2, Fig. 6-3, Table 6-3; phase as in Fig. 4-5",
     enters="vertical load of the axle's wheels, hence their side force",
