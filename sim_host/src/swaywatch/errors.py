@@ -4,7 +4,8 @@ Exception
 └── SwaywatchError           a sentence for the user: file, signal, value, and what would be right
     ├── RecordingError       a recording that cannot be read, or not whole
     ├── SignalError          a signals.toml, a DBC or a signal that does not fit the recording
-    └── VehicleError         a vehicle.toml with a value missing or out of range
+    ├── VehicleError         a vehicle.toml with a value missing or out of range
+    └── ScenarioError        a scenario for the simulator that does not make sense
 """
 
 
@@ -22,3 +23,7 @@ class SignalError(SwaywatchError):
 
 class VehicleError(SwaywatchError):
     """A vehicle parameter is missing or outside its range."""
+
+
+class ScenarioError(SwaywatchError):
+    """A scenario for the simulator has an unknown key or a value out of range."""

@@ -1,0 +1,154 @@
+"""A scenario: everything one simulated drive needs, read from TOML.
+
+::
+
+    vehicle = "vehicle.toml"
+    seed = 1
+    duration_s = 38.0
+    speed_kmh = 107.9
+    model = "double_track"          # or "single_track"
+    speed_control = false           # true: longitudinal dynamics under the controller of 5.2.5
+
+    [[manoeuvre]]
+    kind = "impulse"
+    start_s = 3.0
+    angle_deg = 19.0
+
+    [[physics]]
+    id = "hitch_friction"
+    moment_nm = 130.0
+
+    [driver]
+    kind = "lets_go"
+    from_s = 4.0
+
+    [sensors]
+    preset = "typical"
+    [sensors.car_yaw_rate]
+    delay_s = 0.02
+
+    [timing]
+    rate_hz = 100.0
+    jitter_s = 0.0005
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swaywatch.errors import ScenarioError
+from swaywatch.models.layout import Array
+from swaywatch.models.physics import Effect
+from swaywatch.simulate.manoeuvres import Plan, make_plan
+from swaywatch.simulate.table import Table
+from swaywatch.simulate.timing import Timing, read_timing
+from swaywatch.toml_file import load_toml
+from swaywatch.vehicle import Vehicle, load_vehicle
+
+MODELS = ("double_track", "single_track")
+PLANT_RATE_HZ = 200.0
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A drive to simulate.
+
+    Attributes
+    ----------
+    plan : steering, speed, wind and road over time, on the plant's time axis
+    physics : effects that act all along
+    driver, sensors : tables that are read when the plant is known
+    """
+
+    name: str
+    vehicle: Vehicle
+    model: str
+    seed: int
+    duration_s: float
+    start_s: float
+    plan: Plan
+    physics: tuple[Effect, ...]
+    speed_control: bool
+    driver: dict[str, Any] = field(repr=False)
+    sensors: dict[str, Any] = field(repr=False)
+    timing: Timing
+
+    @property
+    def time_s(self) -> Array:
+        """Time axis of the plant."""
+        return self.plan.time_s
+
+
+def load_scenario(path: Path | str, seed: int | None = None) -> Scenario:
+    """Read and check a scenario.
+
+    Parameters
+    ----------
+    path : the TOML file; a relative ``vehicle`` is relative to it
+    seed : instead of the file's
+
+    Raises
+    ------
+    ScenarioError, VehicleError
+        Names file, key, value and what would be right.
+    """
+    path = Path(path)
+    content = load_toml(path, ScenarioError, "scenario")
+    return read_scenario(content, path.stem, path.parent, str(path), seed)
+
+
+def read_scenario(
+    content: dict[str, Any], name: str, folder: Path, place: str, seed: int | None = None
+) -> Scenario:
+    """A scenario from the content of its TOML."""
+    table = Table(content, place)
+    vehicle = table.raw("vehicle")
+    if not isinstance(vehicle, str):
+        raise ScenarioError(f'{place}: vehicle is missing; e.g. vehicle = "vehicle.toml"')
+    duration = table.number("duration_s", 1.0, 7200.0, "s")
+    speed = table.number("speed_kmh", 5.0, 300.0, "km/h") / 3.6
+    count = round(duration * PLANT_RATE_HZ) + 1
+    time_s = np.arange(count) / PLANT_RATE_HZ
+    number = table.number("seed", 0, 2**31, "1", 1)
+    scenario = Scenario(
+        name=name,
+        vehicle=load_vehicle(folder / vehicle),
+        model=table.word("model", MODELS, MODELS[0]),
+        seed=int(number) if seed is None else seed,
+        duration_s=duration,
+        start_s=table.number("start_unix_s", 0.0, 4e9, "s", 1_700_000_000.0),
+        plan=make_plan(time_s, speed, table.tables("manoeuvre")),
+        physics=tuple(_effect(entry) for entry in table.tables("physics")),
+        speed_control=table.flag("speed_control", False),
+        driver=table.raw("driver", {}),
+        sensors=table.raw("sensors", {}),
+        timing=read_timing(table.table("timing")),
+    )
+    table.done()
+    if scenario.model == "single_track":
+        _check_single_track(scenario, place)
+    return scenario
+
+
+def _check_single_track(scenario: Scenario, place: str) -> None:
+    if scenario.physics or scenario.plan.effects or scenario.speed_control:
+        raise ScenarioError(
+            f"{place}: model = 'single_track' has no physics, wind, road or speed control; "
+            "use 'double_track'"
+        )
+    if np.ptp(scenario.plan.speed_m_s) > 0.0:
+        raise ScenarioError(f"{place}: model = 'single_track' needs a constant speed")
+
+
+def _effect(table: Table) -> Effect:
+    effect = table.raw("id")
+    if not isinstance(effect, str):
+        raise ScenarioError(f"{table.place}: id is missing, the name of a physics module")
+    try:
+        return Effect(effect, **table.rest())
+    except (ValueError, TypeError) as error:
+        raise ScenarioError(f"{table.place}: {error}") from None
