@@ -70,10 +70,10 @@ def test_frames_decode_to_what_was_measured():
     rows = recorder.measure(truth, time, {}, "run1", rng, 0.0)
     db = cantools.database.load_string(recorder.dbc_text(trailer=True), "dbc")
     found = {name: ([], []) for name in truth}
-    for t, frame, data in rows:
-        for name, value in db.decode_message(frame, data).items():
+    for ns, frame, data in zip(rows.time_ns, rows.identifier, rows.data, strict=True):
+        for name, value in db.decode_message(int(frame), bytes(data)).items():
             if name in found:
-                found[name][0].append(t)
+                found[name][0].append((ns - recorder.START_NS) * 1e-9)
                 found[name][1].append(value)
     for name, (t, values) in found.items():
         error = np.array(values) - np.interp(t, time, truth[name])
@@ -88,8 +88,9 @@ def test_delay_and_gain_are_what_they_say():
     fault = {"YawRate2": {"delay": 0.05, "gain": 1.1}}
     rng = np.random.default_rng(2)
     rows = recorder.measure(truth, time, fault, "run1", rng, 0.0)
-    t = np.array([row[0] for row in rows if row[1] == 696])
-    raw = np.array([int.from_bytes(r[2][:2], "big", signed=True) for r in rows if r[1] == 696])
+    hit = rows.identifier == 696
+    t = (rows.time_ns[hit] - recorder.START_NS) * 1e-9
+    raw = rows.data[hit, :2].copy().view(">i2")[:, 0]
     wanted = 1.1 * 8.0 * np.sin(4.0 * (t - 0.05))
     keep = t > 1.0
     error = raw[keep] * 0.01 - wanted[keep]

@@ -11,16 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import can
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
+from swaywatch.recording import write_recording
+from swaywatch.recording.frames import Frames, Series, make_frames
+
 Array = NDArray[np.float64]
-START_S = 1_700_000_000.0
+START_NS = 1_700_000_000_000_000_000
 MARGIN_S = 0.3
-KEEP_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,7 @@ def noise(rng: Generator, kind: str, size: float, time: Array) -> Array:
     wide = sosfilt(butter(3, 25.0, fs=1000, output="sos"), rng.standard_normal(time.size + 1000))[
         1000:
     ]
-    return np.asarray(size * (0.985 * band / np.std(band) + 0.17 * wide / np.std(wide)))
+    return np.asarray(size * (0.97 * band / np.std(band) + 0.25 * wide / np.std(wide)))
 
 
 def _faulty(values: Array, time: Array, fault: dict[str, Any], run: str, rng: Generator) -> Array:
@@ -133,7 +134,7 @@ def measure(
     rng: Generator,
     noise_factor: float,
     hidden: tuple[str, ...] = (),
-) -> list[tuple[float, int, bytes]]:
+) -> Frames:
     """Frames of one run, in order of time.
 
     Parameters
@@ -168,56 +169,25 @@ def measure(
         code = np.clip(raw, low, high).astype(np.int64) & 0xFFFF
         first, second = (code & 0xFF, code >> 8) if s.little else (code >> 8, code & 0xFF)
         payload[s.frame][:, s.byte], payload[s.frame][:, s.byte + 1] = first, second
-    rows = [
-        (float(t), frame, bytes(data))
-        for frame, table in payload.items()
-        for t, data in zip(stamps[frame], table, strict=True)
+    table = [
+        (START_NS + np.rint(stamps[frame] * 1e9).astype(np.int64), np.full(length, frame), data)
+        for frame, data in payload.items()
     ]
-    return sorted(rows)
-
-
-WRITERS: dict[str, Any] = {
-    ".blf": can.BLFWriter,
-    ".asc": can.ASCWriter,
-    ".log": can.CanutilsLogWriter,
-    ".mf4": can.MF4Writer,
-}
-
-
-def write(path: Path, frames: list[tuple[float, int, bytes]]) -> None:
-    """Write frames as a recording; the suffix says which format."""
-    writer = WRITERS[path.suffix](str(path))
-    try:
-        for t, frame, data in frames:
-            writer.on_message_received(
-                can.Message(
-                    timestamp=START_S + t,
-                    arbitration_id=frame,
-                    is_extended_id=False,
-                    data=data,
-                    channel=0,
-                )
-            )
-    finally:
-        writer.stop()
+    time_ns, frame, data = (np.concatenate(column) for column in zip(*table, strict=True))
+    order = np.argsort(time_ns, kind="stable")
+    eight = np.full(order.size, 8)
+    return make_frames(
+        time_ns[order], frame[order], eight == 0, eight, data[order], np.zeros_like(eight)
+    )
 
 
 def write_simulation(path: Path, time: Array, truth: dict[str, Array]) -> None:
     """Noise-free signals at 100 Hz on the recording's clock, as a simulation tool exports them."""
-    from datetime import UTC, datetime
-
-    from asammdf import MDF
-    from asammdf import Signal as MdfSignal
-
     grid = np.arange(0.0, time[-1] - MARGIN_S, 0.01)
     units = {s.name: s.unit for s in SIGNALS}
-    mdf = MDF(version="4.10")
-    mdf.start_time = datetime.fromtimestamp(START_S, tz=UTC)
-    mdf.append(
-        [
-            MdfSignal(np.interp(grid, time, values), grid, unit=units[name], name=name)
-            for name, values in truth.items()
-        ]
-    )
-    mdf.save(path, overwrite=True)
-    mdf.close()
+    time_ns = START_NS + np.rint(grid * 1e9).astype(np.int64)
+    signals = {
+        name: Series(time_ns, np.interp(grid, time, values), units[name])
+        for name, values in truth.items()
+    }
+    write_recording(path, signals)
