@@ -213,13 +213,16 @@ static int64_t clip(int64_t value, int64_t limit)
 }
 
 void sway_fit_model(const sway_fit_basis_t *basis, const sway_real_t *parameter, uint32_t n,
-                    int32_t *model)
+                    uint64_t blocks, int32_t *model)
 {
     int64_t p[SWAY_FIT_LINEAR];
     for (uint32_t i = 0; i < n; i++) {
         p[i] = clip(sway_real_to_int64(parameter[i], MODEL_FRACTION), MODEL_LIMIT);
     }
     for (uint32_t b = 0; b < basis->blocks; b++) {
+        if (((blocks >> b) & 1U) == 0U) {
+            continue;
+        }
         int64_t sum = 0;
         for (uint32_t i = 0; i < n; i++) {
             sum += p[i] * (basis->column[i][b] / 16);

@@ -63,8 +63,9 @@ sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, con
 /// Takes the mean out of `sums` and scales by 2^-shift to magnitudes below 2^27. Returns the shift.
 int32_t sway_fit_center(const int64_t *sums, uint32_t n, int32_t *data, int64_t *mean);
 
-/// Model of the linear parameters 0..n-1 over all blocks, rounded, |model| <= 2^28.
+/// Model of the linear parameters 0..n-1 at the blocks whose bit is set in `blocks`, rounded,
+/// |model| <= 2^28; other entries stay as they are.
 void sway_fit_model(const sway_fit_basis_t *basis, const sway_real_t *parameter, uint32_t n,
-                    int32_t *model);
+                    uint64_t blocks, int32_t *model);
 
 #endif

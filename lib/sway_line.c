@@ -2,12 +2,16 @@
 
 #include <string.h>
 
-#define MAX_PASSES 8U
-#define MAX_REFITS 1U
+#define MAX_PASSES 10U
+/* Passes kept for a changed model. */
+#define REFIT_PASSES 6U
+#define MAX_REFITS 3U
+/* Rounds of filling missing blocks in one pass. */
+#define FILL_ROUNDS 4U
 /* |growth| from the middle to the end of the window: e^4 = 55. */
 #define MAX_EXPONENT 4
-/* A channel with fewer blocks than 3/4 is not used. */
-#define MAX_MISSING_QUARTERS 1U
+/* A channel with less than 3/5 of its blocks is not used. */
+#define MAX_MISSING_FIFTHS 2U
 
 enum {
     STATE_SUMS,
@@ -122,7 +126,7 @@ static void sum_channel(sway_line_job_t *job, const sway_ring_t *ring, uint32_t 
     data->missing = sway_ring_sums(ring, channel, job->head, job->block, blocks, sums);
     data->shift = sway_fit_center(sums, blocks, data->sum, &data->removed);
     data->lost = count_bits(data->missing);
-    if (4U * data->lost > MAX_MISSING_QUARTERS * blocks) {
+    if (5U * data->lost > MAX_MISSING_FIFTHS * blocks) {
         job->line.valid_mask &= ~SWAY_CHANNEL_BIT(channel);
     }
 }
@@ -313,7 +317,10 @@ static sway_real_t block_variance(const sway_line_job_t *job, const sway_line_da
                                   uint32_t n, sway_real_t rest, sway_real_t total)
 {
     const int64_t degrees = freedom(job, data, n);
-    const sway_real_t variance = sway_real_div(rest, sway_real_int(degrees - 2));
+    const int64_t blocks = (int64_t)job->basis.blocks;
+    const int64_t present = blocks - (int64_t)count_bits(data->missing);
+    const sway_real_t whole = sway_real_mul(rest, sway_real_ratio(blocks, present));
+    const sway_real_t variance = sway_real_div(whole, sway_real_int(degrees - 2));
     const sway_real_t rounding =
         sway_real_scale(sway_real_ratio((int64_t)job->block, 12), -2 * data->shift);
     const sway_real_t least = sway_real_max(rounding, sway_real_ratio(1, 12));
@@ -328,30 +335,42 @@ static void channel_products(const sway_line_job_t *job, const sway_line_data_t 
     }
 }
 
-/* Puts the model where there is no data: its least squares are then those of the data alone. */
-static void fill_missing(const sway_line_job_t *job, sway_line_data_t *data, uint32_t n)
+/* Puts the model where there is no data: the least squares of the whole are then those of the data
+ * alone. Corrects the products; returns the largest change. */
+static int32_t fill_missing(const sway_line_job_t *job, sway_line_data_t *data, uint32_t n,
+                            sway_real_t *product)
 {
-    int32_t model[SWAY_FIT_BLOCKS];
     const int32_t limit = (INT32_C(1) << 27) - 1;
-    sway_fit_model(&job->basis, data->parameter, n, model);
+    int32_t model[SWAY_FIT_BLOCKS];
+    int32_t step[SWAY_FIT_BLOCKS] = {0};
+    int32_t largest = 0;
+    sway_fit_model(&job->basis, data->parameter, n, data->missing, model);
     for (uint32_t b = 0; b < job->basis.blocks; b++) {
         if (((data->missing >> b) & 1U) != 0U) {
-            const int32_t x = model[b] > limit ? limit : model[b];
-            data->sum[b] = x < -limit ? -limit : x;
+            const int32_t x = model[b] > limit ? limit : model[b] < -limit ? -limit : model[b];
+            step[b] = (x - data->sum[b]) / 2; // halved: below 2^27 as the products ask for
+            data->sum[b] += 2 * step[b];
+            const int32_t size = step[b] < 0 ? -step[b] : step[b];
+            largest = size > largest ? size : largest;
         }
     }
+    for (uint32_t i = 0; i < n; i++) {
+        const sway_real_t half = sway_fit_product(&job->basis, i, step);
+        product[i] = sway_real_add(product[i], sway_real_scale(half, 1));
+    }
+    return largest;
 }
 
 static void solve_channel(const sway_line_job_t *job, sway_line_data_t *data, uint32_t n,
                           sway_real_t *product)
 {
     const sway_fit_system_t *system = &job->system[n == 4U ? 0 : 1];
-    const uint32_t rounds = data->missing != 0U ? 3U : 1U;
-    for (uint32_t round = 0; round < rounds; round++) {
-        if (round > 0U) {
-            fill_missing(job, data, n);
+    channel_products(job, data, n, product);
+    sway_fit_solve(system, product, data->parameter);
+    for (uint32_t round = 0; round < FILL_ROUNDS && data->missing != 0U; round++) {
+        if (fill_missing(job, data, n, product) < 2) {
+            break;
         }
-        channel_products(job, data, n, product);
         sway_fit_solve(system, product, data->parameter);
     }
     product[SWAY_FIT_TAU_RE] = sway_fit_product(&job->basis, SWAY_FIT_TAU_RE, data->sum);
@@ -494,7 +513,7 @@ static int32_t median_magnitude(const int32_t *x, uint32_t n)
 }
 
 /* Blocks more than 6 robust standard deviations off (an impulse, a wrong value) are taken out, at
- * most an eighth of the window; more than that is no impulse. */
+ * most a fifth of the window; more than that is no impulse. */
 static void reject_outliers(sway_line_job_t *job, sway_line_data_t *data, const int32_t *residual)
 {
     const uint32_t n = job->basis.blocks;
@@ -506,7 +525,7 @@ static void reject_outliers(sway_line_job_t *job, sway_line_data_t *data, const 
         }
     }
     wrong &= ~data->missing;
-    if (wrong != 0U && 8U * (count_bits(wrong | data->missing) - data->lost) <= n) {
+    if (wrong != 0U && 5U * (count_bits(wrong | data->missing) - data->lost) <= n) {
         data->missing |= wrong;
         job->changed = true;
     }
@@ -604,7 +623,7 @@ static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
     const uint32_t n = job->basis.blocks;
     sway_line_data_t *data = &job->data[c];
     int32_t residual[SWAY_FIT_BLOCKS];
-    sway_fit_model(&job->basis, data->parameter, job->columns, residual);
+    sway_fit_model(&job->basis, data->parameter, job->columns, UINT64_MAX, residual);
     for (uint32_t b = 0; b < n; b++) {
         residual[b] = data->sum[b] - residual[b]; // below 2^28 + 2^27
         residual[b] = ((data->missing >> b) & 1U) != 0U ? 0 : residual[b];
@@ -621,9 +640,9 @@ static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
             sway_real_mul(square(job->basis.scale),
                           sway_complex_norm(sway_complex(data->parameter[0], data->parameter[1])));
         job->normal.inflated = mac(job->normal.inflated, share, blow);
-        /* correlated by more than 0.5, and more than 10 % of the line */
+        /* correlated by more than 0.5, and more than 5 % of the line */
         if (sway_real_less(sway_real_int(3), blow) &&
-            sway_real_less(sway_real_mul(line, sway_real_ratio(5, 1000)), variance)) {
+            sway_real_less(sway_real_mul(line, sway_real_ratio(125, 100000)), variance)) {
             job->normal.misfit = sway_real_add(job->normal.misfit, share);
         }
         job->normal.all = sway_real_add(job->normal.all, share);
@@ -670,12 +689,15 @@ static bool solve_step(sway_line_job_t *job, sway_real_t *growth, sway_real_t *o
     return true;
 }
 
-/* A step is small when below a tenth of the standard error, or 1e-7 rad at the window's end. */
-static bool is_small(sway_real_t step, sway_real_t variance)
+/* A step is small when below 1/`part` of the standard error, or 1e-7 rad at the window's end. */
+static bool is_small(const sway_line_job_t *job, sway_real_t growth, sway_real_t omega,
+                     int64_t part)
 {
-    const sway_real_t bound = sway_real_max(sway_real_div(variance, sway_real_int(100)),
-                                            sway_real_ratio(1, 100000000000000));
-    return sway_real_less(square(step), bound);
+    const sway_real_t least = sway_real_ratio(1, 100000000000000);
+    const sway_real_t parts = sway_real_int(part * part);
+    const sway_real_t bound_g = sway_real_max(sway_real_div(job->covariance[0], parts), least);
+    const sway_real_t bound_o = sway_real_max(sway_real_div(job->covariance[2], parts), least);
+    return sway_real_less(square(growth), bound_g) && sway_real_less(square(omega), bound_o);
 }
 
 static void take_step(sway_line_job_t *job, sway_real_t growth, sway_real_t omega)
@@ -764,7 +786,7 @@ static uint32_t run_final_step(sway_line_job_t *job)
         job->refits++;
         job->changed = false;
         job->final = false;
-        job->pass = MAX_PASSES / 2U;
+        job->pass = MAX_PASSES - REFIT_PASSES;
         return STATE_COLUMNS;
     }
     finish(job);
@@ -782,10 +804,11 @@ static uint32_t run_step(sway_line_job_t *job, const sway_ring_t *ring)
     if (job->final) {
         return run_final_step(job);
     }
-    job->converged = is_small(growth, job->covariance[0]) && is_small(omega, job->covariance[2]);
+    const bool done = is_small(job, growth, omega, 10);
+    job->converged = is_small(job, growth, omega, 2);
     take_step(job, growth, omega);
     job->pass++;
-    job->final = job->converged || job->pass >= MAX_PASSES;
+    job->final = done || job->pass >= MAX_PASSES;
     return STATE_COLUMNS;
 }
 

@@ -83,18 +83,46 @@ int estimate(const int32_t *samples, int rows, unsigned mask, double *common, do
     return slices;
 }
 
+static sway_grid_t grid;
+
+typedef struct {
+    double *common;
+    double *channel;
+    int records;
+    int limit;
+    uint32_t sequence;
+} log_t;
+
+static void push(const sway_tick_t *tick, log_t *log)
+{
+    sway_track_push(&track, tick);
+    for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
+        (void)sway_track_run(&track);
+    }
+    if (sway_track_sequence(&track) != log->sequence && log->records < log->limit) {
+        log->sequence = sway_track_sequence(&track);
+        export_line(sway_track_line(&track), log->common + (size_t)log->records * COMMON,
+                    log->channel + (size_t)log->records * SWAY_CHANNELS * PER_CHANNEL);
+        log->records++;
+    }
+}
+
+static int start(unsigned mask, int cycles_milli)
+{
+    sway_track_config_t config = sway_track_default(10000);
+    config.window_cycles_milli = cycles_milli;
+    config.channel_mask = mask & config.channel_mask;
+    return (int)sway_track_init(&track, &config);
+}
+
 /* The whole loop, row by row; writes one record per new estimate, at most `limit`. valid[rows] is
  * the mask of each row. Returns the number of records. */
 int follow(const int32_t *samples, const uint32_t *valid, int rows, unsigned mask, int cycles_milli,
            double *common, double *channel, int limit)
 {
-    sway_track_config_t config = sway_track_default(10000);
+    log_t log = {common, channel, 0, limit, 0};
     sway_tick_t tick;
-    int records = 0;
-    uint32_t sequence = 0;
-    config.window_cycles_milli = cycles_milli;
-    config.channel_mask = mask & config.channel_mask;
-    if (sway_track_init(&track, &config) != SWAY_OK) {
+    if (start(mask, cycles_milli) != 0) {
         return -1;
     }
     memset(&tick, 0, sizeof tick);
@@ -103,16 +131,26 @@ int follow(const int32_t *samples, const uint32_t *valid, int rows, unsigned mas
         tick.time_us = (int64_t)i * 10000;
         tick.valid_mask = valid[i];
         memcpy(tick.value, samples + (size_t)i * SWAY_CHANNELS, SWAY_CHANNELS * sizeof *samples);
-        sway_track_push(&track, &tick);
-        for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
-            (void)sway_track_run(&track);
-        }
-        if (sway_track_sequence(&track) != sequence && records < limit) {
-            sequence = sway_track_sequence(&track);
-            export_line(sway_track_line(&track), common + (size_t)records * COMMON,
-                        channel + (size_t)records * SWAY_CHANNELS * PER_CHANNEL);
-            records++;
+        push(&tick, &log);
+    }
+    return log.records;
+}
+
+/* The same from samples with their own times, through the grid. Returns the number of records. */
+int follow_samples(const int64_t *time_us, const int32_t *input, const int32_t *value, int count,
+                   unsigned mask, int cycles_milli, double *common, double *channel, int limit)
+{
+    const sway_grid_config_t config = sway_grid_default(10000);
+    log_t log = {common, channel, 0, limit, 0};
+    sway_tick_t tick;
+    if (start(mask, cycles_milli) != 0 || sway_grid_init(&grid, &config) != SWAY_OK) {
+        return -1;
+    }
+    for (int i = 0; i < count; i++) {
+        (void)sway_grid_input(&grid, (sway_input_t)input[i], time_us[i], value[i]);
+        while (sway_grid_tick(&grid, &tick)) {
+            push(&tick, &log);
         }
     }
-    return records;
+    return log.records;
 }
