@@ -1,60 +1,53 @@
 #include "sway_fit.h"
 
+#include "sway_wide.h"
+
 #define ONE_Q28 (INT32_C(1) << SWAY_FIT_BITS)
 
 typedef struct {
-    int64_t re;
-    int64_t im;
+    int32_t re;
+    int32_t im;
 } q30_t;
-
-static int64_t shift_30(int64_t value)
-{
-    /* Division instead of a shift: right shifts of negative numbers are not portable. */
-    const int64_t half = INT64_C(1) << 29;
-    return (value < 0 ? value - half : value + half) / (INT64_C(1) << 30);
-}
 
 static q30_t q30_product(q30_t a, q30_t b)
 {
-    const q30_t product = {shift_30(a.re * b.re - a.im * b.im),
-                           shift_30(a.re * b.im + a.im * b.re)};
+    const q30_t product = {sway_wide_round(sway_wide(a.re, b.re) - sway_wide(a.im, b.im)),
+                           sway_wide_round(sway_wide(a.re, b.im) + sway_wide(a.im, b.re))};
     return product;
 }
 
 static void put(sway_fit_basis_t *basis, uint32_t column, uint32_t block, q30_t z)
 {
-    basis->column[column][block] = (int32_t)(z.re / 4);
-    basis->column[column + 1U][block] = (int32_t)(-z.im / 4);
+    basis->column[column][block] = z.re / 4;
+    basis->column[column + 1U][block] = -z.im / 4;
 }
 
-/* tau of a block in Q28. */
-static int64_t tau_q28(uint32_t block, uint32_t blocks)
+static void fill_block(sway_fit_basis_t *basis, uint32_t block, q30_t z, bool harmonics)
 {
-    const int64_t span = (int64_t)blocks - 1;
-    return (2 * (int64_t)block - span) * ONE_Q28 / span;
-}
-
-static void fill_block(sway_fit_basis_t *basis, uint32_t block, q30_t z)
-{
-    const q30_t z2 = q30_product(z, z);
-    const int64_t tau = tau_q28(block, basis->blocks);
-    const q30_t tau_z = {z.re * tau / ONE_Q28, z.im * tau / ONE_Q28};
+    /* tau in Q30: (2 b - n + 1) / (n - 1) */
+    const int32_t span = (int32_t)basis->blocks - 1;
+    const int32_t tau = (2 * (int32_t)block - span) * ((INT32_C(1) << 30) / span);
+    const q30_t tau_z = {sway_wide_q30(z.re, tau), sway_wide_q30(z.im, tau)};
     put(basis, 0, block, z);
     basis->column[2][block] = ONE_Q28;
-    basis->column[3][block] = (int32_t)tau;
-    put(basis, 4, block, z2);
-    put(basis, 6, block, q30_product(z2, z));
+    basis->column[3][block] = tau / 4;
     put(basis, SWAY_FIT_TAU_RE, block, tau_z);
+    if (harmonics) {
+        const q30_t z2 = q30_product(z, z);
+        put(basis, 4, block, z2);
+        put(basis, 6, block, q30_product(z2, z));
+    }
 }
 
 static q30_t to_q30(sway_complex_t z)
 {
-    const q30_t result = {sway_real_to_int64(z.re, 30), sway_real_to_int64(z.im, 30)};
+    const q30_t result = {(int32_t)sway_real_to_int64(z.re, 30),
+                          (int32_t)sway_real_to_int64(z.im, 30)};
     return result;
 }
 
 void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, sway_real_t growth,
-                      sway_real_t omega)
+                      sway_real_t omega, bool harmonics)
 {
     /* From the end where |z| = 1 towards the other, so that |z| only falls. */
     const bool backward = sway_real_sign(growth) > 0;
@@ -68,7 +61,7 @@ void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, sway_real_t grow
     basis->blocks = blocks;
     basis->scale = sway_real_exp(sway_real_mul(decay, half));
     for (uint32_t i = 0; i < blocks; i++) {
-        fill_block(basis, backward ? blocks - 1U - i : i, z);
+        fill_block(basis, backward ? blocks - 1U - i : i, z, harmonics);
         z = q30_product(z, step);
     }
 }
@@ -78,7 +71,7 @@ sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, con
     const int32_t *factor = basis->column[column];
     int64_t sum = 0; // below 64 * 2^28 * 2^28 = 2^62
     for (uint32_t b = 0; b < basis->blocks; b++) {
-        sum += (int64_t)factor[b] * data[b];
+        sum += sway_wide(factor[b], data[b]);
     }
     return sway_real(sum, -SWAY_FIT_BITS);
 }

@@ -41,11 +41,13 @@ typedef struct {
     sway_real_t second_variance; ///< of parameters 4, 5, mean of both; n = 8 only
 } sway_fit_system_t;
 
-/// Makes the columns for growth and omega per block; |growth| (n-1)/2 <= 8.
+/// Makes the columns for growth and omega per block, 4 to 7 only if asked for; blocks 2..64,
+/// |growth| (n-1)/2 <= 8.
 void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, sway_real_t growth,
-                      sway_real_t omega);
-/// Products of columns first..last with all before them that are 0..3, 8, 9 or at most `last`.
-/// sway_fit_gram(basis, 0, 3) makes what n = 4 needs, then (basis, 4, 7) what n = 8 adds.
+                      sway_real_t omega, bool harmonics);
+/// Products of columns first..last with those up to themselves and with 8 and 9.
+/// sway_fit_gram(basis, 0, 3) makes what n = 4 needs; then (basis, 4, 5), (basis, 6, 7) what n = 8
+/// adds.
 void sway_fit_gram(sway_fit_basis_t *basis, uint32_t first, uint32_t last);
 
 /// The steps of building a system, each of bounded cost, in this order.

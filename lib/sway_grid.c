@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#define ROW_MASK ((int64_t)SWAY_GRID_ROWS - 1)
 /* A stamp this far ahead of everything else is believed only when a second one agrees. */
 #define JUMP_US 500000
 /* A jump this long starts the grid anew instead of handing out empty rows. */
@@ -82,11 +81,6 @@ static int64_t row_at_or_after(const sway_grid_t *grid, int64_t time_us)
     return row;
 }
 
-static uint32_t row_slot(const sway_grid_t *grid, int64_t row_us)
-{
-    return (uint32_t)((row_us / grid->config.sample_period_us) & ROW_MASK);
-}
-
 static void start_at(sway_grid_t *grid, int64_t time_us)
 {
     for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
@@ -150,7 +144,7 @@ static bool accept_time(sway_grid_t *grid, const sway_grid_input_t *in, int64_t 
 static int32_t interpolate(const sway_grid_input_t *from, int64_t to_us, int32_t to, int64_t at_us)
 {
     const int64_t span = to_us - from->time_us;
-    if (span <= 0) {
+    if (span <= 0 || at_us == to_us) {
         return to;
     }
     const int64_t product = ((int64_t)to - from->value) * (at_us - from->time_us);
@@ -158,29 +152,26 @@ static int32_t interpolate(const sway_grid_input_t *from, int64_t to_us, int32_t
     return from->value + (int32_t)((product + half) / span);
 }
 
-/* Fills the waiting rows after the input's last sample up to `time_us`. */
-static void fill_rows(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value,
-                      bool valid)
+/* Fills the waiting rows after the input's last sample up to that of now. */
+static void fill_rows(sway_grid_t *grid, sway_input_t input, const sway_grid_input_t *now,
+                      bool span_valid)
 {
-    const sway_grid_input_t *in = &grid->input[input];
-    const int64_t period = grid->config.sample_period_us;
+    const sway_grid_input_t *last = &grid->input[input];
     const uint32_t bit = (uint32_t)1U << (uint32_t)input;
-    int64_t row =
-        in->timed ? row_at_or_after(grid, in->time_us + 1) : row_at_or_after(grid, time_us);
-    if (row < grid->next_time_us) {
-        if (time_us < grid->next_time_us) {
-            count(&grid->faults.late);
-        }
-        row = grid->next_time_us;
+    int64_t row = grid->next_time_us;
+    if (now->time_us < row) {
+        count(&grid->faults.late);
     }
-    const int64_t end = grid->next_time_us + period * SWAY_GRID_ROWS;
-    for (; row <= time_us && row < end; row += period) {
-        const uint32_t slot = row_slot(grid, row);
-        grid->row[slot][input] = in->timed ? interpolate(in, time_us, value, row) : value;
-        grid->filled[slot] |= bit;
-        if (valid || (row == time_us && grid->sample_usable)) {
-            grid->valid[slot] |= bit;
+    for (uint32_t i = 0; i < SWAY_GRID_ROWS && row <= now->time_us; i++) {
+        const uint32_t slot = (grid->next_slot + i) & (SWAY_GRID_ROWS - 1U);
+        const bool between = last->timed && row > last->time_us;
+        if (between || row == now->time_us) {
+            grid->row[slot][input] =
+                between ? interpolate(last, now->time_us, now->value, row) : now->value;
+            grid->filled[slot] |= bit;
+            grid->valid[slot] |= span_valid || (row == now->time_us && now->usable) ? bit : 0U;
         }
+        row += grid->config.sample_period_us;
     }
 }
 
@@ -193,12 +184,10 @@ static void take(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t
     if (gap) {
         count(&grid->faults.gaps);
     }
-    grid->sample_usable = usable;
-    fill_rows(grid, input, time_us, value, usable && in->timed && in->usable && !gap);
-    in->time_us = time_us;
-    in->value = value;
-    in->timed = true;
-    in->usable = usable;
+    const sway_grid_input_t now = {
+        .time_us = time_us, .value = value, .seen = in->seen, .timed = true, .usable = usable};
+    fill_rows(grid, input, &now, usable && in->timed && in->usable && !gap);
+    *in = now;
 }
 
 sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value)
@@ -256,7 +245,7 @@ typedef struct {
 
 static input_value_t input_value(const sway_grid_t *grid, uint32_t input)
 {
-    const uint32_t slot = row_slot(grid, grid->next_time_us);
+    const uint32_t slot = grid->next_slot;
     const sway_grid_input_t *in = &grid->input[input];
     if (((grid->filled[slot] >> input) & 1U) != 0U) {
         const input_value_t known = {grid->row[slot][input],
@@ -282,7 +271,7 @@ bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
         grid->newest_time_us < grid->next_time_us) {
         return false;
     }
-    const uint32_t slot = row_slot(grid, grid->next_time_us);
+    const uint32_t slot = grid->next_slot;
     if ((awaited(grid) & ~grid->filled[slot]) != 0U &&
         grid->newest_time_us - grid->next_time_us < grid->config.max_wait_us) {
         return false;
@@ -305,6 +294,7 @@ bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
     grid->filled[slot] = 0;
     grid->valid[slot] = 0;
     grid->restart = false;
+    grid->next_slot = (slot + 1U) & (SWAY_GRID_ROWS - 1U);
     grid->next_time_us += grid->config.sample_period_us;
     return true;
 }

@@ -72,13 +72,13 @@ typedef struct {
     uint32_t filled[SWAY_GRID_ROWS]; ///< bit per input: has a value
     uint32_t valid[SWAY_GRID_ROWS];  ///< bit per input: that value is data
     int64_t next_time_us;            ///< time of the next row to hand out
+    uint32_t next_slot;              ///< where it is
     int64_t newest_time_us;
     int64_t suspect_us; ///< a stamp far ahead that waits for a second one
     uint32_t refused;   ///< refusals for time in a row
     bool suspected;
     bool running;
     bool restart;
-    bool sample_usable;
 } sway_grid_t;
 
 /// period, max_gap 50 ms, speed gap 500 ms, wait 100 ms, no delays.

@@ -2,12 +2,14 @@
 
 #include <string.h>
 
-#define MAX_PASSES 10U
+#include "sway_wide.h"
+
+#define MAX_PASSES 8U
 /* Passes kept for a changed model. */
-#define REFIT_PASSES 6U
+#define REFIT_PASSES 4U
 #define MAX_REFITS 3U
 /* Rounds of filling missing blocks in one pass. */
-#define FILL_ROUNDS 4U
+#define FILL_ROUNDS 3U
 /* |growth| from the middle to the end of the window: e^4 = 55. */
 #define MAX_EXPONENT 4
 /* A channel with less than 3/5 of its blocks is not used. */
@@ -17,14 +19,17 @@ enum {
     STATE_SUMS,
     STATE_SPEED,
     STATE_COLUMNS,
+    STATE_FACTORS,
     STATE_GRAM,
     STATE_SYSTEM,
     STATE_GRAM_HARMONICS,
+    STATE_GRAM_THIRD,
     STATE_FACTOR_HARMONICS,
     STATE_CROSS_HARMONICS,
     STATE_VARIANCE_HARMONICS,
     STATE_SECOND_VARIANCE,
     STATE_CHANNELS,
+    STATE_SECOND,
     STATE_RESIDUALS,
     STATE_STEP,
     STATE_IDLE
@@ -93,7 +98,7 @@ sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *con
     job->config = *config;
     job->state = STATE_SUMS;
     job->channel = 0;
-    job->pass = 0;
+    job->passes_left = MAX_PASSES;
     job->refits = 0;
     job->final = false;
     job->changed = false;
@@ -220,13 +225,54 @@ static sway_real_t per_block(const sway_line_job_t *job, sway_real_t per_s)
     return sway_real_mul(per_s, block_s);
 }
 
+static bool needs_harmonics(const sway_line_job_t *job)
+{
+    bool any = job->final;
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        any = any || (job->data[c].harmonics && (job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U);
+    }
+    return any;
+}
+
+/* Sum over a block of e^(s t) by its value at the middle: sinh(s T m / 2) / sinh(s T / 2). */
+static sway_complex_t sinh_complex(sway_real_t re, sway_real_t im)
+{
+    sway_real_t s;
+    sway_real_t c;
+    sway_real_sincos(im, &s, &c);
+    const sway_real_t up = sway_real_exp(re);
+    const sway_real_t down = sway_real_exp(sway_real_neg(re));
+    return sway_complex(sway_real_scale(sway_real_mul(sway_real_sub(up, down), c), -1),
+                        sway_real_scale(sway_real_mul(sway_real_add(up, down), s), -1));
+}
+
+static sway_complex_t block_factor(const sway_line_job_t *job, int64_t harmonic)
+{
+    const sway_real_t times = sway_real_ratio(harmonic, 2 * (int64_t)job->block);
+    const sway_real_t re = sway_real_mul(per_block(job, job->line.growth_1_s), times);
+    const sway_real_t im = sway_real_mul(per_block(job, job->line.omega_rad_s), times);
+    const sway_real_t m = sway_real_int((int64_t)job->block);
+    return sway_complex_div(sinh_complex(sway_real_mul(re, m), sway_real_mul(im, m)),
+                            sinh_complex(re, im));
+}
+
 static uint32_t run_columns(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
     memset(&job->normal, 0, sizeof job->normal);
     job->channel = 0;
     sway_fit_columns(&job->basis, job->basis.blocks, per_block(job, job->line.growth_1_s),
-                     per_block(job, job->line.omega_rad_s));
+                     per_block(job, job->line.omega_rad_s), needs_harmonics(job));
+    return job->final ? STATE_FACTORS : STATE_GRAM;
+}
+
+static uint32_t run_factors(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    for (int i = 0; i < 2; i++) {
+        job->factor[i] = block_factor(job, i + 1);
+        job->factor_size[i] = sway_complex_abs(job->factor[i]);
+    }
     return STATE_GRAM;
 }
 
@@ -235,15 +281,6 @@ static uint32_t run_gram(sway_line_job_t *job, const sway_ring_t *ring)
     (void)ring;
     sway_fit_gram(&job->basis, 0, 3);
     return STATE_SYSTEM;
-}
-
-static bool needs_harmonics(const sway_line_job_t *job)
-{
-    bool any = job->final;
-    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
-        any = any || (job->data[c].harmonics && (job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U);
-    }
-    return any;
 }
 
 static uint32_t run_system(sway_line_job_t *job, const sway_ring_t *ring)
@@ -258,7 +295,14 @@ static uint32_t run_system(sway_line_job_t *job, const sway_ring_t *ring)
 static uint32_t run_gram_harmonics(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    sway_fit_gram(&job->basis, 4, 7);
+    sway_fit_gram(&job->basis, 4, 5);
+    return STATE_GRAM_THIRD;
+}
+
+static uint32_t run_gram_third(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_fit_gram(&job->basis, 6, 7);
     return STATE_FACTOR_HARMONICS;
 }
 
@@ -342,21 +386,24 @@ static int32_t fill_missing(const sway_line_job_t *job, sway_line_data_t *data, 
 {
     const int32_t limit = (INT32_C(1) << 27) - 1;
     int32_t model[SWAY_FIT_BLOCKS];
-    int32_t step[SWAY_FIT_BLOCKS] = {0};
+    int64_t change[SWAY_FIT_LINEAR] = {0}; // below 64 * 2^28 * 2^28
     int32_t largest = 0;
     sway_fit_model(&job->basis, data->parameter, n, data->missing, model);
     for (uint32_t b = 0; b < job->basis.blocks; b++) {
-        if (((data->missing >> b) & 1U) != 0U) {
-            const int32_t x = model[b] > limit ? limit : model[b] < -limit ? -limit : model[b];
-            step[b] = (x - data->sum[b]) / 2; // halved: below 2^27 as the products ask for
-            data->sum[b] += 2 * step[b];
-            const int32_t size = step[b] < 0 ? -step[b] : step[b];
-            largest = size > largest ? size : largest;
+        if (((data->missing >> b) & 1U) == 0U) {
+            continue;
+        }
+        const int32_t x = model[b] > limit ? limit : model[b] < -limit ? -limit : model[b];
+        const int32_t step = x - data->sum[b];
+        const int32_t size = step < 0 ? -step : step;
+        data->sum[b] = x;
+        largest = size > largest ? size : largest;
+        for (uint32_t i = 0; i < n; i++) {
+            change[i] += sway_wide(step, job->basis.column[i][b]);
         }
     }
     for (uint32_t i = 0; i < n; i++) {
-        const sway_real_t half = sway_fit_product(&job->basis, i, step);
-        product[i] = sway_real_add(product[i], sway_real_scale(half, 1));
+        product[i] = sway_real_add(product[i], sway_real(change[i], -SWAY_FIT_BITS));
     }
     return largest;
 }
@@ -367,8 +414,9 @@ static void solve_channel(const sway_line_job_t *job, sway_line_data_t *data, ui
     const sway_fit_system_t *system = &job->system[n == 4U ? 0 : 1];
     channel_products(job, data, n, product);
     sway_fit_solve(system, product, data->parameter);
-    for (uint32_t round = 0; round < FILL_ROUNDS && data->missing != 0U; round++) {
-        if (fill_missing(job, data, n, product) < 2) {
+    const uint32_t rounds = n == 4U ? FILL_ROUNDS : 1U;
+    for (uint32_t round = 0; round < rounds && data->missing != 0U; round++) {
+        if (fill_missing(job, data, n, product) < 4) {
             break;
         }
         sway_fit_solve(system, product, data->parameter);
@@ -479,7 +527,7 @@ static uint32_t run_channel(sway_line_job_t *job, const sway_ring_t *ring)
         return next_channel(job);
     }
     sway_line_data_t *data = &job->data[c];
-    sway_real_t product[SWAY_FIT_COLUMNS];
+    sway_real_t *product = job->product;
     const uint32_t n = columns_of(data);
     solve_channel(job, data, n, product);
     const sway_real_t total = sum_of_squares(data->sum, job->basis.blocks);
@@ -492,7 +540,14 @@ static uint32_t run_channel(sway_line_job_t *job, const sway_ring_t *ring)
         return next_channel(job);
     }
     job->columns = n;
-    measure_second(job, c, variance, product);
+    job->variance = variance;
+    return STATE_SECOND;
+}
+
+static uint32_t run_second(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    measure_second(job, job->channel, job->variance, job->product);
     return STATE_RESIDUALS;
 }
 
@@ -563,28 +618,6 @@ static sway_real_t variance_along(const sway_line_job_t *job, const sway_line_da
     return mac(form(job->covariance, q, q), variance, form(system->variance, e, e));
 }
 
-/* Sum over a block of e^(s t) by its value at the middle: sinh(s T m / 2) / sinh(s T / 2). */
-static sway_complex_t sinh_complex(sway_real_t re, sway_real_t im)
-{
-    sway_real_t s;
-    sway_real_t c;
-    sway_real_sincos(im, &s, &c);
-    const sway_real_t up = sway_real_exp(re);
-    const sway_real_t down = sway_real_exp(sway_real_neg(re));
-    return sway_complex(sway_real_scale(sway_real_mul(sway_real_sub(up, down), c), -1),
-                        sway_real_scale(sway_real_mul(sway_real_add(up, down), s), -1));
-}
-
-static sway_complex_t block_factor(const sway_line_job_t *job, int64_t harmonic)
-{
-    const sway_real_t times = sway_real_ratio(harmonic, 2 * (int64_t)job->block);
-    const sway_real_t re = sway_real_mul(per_block(job, job->line.growth_1_s), times);
-    const sway_real_t im = sway_real_mul(per_block(job, job->line.omega_rad_s), times);
-    const sway_real_t m = sway_real_int((int64_t)job->block);
-    return sway_complex_div(sinh_complex(sway_real_mul(re, m), sway_real_mul(im, m)),
-                            sinh_complex(re, im));
-}
-
 static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t variance)
 {
     const sway_line_data_t *data = &job->data[channel];
@@ -598,15 +631,15 @@ static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t varia
     const sway_complex_t across = sway_complex(sway_real_neg(along.im), along.re);
     const sway_real_t se = sway_real_sqrt(variance_along(job, data, variance, along));
     const sway_real_t se_across = sway_real_sqrt(variance_along(job, data, variance, across));
-    const sway_complex_t factor = block_factor(job, 1);
+    const sway_complex_t factor = job->factor[0];
     const sway_real_t scale = sway_real_mul(job->basis.scale, unit);
-    const sway_real_t gain = sway_real_div(scale, sway_complex_abs(factor));
+    const sway_real_t gain = sway_real_div(scale, job->factor_size[0]);
     result->amplitude = sway_complex_div(sway_complex_scale(a, scale), factor);
     result->amplitude_se = sway_real_mul(se, gain);
     result->phase_se_rad = sway_real_div(se_across, size);
-    const sway_complex_t factor_2 = block_factor(job, 2);
+    const sway_complex_t factor_2 = job->factor[1];
     const sway_real_t scale_2 = sway_real_mul(job->basis.scale, scale);
-    const sway_real_t gain_2 = sway_real_div(scale_2, sway_complex_abs(factor_2));
+    const sway_real_t gain_2 = sway_real_div(scale_2, job->factor_size[1]);
     result->second = sway_complex_div(sway_complex_scale(result->second, scale_2), factor_2);
     result->second_se = sway_real_mul(result->second_se, gain_2);
     const sway_real_t rows = sway_real_int((int64_t)job->block);
@@ -689,15 +722,23 @@ static bool solve_step(sway_line_job_t *job, sway_real_t *growth, sway_real_t *o
     return true;
 }
 
-/* A step is small when below 1/`part` of the standard error, or 1e-7 rad at the window's end. */
-static bool is_small(const sway_line_job_t *job, sway_real_t growth, sway_real_t omega,
-                     int64_t part)
+/* A step is small when it, or what it leaves behind, is below 1/`part` of the standard error, or
+ * below 1e-7 rad at the window's end. Gauss-Newton on a good model leaves less than 16 times the
+ * square of the step (in rad); where the model is not good, the last pass finds out. */
+static bool is_small_one(sway_real_t step, sway_real_t variance, int64_t part, bool foresee)
 {
-    const sway_real_t least = sway_real_ratio(1, 100000000000000);
-    const sway_real_t parts = sway_real_int(part * part);
-    const sway_real_t bound_g = sway_real_max(sway_real_div(job->covariance[0], parts), least);
-    const sway_real_t bound_o = sway_real_max(sway_real_div(job->covariance[2], parts), least);
-    return sway_real_less(square(growth), bound_g) && sway_real_less(square(omega), bound_o);
+    const sway_real_t bound = sway_real_max(sway_real_div(variance, sway_real_int(part * part)),
+                                            sway_real_ratio(1, 100000000000000));
+    const sway_real_t step_2 = square(step);
+    return sway_real_less(step_2, bound) ||
+           (foresee && sway_real_less(sway_real_scale(square(step_2), 8), bound));
+}
+
+static bool is_small(const sway_line_job_t *job, sway_real_t growth, sway_real_t omega,
+                     int64_t part, bool foresee)
+{
+    return is_small_one(growth, job->covariance[0], part, foresee) &&
+           is_small_one(omega, job->covariance[2], part, foresee);
 }
 
 static void take_step(sway_line_job_t *job, sway_real_t growth, sway_real_t omega)
@@ -780,13 +821,16 @@ static uint32_t fail(sway_line_job_t *job)
     return STATE_IDLE;
 }
 
-static uint32_t run_final_step(sway_line_job_t *job)
+static uint32_t run_final_step(sway_line_job_t *job, sway_real_t growth, sway_real_t omega)
 {
-    if (job->changed && job->refits < MAX_REFITS) {
+    const bool settled = is_small(job, growth, omega, 5, false);
+    job->converged = settled || is_small(job, growth, omega, 2, false);
+    if ((job->changed || !settled) && job->refits < MAX_REFITS) {
+        take_step(job, growth, omega);
         job->refits++;
         job->changed = false;
         job->final = false;
-        job->pass = MAX_PASSES - REFIT_PASSES;
+        job->passes_left = REFIT_PASSES;
         return STATE_COLUMNS;
     }
     finish(job);
@@ -802,13 +846,12 @@ static uint32_t run_step(sway_line_job_t *job, const sway_ring_t *ring)
         return fail(job);
     }
     if (job->final) {
-        return run_final_step(job);
+        return run_final_step(job, growth, omega);
     }
-    const bool done = is_small(job, growth, omega, 10);
-    job->converged = is_small(job, growth, omega, 2);
+    const bool done = is_small(job, growth, omega, 10, true);
     take_step(job, growth, omega);
-    job->pass++;
-    job->final = done || job->pass >= MAX_PASSES;
+    job->passes_left--;
+    job->final = done || job->passes_left == 0U;
     return STATE_COLUMNS;
 }
 
@@ -818,14 +861,17 @@ bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring)
     static const slice_t slices[STATE_IDLE] = {[STATE_SUMS] = run_sums,
                                                [STATE_SPEED] = run_speed,
                                                [STATE_COLUMNS] = run_columns,
+                                               [STATE_FACTORS] = run_factors,
                                                [STATE_GRAM] = run_gram,
                                                [STATE_SYSTEM] = run_system,
                                                [STATE_GRAM_HARMONICS] = run_gram_harmonics,
+                                               [STATE_GRAM_THIRD] = run_gram_third,
                                                [STATE_FACTOR_HARMONICS] = run_factor_harmonics,
                                                [STATE_CROSS_HARMONICS] = run_cross_harmonics,
                                                [STATE_VARIANCE_HARMONICS] = run_variance_harmonics,
                                                [STATE_SECOND_VARIANCE] = run_second_variance,
                                                [STATE_CHANNELS] = run_channel,
+                                               [STATE_SECOND] = run_second,
                                                [STATE_RESIDUALS] = run_residuals,
                                                [STATE_STEP] = run_step};
     if (job->state >= STATE_IDLE) {

@@ -94,8 +94,10 @@ typedef struct {
     sway_line_config_t config;
     uint32_t state;
     uint32_t channel;
-    uint32_t pass;
+    uint32_t passes_left;
     uint32_t refits;
+    sway_real_t product[SWAY_FIT_COLUMNS]; ///< columns times the data of that channel
+    sway_real_t variance;                  ///< of its blocks
     uint32_t columns; ///< linear columns of the channel whose result is being made
     bool final;       ///< this pass makes the result
     bool changed;     ///< the result asks for another model
@@ -106,6 +108,8 @@ typedef struct {
     sway_real_t half_s; ///< from the middle of the window to the middle of its last block
     sway_line_normal_t normal;
     sway_real_t covariance[3]; ///< of growth and omega times half_s
+    sway_complex_t factor[2];  ///< block sum of the line, of 2f, by its value at the block's middle
+    sway_real_t factor_size[2];
     sway_fit_basis_t basis;
     sway_fit_system_t system[2]; ///< one line; with 2f and 3f
     sway_line_data_t data[SWAY_CHANNELS];

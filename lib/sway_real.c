@@ -2,6 +2,8 @@
 
 #include <limits.h>
 
+#include "sway_wide.h"
+
 /* Mantissas are worked on as magnitudes in unsigned words: shifts of negative numbers are not
  * defined alike everywhere, and symmetric rounding keeps f(-x) = -f(x). */
 
@@ -13,15 +15,9 @@ static uint32_t magnitude(int32_t value)
     return value < 0 ? 0U - (uint32_t)value : (uint32_t)value;
 }
 
-static int32_t bit_length(uint64_t value)
+static int32_t bit_length_32(uint32_t word)
 {
     int32_t length = 0;
-    uint32_t word = (uint32_t)(value >> 32);
-    if (word != 0U) {
-        length = 32;
-    } else {
-        word = (uint32_t)value;
-    }
     for (int32_t step = 16; step > 0; step /= 2) {
         if ((word >> step) != 0U) {
             word >>= step;
@@ -29,6 +25,12 @@ static int32_t bit_length(uint64_t value)
         }
     }
     return length + (int32_t)(word != 0U);
+}
+
+static int32_t bit_length(uint64_t value)
+{
+    const uint32_t high = (uint32_t)(value >> 32);
+    return high != 0U ? 32 + bit_length_32(high) : bit_length_32((uint32_t)value);
 }
 
 static sway_real_t pack(bool negative, uint64_t mag, int32_t exponent)
@@ -77,6 +79,33 @@ sway_real_t sway_real_ratio(int64_t numerator, int64_t denominator)
     return sway_real_div(sway_real_int(numerator), sway_real_int(denominator));
 }
 
+/* Mantissa in [2^30, 2^31] (the rounding may have reached the top) and exponent to a number. */
+static sway_real_t finish(bool negative, uint32_t mantissa, int32_t exponent)
+{
+    if (mantissa == (uint32_t)Q31_ONE) {
+        mantissa >>= 1;
+        exponent += 1;
+    }
+    if (exponent > SWAY_REAL_EXPONENT_MAX || exponent < -SWAY_REAL_EXPONENT_MAX) {
+        return pack(negative, mantissa, exponent);
+    }
+    const sway_real_t result = {negative ? -(int32_t)mantissa : (int32_t)mantissa, exponent};
+    return result;
+}
+
+/* |a| + |b| for a.e = b.e + distance, distance 0..32. */
+static sway_real_t add_magnitudes(sway_real_t a, sway_real_t b, uint32_t distance)
+{
+    const uint32_t small = magnitude(b.m);
+    const uint32_t high = magnitude(a.m) + (distance < 32U ? small >> distance : 0U);
+    if (high >= (uint32_t)Q31_ONE) {
+        return finish(a.m < 0, (high >> 1) + (high & 1U), a.e + 1);
+    }
+    /* here distance > 0: two mantissas of one exponent add up to 2^31 or more */
+    const uint32_t round = (small >> (distance - 1U)) & 1U;
+    return finish(a.m < 0, high + round, a.e);
+}
+
 sway_real_t sway_real_add(sway_real_t a, sway_real_t b)
 {
     if (a.m == 0) {
@@ -94,12 +123,12 @@ sway_real_t sway_real_add(sway_real_t a, sway_real_t b)
     if (distance > 32) {
         return a;
     }
+    if ((a.m < 0) == (b.m < 0)) {
+        return add_magnitudes(a, b, (uint32_t)distance);
+    }
     const uint64_t big = (uint64_t)magnitude(a.m) << 32;
     const uint64_t small = ((uint64_t)magnitude(b.m) << 32) >> distance;
     const int32_t exponent = a.e - 32;
-    if ((a.m < 0) == (b.m < 0)) {
-        return pack(a.m < 0, big + small, exponent); // < 2^64: both are below 2^63
-    }
     return big >= small ? pack(a.m < 0, big - small, exponent)
                         : pack(b.m < 0, small - big, exponent);
 }
@@ -117,7 +146,19 @@ sway_real_t sway_real_sub(sway_real_t a, sway_real_t b)
 
 sway_real_t sway_real_mul(sway_real_t a, sway_real_t b)
 {
-    return pack((a.m < 0) != (b.m < 0), (uint64_t)magnitude(a.m) * magnitude(b.m), a.e + b.e);
+    if (a.m == 0 || b.m == 0) {
+        const sway_real_t zero = {0, 0};
+        return zero;
+    }
+    const uint64_t product = sway_wide_unsigned(magnitude(a.m), magnitude(b.m));
+    const uint32_t high = (uint32_t)(product >> 32); // 2^28 .. 2^30
+    const uint32_t low = (uint32_t)product;
+    const bool negative = (a.m < 0) != (b.m < 0);
+    if (high >= (UINT32_C(1) << 29)) {
+        const uint32_t mantissa = (high << 1) + (low >> 31) + ((low >> 30) & 1U);
+        return finish(negative, mantissa, a.e + b.e + 31);
+    }
+    return finish(negative, (high << 2) + (low >> 30) + ((low >> 29) & 1U), a.e + b.e + 30);
 }
 
 sway_real_t sway_real_div(sway_real_t a, sway_real_t b)
@@ -181,10 +222,17 @@ static int64_t to_q31(sway_real_t a)
 
 sway_real_t sway_real_exp(sway_real_t a)
 {
-    static const int64_t taylor[] = {INT64_C(2147483648), INT64_C(2147483648), INT64_C(1073741824),
-                                     357913941,           89478485,            17895697,
-                                     2982616,             426088,              53261,
-                                     5918,                592};
+    static const int64_t taylor[] = {INT64_C(2147483648),
+                                     INT64_C(2147483648),
+                                     INT64_C(1073741824),
+                                     357913941,
+                                     89478485,
+                                     17895697,
+                                     2982616,
+                                     426088,
+                                     53261,
+                                     5918,
+                                     592};
     const sway_real_t log2_e = {1549082005, -30};
     const sway_real_t ln_2 = {1488522236, -31};
     const sway_real_t limit = sway_real_int(60000);
@@ -220,10 +268,10 @@ sway_real_t sway_real_ln(sway_real_t a)
 
 void sway_real_sincos(sway_real_t a, sway_real_t *sine, sway_real_t *cosine)
 {
-    static const int64_t sin_taylor[] = {INT64_C(2147483648), -357913941, 17895697,
-                                         -426088,             5918,       -54};
-    static const int64_t cos_taylor[] = {INT64_C(2147483648), -1073741824, 89478485, -2982616,
-                                         53261,               -592,        4};
+    static const int64_t sin_taylor[] = {
+        INT64_C(2147483648), -357913941, 17895697, -426088, 5918, -54};
+    static const int64_t cos_taylor[] = {
+        INT64_C(2147483648), -1073741824, 89478485, -2982616, 53261, -592, 4};
     const sway_real_t two_by_pi = {1367130551, -31};
     const sway_real_t half_pi = {1686629713, -30};
     const sway_real_t half_pi_rest = {1121027178, -64}; // what half_pi lacks: 6.0771e-11
@@ -281,7 +329,8 @@ sway_real_t sway_real_atan2(sway_real_t y, sway_real_t x)
     const sway_real_t across = sway_real_sub(sway_real_mul(t, c), s);
     const sway_real_t along = sway_real_add(c, sway_real_mul(t, s));
     const sway_real_t d = sway_real_div(across, along);
-    const sway_real_t cubic = sway_real_div(sway_real_mul(d, sway_real_mul(d, d)), sway_real_int(3));
+    const sway_real_t cubic =
+        sway_real_div(sway_real_mul(d, sway_real_mul(d, d)), sway_real_int(3));
     angle = sway_real_add(angle, sway_real_sub(d, cubic));
     if (steep) {
         angle = sway_real_sub(sway_real_scale(sway_real_pi(), -1), angle);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "sway_fit.h"
+#include "sway_wide.h"
 
 #include "_kiss_fft_guts.h"
 
@@ -57,6 +58,7 @@ sway_error_t sway_seek_start(sway_seek_t *seek, const sway_seek_config_t *config
     seek->block = (rows + SWAY_SEEK_POINTS - 1U) / SWAY_SEEK_POINTS;
     seek->points = rows / seek->block;
     seek->head = ring->head;
+    seek->loaded = 0;
     memset(seek->power, 0, sizeof seek->power);
     return SWAY_OK;
 }
@@ -91,7 +93,8 @@ static int32_t headroom(const int32_t *data, uint32_t n)
 }
 
 /* Puts a channel, windowed, into the real (part 0) or imaginary (part 1) half of the input. */
-static void load_channel(sway_seek_t *seek, const sway_ring_t *ring, uint32_t channel, int part)
+static void load_channel(sway_seek_t *seek, const sway_ring_t *ring, uint32_t channel,
+                         uint32_t part)
 {
     int64_t sums[SWAY_SEEK_POINTS];
     int32_t data[SWAY_SEEK_POINTS];
@@ -101,27 +104,26 @@ static void load_channel(sway_seek_t *seek, const sway_ring_t *ring, uint32_t ch
     (void)sway_ring_sums(ring, channel, seek->head, seek->block, n, sums);
     (void)sway_fit_center(sums, n, data, &mean);
     take_slope_out(data, (int64_t)n);
-    const int64_t gain = INT64_C(1) << headroom(data, n);
+    const int32_t gain = INT32_C(1) << headroom(data, n);
     /* Hann: (1 - cos(2 pi (b + 1/2) / n)) / 2, the cosine by turning a Q30 pointer. */
     const sway_real_t turn =
         sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int((int64_t)n));
     const sway_complex_t step = sway_complex_unit(turn);
-    const sway_complex_t first = sway_complex_unit(sway_real_scale(turn, -1));
-    const int64_t one = INT64_C(1) << 30;
-    const int64_t step_re = sway_real_to_int64(step.re, 30);
-    const int64_t step_im = sway_real_to_int64(step.im, 30);
-    int64_t re = sway_real_to_int64(first.re, 30);
-    int64_t im = sway_real_to_int64(first.im, 30);
+    const sway_complex_t at = sway_complex_unit(sway_real_scale(turn, -1));
+    const int32_t step_re = (int32_t)sway_real_to_int64(step.re, 30);
+    const int32_t step_im = (int32_t)sway_real_to_int64(step.im, 30);
+    int32_t re = (int32_t)sway_real_to_int64(at.re, 30);
+    int32_t im = (int32_t)sway_real_to_int64(at.im, 30);
     for (uint32_t b = 0; b < n; b++) {
-        const int64_t weight = one - re > 2 * one ? 2 * one : one - re;
-        const int32_t value = (int32_t)(data[b] * gain * (weight / 2) / one);
-        if (part == 0) {
+        const int32_t weight = (INT32_C(1) << 29) - re / 2;
+        const int32_t value = sway_wide_q30(data[b] * gain, weight);
+        if (part == 0U) {
             input[b].r = value;
         } else {
             input[b].i = value;
         }
-        const int64_t next = (re * step_re - im * step_im) / one;
-        im = (re * step_im + im * step_re) / one;
+        const int32_t next = sway_wide_q30(re, step_re) - sway_wide_q30(im, step_im);
+        im = sway_wide_q30(re, step_im) + sway_wide_q30(im, step_re);
         re = next;
     }
 }
@@ -168,22 +170,28 @@ static uint32_t take_channel(sway_seek_t *seek)
 
 bool sway_seek_run(sway_seek_t *seek, const sway_ring_t *ring)
 {
-    const uint32_t first = take_channel(seek);
-    const uint32_t second = take_channel(seek);
-    if (first >= SWAY_CHANNELS) {
-        return false;
-    }
-    memset(seek->input, 0, sizeof seek->input);
-    load_channel(seek, ring, first, 0);
-    if (second < SWAY_CHANNELS) {
-        load_channel(seek, ring, second, 1);
+    const uint32_t loaded = seek->loaded;
+    if (loaded < 2U) {
+        const uint32_t channel = take_channel(seek);
+        if (channel < SWAY_CHANNELS) {
+            if (loaded == 0U) {
+                memset(seek->input, 0, sizeof seek->input);
+            }
+            load_channel(seek, ring, channel, loaded);
+            seek->loaded = loaded + 1U;
+            return true;
+        }
+        if (loaded == 0U) {
+            return false;
+        }
     }
     kiss_fft((kiss_fft_cfg)(void *)seek->state, (const kiss_fft_cpx *)(void *)seek->input,
              (kiss_fft_cpx *)(void *)seek->output);
     add_power(seek, 1);
-    if (second < SWAY_CHANNELS) {
+    if (loaded == 2U) {
         add_power(seek, -1);
     }
+    seek->loaded = 0;
     return seek->pending_mask != 0U;
 }
 

@@ -1,0 +1,38 @@
+# The estimator: its benchmark, its instruction counts, its fuzzers and proofs.
+ESTIMATOR_SOURCES := $(addprefix lib/sway_,real.c grid.c ring.c spectrum.c fit.c line.c seek.c track.c)
+ESTIMATOR_SO := $(B)/bench/libestimator.so
+BENCH_PYTHON := $(wildcard tests/bench/estimator*.py)
+
+# A ring of 2048 rows holds 6 oscillations down to 0.3 Hz.
+$(ESTIMATOR_SO): tests/bench/estimator_shim.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h) \
+    | $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $(@D)
+	@echo "CC $@"
+	@gcc -std=c99 -O2 -g -shared -fPIC $(DEFINE) -DSWAY_RING_SAMPLES=2048 $(INCLUDE) $< \
+	    $(ESTIMATOR_SOURCES) $(KISSFFT_DIR)/kiss_fft.c -lm -o $@
+
+.PHONY: bench-estimator bench-cortex
+bench-estimator: setup-test $(ESTIMATOR_SO)
+	@$(PY) tests/bench/estimator.py $(ESTIMATOR_SO) --report $(B)/bench/estimator.md
+bench:: bench-estimator bench-cortex
+test:: $(ESTIMATOR_SO)
+	@$(PY) tests/bench/estimator.py $(ESTIMATOR_SO) --quick >$(B)/bench/estimator-quick.md \
+	    || { cat $(B)/bench/estimator-quick.md; exit 1; }
+	@tail -n 1 $(B)/bench/estimator-quick.md
+
+# --- instruction counts on emulated Cortex-M ------------------------------------------------------
+include port/mps2/mps2.mk
+# kissfft for a target: no heap, no printing.
+KISSFFT_TARGET := -DNDEBUG '-DKISS_FFT_MALLOC(n)=((void *)0)' '-DKISS_FFT_FREE(p)=((void)(p))'
+CORTEX_INCLUDE := -Ilib -isystem $(KISSFFT_DIR) $(DEFINE)
+
+$(B)/bench/cortex-%.elf: tests/bench/cortex.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h) \
+    $(wildcard port/mps2/*) | $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $(@D)
+	@$(ARM_CC) $(MPS2_CPU_$*) -O2 -mthumb -ffunction-sections -fdata-sections -w $(DEFINE) $(KISSFFT_TARGET) \
+	    -c $(KISSFFT_DIR)/kiss_fft.c -o $(@:.elf=-kiss.o)
+	@$(call mps2_link,$*,$@,$< $(ESTIMATOR_SOURCES) $(@:.elf=-kiss.o),$(CORTEX_INCLUDE)) -lm
+
+bench-cortex: $(B)/bench/cortex-m4f.elf $(B)/bench/cortex-m0plus.elf
+	@echo "Cortex-M4"; $(call mps2_run,m4f,$(B)/bench/cortex-m4f.elf,)
+	@echo "Cortex-M0+"; $(call mps2_run,m0plus,$(B)/bench/cortex-m0plus.elf,)
