@@ -57,6 +57,8 @@ Z_SLIP, Z_ROLL, Z_SPEED, Z_SLOSH, Z_MEAN, Z_SIZE = 0, 8, 12, 13, 15, 16
 ) = range(62)  # fmt: skip
 
 CAR, TRAILER_PLANAR, TRAILER_FULL = 1, 2, 6
+# Rows of the scratch table: a point's position and velocity; of wheels also these two.
+TRAVEL, SPEED = 6, 7
 AIR_DENSITY, SIDE_AREA = 1.2, 5.0
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
 SPEED_GAIN, INTEGRAL_GAIN = 0.8, 0.2  # of the driver who holds the speed, 1/s and 1/s2
@@ -167,39 +169,36 @@ def tyre_force(law: float, shape: float, stiffness: float, limit: float, slip: f
 
 
 @njit(cache=True)
-def _point(view: Any, body: int, x: float, y: float, z: float) -> Any:
-    """Position and velocity (world) of a point fixed in a body: array of 6."""
-    out = np.empty(6)
-    for i in range(3):
-        r = 3 * i
-        m = view.xmat[body]
-        out[i] = view.xpos[body, i] + m[r] * x + m[r + 1] * y + m[r + 2] * z
-    return _velocity(view, body, out)
+def _point(view: Any, body: int, x: float, y: float, z: float, out: Any) -> None:
+    """Position and velocity (world) of a point fixed in a body, into `out` of 6."""
+    m, p = view.xmat, view.xpos
+    out[0] = p[body, 0] + m[body, 0] * x + m[body, 1] * y + m[body, 2] * z
+    out[1] = p[body, 1] + m[body, 3] * x + m[body, 4] * y + m[body, 5] * z
+    out[2] = p[body, 2] + m[body, 6] * x + m[body, 7] * y + m[body, 8] * z
+    _velocity(view, body, out)
 
 
 @njit(cache=True)
-def _velocity(view: Any, body: int, out: Any) -> Any:
+def _velocity(view: Any, body: int, out: Any) -> None:
     """Fill in the velocity at the position out[0:3] of a body; MuJoCo's reference is the COG."""
     rx, ry, rz = out[0] - view.com[1, 0], out[1] - view.com[1, 1], out[2] - view.com[1, 2]
-    w = view.cvel[body]
-    out[3] = w[3] + w[1] * rz - w[2] * ry
-    out[4] = w[4] + w[2] * rx - w[0] * rz
-    out[5] = w[5] + w[0] * ry - w[1] * rx
-    return out
+    w = view.cvel
+    out[3] = w[body, 3] + w[body, 1] * rz - w[body, 2] * ry
+    out[4] = w[body, 4] + w[body, 2] * rx - w[body, 0] * rz
+    out[5] = w[body, 5] + w[body, 0] * ry - w[body, 1] * rx
 
 
 @njit(cache=True)
 def _push(view: Any, body: int, at: Any, fx: float, fy: float, fz: float) -> None:
     """Add a world force at the point `at` to a body."""
-    c = view.xipos[body]
-    rx, ry, rz = at[0] - c[0], at[1] - c[1], at[2] - c[2]
-    f = view.xfrc[body]
-    f[0] += fx
-    f[1] += fy
-    f[2] += fz
-    f[3] += ry * fz - rz * fy
-    f[4] += rz * fx - rx * fz
-    f[5] += rx * fy - ry * fx
+    c, f = view.xipos, view.xfrc
+    rx, ry, rz = at[0] - c[body, 0], at[1] - c[body, 1], at[2] - c[body, 2]
+    f[body, 0] += fx
+    f[body, 1] += fy
+    f[body, 2] += fz
+    f[body, 3] += ry * fz - rz * fy
+    f[body, 4] += rz * fx - rx * fz
+    f[body, 5] += rx * fy - ry * fx
 
 
 @njit(cache=True)
@@ -214,16 +213,16 @@ def _wheel_force(g: Any, wheel: Any, u: Any, load: float, slip: float) -> float:
 
 
 @njit(cache=True)
-def _steer(g: Any, wheels: Any, u: Any, z: Any, travel: Any, load: Any, play: float) -> float:
+def _steer(g: Any, wheels: Any, u: Any, z: Any, work: Any, load: Any, play: float) -> float:
     """Road wheel angle behind play and compliance (Eq. 5.3), rad.
 
-    `travel` is the direction in which each wheel moves, against its body. Force and angle depend
-    on each other; the step is scaled so that a linear tyre is solved at once.
+    `work` holds the direction in which each wheel moves, against its body. Force and angle
+    depend on each other; the step is scaled so that a linear tyre is solved at once.
     """
     half = 0.5 * g[G_PLAY]
     angle = min(max(play, u[U_STEER] - half), u[U_STEER] + half) / g[G_RATIO]
     if g[G_PLAY_LAW] == 1.0:
-        soft = 0.5 * (travel[0] + travel[1])
+        soft = 0.5 * (work[0, TRAVEL] + work[1, TRAVEL])
         angle = min(max(soft, (u[U_STEER] - half) / g[G_RATIO]), (u[U_STEER] + half) / g[G_RATIO])
     if g[G_COMPLIANCE] <= 0.0:
         return float(angle)
@@ -235,7 +234,7 @@ def _steer(g: Any, wheels: Any, u: Any, z: Any, travel: Any, load: Any, play: fl
     for _ in range(6):
         total = 0.0
         for i in range(2):
-            slip = z[Z_SLIP + i] if lagged else travel[i] - steer
+            slip = z[Z_SLIP + i] if lagged else work[i, TRAVEL] - steer
             total += _wheel_force(g, wheels[i], u, load[i], slip)
         steer += gain * (angle - total / g[G_COMPLIANCE] - steer)
     return float(steer)
@@ -266,12 +265,13 @@ def _side(wheel: Any, out: Any) -> float:
 
 
 @njit(cache=True)
-def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, out: Any) -> None:
+def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, work: Any, out: Any) -> None:
     """Wheel loads: of the tyre's spring, or of the quasi-static balance of roll."""
     for i in range(8):
         w = wheels[i]
         if g[G_FULL] == 1.0:
-            at = _point(view, int(w[W_BODY]), 0.0, 0.0, 0.0)
+            at = work[i]
+            _point(view, int(w[W_BODY]), 0.0, 0.0, 0.0, at)
             spring = w[W_TYRE_SPRING] * (g[G_RADIUS] - at[2]) - w[W_TYRE_DAMPER] * at[5]
             load[i] = max(w[W_LOAD] + spring, 0.0)
             continue
@@ -285,42 +285,40 @@ def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, out: Any) -> None:
 
 @njit(cache=True)
 def _tyres(
-    g: Any, wheels: Any, u: Any, z: Any, zdot: Any, view: Any, play: float, drive: float, out: Any
-) -> None:
+    g: Any, wheels: Any, u: Any, z: Any, zdot: Any, view: Any, play: float, drive: float,
+    work: Any, out: Any,
+) -> None:  # fmt: skip
     """Loads, slip and lateral force of every wheel, pushed onto its body."""
     load = out[O_FZ : O_FZ + 8]
-    _loads(g, wheels, view, z, load, out)
-    contact = np.empty((8, 6))
-    heading = np.empty(8)
-    travel = np.empty(8)
-    speed = np.empty(8)
+    _loads(g, wheels, view, z, load, work, out)
     for i in range(8):
-        w = wheels[i]
+        w, at = wheels[i], work[i]
         body = int(w[W_BODY])
-        at = _point(view, body, w[W_X], w[W_Y], w[W_Z])
+        _point(view, body, w[W_X], w[W_Y], w[W_Z], at)
         at[2] = 0.0
-        contact[i] = _velocity(view, body, at)
-        heading[i] = math.atan2(view.xmat[body, 3], view.xmat[body, 0])
-        c, s = math.cos(heading[i]), math.sin(heading[i])
-        speed[i] = max(c * contact[i, 3] + s * contact[i, 4], 1.0)
-        travel[i] = math.atan2(c * contact[i, 4] - s * contact[i, 3], speed[i])
-    out[O_STEER] = _steer(g, wheels, u, z, travel, load, play)
+        _velocity(view, body, at)
+        yaw = out[O_YAW1] if i < 4 else out[O_YAW2]
+        c, s = math.cos(yaw), math.sin(yaw)
+        at[SPEED] = max(c * at[3] + s * at[4], 1.0)
+        at[TRAVEL] = math.atan2(c * at[4] - s * at[3], at[SPEED])
+    out[O_STEER] = _steer(g, wheels, u, z, work, load, play)
     for i in range(8):
         w = wheels[i]
         roll = out[O_ROLL1] if i < 4 else out[O_ROLL2]
         steer = w[W_STEERED] * out[O_STEER] + w[W_ROLL_STEER] * roll
-        slip = travel[i] - steer
+        slip = work[i, TRAVEL] - steer
         out[O_SLIP + i] = slip
         if w[W_RELAXATION] > 0.0:
-            zdot[Z_SLIP + i] = speed[i] / w[W_RELAXATION] * (slip - z[Z_SLIP + i])
+            zdot[Z_SLIP + i] = work[i, SPEED] / w[W_RELAXATION] * (slip - z[Z_SLIP + i])
             slip = z[Z_SLIP + i]
         force = _wheel_force(g, w, u, load[i], slip)
         out[O_FY + i] = force
         along = 0.5 * drive * w[W_STEERED] - w[W_DRAG]
-        c, s = math.cos(heading[i] + steer), math.sin(heading[i] + steer)
+        yaw = steer + (out[O_YAW1] if i < 4 else out[O_YAW2])
+        c, s = math.cos(yaw), math.sin(yaw)
         fx, fy = c * along - s * force, s * along + c * force
         up = load[i] if g[G_FULL] == 1.0 else 0.0
-        _push(view, int(w[W_BODY]), contact[i], fx, fy, up)
+        _push(view, int(w[W_BODY]), work[i], fx, fy, up)
         if i >= 4:
             out[O_FORCE_X] += fx
             out[O_FORCE_Y] += fy
@@ -328,15 +326,16 @@ def _tyres(
 
 
 @njit(cache=True)
-def _bodies(g: Any, u: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
+def _bodies(g: Any, u: Any, z: Any, view: Any, trailer: int, work: Any, out: Any) -> None:
     """Air, gusts, cross-fall, cargo and yaw control."""
     full = g[G_FULL]
     lever, up = g[G_TRAILER_LEVER], (g[G_TRAILER_HEIGHT] - g[G_BALL]) * full
     c1, s1, c2, s2 = (
         math.cos(out[O_YAW1]), math.sin(out[O_YAW1]), math.cos(out[O_YAW2]), math.sin(out[O_YAW2])
     )  # fmt: skip
-    cog1 = _point(view, CAR, 0.0, 0.0, g[G_CAR_HEIGHT] * full)
-    cog2 = _point(view, trailer, -lever, 0.0, up)
+    cog1, cog2, at = work[8], work[9], work[10]
+    _point(view, CAR, 0.0, 0.0, g[G_CAR_HEIGHT] * full, cog1)
+    _point(view, trailer, -lever, 0.0, up, cog2)
     v1, v2 = c1 * cog1[3] + s1 * cog1[4], c2 * cog2[3] + s2 * cog2[4]
     beta = math.atan2(c2 * cog2[4] - s2 * cog2[3], v2)
     pressure = 0.5 * AIR_DENSITY * SIDE_AREA * v2 * v2
@@ -355,7 +354,7 @@ def _bodies(g: Any, u: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
         omega = g[G_SLOSH_OMEGA]
         pull = omega * omega * z[Z_SLOSH] + 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
         pull *= g[G_SLOSH_MASS]
-        at = _point(view, trailer, -lever + g[G_SLOSH_X], 0.0, up)
+        _point(view, trailer, -lever + g[G_SLOSH_X], 0.0, up, at)
         _push(view, trailer, at, -s2 * pull, c2 * pull, 0.0)
         side2 += pull
     out[O_FORCE_X] += -drag2 * c2 - side2 * s2
@@ -363,18 +362,18 @@ def _bodies(g: Any, u: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
 
 
 @njit(cache=True)
-def _momentum(view: Any, trailer: int, out: Any) -> None:
+def _momentum(view: Any, trailer: int, v: Any, out: Any) -> None:
     """Momentum of the trailer and its wheels, less what moves inside it."""
-    v = np.empty(6)
     for body in range(trailer, view.mass.shape[0]):
-        v[:3] = view.xipos[body]
+        for i in range(3):
+            v[i] = view.xipos[body, i]
         _velocity(view, body, v)
         for i in range(3):
             out[O_MOMENTUM_X + i] += view.mass[body] * v[3 + i]
 
 
 @njit(cache=True)
-def _observe(g: Any, wheels: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
+def _observe(g: Any, z: Any, view: Any, trailer: int, v: Any, out: Any) -> None:
     """Attitudes, rates and velocities that the forces need and the run keeps."""
     m1, m2 = view.xmat[CAR], view.xmat[trailer]
     out[:] = 0.0
@@ -385,15 +384,15 @@ def _observe(g: Any, wheels: Any, z: Any, view: Any, trailer: int, out: Any) -> 
     full = g[G_FULL]
     out[O_ROLL1] = math.asin(m1[7]) if full == 1.0 else z[Z_ROLL]
     out[O_ROLL2] = math.asin(m2[7]) if full == 1.0 else z[Z_ROLL + 2]
-    cog = _point(view, CAR, 0.0, 0.0, g[G_CAR_HEIGHT] * full)
-    out[O_CAR_VX], out[O_CAR_VY] = cog[3], cog[4]
-    out[O_SPEED] = math.cos(out[O_YAW1]) * cog[3] + math.sin(out[O_YAW1]) * cog[4]
-    rear = _point(view, CAR, g[G_REAR_X], 0.0, g[G_CAR_HEIGHT] * full)
-    out[O_REAR_VX], out[O_REAR_VY] = rear[3], rear[4]
+    _point(view, CAR, 0.0, 0.0, g[G_CAR_HEIGHT] * full, v)
+    out[O_CAR_VX], out[O_CAR_VY] = v[3], v[4]
+    out[O_SPEED] = math.cos(out[O_YAW1]) * v[3] + math.sin(out[O_YAW1]) * v[4]
+    _point(view, CAR, g[G_REAR_X], 0.0, g[G_CAR_HEIGHT] * full, v)
+    out[O_REAR_VX], out[O_REAR_VY] = v[3], v[4]
     height = (g[G_TRAILER_HEIGHT] - g[G_BALL]) * full
-    cog = _point(view, trailer, -g[G_TRAILER_LEVER], 0.0, height)
-    out[O_TRAILER_VX], out[O_TRAILER_VY] = cog[3], cog[4]
-    _momentum(view, trailer, out)
+    _point(view, trailer, -g[G_TRAILER_LEVER], 0.0, height, v)
+    out[O_TRAILER_VX], out[O_TRAILER_VY] = v[3], v[4]
+    _momentum(view, trailer, v, out)
 
 
 @njit(cache=True)
@@ -429,8 +428,9 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
 
 @njit(cache=True)
 def _evaluate(
-    g: Any, wheels: Any, u: Any, z: Any, zdot: Any, view: Any, calls: Any, held: Any, out: Any
-) -> None:
+    g: Any, wheels: Any, u: Any, z: Any, zdot: Any, view: Any, calls: Any, held: Any, work: Any,
+    out: Any,
+) -> None:  # fmt: skip
     """Accelerations and state rates at the state that is in MuJoCo's memory and `z`.
 
     `held` is what stays over a step: [play, harmonic load, lost damper strokes of 8 wheels].
@@ -438,7 +438,7 @@ def _evaluate(
     _call2(calls.position, calls.model, calls.data)
     _call2(calls.velocity, calls.model, calls.data)
     trailer = TRAILER_FULL if g[G_FULL] == 1.0 else TRAILER_PLANAR
-    _observe(g, wheels, z, view, trailer, out)
+    _observe(g, z, view, trailer, work[11], out)
     out[O_HARMONIC] = held[1] * u[U_HARMONIC]
     view.xfrc[:] = 0.0
     view.qfrc[:] = 0.0
@@ -448,8 +448,8 @@ def _evaluate(
     drive = mass * (drive + INTEGRAL_GAIN * z[Z_SPEED])
     if g[G_FULL] == 1.0:
         _suspension(g, wheels, u, view, held[2:], out)
-    _tyres(g, wheels, u, z, zdot, view, held[0], drive, out)
-    _bodies(g, u, z, view, trailer, out)
+    _tyres(g, wheels, u, z, zdot, view, held[0], drive, work, out)
+    _bodies(g, u, z, view, trailer, work, out)
     hitch = int(g[G_HITCH_DOF])
     rate, angle = view.qvel[hitch], out[O_YAW2] - out[O_YAW1]
     moment = g[G_HITCH_FRICTION] * math.tanh(rate / 0.004) + g[G_HITCH_DAMPING] * rate
@@ -515,7 +515,7 @@ def run(
     v0, q0, z0 = view.qvel.copy(), view.qpos.copy(), z.copy()
     speed, force = np.zeros((4, nv)), np.zeros((4, nv))
     mean = np.zeros(nv)
-    out = np.zeros(O_SIZE)
+    out, work = np.zeros(O_SIZE), np.zeros((12, 8))
     history, held, memory = np.zeros(rows), np.zeros(10), np.zeros(16)
     parts = np.array([0.5, 0.5, 1.0])
     half = np.zeros(inputs.shape[1])
@@ -541,7 +541,7 @@ def run(
                 view.qvel[:] = v0 + step * force[stage - 1]
                 z[:] = z0 + step * rates[stage - 1]
             u = inputs[k] if stage == 0 else (inputs[last] if stage == 3 else half)
-            _evaluate(g, wheels, u, z, rates[stage], view, calls, held, out)
+            _evaluate(g, wheels, u, z, rates[stage], view, calls, held, work, out)
             speed[stage] = view.qvel
             force[stage] = view.qacc
             if stage == 0:
