@@ -1,16 +1,26 @@
-/* Tests of sway_track, sway_line and what is under them, on signals of known frequency. */
+/* Tests of sway_track, sway_line, sway_seek and sway_fit on signals whose line is known. */
 #include <math.h>
 #include <string.h>
 
 #include "sway_track.h"
 #include "unity.h"
 
+#define F_HZ 0.67
+
 static sway_track_t track;
+static sway_tick_t tick;
+static int next_row;
+static uint32_t seed;
 
 void setUp(void)
 {
     const sway_track_config_t config = sway_track_default(10000);
     TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config));
+    memset(&tick, 0, sizeof tick);
+    tick.present_mask = 0x1EU;
+    tick.valid_mask = 0x1EU;
+    next_row = 0;
+    seed = 7;
 }
 
 void tearDown(void)
@@ -22,50 +32,58 @@ static double to_double(sway_real_t x)
     return ldexp((double)x.m, x.e);
 }
 
+static double hz(const sway_line_t *line)
+{
+    return to_double(line->omega_rad_s) / (2.0 * M_PI);
+}
+
+/* Near to normal, standard deviation 1. */
+static double noise(void)
+{
+    double sum = -6.0;
+    for (int i = 0; i < 12; i++) {
+        seed = seed * 1664525U + 1013904223U;
+        sum += (double)(seed >> 8) / 16777216.0;
+    }
+    return sum;
+}
+
 typedef double (*signal_t)(double t_s, int channel);
 
-/* Rows from..to of the signal, in micro-units, into channels 1..4. */
-static void feed(signal_t signal, int from, int to)
+/* The next `rows` rows of the signal, in micro-units, into channels 1..4. */
+static void feed(signal_t signal, int rows)
 {
-    sway_tick_t tick;
-    memset(&tick, 0, sizeof tick);
-    tick.present_mask = 0x1EU;
-    tick.valid_mask = 0x1EU;
-    for (int i = from; i < to; i++) {
-        tick.time_us = (int64_t)i * 10000;
+    for (int i = 0; i < rows; i++, next_row++) {
+        tick.time_us = (int64_t)next_row * 10000;
         for (int c = 1; c <= 4; c++) {
-            tick.value[c] = (int32_t)lround(1e6 * signal(i * 0.01, c));
+            tick.value[c] = (int32_t)lround(1e6 * signal(next_row * 0.01, c));
         }
         sway_track_push(&track, &tick);
         for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
             (void)sway_track_run(&track);
         }
+        tick.restart = false;
     }
+}
+
+static double phase_of(double t)
+{
+    return 2.0 * M_PI * F_HZ * t;
 }
 
 static double damped(double t, int channel)
 {
-    return 0.3 * channel + 0.1 * channel * exp(-0.1 * t) * cos(2.0 * M_PI * 0.67 * t + channel);
+    return 0.3 * channel + 0.1 * channel * exp(-0.1 * t) * cos(phase_of(t) + channel);
 }
 
-static void test_noise_free_damped_line_in_four_channels(void)
+static double steady(double t, int channel)
 {
-    feed(damped, 0, 600);
-    const sway_line_t *line = sway_track_line(&track);
-    const double mid = (double)line->mid_time_us * 1e-6;
-    TEST_ASSERT_EQUAL_HEX32(0, line->flags);
-    TEST_ASSERT_EQUAL_HEX32(0x1E, line->valid_mask);
-    TEST_ASSERT_DOUBLE_WITHIN(2e-4, 2.0 * M_PI * 0.67, to_double(line->omega_rad_s));
-    TEST_ASSERT_DOUBLE_WITHIN(2e-4, -0.1, to_double(line->growth_1_s));
-    for (int c = 1; c <= 4; c++) {
-        const sway_line_channel_t *part = &line->channel[c];
-        const double re = to_double(part->amplitude.re);
-        const double im = to_double(part->amplitude.im);
-        const double phase = remainder(2.0 * M_PI * 0.67 * mid + c - atan2(im, re), 2.0 * M_PI);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * c, 0.1 * c * exp(-0.1 * mid), hypot(re, im));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, phase);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.3 * c, to_double(part->mean));
-    }
+    return 0.1 * channel * cos(phase_of(t) + channel);
+}
+
+static double noisy(double t, int channel)
+{
+    return steady(t, channel) + 0.001 * channel * noise();
 }
 
 static double still(double t, int channel)
@@ -74,28 +92,316 @@ static double still(double t, int channel)
     return 0.01 * channel;
 }
 
-static void test_no_motion_is_no_oscillation(void)
+static double only_noise(double t, int channel)
 {
-    feed(still, 0, 600);
-    const sway_line_t *line = sway_track_line(&track);
-    TEST_ASSERT_TRUE(sway_track_sequence(&track) > 10U);
-    TEST_ASSERT_TRUE((line->flags & SWAY_LINE_NO_OSCILLATION) != 0U);
-    TEST_ASSERT_TRUE((line->flags & SWAY_LINE_SEEKING) != 0U);
+    (void)t;
+    return 0.001 * channel * noise();
 }
 
-static void test_bad_configuration_is_refused(void)
+static double with_second(double t, int channel)
+{
+    return steady(t, channel) + 0.02 * channel * cos(2.0 * phase_of(t) + 0.7);
+}
+
+static double with_impulses(double t, int channel)
+{
+    const int row = (int)lround(t * 100.0);
+    return noisy(t, channel) + ((row + 31 * channel) % 150 == 0 ? 0.2 * channel : 0.0);
+}
+
+static double faster(double t, int channel)
+{
+    return 0.1 * channel * cos(2.0 * M_PI * 1.1 * t);
+}
+
+static void test_noise_free_damped_line_in_four_channels(void)
+{
+    feed(damped, 600);
+    const sway_line_t *line = sway_track_line(&track);
+    const double mid = (double)line->mid_time_us * 1e-6;
+    TEST_ASSERT_EQUAL_HEX32(0, line->flags);
+    TEST_ASSERT_EQUAL_HEX32(0x1E, line->valid_mask);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, F_HZ, hz(line));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, -0.1, to_double(line->growth_1_s));
+    for (int c = 1; c <= 4; c++) {
+        const sway_line_channel_t *part = &line->channel[c];
+        const double re = to_double(part->amplitude.re);
+        const double im = to_double(part->amplitude.im);
+        const double phase = remainder(phase_of(mid) + c - atan2(im, re), 2.0 * M_PI);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * c, 0.1 * c * exp(-0.1 * mid), hypot(re, im));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, phase);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.3 * c, to_double(part->mean));
+    }
+}
+
+static void test_damping_ratio(void)
+{
+    feed(damped, 600);
+    sway_real_t ratio;
+    sway_real_t se;
+    sway_line_damping(sway_track_line(&track), &ratio, &se);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.1 / hypot(0.1, 2.0 * M_PI * F_HZ), to_double(ratio));
+    TEST_ASSERT_TRUE(to_double(se) > 0.0 && to_double(se) < 1e-4);
+}
+
+static void test_standard_errors_and_noise_are_of_the_right_size(void)
+{
+    feed(noisy, 1000);
+    const sway_line_t *line = sway_track_line(&track);
+    /* Bound of a steady line for four channels of 40 dB: 24 sigma^2 / (A^2 N^3) / 4, a little more
+     * for the trend. */
+    const double n = line->window_samples;
+    const double bound = sqrt(24.0 * 1e-4 / (n * n * n) / 4.0) * 100.0;
+    const double se = to_double(line->omega_se_rad_s);
+    TEST_ASSERT_TRUE(se > 0.8 * bound && se < 2.0 * bound);
+    TEST_ASSERT_TRUE(fabs(hz(line) - F_HZ) * 2.0 * M_PI < 4.0 * se);
+    for (int c = 1; c <= 4; c++) {
+        const double rms = to_double(line->channel[c].noise_rms);
+        TEST_ASSERT_TRUE(rms > 0.6e-3 * c && rms < 1.5e-3 * c);
+    }
+}
+
+static void test_no_motion_and_noise_are_no_oscillation(void)
+{
+    static const signal_t signals[] = {still, only_noise};
+    for (int i = 0; i < 2; i++) {
+        setUp();
+        feed(signals[i], 600);
+        const sway_line_t *line = sway_track_line(&track);
+        TEST_ASSERT_TRUE(sway_track_sequence(&track) > 10U);
+        TEST_ASSERT_TRUE((line->flags & SWAY_LINE_NO_OSCILLATION) != 0U);
+        TEST_ASSERT_TRUE((line->flags & SWAY_LINE_SEEKING) != 0U);
+    }
+}
+
+static void test_a_line_that_ends_is_lost_and_another_found(void)
+{
+    feed(steady, 600);
+    TEST_ASSERT_EQUAL_HEX32(0, sway_track_line(&track)->flags);
+    feed(only_noise, 600);
+    TEST_ASSERT_TRUE((sway_track_line(&track)->flags & SWAY_LINE_SEEKING) != 0U);
+    feed(faster, 800);
+    TEST_ASSERT_EQUAL_HEX32(0, sway_track_line(&track)->flags);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.1, hz(sway_track_line(&track)));
+}
+
+static void test_second_harmonic_is_measured_and_told(void)
+{
+    feed(with_second, 900);
+    const sway_line_t *line = sway_track_line(&track);
+    const double mid = (double)line->mid_time_us * 1e-6;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, F_HZ, hz(line));
+    TEST_ASSERT_TRUE((line->flags & SWAY_LINE_NONLINEAR) != 0U);
+    for (int c = 1; c <= 4; c++) {
+        const double re = to_double(line->channel[c].second.re);
+        const double im = to_double(line->channel[c].second.im);
+        const double phase = remainder(2.0 * phase_of(mid) + 0.7 - atan2(im, re), 2.0 * M_PI);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * c, 0.02 * c, hypot(re, im));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, phase);
+    }
+}
+
+static void test_impulses_are_taken_out(void)
+{
+    feed(with_impulses, 1200);
+    const sway_line_t *line = sway_track_line(&track);
+    TEST_ASSERT_EQUAL_HEX32(0, line->flags & ~(uint32_t)SWAY_LINE_NONLINEAR);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-4, F_HZ, hz(line));
+}
+
+static void test_a_gap_is_told_and_does_not_bias(void)
+{
+    feed(noisy, 800);
+    tick.valid_mask = 0x16U; // channel 3 fails for 300 ms, its value stands still
+    for (int i = 0; i < 30; i++, next_row++) {
+        tick.time_us = (int64_t)next_row * 10000;
+        sway_track_push(&track, &tick);
+        for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
+            (void)sway_track_run(&track);
+        }
+    }
+    tick.valid_mask = 0x1EU;
+    feed(noisy, 150);
+    const sway_line_t *line = sway_track_line(&track);
+    const double mid = (double)line->mid_time_us * 1e-6;
+    TEST_ASSERT_TRUE((line->flags & SWAY_LINE_GAP) != 0U);
+    TEST_ASSERT_TRUE((line->valid_mask & 8U) != 0U);
+    const double re = to_double(line->channel[3].amplitude.re);
+    const double im = to_double(line->channel[3].amplitude.im);
+    const double se = to_double(line->channel[3].amplitude_se);
+    TEST_ASSERT_DOUBLE_WITHIN(5.0 * se, 0.3, hypot(re, im));
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3, 0.0, remainder(phase_of(mid) + 3 - atan2(im, re), 2.0 * M_PI));
+}
+
+static void test_a_channel_that_stays_silent_is_left_out(void)
+{
+    tick.valid_mask = 0x0EU;
+    feed(noisy, 800);
+    const sway_line_t *line = sway_track_line(&track);
+    TEST_ASSERT_EQUAL_HEX32(0x0E, line->valid_mask);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_GAP, line->flags);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-4, F_HZ, hz(line));
+}
+
+static void test_steering_marks_the_motion_as_forced(void)
+{
+    tick.present_mask = 0x1FU;
+    tick.valid_mask = 0x1FU;
+    for (int i = 0; i < 800; i++) {
+        tick.value[0] = (int32_t)lround(300000.0 * sin(0.05 * i));
+        feed(noisy, 1);
+    }
+    TEST_ASSERT_TRUE((sway_track_line(&track)->flags & SWAY_LINE_FORCED) != 0U);
+    tick.value[0] = 400000; // held at an angle: quiet
+    feed(noisy, 600);
+    TEST_ASSERT_EQUAL_HEX32(0, sway_track_line(&track)->flags);
+}
+
+static void test_speed_and_its_slope(void)
+{
+    tick.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED);
+    for (int i = 0; i < 800; i++) {
+        tick.value[SWAY_CHANNEL_SPEED] = 20000 + 10 * i; // 1 m/s2
+        feed(noisy, 1);
+    }
+    const sway_line_t *line = sway_track_line(&track);
+    const double mid_row = (double)line->mid_time_us * 1e-4;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 20.0 + 0.01 * mid_row, to_double(line->speed_m_s));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, to_double(line->speed_slope_m_s2));
+    TEST_ASSERT_TRUE((line->flags & SWAY_LINE_SPEED_CHANGING) != 0U);
+}
+
+static void test_ratio_with_a_known_delay(void)
+{
+    feed(damped, 600);
+    sway_line_ratio_t ratio;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK,
+                          sway_line_ratio(sway_track_line(&track), SWAY_CHANNEL_TRAILER_YAW_RATE,
+                                          SWAY_CHANNEL_CAR_YAW_RATE, 20000, &ratio));
+    /* channel 3 over channel 1: gain 3, 2 rad ahead; 20 ms older than it says. */
+    const double angle = atan2(to_double(ratio.ratio.im), to_double(ratio.ratio.re));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 2.0 + phase_of(0.02), angle);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 3.0 * exp(-0.1 * 0.02),
+                              hypot(to_double(ratio.ratio.re), to_double(ratio.ratio.im)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, to_double(ratio.coherence));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_NO_DATA,
+                          sway_line_ratio(sway_track_line(&track), SWAY_CHANNEL_HITCH_FY,
+                                          SWAY_CHANNEL_CAR_YAW_RATE, 0, &ratio));
+    TEST_ASSERT_EQUAL_INT(
+        SWAY_ERROR_ARGUMENT,
+        sway_line_ratio(NULL, SWAY_CHANNEL_HITCH_FY, SWAY_CHANNEL_CAR_YAW_RATE, 0, &ratio));
+}
+
+static void test_a_restart_of_the_grid_forgets_the_past(void)
+{
+    feed(noisy, 600);
+    tick.restart = true;
+    feed(noisy, 40);
+    TEST_ASSERT_TRUE((sway_track_line(&track)->flags & SWAY_LINE_SEEKING) != 0U);
+    TEST_ASSERT_TRUE(track.ring.filled == 40U);
+    feed(noisy, 560);
+    TEST_ASSERT_EQUAL_HEX32(0, sway_track_line(&track)->flags);
+}
+
+static void test_result_does_not_depend_on_how_often_it_runs(void)
+{
+    static sway_line_t lines[2];
+    for (int k = 0; k < 2; k++) {
+        setUp();
+        for (int i = 0; i < 900; i++) {
+            feed(noisy, 1);
+            while (k == 1 && sway_track_run(&track)) {
+            }
+        }
+        lines[k] = *sway_track_line(&track);
+    }
+    TEST_ASSERT_EQUAL_INT64(lines[0].mid_time_us, lines[1].mid_time_us);
+    TEST_ASSERT_EQUAL_INT32(lines[0].omega_rad_s.m, lines[1].omega_rad_s.m);
+    TEST_ASSERT_EQUAL_MEMORY(&lines[0].channel[3].amplitude, &lines[1].channel[3].amplitude,
+                             sizeof(sway_complex_t));
+}
+
+static void test_full_scale_in_every_channel(void)
+{
+    tick.present_mask = 0xFFFFU;
+    tick.valid_mask = 0xFFFFU;
+    for (int i = 0; i < 700; i++, next_row++) {
+        tick.time_us = (int64_t)next_row * 10000;
+        for (int c = 0; c < SWAY_CHANNELS; c++) {
+            tick.value[c] = (int32_t)lround(1.342e8 * cos(phase_of(i * 0.01) + 0.1 * c));
+        }
+        sway_track_push(&track, &tick);
+        for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
+            (void)sway_track_run(&track);
+        }
+    }
+    const sway_line_t *line = sway_track_line(&track);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_FORCED, line->flags);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, F_HZ, hz(line));
+}
+
+static void test_search_finds_lines_over_the_band(void)
+{
+    static sway_seek_t seek;
+    const sway_seek_config_t config = {0x1E, 10000, 250, 2000};
+    sway_seek_init(&seek);
+    for (int k = 0; k < 12; k++) {
+        setUp();
+        const double f = 0.4 + 0.12 * k;
+        sway_real_t omega;
+        for (int i = 0; i < 512; i++) {
+            tick.value[1] = (int32_t)lround(5e6 + 1e5 * cos(2.0 * M_PI * f * i * 0.01 + k));
+            sway_ring_push(&track.ring, &tick);
+        }
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_seek_start(&seek, &config, &track.ring));
+        while (sway_seek_run(&seek, &track.ring)) {
+        }
+        TEST_ASSERT_TRUE(sway_seek_result(&seek, &omega));
+        TEST_ASSERT_DOUBLE_WITHIN(0.03, f, to_double(omega) / (2.0 * M_PI));
+    }
+}
+
+static void test_bad_arguments_are_refused(void)
 {
     sway_track_config_t config = sway_track_default(10000);
     config.window_cycles_milli = 1000;
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config));
+    config = sway_track_default(10000);
+    config.frequency_max_mhz = config.frequency_min_mhz;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config));
+    config = sway_track_default(999);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config));
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(NULL, &config));
+    const sway_line_config_t line = {10000, 2, 250, 2000, 0, 0};
+    const sway_real_t omega = sway_real_int(4);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&track.job, &line, &track.ring, 8, omega));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_NO_DATA,
+                          sway_line_start(&track.job, &line, &track.ring, 300, omega));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&track.job, &line, &track.ring, 300, sway_real_int(0)));
+    TEST_ASSERT_FALSE(sway_line_run(&track.job, &track.ring));
 }
 
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_noise_free_damped_line_in_four_channels);
-    RUN_TEST(test_no_motion_is_no_oscillation);
-    RUN_TEST(test_bad_configuration_is_refused);
+    RUN_TEST(test_damping_ratio);
+    RUN_TEST(test_standard_errors_and_noise_are_of_the_right_size);
+    RUN_TEST(test_no_motion_and_noise_are_no_oscillation);
+    RUN_TEST(test_a_line_that_ends_is_lost_and_another_found);
+    RUN_TEST(test_second_harmonic_is_measured_and_told);
+    RUN_TEST(test_impulses_are_taken_out);
+    RUN_TEST(test_a_gap_is_told_and_does_not_bias);
+    RUN_TEST(test_a_channel_that_stays_silent_is_left_out);
+    RUN_TEST(test_steering_marks_the_motion_as_forced);
+    RUN_TEST(test_speed_and_its_slope);
+    RUN_TEST(test_ratio_with_a_known_delay);
+    RUN_TEST(test_a_restart_of_the_grid_forgets_the_past);
+    RUN_TEST(test_result_does_not_depend_on_how_often_it_runs);
+    RUN_TEST(test_full_scale_in_every_channel);
+    RUN_TEST(test_search_finds_lines_over_the_band);
+    RUN_TEST(test_bad_arguments_are_refused);
     return UNITY_END();
 }

@@ -1,0 +1,287 @@
+/* Tests of sway_grid and sway_ring: rows from samples that come as they like. */
+#include <string.h>
+
+#include "sway_ring.h"
+#include "unity.h"
+
+static sway_grid_t grid;
+static sway_tick_t tick;
+
+void setUp(void)
+{
+    const sway_grid_config_t config = sway_grid_default(10000);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+}
+
+void tearDown(void)
+{
+}
+
+static void put(sway_input_t input, int64_t time_us, int32_t value)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_input(&grid, input, time_us, value));
+}
+
+static bool is_valid(sway_channel_t channel)
+{
+    return (tick.valid_mask & SWAY_CHANNEL_BIT(channel)) != 0U;
+}
+
+/* Takes rows until the one of `time_us`. */
+static void take_row(int64_t time_us)
+{
+    do {
+        TEST_ASSERT_TRUE_MESSAGE(sway_grid_tick(&grid, &tick), "the row is not ready");
+    } while (tick.time_us < time_us);
+    TEST_ASSERT_EQUAL_INT64(time_us, tick.time_us);
+}
+
+static void test_each_input_is_interpolated_on_its_own_clock(void)
+{
+    for (int64_t t = 0; t < 60000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t + 3000, (int32_t)(t + 3000));
+        put(SWAY_INPUT_TRAILER_YAW_RATE, t + 7500, (int32_t)(-2 * (t + 7500)));
+    }
+    take_row(20000);
+    TEST_ASSERT_EQUAL_INT32(20000, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+    TEST_ASSERT_EQUAL_INT32(-40000, tick.value[SWAY_CHANNEL_TRAILER_YAW_RATE]);
+    TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+    TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
+    TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_ARTICULATION));
+}
+
+static void test_slow_messages_are_interpolated_too(void)
+{
+    put(SWAY_INPUT_CAR_YAW_RATE, 0, 0);
+    put(SWAY_INPUT_CAR_YAW_RATE, 20000, 2000);
+    take_row(10000);
+    TEST_ASSERT_EQUAL_INT32(1000, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+    TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+}
+
+static void test_wheels_of_an_axle_add_up(void)
+{
+    for (int64_t t = 0; t <= 20000; t += 10000) {
+        put(SWAY_INPUT_CAR_FY_FL, t, 50000000);
+        put(SWAY_INPUT_CAR_FY_FR, t, 50000000);
+        put(SWAY_INPUT_TRAILER_FZ_RL, t, 7);
+    }
+    take_row(10000);
+    TEST_ASSERT_EQUAL_INT32(100000000, tick.value[SWAY_CHANNEL_CAR_FRONT_FY]);
+    TEST_ASSERT_TRUE(tick.value[SWAY_CHANNEL_CAR_FRONT_FY] < SWAY_SAMPLE_LIMIT);
+    TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_FRONT_FY));
+    TEST_ASSERT_FALSE_MESSAGE(is_valid(SWAY_CHANNEL_TRAILER_REAR_FZ), "one wheel is no axle");
+}
+
+static void test_a_delay_is_taken_from_the_timestamp(void)
+{
+    sway_grid_config_t config = sway_grid_default(10000);
+    config.delay_us[SWAY_INPUT_ARTICULATION] = 4000;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+    for (int64_t t = 0; t < 50000; t += 10000) {
+        put(SWAY_INPUT_ARTICULATION, t + 4000, (int32_t)t);
+    }
+    take_row(20000);
+    TEST_ASSERT_EQUAL_INT32(20000, tick.value[SWAY_CHANNEL_ARTICULATION]);
+}
+
+static void test_a_long_gap_is_marked_and_the_rest_goes_on(void)
+{
+    int rows = 0;
+    int invalid = 0;
+    for (int64_t t = 0; t <= 1000000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 5);
+        if (t < 300000 || t >= 600000) {
+            put(SWAY_INPUT_TRAILER_YAW_RATE, t, 7);
+        }
+        while (sway_grid_tick(&grid, &tick)) {
+            rows++;
+            TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+            invalid += is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE) ? 0 : 1;
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(101, rows);
+    TEST_ASSERT_EQUAL_INT(30, invalid); // 300 .. 590 ms; 600 ms is a sample again
+    TEST_ASSERT_EQUAL_UINT32(1, grid.faults.gaps);
+}
+
+static void test_a_lost_frame_is_bridged(void)
+{
+    for (int64_t t = 0; t <= 100000; t += 10000) {
+        if (t != 50000) {
+            put(SWAY_INPUT_CAR_YAW_RATE, t, (int32_t)t);
+        }
+    }
+    take_row(50000);
+    TEST_ASSERT_EQUAL_INT32(50000, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+    TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+}
+
+static void test_out_of_range_is_refused_and_counted(void)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE,
+                          sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 0, 5300001));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE,
+                          sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 0, INT32_MIN));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE, sway_grid_input(&grid, SWAY_INPUT_SPEED, 0, -1));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE, sway_grid_input(&grid, SWAY_INPUT_CAR_FZ_FL, 0, -1));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_input(&grid, SWAY_INPUT_COUNT, 0, 0));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_grid_input(&grid, SWAY_INPUT_SPEED, INT64_MAX, 0));
+    TEST_ASSERT_EQUAL_UINT32(4, grid.faults.out_of_range);
+    TEST_ASSERT_FALSE(sway_grid_tick(&grid, &tick));
+}
+
+static void test_time_going_back_is_refused_and_the_next_is_taken(void)
+{
+    put(SWAY_INPUT_CAR_YAW_RATE, 100000, 1);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                          sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 90000, 2));
+    put(SWAY_INPUT_CAR_YAW_RATE, 110000, 3);
+    TEST_ASSERT_EQUAL_UINT32(1, grid.faults.time_backward);
+    take_row(110000);
+    TEST_ASSERT_EQUAL_INT32(3, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+}
+
+static void test_a_clock_that_restarts_is_followed(void)
+{
+    put(SWAY_INPUT_CAR_YAW_RATE, 900000000, 1);
+    int refused = 0;
+    for (int64_t t = 0; t < 400000; t += 10000) {
+        refused += sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, t, 2) == SWAY_OK ? 0 : 1;
+        while (sway_grid_tick(&grid, &tick)) {
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(15, refused);
+    TEST_ASSERT_EQUAL_UINT32(1, grid.faults.restarts);
+    TEST_ASSERT_EQUAL_INT64(390000, tick.time_us);
+}
+
+static void test_one_wild_stamp_does_no_harm(void)
+{
+    int rows = 0;
+    for (int64_t t = 0; t < 500000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 2);
+        if (t == 200000) {
+            TEST_ASSERT_EQUAL_INT(
+                SWAY_ERROR_TIME,
+                sway_grid_input(&grid, SWAY_INPUT_TRAILER_YAW_RATE, INT64_C(1) << 50, 1));
+        }
+        while (sway_grid_tick(&grid, &tick)) {
+            rows++;
+            TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(50, rows);
+    TEST_ASSERT_EQUAL_UINT32(0, grid.faults.restarts);
+}
+
+static void test_a_pause_of_the_bus_restarts_without_a_flood_of_rows(void)
+{
+    put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+    put(SWAY_INPUT_CAR_YAW_RATE, 10000, 1);
+    take_row(10000);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                          sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, INT64_C(3600000000), 1));
+    put(SWAY_INPUT_CAR_YAW_RATE, INT64_C(3600010000), 1);
+    int rows = 0;
+    while (sway_grid_tick(&grid, &tick)) {
+        rows++;
+    }
+    TEST_ASSERT_EQUAL_INT(1, rows);
+    TEST_ASSERT_TRUE(tick.restart);
+}
+
+static void test_a_silent_input_is_waited_for_no_longer_than_configured(void)
+{
+    put(SWAY_INPUT_TRAILER_YAW_RATE, 0, 1);
+    for (int64_t t = 0; t <= 90000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
+    }
+    take_row(0);
+    TEST_ASSERT_FALSE(sway_grid_tick(&grid, &tick));
+    put(SWAY_INPUT_CAR_YAW_RATE, 110000, 1);
+    take_row(10000);
+    TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
+    TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+}
+
+static void test_not_valid_from_the_sender(void)
+{
+    for (int64_t t = 0; t <= 100000; t += 10000) {
+        if (t == 50000) {
+            sway_grid_invalid(&grid, SWAY_INPUT_CAR_YAW_RATE, t);
+        } else {
+            put(SWAY_INPUT_CAR_YAW_RATE, t, 9);
+        }
+    }
+    for (int64_t t = 0; t <= 100000; t += 10000) {
+        take_row(t);
+        TEST_ASSERT_EQUAL(t != 50000, is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, grid.faults.invalid);
+}
+
+static void test_speed_is_held_between_slow_messages(void)
+{
+    for (int64_t t = 0; t <= 1000000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 9);
+        if (t % 200000 == 0 && t < 700000) {
+            put(SWAY_INPUT_SPEED, t, 30000);
+        }
+        while (sway_grid_tick(&grid, &tick)) {
+            TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_SPEED));
+        }
+    }
+    TEST_ASSERT_EQUAL_INT32(30000, tick.value[SWAY_CHANNEL_SPEED]);
+}
+
+static void test_bad_configurations_are_refused(void)
+{
+    sway_grid_config_t config = sway_grid_default(999);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
+    config = sway_grid_default(10000);
+    config.max_wait_us = 10000 * SWAY_GRID_ROWS;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
+    config = sway_grid_default(10000);
+    config.delay_us[3] = 500001;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(NULL, &config));
+}
+
+static void test_ring_clips_and_marks(void)
+{
+    static sway_ring_t ring;
+    sway_ring_clear(&ring);
+    memset(&tick, 0, sizeof tick);
+    tick.valid_mask = 3;
+    tick.value[0] = INT32_MIN;
+    tick.value[1] = 5;
+    sway_ring_push(&ring, &tick);
+    TEST_ASSERT_EQUAL_INT32(1 - SWAY_SAMPLE_LIMIT, ring.sample[0][sway_ring_slot(&ring, 0)]);
+    TEST_ASSERT_EQUAL_HEX32(2, ring.valid[sway_ring_slot(&ring, 0)]);
+    TEST_ASSERT_EQUAL_UINT32(1, ring.filled);
+    TEST_ASSERT_EQUAL_INT32(0, ring.sample[1][sway_ring_slot(&ring, 1)]);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_each_input_is_interpolated_on_its_own_clock);
+    RUN_TEST(test_slow_messages_are_interpolated_too);
+    RUN_TEST(test_wheels_of_an_axle_add_up);
+    RUN_TEST(test_a_delay_is_taken_from_the_timestamp);
+    RUN_TEST(test_a_long_gap_is_marked_and_the_rest_goes_on);
+    RUN_TEST(test_a_lost_frame_is_bridged);
+    RUN_TEST(test_out_of_range_is_refused_and_counted);
+    RUN_TEST(test_time_going_back_is_refused_and_the_next_is_taken);
+    RUN_TEST(test_a_clock_that_restarts_is_followed);
+    RUN_TEST(test_one_wild_stamp_does_no_harm);
+    RUN_TEST(test_a_pause_of_the_bus_restarts_without_a_flood_of_rows);
+    RUN_TEST(test_a_silent_input_is_waited_for_no_longer_than_configured);
+    RUN_TEST(test_not_valid_from_the_sender);
+    RUN_TEST(test_speed_is_held_between_slow_messages);
+    RUN_TEST(test_bad_configurations_are_refused);
+    RUN_TEST(test_ring_clips_and_marks);
+    return UNITY_END();
+}

@@ -1,0 +1,178 @@
+/* Tests of sway_real against double precision, on random numbers of many decades. */
+#include <limits.h>
+#include <math.h>
+#include <stdint.h>
+
+#include "sway_real.h"
+#include "sway_wide.h"
+#include "unity.h"
+
+#define TRIALS 20000
+
+static uint64_t state = 88172645463325252U;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static uint64_t random_bits(void)
+{
+    state ^= state << 13;
+    state ^= state >> 7;
+    state ^= state << 17;
+    return state;
+}
+
+static double to_double(sway_real_t x)
+{
+    return ldexp((double)x.m, x.e);
+}
+
+/* Random mantissa, random exponent within +-spread. */
+static sway_real_t random_real(int spread)
+{
+    const int64_t mantissa = (int64_t)(int32_t)(random_bits() >> 32);
+    return sway_real(mantissa, (int32_t)(random_bits() % (unsigned)(2 * spread + 1)) - spread - 31);
+}
+
+static void assert_normal(sway_real_t x)
+{
+    if (x.m == 0) {
+        TEST_ASSERT_EQUAL_INT32(0, x.e);
+        return;
+    }
+    const int64_t size = x.m < 0 ? -(int64_t)x.m : x.m;
+    TEST_ASSERT_TRUE(size >= (INT64_C(1) << 30) && size < (INT64_C(1) << 31));
+}
+
+/* Half a unit of the 31-bit mantissa, and what double itself rounds. */
+static void assert_close(double expected, sway_real_t x)
+{
+    assert_normal(x);
+    TEST_ASSERT_DOUBLE_WITHIN(fabs(expected) * (ldexp(1.0, -31) + 1e-15), expected, to_double(x));
+}
+
+static void test_add_mul_div_round_to_nearest(void)
+{
+    for (int i = 0; i < TRIALS; i++) {
+        const sway_real_t a = random_real(20);
+        const sway_real_t b = random_real(20);
+        assert_close(to_double(a) + to_double(b), sway_real_add(a, b));
+        assert_close(to_double(a) - to_double(b), sway_real_sub(a, b));
+        assert_close(to_double(a) * to_double(b), sway_real_mul(a, b));
+    }
+}
+
+static void test_division_is_within_one_unit(void)
+{
+    for (int i = 0; i < TRIALS; i++) {
+        const sway_real_t a = random_real(20);
+        const sway_real_t b = random_real(20);
+        if (b.m == 0) {
+            continue;
+        }
+        const double expected = to_double(a) / to_double(b);
+        const sway_real_t quotient = sway_real_div(a, b);
+        assert_normal(quotient);
+        TEST_ASSERT_DOUBLE_WITHIN(fabs(expected) * ldexp(1.0, -30), expected, to_double(quotient));
+    }
+}
+
+static void test_sums_of_neighbouring_exponents_and_cancellation(void)
+{
+    for (int32_t distance = 0; distance <= 40; distance++) {
+        for (int i = 0; i < 500; i++) {
+            const sway_real_t a = sway_real((int64_t)(random_bits() >> 33) | (1 << 30), 0);
+            sway_real_t b = sway_real((int64_t)(random_bits() >> 33) | (1 << 30), -distance);
+            b = (random_bits() & 1U) != 0U ? b : sway_real_neg(b);
+            assert_close(to_double(a) + to_double(b), sway_real_add(a, b));
+            assert_close(to_double(b) - to_double(a), sway_real_sub(b, a));
+        }
+    }
+    const sway_real_t one = sway_real_int(1);
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_real_sub(one, one)));
+}
+
+static void test_roots_and_transcendental_functions(void)
+{
+    for (int i = 0; i < TRIALS; i++) {
+        const sway_real_t a = sway_real_abs(random_real(20));
+        TEST_ASSERT_DOUBLE_WITHIN(sqrt(to_double(a)) * 1e-9, sqrt(to_double(a)),
+                                  to_double(sway_real_sqrt(a)));
+        const sway_real_t x = sway_real((int64_t)(int32_t)random_bits(), -28); // +-8
+        sway_real_t s;
+        sway_real_t c;
+        sway_real_sincos(x, &s, &c);
+        TEST_ASSERT_DOUBLE_WITHIN(5e-9, sin(to_double(x)), to_double(s));
+        TEST_ASSERT_DOUBLE_WITHIN(5e-9, cos(to_double(x)), to_double(c));
+        const double power = exp(to_double(x));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8 * power, power, to_double(sway_real_exp(x)));
+        TEST_ASSERT_DOUBLE_WITHIN(3e-8, log(to_double(a)), to_double(sway_real_ln(a)));
+        const sway_real_t y = random_real(5);
+        const sway_real_t z = random_real(5);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-9, atan2(to_double(y), to_double(z)),
+                                  to_double(sway_real_atan2(y, z)));
+    }
+}
+
+static void test_every_operation_is_total(void)
+{
+    const sway_real_t zero = sway_real_int(0);
+    const sway_real_t huge = sway_real(1, SWAY_REAL_EXPONENT_MAX);
+    const sway_real_t tiny = sway_real(1, -SWAY_REAL_EXPONENT_MAX + 30);
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_real_div(huge, zero)));
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_real_mul(tiny, tiny)));
+    assert_normal(sway_real_mul(huge, huge));
+    assert_normal(sway_real_add(huge, huge));
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_real_sqrt(sway_real_int(-4))));
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_real_ln(zero)));
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_real_atan2(zero, zero)));
+    assert_normal(sway_real_exp(huge));
+    TEST_ASSERT_TRUE(to_double(sway_real(INT64_MIN, 0)) == -ldexp(1.0, 63));
+    TEST_ASSERT_EQUAL_INT64(-(INT64_C(1) << 62), sway_real_to_int64(sway_real_neg(huge), 0));
+    TEST_ASSERT_EQUAL_INT32(INT32_MAX, sway_real_to_int(huge, 1, INT32_MIN, INT32_MAX));
+}
+
+static void test_comparison_orders_as_double_does(void)
+{
+    for (int i = 0; i < TRIALS; i++) {
+        const sway_real_t a = random_real(3);
+        const sway_real_t b = (i & 7) == 0 ? a : random_real(3);
+        const double x = to_double(a);
+        const double y = to_double(b);
+        TEST_ASSERT_EQUAL_INT((x > y) - (x < y), sway_real_compare(a, b));
+    }
+}
+
+static void test_wide_products(void)
+{
+    static const int32_t edges[] = {0, 1, -1, 65535, 65536, -65536, INT32_MAX, INT32_MIN};
+    for (unsigned i = 0; i < 8; i++) {
+        for (unsigned k = 0; k < 8; k++) {
+            TEST_ASSERT_EQUAL_INT64((int64_t)edges[i] * edges[k], sway_wide(edges[i], edges[k]));
+        }
+    }
+    for (int i = 0; i < TRIALS; i++) {
+        const int32_t a = (int32_t)(random_bits() >> 32);
+        const int32_t b = (int32_t)(random_bits() >> 32) / 2;
+        TEST_ASSERT_EQUAL_INT64((int64_t)a * b, sway_wide(a, b));
+        TEST_ASSERT_INT64_WITHIN(1, llround(ldexp((double)a * b, -30)), sway_wide_q30(a, b));
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_add_mul_div_round_to_nearest);
+    RUN_TEST(test_division_is_within_one_unit);
+    RUN_TEST(test_sums_of_neighbouring_exponents_and_cancellation);
+    RUN_TEST(test_roots_and_transcendental_functions);
+    RUN_TEST(test_every_operation_is_total);
+    RUN_TEST(test_comparison_orders_as_double_does);
+    RUN_TEST(test_wide_products);
+    return UNITY_END();
+}
