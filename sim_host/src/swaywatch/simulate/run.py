@@ -51,6 +51,15 @@ def simulate_plant(scenario: Scenario) -> Trace:
         if driver is not None:
             raise ScenarioError(f"{scenario.name} [driver]: the single track has a holding driver")
         return _single_track(scenario)
+    if scenario.model == "multibody":
+        if driver is not None:
+            raise ScenarioError(f"{scenario.name} [driver]: the rigid-body plant's driver holds")
+        from swaywatch.simulate.multibody import simulate_multibody  # needs mujoco
+
+        return simulate_multibody(
+            scenario.vehicle, scenario.multibody, scenario.name,
+            plan.time_s, plan.steering_rad, plan.speed_m_s,
+        )  # fmt: skip
     model = DoubleTrack(scenario.vehicle, [*scenario.physics, *plan.effects])
     control = SpeedControl() if scenario.speed_control else None
     if driver is None:

@@ -6,7 +6,7 @@
     seed = 1
     duration_s = 38.0
     speed_kmh = 107.9
-    model = "double_track"          # or "single_track"
+    model = "double_track"          # or "single_track", "multibody" (simulate/multibody.py)
     speed_control = false           # true: longitudinal dynamics under the controller of 5.2.5
 
     [[manoeuvre]]
@@ -49,7 +49,7 @@ from swaywatch.simulate.timing import Timing, read_timing
 from swaywatch.toml_file import load_toml
 from swaywatch.vehicle import Vehicle, load_vehicle
 
-MODELS = ("double_track", "single_track")
+MODELS = ("double_track", "single_track", "multibody")
 PLANT_RATE_HZ = 200.0
 
 
@@ -73,6 +73,7 @@ class Scenario:
     plan: Plan
     physics: tuple[Effect, ...]
     speed_control: bool
+    multibody: dict[str, Any] = field(repr=False)
     driver: dict[str, Any] = field(repr=False)
     sensors: dict[str, Any] = field(repr=False)
     timing: Timing
@@ -124,6 +125,7 @@ def read_scenario(
         plan=make_plan(time_s, speed, table.tables("manoeuvre")),
         physics=tuple(_effect(entry) for entry in table.tables("physics")),
         speed_control=table.flag("speed_control", False),
+        multibody=table.raw("multibody", {}),
         driver=table.raw("driver", {}),
         sensors=table.raw("sensors", {}),
         timing=read_timing(table.table("timing")),
@@ -131,7 +133,19 @@ def read_scenario(
     table.done()
     if scenario.model == "single_track":
         _check_single_track(scenario, place)
+    if scenario.model == "multibody":
+        _check_multibody(scenario, place)
+    elif scenario.multibody:
+        raise ScenarioError(f"{place}: [multibody] needs model = 'multibody'")
     return scenario
+
+
+def _check_multibody(scenario: Scenario, place: str) -> None:
+    if scenario.physics or scenario.plan.effects:
+        raise ScenarioError(
+            f"{place}: model = 'multibody' has no [[physics]], wind or road; its own physics is in "
+            "[multibody]"
+        )
 
 
 def _check_single_track(scenario: Scenario, place: str) -> None:
