@@ -48,19 +48,15 @@ static int32_t unwrap(int32_t steps, int64_t elapsed_us, int32_t period_us)
     return steps + (int32_t)turns * TURN;
 }
 
-/* The counter said "next": this is one period, or a whole turn is missing besides (steps 16, 31
- * ...) unless that is said again and again: then the sender has another period now. */
-static void learn(sway_e2e_t *e2e, int32_t steps, int32_t elapsed_us)
+/* The counter said "next": this is one period. A mean at first, so that two frames sent in one
+ * burst are not taken for the period; a pause counts as two periods at most. */
+static void learn(sway_e2e_t *e2e, int64_t elapsed_us)
 {
-    e2e->doubts = steps == 1 ? 0U : (uint8_t)(e2e->doubts + 1U);
-    if (e2e->doubts >= SWAY_E2E_DOUBTS_MAX) {
-        e2e->doubts = 0U;
-        e2e->learned = 0U;
-    } else if (steps == 1) {
-        /* A mean at first, so that two frames sent in one burst are not taken for the period. */
-        e2e->learned = (uint8_t)(e2e->learned + (e2e->learned < SWAY_E2E_LEARN_MAX ? 1 : 0));
-        e2e->period_us += (elapsed_us - e2e->period_us) / e2e->learned;
-    }
+    const bool known = e2e->learned >= SWAY_E2E_LEARN_MAX;
+    const int64_t most_us = known ? 2 * (int64_t)e2e->period_us + 1000 : elapsed_us;
+    const int32_t dt_us = (int32_t)(elapsed_us < most_us ? elapsed_us : most_us);
+    e2e->learned = known ? e2e->learned : (uint8_t)(e2e->learned + 1U);
+    e2e->period_us += (dt_us - e2e->period_us) / e2e->learned;
 }
 
 static int32_t steps_since(sway_e2e_t *e2e, uint8_t counter, int64_t elapsed_us, int32_t limit_us)
@@ -70,12 +66,14 @@ static int32_t steps_since(sway_e2e_t *e2e, uint8_t counter, int64_t elapsed_us,
     if (elapsed_us > limit_us) {
         return steps == 0 ? 1 : steps;
     }
-    const bool known = e2e->learned >= SWAY_E2E_LEARN_MIN && e2e->period_us > 0;
-    const int32_t result = known ? unwrap(steps, elapsed_us, e2e->period_us) : steps;
     if (steps == 1) {
-        learn(e2e, result, (int32_t)elapsed_us);
+        learn(e2e, elapsed_us);
+        return 1;
     }
-    return result;
+    if (e2e->learned >= SWAY_E2E_LEARN_MIN && e2e->period_us > 0) {
+        return unwrap(steps, elapsed_us, e2e->period_us);
+    }
+    return steps > TURN / 2 ? steps - TURN : steps;
 }
 
 int32_t sway_e2e_step(sway_e2e_t *e2e, uint8_t counter, int64_t time_us, int32_t limit_us)

@@ -14,7 +14,6 @@
 #define SWAY_E2E_COUNTER_MAX 14 ///< the counter's last value before 0
 #define SWAY_E2E_LEARN_MIN 8    ///< frames in order before the period is relied on
 #define SWAY_E2E_LEARN_MAX 16   ///< frames that the period is smoothed over
-#define SWAY_E2E_DOUBTS_MAX 3   ///< such frames after which the period is learned anew
 
 /// What a receiver remembers of one identifier. All zero is its state before the first frame.
 typedef struct {
@@ -22,7 +21,6 @@ typedef struct {
     int32_t period_us; ///< between frames, smoothed
     uint8_t counter;   ///< of that frame
     uint8_t learned;   ///< frames that period_us was learned from, up to SWAY_E2E_LEARN_MAX
-    uint8_t doubts;    ///< frames in a row that came in order, yet far off the period
     bool started;
 } sway_e2e_t;
 
@@ -42,10 +40,12 @@ bool sway_e2e_check(uint32_t can_id, const uint8_t *data);
 /// n - 1 frames are missing, 0: the same frame again or a stuck counter, n < 0: older than the last
 /// one by -n, late or out of order.
 ///
-/// The counter alone tells steps modulo 15; the time since the last frame, in periods, picks the
-/// one that fits best, so up to `limit_us` of silence every missing frame is counted even over
-/// several turns of the counter. Beyond `limit_us`, and before the period is known, the smallest
-/// number that fits the counter is told (beyond `limit_us`: 1 for an equal counter).
+/// The counter alone tells steps modulo 15. Where it shows a gap, the time since the last frame, in
+/// periods, picks the number that fits best, so up to `limit_us` of silence every missing frame is
+/// counted even over several turns of the counter. A frame that is next by its counter is taken for
+/// the next one whenever it comes: senders pause, and a loss of exactly 15 looks the same. Before
+/// the period is known the steps nearest to 0 are told; beyond `limit_us` the smallest positive
+/// number that fits the counter.
 int32_t sway_e2e_step(sway_e2e_t *e2e, uint8_t counter, int64_t time_us, int32_t limit_us);
 
 #endif

@@ -13,6 +13,8 @@
 
 #define RECEIVE_BUFFER (8 * 1024 * 1024)
 #define LOOK_EVERY_US 50000
+#define CLOCK_READINGS 50
+#define CLOCK_SET_US 1000
 
 static int64_t clock_us(clockid_t clock)
 {
@@ -32,6 +34,24 @@ const char *can_bus_class_name(can_bus_class_t class)
         "tx-timeout", "arbitration-lost", "controller", "protocol",  "transceiver",
         "no-ack",     "bus-off",          "bus-error",  "restarted", "error-counters"};
     return names[class];
+}
+
+/* The kernel stamps by the clock of day, which may be set at any time. Between such settings the
+ * clocks differ by a constant; a reading of the two that was interrupted tells nothing. */
+static void compare_clocks(can_bus_t *bus)
+{
+    const int64_t before_us = can_bus_time_us();
+    const int64_t day_us = clock_us(CLOCK_REALTIME);
+    const int64_t took_us = can_bus_time_us() - before_us;
+    const int64_t shift_us = before_us + took_us / 2 - day_us;
+    const int64_t change_us = shift_us - bus->to_monotonic_us;
+    const bool is_better = took_us < bus->reading_us;
+    const bool is_set =
+        took_us <= 2 * bus->reading_us && (change_us > CLOCK_SET_US || change_us < -CLOCK_SET_US);
+    if (is_better || is_set) {
+        bus->to_monotonic_us = shift_us;
+        bus->reading_us = is_better ? took_us : bus->reading_us;
+    }
 }
 
 /* --- opening -----------------------------------------------------------------------------------
@@ -83,6 +103,10 @@ bool can_bus_open(can_bus_t *bus, const char *name)
     memset(bus, 0, sizeof *bus);
     bus->name = name;
     bus->socket = -1;
+    bus->reading_us = INT64_MAX / 4;
+    for (int i = 0; i < CLOCK_READINGS; i++) {
+        compare_clocks(bus);
+    }
     if (!attach(bus)) {
         return false;
     }
@@ -187,9 +211,7 @@ static void note_overflow(can_bus_t *bus, uint32_t overflow)
     }
 }
 
-/* The kernel stamps by the clock of day, which may be set at any time; to_monotonic brings a stamp
- * to the monotonic clock. */
-static int64_t read_control(can_bus_t *bus, struct msghdr *message, int64_t to_monotonic)
+static int64_t read_control(can_bus_t *bus, struct msghdr *message)
 {
     int64_t stamp_us = can_bus_time_us();
     for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c != NULL; c = CMSG_NXTHDR(message, c)) {
@@ -199,7 +221,7 @@ static int64_t read_control(can_bus_t *bus, struct msghdr *message, int64_t to_m
         if (c->cmsg_type == SO_TIMESTAMPNS) {
             struct timespec t;
             memcpy(&t, CMSG_DATA(c), sizeof t);
-            stamp_us = (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000 + to_monotonic;
+            stamp_us = (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000 + bus->to_monotonic_us;
         } else if (c->cmsg_type == SO_RXQ_OVFL) {
             uint32_t overflow;
             memcpy(&overflow, CMSG_DATA(c), sizeof overflow);
@@ -231,9 +253,9 @@ static void read_batch(can_bus_t *bus)
     if (count < 0 && errno != EAGAIN && errno != EINTR) {
         went_down(bus, errno);
     }
-    const int64_t to_monotonic = can_bus_time_us() - clock_us(CLOCK_REALTIME);
+    compare_clocks(bus);
     for (unsigned i = 0; i < bus->batch_end; i++) {
-        bus->batch_us[i] = read_control(bus, &messages[i].msg_hdr, to_monotonic);
+        bus->batch_us[i] = read_control(bus, &messages[i].msg_hdr);
     }
     if (bus->batch_end > 0U) {
         came_up(bus);

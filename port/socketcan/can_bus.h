@@ -50,9 +50,11 @@ typedef struct {
     const char *name;
     int socket; ///< negative: the interface is away, it is looked for again and again
     can_bus_link_t link;
-    int64_t last_us;   ///< newest stamp given out
-    uint32_t overflow; ///< the kernel's counter at the last frame
-    int64_t look_us;   ///< when to look for the interface again
+    int64_t to_monotonic_us; ///< from the clock of day, which stamps, to CLOCK_MONOTONIC
+    int64_t reading_us;      ///< that the shortest comparison of the two took
+    int64_t last_us;         ///< newest stamp given out
+    uint32_t overflow;       ///< the kernel's counter at the last frame
+    int64_t look_us;         ///< when to look for the interface again
     struct can_frame batch[CAN_BUS_BATCH];
     int64_t batch_us[CAN_BUS_BATCH];
     unsigned batch_at;

@@ -33,8 +33,8 @@ static int open_bus(const char *name, const struct can_filter *filter)
     const struct sockaddr_can address = {.can_family = AF_CAN,
                                          .can_ifindex = (int)if_nametoindex(name)};
     if (fd < 0 || setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0 ||
-        setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filter,
-                   filter != NULL ? sizeof *filter : 0) != 0 ||
+        setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filter, filter != NULL ? sizeof *filter : 0) !=
+            0 ||
         bind(fd, (const struct sockaddr *)&address, sizeof address) != 0) {
         perror(name);
         exit(1);
@@ -57,7 +57,25 @@ static void fill(uint8_t *data, sway_message_t message, double t)
     data[5] = (uint8_t)((unsigned)second >> 8);
 }
 
-static void read_status(int fd, FILE *output)
+/* From the clock of day, which the kernel stamps by, to CLOCK_MONOTONIC: the reading that was
+ * disturbed least. */
+static int64_t compare_clocks(void)
+{
+    int64_t shift = 0;
+    int64_t best = INT64_MAX;
+    for (int i = 0; i < 50; i++) {
+        const int64_t before = clock_ns(CLOCK_MONOTONIC);
+        const int64_t day = clock_ns(CLOCK_REALTIME);
+        const int64_t after = clock_ns(CLOCK_MONOTONIC);
+        if (after - before < best) {
+            best = after - before;
+            shift = before + best / 2 - day;
+        }
+    }
+    return shift;
+}
+
+static void read_status(int fd, FILE *output, int64_t shift)
 {
     for (;;) {
         struct can_frame frame;
@@ -78,7 +96,6 @@ static void read_status(int fd, FILE *output)
         if (c != NULL && c->cmsg_type == SO_TIMESTAMPNS) {
             memcpy(&t, CMSG_DATA(c), sizeof t);
         }
-        const int64_t shift = clock_ns(CLOCK_MONOTONIC) - clock_ns(CLOCK_REALTIME);
         const int64_t stamp = (int64_t)t.tv_sec * 1000000000 + t.tv_nsec + shift;
         fprintf(output, "%lld %03X ", (long long)(stamp / 1000), frame.can_id);
         for (int i = 0; i < frame.can_dlc; i++) {
@@ -101,6 +118,7 @@ int main(int argc, char **argv)
     const double seconds = atof(argv[3]);
     FILE *output = fopen(argv[4], "w");
     uint8_t counter[SWAY_MESSAGE_COUNT] = {0};
+    const int64_t shift = compare_clocks();
     const int64_t begin = clock_ns(CLOCK_MONOTONIC);
     int64_t worst = 0;
     long sent = 0;
@@ -113,7 +131,7 @@ int main(int argc, char **argv)
         }
         if (now < due) {
             const struct timespec t = {due / 1000000000, due % 1000000000};
-            read_status(in, output);
+            read_status(in, output, shift);
             clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL);
             now = clock_ns(CLOCK_MONOTONIC);
         }
@@ -134,7 +152,7 @@ int main(int argc, char **argv)
         sent++;
     }
     usleep(300000);
-    read_status(in, output);
+    read_status(in, output, shift);
     const double took = (double)(clock_ns(CLOCK_MONOTONIC) - begin) * 1e-9 - 0.3;
     printf("{\"sent\": %ld, \"worst_late_us\": %lld, \"retries\": %ld, \"seconds\": %.3f}\n", sent,
            (long long)(worst / 1000), retries, took);

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,6 +57,7 @@ def feeder(bus: rig.Bus, daemon: rig.Daemon) -> Iterator[rig.Feeder]:
     made = rig.Feeder(bus)
     made.start()
     assert bus.wait_for(rig.inputs_good)
+    time.sleep(0.3)  # the ECU learns the periods of its messages
     yield made
     made.stop()
 

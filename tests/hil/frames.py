@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 STEERING, SPEED, CAR_MOTION, TRAILER_MOTION, ARTICULATION, HITCH = range(0x120, 0x126)
 CAR_WHEELS = tuple(range(0x130, 0x134))
 TRAILER_WHEELS = tuple(range(0x134, 0x138))
-ALARM, MARGIN = 0x1A0, 0x1A1
+ALARM, MARGIN, OSCILLATION = 0x1A0, 0x1A1, 0x1A4
 FAULTS_SAMPLES, FAULTS_ESTIMATES, FAULTS_FRAMES, FAULTS_ORDER, INPUTS = range(0x1B4, 0x1B9)
 FAULT_REPORT = 0x6E2
 
@@ -68,9 +68,12 @@ class Sender:
         return can_frame(can_id, protect(can_id, counter, payload, validity))
 
     def motion(
-        self, steering_rad: float, speed_m_s: float, car: tuple[float, float],
+        self,
+        steering_rad: float,
+        speed_m_s: float,
+        car: tuple[float, float],
         trailer: tuple[float, float],
-    ) -> list[bytes]:  # fmt: skip
+    ) -> list[bytes]:
         """The four messages that the judgement needs; `car`, `trailer`: yaw rate, acceleration."""
         deg = 57.29577951308232
         return [

@@ -69,8 +69,10 @@ class Bus:
 
     def _read(self) -> None:
         self.input.setsockopt(
-            socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, struct.pack("=IIII", 0x180, 0x780, 0x6E2, 0x7FF)
-        )  # fmt: skip
+            socket.SOL_CAN_RAW,
+            socket.CAN_RAW_FILTER,
+            struct.pack("=IIII", 0x180, 0x780, 0x6E2, 0x7FF),
+        )
         while not self._stop:
             if not select.select([self.input], [], [], 0.05)[0]:
                 continue
@@ -118,10 +120,19 @@ class Daemon:
     def __init__(self, interface: str = INTERFACE, *options: str) -> None:
         self.lines: list[str] = []
         self.process = subprocess.Popen(
-            [str(DAEMON), "--vehicle", str(VEHICLE), "--set",
-             "car.lateral_acceleration_position=-1.383", *options, interface],
-            stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
-        )  # fmt: skip
+            [
+                str(DAEMON),
+                "--vehicle",
+                str(VEHICLE),
+                "--set",
+                "car.lateral_acceleration_position=-1.383",
+                *options,
+                interface,
+            ],
+            stderr=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            text=True,
+        )
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
         assert self.said("running", 5.0), self.lines
@@ -285,9 +296,13 @@ class Report:
 
     rows: list[dict[str, Any]] = field(default_factory=list)
 
-    def add(self, scenario: str, said: str, counted: str, right_again_s: float | None) -> None:
+    def add(
+        self, scenario: str, said: str, counted: str, right_again_s: float | str | None
+    ) -> None:
         """One line of the table."""
-        again = "never wrong" if right_again_s is None else f"{1000 * right_again_s:.0f} ms"
+        again = right_again_s if isinstance(right_again_s, str) else "never wrong"
+        if isinstance(right_again_s, float):
+            again = f"after {1000 * right_again_s:.0f} ms"
         self.rows.append(
             {"scenario": scenario, "said": said, "counted": counted, "right again": again}
         )

@@ -72,8 +72,12 @@ def test_lost(bus, daemon, feeder, report):
         return kept
 
     counts, begin, end = inject(feeder, daemon, Fault(200, drop))
-    report.add("frames lost", f"{lost} withheld", rig.told(counts, "lost", "late", "timeout"),
-               right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "frames lost",
+        f"{lost} withheld",
+        rig.told(counts, "lost", "late", "timeout"),
+        right_again(bus, begin, end),
+    )
     assert counts["lost"] == lost
     assert "late" not in counts
     assert "repeated" not in counts
@@ -86,8 +90,12 @@ def test_long_loss_times_out(bus, daemon, feeder, report):
     assert off is not None
     assert rig.alarm_state(off) == 0
     after = f"InputsLost after {1000 * (off.time_s - begin):.0f} ms"
-    report.add("bus silent for 0.5 s", after, rig.told(counts, "timeout", "lost"),
-               right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "bus silent for 0.5 s",
+        after,
+        rig.told(counts, "timeout", "lost"),
+        right_again(bus, begin, end),
+    )
     assert counts["timeout"] == 4
     assert counts["lost"] == 200
     assert 0.05 < off.time_s - begin < 0.4
@@ -98,8 +106,12 @@ def test_doubled(bus, daemon, feeder, report):
     counts, begin, end = inject(
         feeder, daemon, Fault(100, lambda batch, n: [x for y in batch for x in (y, y)])
     )
-    report.add("frames doubled", "400 doubled", rig.told(counts, "repeated", "lost"),
-               right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "frames doubled",
+        "400 doubled",
+        rig.told(counts, "repeated", "lost"),
+        right_again(bus, begin, end),
+    )
     assert counts["repeated"] == 400
     assert "lost" not in counts
     assert "stuck" not in counts
@@ -117,8 +129,12 @@ def test_reordered(bus, daemon, feeder, report):
         return batch + kept
 
     counts, begin, end = inject(feeder, daemon, Fault(100, swap))
-    report.add("frames reordered", "200 out of order", rig.told(counts, "late", "lost"),
-               right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "frames reordered",
+        "200 out of order",
+        rig.told(counts, "late", "lost"),
+        right_again(bus, begin, end),
+    )
     assert counts["late"] == 200
     assert counts["lost"] == 200
 
@@ -133,8 +149,12 @@ def test_late(bus, daemon, feeder, report):
         return batch + (late if number % 5 == 0 else [])
 
     counts, begin, end = inject(feeder, daemon, Fault(100, hold))
-    report.add("frames again 50 ms late", "19 late", rig.told(counts, "late", "lost"),
-               right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "frames again 50 ms late",
+        "19 late",
+        rig.told(counts, "late", "lost"),
+        right_again(bus, begin, end),
+    )
     assert counts["late"] == 19
     assert "lost" not in counts
 
@@ -156,8 +176,12 @@ def test_corrupted(bus, daemon, feeder, report):
         return result
 
     counts, begin, end = inject(feeder, daemon, Fault(100, flip))
-    report.add("frames corrupted", f"{flipped} bits flipped", rig.told(counts, "crc", "lost"),
-               right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "frames corrupted",
+        f"{flipped} bits flipped",
+        rig.told(counts, "crc", "lost"),
+        right_again(bus, begin, end),
+    )
     assert counts["crc"] == flipped
     assert counts["lost"] <= flipped
 
@@ -173,8 +197,12 @@ def test_wrong_crc_for_long(bus, daemon, feeder, report):
     counts, begin, end = inject(feeder, daemon, Fault(50, spoil))
     off = bus.wait_for(rig.inputs_lost, since_s=begin)
     assert off is not None
-    report.add("car motion with a wrong CRC", f"InputsLost after {1000 * (off.time_s - begin):.0f} ms",
-               rig.told(counts, "crc", "timeout"), right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "car motion with a wrong CRC",
+        f"InputsLost after {1000 * (off.time_s - begin):.0f} ms",
+        rig.told(counts, "crc", "timeout"),
+        right_again(bus, begin, end),
+    )
     assert counts["crc"] == 50
     assert counts["timeout"] == 1
 
@@ -186,8 +214,12 @@ def test_wrong_length(bus, daemon, feeder, report):
         return [frame[:4] + bytes((7 * (number % 2),)) + frame[5:] for frame in batch]
 
     counts, begin, end = inject(feeder, daemon, Fault(5, cut))
-    report.add("wrong length", "20 frames of 0 or 7 bytes", rig.told(counts, "length"),
-               right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "wrong length",
+        "20 frames of 0 or 7 bytes",
+        rig.told(counts, "length"),
+        right_again(bus, begin, end),
+    )
     assert counts["length"] == 20
 
 
@@ -199,16 +231,22 @@ def test_stuck_counter(bus, daemon, feeder, report):
         if not first:
             first.append(batch[3])
         counter = first[0][9] & 15
-        return [*batch[:3], f.can_frame(f.TRAILER_MOTION,
-                                        f.protect(f.TRAILER_MOTION, counter, batch[3][10:16]))]  # fmt: skip
+        return [
+            *batch[:3],
+            f.can_frame(f.TRAILER_MOTION, f.protect(f.TRAILER_MOTION, counter, batch[3][10:16])),
+        ]
 
     counts, begin, end = inject(feeder, daemon, Fault(51, stick))
     told = bus.wait_for(
         lambda s: s.can_id == f.INPUTS and rig.input_state(s, 3) == 3, since_s=begin
     )
     assert told is not None
-    report.add("counter stuck", f"SwayInputs told it after {1000 * (told.time_s - begin):.0f} ms",
-               rig.told(counts, "repeated", "stuck"), right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "counter stuck",
+        f"SwayInputs told it after {1000 * (told.time_s - begin):.0f} ms",
+        rig.told(counts, "repeated", "stuck"),
+        right_again(bus, begin, end),
+    )
     assert counts["repeated"] == 50
     assert counts["stuck"] == 1
 
@@ -222,8 +260,12 @@ def test_out_of_range(bus, daemon, feeder, report):
         return [f.can_frame(f.STEERING, f.protect(f.STEERING, counter, payload)), *batch[1:]]
 
     counts, begin, end = inject(feeder, daemon, Fault(30, turn))
-    report.add("steering out of range", "30 samples of 3000 deg", rig.told(counts, "range"),
-               right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "steering out of range",
+        "30 samples of 3000 deg",
+        rig.told(counts, "range"),
+        right_again(bus, begin, end),
+    )
     assert counts["range"] == 30
 
 
@@ -236,8 +278,12 @@ def test_marked_invalid(bus, daemon, feeder, report):
         return [*batch[:3], f.can_frame(f.TRAILER_MOTION, data)]
 
     counts, begin, end = inject(feeder, daemon, Fault(30, mark))
-    report.add("trailer motion marked invalid", "30 frames, two signals each",
-               rig.told(counts, "invalid"), right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "trailer motion marked invalid",
+        "30 frames, two signals each",
+        rig.told(counts, "invalid"),
+        right_again(bus, begin, end),
+    )
     assert counts["invalid"] == 60
 
 
@@ -267,8 +313,12 @@ def test_frozen_sensor(bus, daemon, feeder, report):
     assert told is not None
     off = bus.wait_for(rig.inputs_lost, since_s=begin)
     assert off is not None
-    report.add("trailer yaw rate frozen", f"SwayInputs told it after {told.time_s - begin:.2f} s",
-               rig.told(counts, "frozen", "invalid"), right_again(bus, begin, end))  # fmt: skip
+    report.add(
+        "trailer yaw rate frozen",
+        f"SwayInputs told it after {told.time_s - begin:.2f} s",
+        rig.told(counts, "frozen", "invalid"),
+        right_again(bus, begin, end),
+    )
     assert counts["frozen"] == 1
     assert counts["invalid"] > 100
 
