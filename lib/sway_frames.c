@@ -369,6 +369,7 @@ static void encode_quality(const sway_status_t *s, uint8_t *data)
         .quality_model_disagrees = bit(s->quality, SWAY_QUALITY_MODEL_DISAGREES),
         .quality_equal_split = bit(s->quality, SWAY_QUALITY_EQUAL_SPLIT),
         .quality_user_inertia = bit(s->quality, SWAY_QUALITY_USER_INERTIA),
+        .quality_misfit = bit(s->quality, SWAY_QUALITY_MISFIT),
         .window_length = (uint16_t)clip(s->window_ms, 0, UINT16_MAX),
         .estimate_number = (uint16_t)(s->sequence & 0xFFFFU),
     };

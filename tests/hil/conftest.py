@@ -59,7 +59,8 @@ def feeder(bus: rig.Bus, daemon: rig.Daemon) -> Iterator[rig.Feeder]:
     assert bus.wait_for(rig.inputs_good)
     time.sleep(0.3)  # the ECU learns the periods of its messages
     yield made
-    made.stop()
+    if made.is_alive():
+        made.stop()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

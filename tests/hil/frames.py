@@ -21,9 +21,10 @@ _CAN_FRAME = struct.Struct("=IB3x8s")
 def _table() -> bytes:
     table = bytearray()
     for byte in range(256):
+        value = byte
         for _ in range(8):
-            byte = (byte << 1) ^ (0x11D if byte & 0x80 else 0)
-        table.append(byte)
+            value = (value << 1) ^ (0x11D if value & 0x80 else 0)
+        table.append(value)
     return bytes(table)
 
 
