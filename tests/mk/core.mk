@@ -36,3 +36,32 @@ $(B)/bench/cortex-%.elf: tests/bench/cortex.c $(ESTIMATOR_SOURCES) $(wildcard li
 bench-cortex: $(B)/bench/cortex-m4f.elf $(B)/bench/cortex-m0plus.elf
 	@echo "Cortex-M4"; $(call mps2_run,m4f,$(B)/bench/cortex-m4f.elf,)
 	@echo "Cortex-M0+"; $(call mps2_run,m0plus,$(B)/bench/cortex-m0plus.elf,)
+
+# --- no drift: a short run in the tests, 1e9 rows in the benchmark --------------------------------
+FAST_FORWARD := $(B)/bench/fast_forward
+$(FAST_FORWARD): tests/proofs/fast_forward.c lib/sway_spectrum.c lib/sway_ring.c lib/sway_real.c \
+    $(wildcard lib/*.h)
+	@mkdir -p $(@D)
+	@gcc -std=c99 -Wall -Wextra -O2 -DSWAY_CHANNELS=4 -Ilib $(filter %.c,$^) -o $@
+
+.PHONY: bench-drift
+bench-drift: $(FAST_FORWARD)
+	@$< 1000000000
+bench:: bench-drift
+test:: $(FAST_FORWARD)
+	@$< 2000000
+
+# --- fuzzers: make fuzz FUZZ_SECONDS=600; in the tests a few thousand runs ------------------------
+FUZZ_SECONDS ?= 60
+FUZZ_CC ?= clang
+$(B)/fuzz/%: tests/fuzz/%.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h) | $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $(@D)
+	@$(FUZZ_CC) -std=c99 -Wall -Wextra -O1 -g -fsanitize=fuzzer,address,undefined \
+	    -fno-sanitize-recover=all -Wno-sign-compare $(DEFINE) $(INCLUDE) $< $(ESTIMATOR_SOURCES) \
+	    $(KISSFFT_DIR)/kiss_fft.c -lm -o $@
+
+.PHONY: fuzz
+fuzz: $(B)/fuzz/fuzz_track $(B)/fuzz/fuzz_real
+	@for f in $^; do mkdir -p $$f.corpus; \
+	    $$f -max_total_time=$(FUZZ_SECONDS) -max_len=400 -print_final_stats=1 -artifact_prefix=$$f- \
+	    $$f.corpus 2>&1 | tail -n 8; done
