@@ -141,15 +141,31 @@ static bool accept_time(sway_grid_t *grid, const sway_grid_input_t *in, int64_t 
     return true;
 }
 
+/* delta * part / span, rounded, for 0 <= part < span. Short spans, and those are all that count as
+ * data, need no 64-bit division: delta = q span + r, and r part < 2^32. */
+static int32_t share(int32_t delta, int64_t part, int64_t span)
+{
+    const uint32_t size = delta < 0 ? 0U - (uint32_t)delta : (uint32_t)delta;
+    uint32_t result;
+    if (span < 65536) {
+        const uint32_t short_span = (uint32_t)span;
+        const uint32_t rest = size % short_span * (uint32_t)part; // below 65535^2
+        result = size / short_span * (uint32_t)part + rest / short_span +
+                 (uint32_t)(rest % short_span >= short_span - rest % short_span);
+    } else {
+        result =
+            (uint32_t)(((uint64_t)size * (uint64_t)part + (uint64_t)span / 2U) / (uint64_t)span);
+    }
+    return delta < 0 ? -(int32_t)result : (int32_t)result;
+}
+
 static int32_t interpolate(const sway_grid_input_t *from, int64_t to_us, int32_t to, int64_t at_us)
 {
     const int64_t span = to_us - from->time_us;
     if (span <= 0 || at_us == to_us) {
         return to;
     }
-    const int64_t product = ((int64_t)to - from->value) * (at_us - from->time_us);
-    const int64_t half = product < 0 ? -(span / 2) : span / 2;
-    return from->value + (int32_t)((product + half) / span);
+    return from->value + share(to - from->value, at_us - from->time_us, span);
 }
 
 /* Fills the waiting rows after the input's last sample up to that of now. */

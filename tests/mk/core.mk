@@ -26,12 +26,32 @@ include port/mps2/mps2.mk
 KISSFFT_TARGET := -DNDEBUG '-DKISS_FFT_MALLOC(n)=((void *)0)' '-DKISS_FFT_FREE(p)=((void)(p))'
 CORTEX_INCLUDE := -Ilib -isystem $(KISSFFT_DIR) $(DEFINE)
 
+# CMSIS-DSP for comparison; its FFTs as a relocatable object per core.
+CMSIS := $(B)/third_party/cmsisdsp
+CMSIS_SOURCES := $(addprefix $(CMSIS)/Source/,CommonTables/arm_common_tables.c \
+    CommonTables/arm_const_structs.c $(addprefix TransformFunctions/arm_,bitreversal.c \
+    bitreversal2.c cfft_init_q15.c cfft_init_q31.c cfft_q15.c cfft_q31.c cfft_radix4_q15.c \
+    cfft_radix4_q31.c))
+CMSIS_INCLUDE := -isystem tests/bench/cmsis -isystem $(CMSIS)/Include -isystem $(CMSIS)/PrivateInclude
+
+$(CMSIS)/Include/arm_math.h: tests/bench/cmsis/requirements.txt | $(VENV)/stamp-run
+	@mkdir -p $(CMSIS)
+	@echo "fetching CMSIS-DSP"
+	@$(PIP) download --no-deps --no-binary :all: --no-build-isolation --require-hashes -r $< \
+	    -d $(CMSIS)
+	@tar xzf $(CMSIS)/cmsisdsp-*.tar.gz --strip-components=1 -C $(CMSIS)
+	@touch $@
+
 $(B)/bench/cortex-%.elf: tests/bench/cortex.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h) \
-    $(wildcard port/mps2/*) | $(KISSFFT_DIR)/kiss_fft.h
-	@mkdir -p $(@D)
-	@$(ARM_CC) $(MPS2_CPU_$*) -O2 -mthumb -ffunction-sections -fdata-sections -w $(DEFINE) $(KISSFFT_TARGET) \
-	    -c $(KISSFFT_DIR)/kiss_fft.c -o $(@:.elf=-kiss.o)
-	@$(call mps2_link,$*,$@,$< $(ESTIMATOR_SOURCES) $(@:.elf=-kiss.o),$(CORTEX_INCLUDE)) -lm
+    $(wildcard port/mps2/*) $(CMSIS)/Include/arm_math.h | $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $(@D)/cortex-$*
+	@echo "CC $@"
+	@for source in $(KISSFFT_DIR)/kiss_fft.c $(CMSIS_SOURCES); do \
+	    $(ARM_CC) $(MPS2_CPU_$*) -O2 -mthumb -ffunction-sections -fdata-sections -w $(DEFINE) \
+	    $(KISSFFT_TARGET) $(CMSIS_INCLUDE) -c $$source \
+	    -o $(@D)/cortex-$*/$$(basename $$source .c).o; done
+	@$(call mps2_link,$*,$@,$< $(ESTIMATOR_SOURCES) $(@D)/cortex-$*/*.o,$(CORTEX_INCLUDE) \
+	    $(CMSIS_INCLUDE) -DWITH_CMSIS) -lm
 
 bench-cortex: $(B)/bench/cortex-m4f.elf $(B)/bench/cortex-m0plus.elf
 	@echo "Cortex-M4"; $(call mps2_run,m4f,$(B)/bench/cortex-m4f.elf,)
