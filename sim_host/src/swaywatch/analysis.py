@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,7 +33,7 @@ UNUSABLE = ("no_oscillation", "seeking", "singular", "misfit", "slow", "no_speed
 """Quality flags of estimates that are left out of means."""
 
 FEWEST_FREE = 8
-"""Estimates of a free oscillation needed to say something of its damping: half a window's length."""
+"""Estimates of a free oscillation that its damping needs at least: half a window's length."""
 
 _FORCES = tuple(f"wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
 _LOADS = tuple(f"wheel_vertical_load_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
@@ -134,25 +136,39 @@ def analyze(
     tell("reading", 0.0, 1.0)
     drives = load_drives(paths, signals_path, join=join)
     tell("reading", 1.0, 1.0)
-    results = []
     for drive in drives:
         _must_have(drive, vehicle, signals_path)
-        findings = check_drive(drive, vehicle)
-        wrong = [finding for finding in findings if finding.severity == "error"]
-        if strict and wrong:
-            listed = "\n  ".join(finding.text for finding in wrong)
-            raise SignalError(
-                f"{', '.join(map(str, drive.files))}: the signals do not fit together:\n  "
-                f"{listed}\n(--ignore-quality analyses it all the same)"
-            )
-        name = drive.name
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        # The core runs in C without the interpreter's lock, beside the checks of the data.
+        running = [pool.submit(_run_core, drive, vehicle, tell) for drive in drives]
+        checks = [check_drive(drive, vehicle) for drive in drives]
+        if strict:
+            for drive, findings in zip(drives, checks, strict=True):
+                _refuse_wrong(drive, findings)
+        return [
+            conclude(drive, vehicle, core.result(), findings)
+            for drive, core, findings in zip(drives, running, checks, strict=True)
+        ]
 
-        def tell_core(done: float, name: str = name, total: float = drive.duration_s) -> None:
-            tell(f"analysing {name}", done, total)
 
-        estimates = analyze_drive(drive, vehicle, tell_core)
-        results.append(conclude(drive, vehicle, estimates, findings))
-    return results
+def _run_core(
+    drive: Drive, vehicle: Vehicle, tell: Callable[[str, float, float], None]
+) -> Estimates:
+    def tell_core(done: float) -> None:
+        tell(f"analysing {drive.name}", done, drive.duration_s)
+
+    return analyze_drive(drive, vehicle, tell_core)
+
+
+def _refuse_wrong(drive: Drive, findings: list[Finding]) -> None:
+    """Raise if a sign, a unit or a clock is wrong."""
+    wrong = [finding for finding in findings if finding.severity == "error"]
+    if wrong:
+        listed = "\n  ".join(finding.text for finding in wrong)
+        raise SignalError(
+            f"{', '.join(map(str, drive.files))}: the signals do not fit together:\n  "
+            f"{listed}\n(--ignore-quality analyses it all the same)"
+        )
 
 
 def _must_have(drive: Drive, vehicle: Vehicle, signals_path: Path) -> None:

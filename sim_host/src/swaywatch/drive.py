@@ -111,6 +111,7 @@ class Drive:
     remarks: tuple[str, ...] = field(default=())
     frames: int = 0
     formats: tuple[str, ...] = ()
+    lost_frames: int = 0
 
     @property
     def duration_s(self) -> float:
@@ -506,6 +507,7 @@ def _joined(group: list[_Piece], signals: Path) -> Drive:
         remarks,
         sum(_count(piece.recording) for piece in group),
         tuple(dict.fromkeys(piece.recording.format for piece in group)),
+        sum(piece.recording.dropped_frames for piece in group),
     )
 
 

@@ -24,6 +24,9 @@ _Terms = dict[tuple[str, ...], FloatArray]
 
 RATE_HZ = 100.0
 GRAVITY = 9.80665
+LIVELIEST = 12000
+"""Samples (two minutes) that are enough to find a delay from."""
+
 BROKEN = 0.6
 """A relation whose rest is above this part of its largest term does not hold."""
 
@@ -51,7 +54,7 @@ class Finding:
         ``error``: results would be wrong; ``warning``: some are affected; ``info``.
     kind
         ``gap``, ``stuck``, ``clipped``, ``spike``, ``sign_or_unit``, ``delay``, ``clock``,
-        ``load``, ``missing``, ``remark``.
+        ``load``, ``loss``, ``remark``.
     signals
         Names in the recording.
     text
@@ -124,6 +127,16 @@ def check_drive(drive: Drive, vehicle: Vehicle) -> list[Finding]:
         wrong = _check_factors(drive, relations) or _check_steering(drive, vehicle, grid)
         findings += wrong or (
             _check_drift(drive, grid, relations) or _check_delays(drive, grid, relations)
+        )
+    if drive.lost_frames:
+        findings.append(
+            Finding(
+                "warning",
+                "loss",
+                (),
+                f"the logger lost {drive.lost_frames} frames ({', '.join(drive_files(drive))}); "
+                "estimates are from what is there",
+            )
         )
     findings += [Finding("info", "remark", (), remark) for remark in drive.remarks]
     order = {"error": 0, "warning": 1, "info": 2}
@@ -719,7 +732,7 @@ def _unexplained(broken: list[Relation], drive: Drive) -> list[Finding]:
 
 def _check_delays(drive: Drive, grid: Grid, relations: list[Relation]) -> list[Finding]:
     """The one channel whose shift in time lets the tight relations hold better."""
-    tight = [relation for relation in relations if relation.tight]
+    tight = _liveliest([relation for relation in relations if relation.tight])
     if not tight:
         return []
     now = _badness([relation.rest() for relation in tight])
@@ -793,11 +806,25 @@ def _delays_by_part(
         here = max(float(np.std(term)) for term in cut[0].terms.values())
         if here < 0.3 * strong or len(part) < grid.rate_hz:
             continue
+        cut = _liveliest(cut)
         delay_s = _best_delay(cut, names, grid.rate_hz)
         if max(_shifted_rest(relation, names, delay_s, grid.rate_hz) for relation in cut) < 0.4:
             delays.append(delay_s)
             middles.append(float(np.mean(part)) / grid.rate_hz)
     return np.array(delays), np.array(middles)
+
+
+def _liveliest(relations: list[Relation]) -> list[Relation]:
+    """The stretch of LIVELIEST samples with most motion, of a long drive."""
+    if not relations:
+        return relations
+    motion = next(iter(relations[0].terms.values())) ** 2
+    if len(motion) <= LIVELIEST:
+        return relations
+    total = np.concatenate([[0.0], np.cumsum(motion)])
+    start = int(np.argmax(total[LIVELIEST:] - total[:-LIVELIEST]))
+    part = slice(start, start + LIVELIEST)
+    return [Relation(r.name, {key: term[part] for key, term in r.terms.items()}) for r in relations]
 
 
 def _shifted_rest(relation: Relation, names: set[str], delay_s: float, rate_hz: float) -> float:

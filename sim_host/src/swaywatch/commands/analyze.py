@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,10 @@ def add_parser(subparsers: Any) -> None:
         "--ignore-quality", action="store_true",
         help="analyse even if a sign, a unit or a clock is wrong",
     )  # fmt: skip
+    parser.add_argument(
+        "--accept-losses", action="store_true",
+        help="exit code 0 even if the logger says that it lost frames",
+    )  # fmt: skip
     parser.add_argument("--no-report", action="store_true", help="no HTML report")
 
 
@@ -69,8 +74,16 @@ def run(args: argparse.Namespace) -> int:
         written = write_outputs(results, args.out, args.estimates, report=not args.no_report)
     for result in results:
         print_summary(console, result)
+    lost = sum(result.drive.lost_frames for result in results)
     for path in written:
         console.print(str(path), style="bold" if path.suffix == ".html" else "", soft_wrap=True)
+    if lost and not args.accept_losses:
+        print(
+            f"swaywatch analyze: the logger lost {lost} frames, so the results cover only part of "
+            "the drive (exit code 3; --accept-losses makes it 0)",
+            file=sys.stderr,
+        )
+        return 3
     return 0
 
 

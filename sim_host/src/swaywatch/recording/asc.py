@@ -41,6 +41,10 @@ def read(path: Path) -> Recording:
         )
     _check_last_line(path, whole)
     recording = pythoncan.collect(can.ASCReader(text, relative_timestamp=False), path, "ASC")
+    if "begin triggerblock" in whole.lower() and "end triggerblock" not in whole[-4096:].lower():
+        recording = recording.with_note(
+            "no `End TriggerBlock`: the file may be cut off between two lines"
+        )
     found = sum(1 for _ in _FRAME.finditer(whole))
     frames = recording.frames
     assert frames is not None

@@ -30,6 +30,7 @@ ALARM_COLOUR = {
     "critical": "#d64545",
 }  # fmt: skip
 MAX_POINTS = 3000
+MAX_ESTIMATES = 1200
 WIDTH = 1240
 
 
@@ -57,14 +58,16 @@ def _layout(figure: go.Figure, height: int, legend: bool = True) -> go.Figure:
         template="plotly_white",
         height=height,
         width=WIDTH,
-        margin={"l": 78, "r": 24, "t": 34, "b": 52},
+        margin={"l": 92, "r": 24, "t": 34, "b": 52},
         font={"family": "Helvetica, Arial, sans-serif", "size": 13, "color": "#1f2937"},
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0},
         showlegend=legend,
         hovermode="x unified",
     )
     figure.update_xaxes(showline=True, linecolor="#9ca3af", ticks="outside", zeroline=False)
-    figure.update_yaxes(showline=True, linecolor="#9ca3af", ticks="outside", zeroline=False)
+    figure.update_yaxes(
+        showline=True, linecolor="#9ca3af", ticks="outside", zeroline=False, automargin=False
+    )
     return figure
 
 
@@ -81,6 +84,20 @@ def _last_axis(figure: go.Figure) -> str:
     return str(max(names, key=lambda name: int(name.removeprefix("xaxis") or 1)))
 
 
+def _every(*columns: FloatArray) -> tuple[FloatArray, ...]:
+    """At most MAX_ESTIMATES rows, evenly taken."""
+    step = -(-len(columns[0]) // MAX_ESTIMATES)
+    return tuple(column[::step] for column in columns)
+
+
+def _thin_mask(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """At most MAX_ESTIMATES of the marked rows, evenly taken."""
+    rows = np.flatnonzero(mask)
+    kept = np.zeros_like(mask)
+    kept[rows[:: max(1, -(-len(rows) // MAX_ESTIMATES))]] = True
+    return kept
+
+
 def _band(
     figure: go.Figure,
     time: FloatArray,
@@ -94,40 +111,32 @@ def _band(
     if not len(time):
         return
     step = 3.0 * float(np.median(np.diff(time))) if len(time) > 2 else 1.0
-    ends = [*np.flatnonzero(np.diff(time) > step).tolist(), len(time) - 1]
+    part = np.concatenate([[0], np.cumsum(np.diff(time) > step)])
+    t, y, e, p = _every(time, value, 2.0 * error, part)
+    line_x, line_y, band_x, band_y = [], [], [], []
+    gap = np.array([np.nan])
+    for number in np.unique(p):
+        here = p == number
+        line_x += [t[here], gap]
+        line_y += [y[here], gap]
+        band_x += [t[here], t[here][::-1], gap]
+        band_y += [(y + e)[here], (y - e)[here][::-1], gap]
     place: dict[str, Any] = {"row": row, "col": 1} if row else {}
-    start = 0
-    for number, end in enumerate(ends):
-        part = slice(start, end + 1)
-        start = end + 1
-        t, y, e = time[part], value[part], 2.0 * error[part]
-        figure.add_trace(
-            go.Scatter(
-                x=np.concatenate([t, t[::-1]]),
-                y=np.concatenate([y + e, (y - e)[::-1]]),
-                mode="lines",
-                fill="toself",
-                fillcolor=_faint(colour),
-                line={"width": 0},
-                hoverinfo="skip",
-                showlegend=False,
-                legendgroup=name,
-            ),
-            **place,
-        )
-        figure.add_trace(
-            go.Scatter(
-                x=t,
-                y=y,
-                mode="lines+markers" if len(t) < 4 else "lines",
-                line={"color": colour, "width": 2},
-                marker={"size": 4},
-                name=name,
-                legendgroup=name,
-                showlegend=number == 0,
-            ),
-            **place,
-        )
+    figure.add_trace(
+        go.Scatter(
+            x=np.concatenate(band_x), y=np.concatenate(band_y), mode="lines", fill="toself",
+            fillcolor=_faint(colour), line={"width": 0}, hoverinfo="skip", showlegend=False,
+            legendgroup=name,
+        ),
+        **place,
+    )  # fmt: skip
+    figure.add_trace(
+        go.Scatter(
+            x=np.concatenate(line_x), y=np.concatenate(line_y), mode="lines+markers",
+            line={"color": colour, "width": 2}, marker={"size": 2.5}, name=name, legendgroup=name,
+        ),
+        **place,
+    )  # fmt: skip
 
 
 def _inner_range(value: FloatArray, error: FloatArray, spread: float = 0.1) -> list[float]:
@@ -264,7 +273,7 @@ def time_frequency(result: DriveResult) -> go.Figure | None:
         )
     )  # fmt: skip
     estimates = result.estimates
-    good = usable(estimates)
+    good = _thin_mask(usable(estimates))
     if good.any():
         figure.add_trace(
             go.Scatter(
@@ -296,7 +305,7 @@ def oscillation(result: DriveResult) -> go.Figure | None:
     _band(figure, time, a, a_se, GREEN, "amplitude", 2)
     free = good & ~estimates.flagged("forced")
     z, z_se = estimates["damping_ratio"], estimates["damping_ratio_se"]
-    forced = good & ~free
+    forced = _thin_mask(good & ~free)
     figure.add_trace(
         go.Scatter(
             x=estimates.time_s[forced], y=z[forced], mode="markers",
@@ -337,10 +346,11 @@ def stiffness(result: DriveResult) -> go.Figure | None:
         value = estimates[f"{axle}.cornering_stiffness_n_per_rad"][mask] * 1e-3
         error = estimates[f"{axle}.cornering_stiffness_se_n_per_rad"][mask] * 1e-3
         _band(figure, time, value, error, COLOUR[axle], AXLE_NAMES[axle], 1)
-        argument = estimates[f"{axle}.argument_rad"][mask] * DEG
+        thin = _thin_mask(mask)
+        argument = estimates[f"{axle}.argument_rad"][thin] * DEG
         arguments.append(argument)
         figure.add_trace(
-            go.Scatter(x=time, y=argument, mode="markers", showlegend=False,
+            go.Scatter(x=estimates.time_s[thin], y=argument, mode="markers", showlegend=False,
                        marker={"color": COLOUR[axle], "size": 3}, name=AXLE_NAMES[axle]),
             row=2, col=1,
         )  # fmt: skip
@@ -374,6 +384,7 @@ def loads(result: DriveResult) -> go.Figure | None:
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.07)
     for axle in axles:
         mask = good & estimates.has(f"{axle}_load")
+        mask = _thin_mask(mask)
         time = estimates.time_s[mask]
         effective = estimates[f"{axle}.effective_load_n"][mask] * 1e-3
         error = estimates[f"{axle}.effective_load_se_n"][mask] * 1e-3
@@ -422,7 +433,7 @@ def margin_against_speed(results: list[DriveResult]) -> go.Figure | None:
         )  # fmt: skip
     colours = (RED, GREEN, PINK, ORANGE)
     for number, result in enumerate(results):
-        free = usable(result.estimates) & ~result.estimates.flagged("forced")
+        free = _thin_mask(usable(result.estimates) & ~result.estimates.flagged("forced"))
         if not free.any():
             continue
         figure.add_trace(
