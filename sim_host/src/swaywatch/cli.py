@@ -1,7 +1,8 @@
 """``swaywatch COMMAND``: finds the commands, runs one, turns bad input into a message.
 
 Exit code 0: done; 1: the input is at fault (one message on stderr says what and where);
-2: wrong usage of the command line; 3: done, but the logger says that it lost frames; 130: interrupted.
+2: wrong usage of the command line; 3: done, but the logger says that it lost frames;
+130: interrupted.
 """
 
 from __future__ import annotations

@@ -6,12 +6,13 @@ import re
 from pathlib import Path
 
 import can
+import numpy as np
 
 from swaywatch.errors import RecordingError
 from swaywatch.recording import pythoncan
 from swaywatch.recording.frames import Frames, Recording
 
-_ROW = re.compile(r"^[ \t]*\d+\)?[ \t]+\d+[.,]?\d*[ \t]+\S", re.MULTILINE)
+_ROW = re.compile(r"^[ \t]*[^;\s]", re.MULTILINE)
 _NO_DATA_TYPES = re.compile(
     r"^[ \t]*\d+\)?[ \t]+\d+[.,]?\d*[ \t]+(?:ST|EC|ER|EV|Warng|Error)\b", re.MULTILINE
 )
@@ -46,5 +47,10 @@ def read(path: Path) -> Recording:
 
 
 def write(path: Path, frames: Frames) -> None:
-    """Write frames as TRC 2.1 (times relative to the first frame, 1 us)."""
+    """Write frames as TRC 2.1 (times relative to the first frame, 1 us); classic CAN only."""
+    if np.any(frames.length > 8):
+        raise RecordingError(
+            f"{path}: TRC is written for classic CAN only, and a frame holds "
+            f"{int(frames.length.max())} bytes; choose .mf4, .blf, .asc, .log, .csv or .parquet"
+        )
     pythoncan.write(path, frames)
