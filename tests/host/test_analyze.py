@@ -98,7 +98,7 @@ def test_report_json_and_estimates_are_written(tmp_path: Path, suffix: str) -> N
 
 def test_missing_signals_switch_off_their_results_only(tmp_path: Path) -> None:
     lines = (P01 / "signals.toml").read_text().splitlines()
-    kept = [line for line in lines if not line.startswith(("wheel", "hitch"))]
+    kept = [line for line in lines if not line.startswith(("wheel", "hitch", "trailer_lat"))]
     signals = tmp_path / "signals.toml"
     text = "\n".join(kept).replace("../measurement.dbc", str(DATA / "practice/measurement.dbc"))
     signals.write_text(text)
@@ -110,8 +110,28 @@ def test_missing_signals_switch_off_their_results_only(tmp_path: Path) -> None:
     assert code == 0
     drive = json.loads((out / "summary.json").read_text())["drives"][0]
     assert "frequency_hz" in drive["values"]
-    assert not any("cornering_stiffness" in name for name in drive["values"])
     off = {entry["result"] for entry in drive["switched_off"]}
-    assert "cornering stiffness of the car's rear axle" in off
+    assert "effective load of the car's rear axle" in off
+    assert "cornering stiffness of the trailer's rear axle" in off
     assert "frequency and damping of the oscillation" not in off
+    assert not any(name.startswith("trailer_rear") for name in drive["values"])
     assert "switched off" in (out / "report.html").read_text()
+
+
+def test_forces_from_the_balances_are_said_to_be_indirect(tmp_path: Path) -> None:
+    lines = (P01 / "signals.toml").read_text().splitlines()
+    kept = [line for line in lines if not line.startswith(("wheel", "hitch"))]
+    signals = tmp_path / "signals.toml"
+    text = "\n".join(kept).replace("../measurement.dbc", str(DATA / "practice/measurement.dbc"))
+    signals.write_text(text)
+    out = tmp_path / "out"
+    code = main(
+        ["analyze", str(P01 / "run1.blf"), "--vehicle", str(P01 / "vehicle.toml"),
+         "--signals", str(signals), "--out", str(out)]
+    )  # fmt: skip
+    assert code == 0
+    drive = json.loads((out / "summary.json").read_text())["drives"][0]
+    found = drive["values"]["car_rear.cornering_stiffness_n_per_rad"]["value"]
+    assert found == pytest.approx(185.2e3, rel=0.05)
+    indirect = {entry["result"] for entry in drive["indirect"]}
+    assert "cornering stiffness of the car's rear axle" in indirect

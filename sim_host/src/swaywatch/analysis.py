@@ -40,22 +40,40 @@ _LOADS = tuple(f"wheel_vertical_load_{wheel}" for wheel in ("fl", "fr", "rl", "r
 _CAR = ("speed", "car_yaw_rate", "car_lateral_acceleration")
 _TRAILER = ("trailer_yaw_rate", "trailer_lateral_acceleration")
 
-NEEDS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("frequency and damping of the oscillation", ("trailer_yaw_rate",)),
-    ("whether the driver steers with the oscillation", ("steering_wheel_angle",)),
+
+def _trailer(names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(f"trailer_{name}" for name in names)
+
+
+NEEDS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    ("frequency and damping of the oscillation", "line", ("trailer_yaw_rate",)),
+    ("telling free from steered oscillations", "", ("steering_wheel_angle",)),
     (
         "cornering stiffness of the car's front axle",
+        "car_front",
         (*_CAR, "steering_wheel_angle", *_FORCES[:2]),
     ),
-    ("cornering stiffness of the car's rear axle", (*_CAR, *_FORCES[2:])),
-    ("cornering stiffness of the trailer's axles", (*_CAR, *_TRAILER, "hitch_lateral_force")),
-    ("effective axle loads of the car", (*_FORCES, *_LOADS)),
-    ("effective axle loads of the trailer", tuple(f"trailer_{name}" for name in (*_LOADS,))),
-    ("yaw inertia of the car", ("car_yaw_rate", *_FORCES, "hitch_lateral_force")),
-    ("yaw inertia of the trailer", (*_TRAILER, "hitch_lateral_force")),
-    ("critical speed and margin", ("speed",)),
+    ("cornering stiffness of the car's rear axle", "car_rear", (*_CAR, *_FORCES[2:])),
+    (
+        "cornering stiffness of the trailer's front axle",
+        "trailer_front",
+        (*_CAR, *_TRAILER, *_trailer(_FORCES[:2])),
+    ),
+    (
+        "cornering stiffness of the trailer's rear axle",
+        "trailer_rear",
+        (*_CAR, *_TRAILER, *_trailer(_FORCES[2:])),
+    ),
+    ("effective load of the car's front axle", "car_front_load", (*_FORCES[:2], *_LOADS[:2])),
+    ("effective load of the car's rear axle", "car_rear_load", (*_FORCES[2:], *_LOADS[2:])),
+    ("effective load of the trailer's front axle", "trailer_front_load", _trailer(_LOADS[:2])),
+    ("effective load of the trailer's rear axle", "trailer_rear_load", _trailer(_LOADS[2:])),
+    ("yaw inertia of the car", "car_inertia", ("car_yaw_rate", *_FORCES, "hitch_lateral_force")),
+    ("yaw inertia of the trailer", "trailer_inertia", (*_TRAILER, "hitch_lateral_force")),
+    ("critical speed and margin", "critical_speed", ("speed",)),
 )
-"""Results, and the channels each needs."""
+"""Results, the bit of ``valid`` that says they are there, and the channels they are best had from.
+"""
 
 
 @dataclass(frozen=True)
@@ -89,6 +107,7 @@ class DriveResult:
     values: dict[str, Value]
     alarms: list[AlarmInterval]
     switched_off: list[tuple[str, tuple[str, ...]]]
+    indirect: list[tuple[str, tuple[str, ...]]]
     sentences: list[str] = field(default_factory=list)
 
 
@@ -191,6 +210,7 @@ def conclude(
     """Means over the usable estimates, alarms, and what could not be said."""
     good = usable(estimates)
     values = _values(estimates, good)
+    off, indirect = _lacking(drive, vehicle, estimates)
     return DriveResult(
         drive,
         vehicle,
@@ -198,7 +218,8 @@ def conclude(
         findings,
         values,
         alarm_intervals(estimates, drive.duration_s),
-        _switched_off(drive, vehicle),
+        off,
+        indirect,
     )
 
 
@@ -287,18 +308,34 @@ def alarm_intervals(estimates: Estimates, end_s: float) -> list[AlarmInterval]:
     return intervals
 
 
-def _switched_off(drive: Drive, vehicle: Vehicle) -> list[tuple[str, tuple[str, ...]]]:
-    """Results that cannot be had, with the channels they lack."""
-    off = []
-    for result, needed in NEEDS:
-        if vehicle.trailer is None and "trailer" in " ".join(needed) + result:
+def _lacking(
+    drive: Drive, vehicle: Vehicle, estimates: Estimates
+) -> tuple[list[tuple[str, tuple[str, ...]]], list[tuple[str, tuple[str, ...]]]]:
+    """Results that cannot be had, and those had indirectly, with the channels they lack.
+
+    Without force sensors the core takes forces from the balances of the bodies, with the masses and
+    inertias of the vehicle.toml: such results are there, but rest on more beliefs.
+    """
+    off, indirect = [], []
+    for result, bit, needed in NEEDS:
+        if not _concerns(vehicle, result, bit):
             continue
         lacking = tuple(name for name in needed if name not in drive.channels)
         if vehicle.trailer is None:
-            lacking = tuple(name for name in lacking if not name.startswith("hitch"))
-        if lacking:
+            lacking = tuple(n for n in lacking if not n.startswith(("hitch", "trailer")))
+        if lacking and bit and len(estimates) and estimates.has(bit).any():
+            indirect.append((result, lacking))
+        elif lacking:
             off.append((result, lacking))
-    return off
+    return off, indirect
+
+
+def _concerns(vehicle: Vehicle, result: str, bit: str) -> bool:
+    """Whether the vehicle has what the result is about."""
+    if vehicle.trailer is None:
+        return "trailer" not in result
+    single = vehicle.trailer.front_axle_to_cog is None
+    return not (single and bit.startswith("trailer_front"))
 
 
 def flag_share(estimates: Estimates) -> dict[str, float]:
@@ -347,6 +384,10 @@ def as_json(result: DriveResult) -> dict[str, Any]:
         "switched_off": [
             {"result": name, "missing_channels": list(channels)}
             for name, channels in result.switched_off
+        ],
+        "indirect": [
+            {"result": name, "missing_channels": list(channels)}
+            for name, channels in result.indirect
         ],
         "estimates": len(result.estimates),
         "fault_count": result.estimates.fault_count,

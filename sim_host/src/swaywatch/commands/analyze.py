@@ -144,8 +144,18 @@ def print_summary(console: Console, result: DriveResult) -> None:
         if finding.severity != "info":
             style = "red" if finding.severity == "error" else "yellow"
             console.print(f"{finding.severity}: {finding.text}", style=style, markup=False)
-    for name, channels in result.switched_off:
-        console.print(f"switched off: {name} (no {', '.join(channels)})", style="dim", markup=False)
+    for kind, entries in (("switched off", result.switched_off), ("indirect", result.indirect)):
+        for name, channels in entries:
+            lacking = _short(channels)
+            console.print(f"{kind}: {name} (no {lacking})", style="dim", markup=False)
+
+
+def _short(channels: tuple[str, ...]) -> str:
+    """Channel names with the wheels of a role taken together."""
+    wheels = ("_fl", "_fr", "_rl", "_rr")
+    return ", ".join(
+        dict.fromkeys(name[:-3] if name.endswith(wheels) else name for name in channels)
+    )
 
 
 def _rows(result: DriveResult) -> list[tuple[str, str, str, str]]:

@@ -180,7 +180,7 @@ def _drive(result: DriveResult) -> str:
         _figure(figures.signals(result), "Left and right wheels of an axle are added."),
         "<h3>Data quality</h3>",
         _findings(result),
-        "<h3>Results that are switched off</h3>",
+        "<h3>Results that are switched off, or rest on less</h3>",
         _switched_off(result),
         "<h3>Which signal plays which role</h3>",
         _channels(result),
@@ -240,13 +240,19 @@ def _findings(result: DriveResult) -> str:
 
 
 def _switched_off(result: DriveResult) -> str:
-    if not result.switched_off:
+    if not result.switched_off and not result.indirect:
         return "<p>None: every signal that a result needs is there.</p>"
-    rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{html.escape(', '.join(channels))}</td></tr>"
-        for name, channels in result.switched_off
+    kinds = (
+        ("switched off", result.switched_off),
+        ("from the balances of the bodies, with the vehicle.toml's masses", result.indirect),
     )
-    return f"<table><tr><th>result</th><th>missing channels</th></tr>{rows}</table>"
+    rows = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{kind}</td>"
+        f"<td>{html.escape(', '.join(channels))}</td></tr>"
+        for kind, entries in kinds
+        for name, channels in entries
+    )
+    return f"<table><tr><th>result</th><th></th><th>for lack of</th></tr>{rows}</table>"
 
 
 def _channels(result: DriveResult) -> str:

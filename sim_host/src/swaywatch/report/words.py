@@ -151,7 +151,14 @@ def _stiffness(result: DriveResult) -> str:
         if believed:
             text += f" ({100 * (found.value / believed - 1):+.1f} % against the vehicle.toml)"
         parts.append(text)
-    return "Cornering stiffness: " + "; ".join(parts) + "." if parts else ""
+    if not parts:
+        return ""
+    shared = flag_share(result.estimates).get("equal_split", 0.0) > 0.3
+    note = (
+        " The trailer's axles share their total force in the ratio of the vehicle.toml's "
+        "stiffnesses and the measured slips: their sum is measured, their ratio is not."
+    )
+    return "Cornering stiffness: " + "; ".join(parts) + "." + (note if shared else "")
 
 
 def _changes(result: DriveResult) -> str:
