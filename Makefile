@@ -75,8 +75,9 @@ $(VENV)/stamp-package: $(VENV)/stamp-run $(PACKAGE_SOURCES) $(wildcard lib/*.c l
     $(B)/codec/swaywatch_dbc.c $(KISSFFT_DIR)/kiss_fft.h
 ifneq ($(wildcard sim_host/pyproject.toml),)
 	@echo "building the Python package"
-	@KISSFFT_DIR="$(abspath $(KISSFFT_DIR))" SWAYWATCH_CODEC_DIR="$(abspath $(B)/codec)" \
-	    $(PIP) --no-deps --no-build-isolation -e sim_host
+	@rm -rf $(B)/pip && mkdir -p $(B)/pip # objects of ../lib land beside the temporary folder
+	@TMPDIR="$(abspath $(B)/pip)" KISSFFT_DIR="$(abspath $(KISSFFT_DIR))" \
+	    SWAYWATCH_CODEC_DIR="$(abspath $(B)/codec)" $(PIP) --no-deps --no-build-isolation -e sim_host
 endif
 	@touch $@
 
