@@ -103,12 +103,17 @@ def load_scenario(path: Path | str, seed: int | None = None) -> Scenario:
 
 
 def read_scenario(
-    content: dict[str, Any], name: str, folder: Path, place: str, seed: int | None = None
+    content: dict[str, Any],
+    name: str,
+    folder: Path,
+    place: str,
+    seed: int | None = None,
+    vehicle: Vehicle | None = None,
 ) -> Scenario:
-    """A scenario from the content of its TOML."""
+    """A scenario from the content of its TOML; a vehicle given here replaces the file it names."""
     table = Table(content, place)
-    vehicle = table.raw("vehicle")
-    if not isinstance(vehicle, str):
+    file = table.raw("vehicle")
+    if not isinstance(file, str):
         raise ScenarioError(f'{place}: vehicle is missing; e.g. vehicle = "vehicle.toml"')
     duration = table.number("duration_s", 1.0, 7200.0, "s")
     speed = table.number("speed_kmh", 5.0, 300.0, "km/h") / 3.6
@@ -117,7 +122,7 @@ def read_scenario(
     number = table.number("seed", 0, 2**31, "1", 1)
     scenario = Scenario(
         name=name,
-        vehicle=load_vehicle(folder / vehicle),
+        vehicle=load_vehicle(folder / file) if vehicle is None else vehicle,
         model=table.word("model", MODELS, MODELS[0]),
         seed=int(number) if seed is None else seed,
         duration_s=duration,
