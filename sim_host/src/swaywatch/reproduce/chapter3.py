@@ -9,10 +9,28 @@ import plotly.graph_objects as go
 
 from swaywatch.models.single_track import PARAMETERS, SingleTrack
 from swaywatch.reproduce.page import (
-    BLUE, COLOURS, GREEN, GREY, ORANGE, RED, Chapter, Check, Figure, Table, styled,
+    BLUE,
+    COLOURS,
+    GREEN,
+    GREY,
+    ORANGE,
+    RED,
+    Chapter,
+    Check,
+    Figure,
+    styled,
 )  # fmt: skip
 from swaywatch.reproduce.study import (
-    CAR, KMH, TRAILER, VEHICLE, Setup, State, identify, in_parallel, ladder_of, ladders,
+    CAR,
+    KMH,
+    TRAILER,
+    VEHICLE,
+    Setup,
+    State,
+    identify,
+    in_parallel,
+    ladder_of,
+    ladders,
 )  # fmt: skip
 from swaywatch.vehicle import Vehicle
 
@@ -224,6 +242,3 @@ def _stiffness(chapter: Chapter, model: SingleTrack, workers: int | None) -> Non
     chapter.checks.append(
         Check("Fig. 3-7: worst distance of simulated drives to the line", 0.0, worst, 0.1, "km/h")
     )
-
-
-__all__ = ["Table", "changed", "make"]

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swaywatch.core import AXLES, Estimates, analyze_drive
 from swaywatch.drive import Drive
 from swaywatch.models.double_track import Trace
-from swaywatch.models.layout import Array
 from swaywatch.simulate.run import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario
 from swaywatch.vehicle import Car, Trailer, Vehicle
@@ -42,7 +42,11 @@ VEHICLE = Vehicle(CAR, TRAILER)
 
 @dataclass(frozen=True)
 class Setup:
-    """One drive to simulate: an impulse at a speed."""
+    """One drive to simulate: an impulse at a speed.
+
+    Identified are the windows whose middle lies ``first_s`` to ``last_s`` after that of the first
+    whole window of free oscillation.
+    """
 
     vehicle: Vehicle = VEHICLE
     speed_kmh: float = 107.9
@@ -53,6 +57,8 @@ class Setup:
     sensors: str = "perfect"
     speed_control: bool = False
     seed: int = 1
+    first_s: float = 0.5
+    last_s: float = 6.0
 
 
 def drive_of(setup: Setup) -> tuple[Drive, Trace]:
@@ -63,9 +69,7 @@ def drive_of(setup: Setup) -> tuple[Drive, Trace]:
         "speed_kmh": setup.speed_kmh,
         "seed": setup.seed,
         "speed_control": setup.speed_control,
-        "manoeuvre": [
-            {"kind": "impulse", "start_s": setup.start_s, "angle_deg": setup.angle_deg}
-        ],
+        "manoeuvre": [{"kind": "impulse", "start_s": setup.start_s, "angle_deg": setup.angle_deg}],
         "physics": [dict(effect) for effect in setup.physics],
         "sensors": {"preset": setup.sensors},
         "timing": {"jitter_s": 0.0, "latency_s": 0.0} if setup.sensors == "perfect" else {},
@@ -100,11 +104,8 @@ class State:
     model_v_crit_kmh: float = float("nan")
 
 
-def identify(setup: Setup, first_s: float = 0.5, last_s: float = 6.0) -> State:
+def identify(setup: Setup) -> State:
     """Simulate, run the core, and average its usable estimates.
-
-    Windows count whose middle lies ``first_s`` to ``last_s`` after the earliest possible one, the
-    first whole window of free oscillation.
 
     Raises
     ------
@@ -113,10 +114,12 @@ def identify(setup: Setup, first_s: float = 0.5, last_s: float = 6.0) -> State:
     """
     drive, _ = drive_of(setup)
     estimates = analyze_drive(drive, setup.vehicle)
-    return state_of(estimates, setup, first_s, last_s)
+    return state_of(estimates, setup)
 
 
-def free_rows(estimates: Estimates, begin_s: float, first_s: float, last_s: float) -> Array:
+def free_rows(
+    estimates: Estimates, begin_s: float, first_s: float, last_s: float
+) -> NDArray[np.bool_]:
     """Estimates whose whole window lies in the free oscillation after ``begin_s``."""
     middle = estimates.time_s
     free = estimates.has("line") & (middle - 0.5 * estimates["window_s"] >= begin_s)
@@ -127,9 +130,9 @@ def free_rows(estimates: Estimates, begin_s: float, first_s: float, last_s: floa
     return np.asarray(rows)
 
 
-def state_of(estimates: Estimates, setup: Setup, first_s: float, last_s: float) -> State:
+def state_of(estimates: Estimates, setup: Setup) -> State:
     """Averages over the rows of :func:`free_rows`, weighted by their standard errors."""
-    rows = free_rows(estimates, setup.start_s + 0.5 / 0.675, first_s, last_s)
+    rows = free_rows(estimates, setup.start_s + 0.5 / 0.675, setup.first_s, setup.last_s)
 
     def mean(name: str, extra: str | None = None) -> float:
         use = rows if extra is None else rows & estimates.has(extra)
@@ -193,8 +196,11 @@ def ladder_of(states: Sequence[State], degree: int = 1) -> Ladder:
 
 
 def ladders(
-    setups: Sequence[Setup], offsets_kmh: Sequence[float], around_kmh: Sequence[float],
-    workers: int | None = None, degree: int = 1,
+    setups: Sequence[Setup],
+    offsets_kmh: Sequence[float],
+    around_kmh: Sequence[float],
+    workers: int | None = None,
+    degree: int = 1,
 ) -> list[Ladder]:
     """Ladders of several set-ups at once, each around its own expected critical speed."""
     jobs = [
