@@ -121,7 +121,8 @@ def _signals(setup: Setup) -> Figure:
         for name, text, colour in channels:
             channel = drive.channels[name]
             plot.add_scatter(x=channel.time_s, y=factor * channel.value, name=text,
-                             line={"color": colour, "width": 1.2}, row=number, col=1)  # fmt: skip
+                             line={"color": colour, "width": 1.2}, showlegend=number == 3,
+                             row=number, col=1)  # fmt: skip
         plot.update_yaxes(title=label, row=number, col=1)
     plot.update_xaxes(title="time [s]", row=len(rows), col=1)
     return Figure(
@@ -151,7 +152,8 @@ def _speed(vehicle: Vehicle) -> Figure:
     plot.update_xaxes(title="time [s]", row=2, col=1)
     return Figure(
         "Fig. 5-6: speed controller without and with feed-forward", styled(plot, 420),
-        "The oscillation takes speed away; the feed-forward gives the drive force back at once.",
+        "The oscillation takes speed away; the feed-forward answers the deceleration before there "
+        "is an error of speed.",
     )  # fmt: skip
 
 
