@@ -46,23 +46,30 @@ static q30_t to_q30(sway_complex_t z)
     return result;
 }
 
-void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, sway_real_t growth,
-                      sway_real_t omega, bool harmonics)
+void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_pole_t *pole,
+                      bool harmonics)
 {
-    /* From the end where |z| = 1 towards the other, so that |z| only falls. */
-    const bool backward = sway_real_sign(growth) > 0;
+    /* From the end where |z| = 1 towards the other, so that |z| only falls. The angle at u blocks
+     * from the middle is omega u + chirp u^2 / 2: the first step turns by
+     * +-omega - chirp (half - 1/2), every step by chirp more than the one before. */
+    const bool backward = sway_real_sign(pole->growth) > 0;
     const sway_real_t half = sway_real_ratio((int64_t)blocks - 1, 2);
-    const sway_real_t decay = sway_real_neg(sway_real_abs(growth));
-    const sway_real_t angle = sway_real_mul(omega, half);
-    const sway_complex_t start = sway_complex_unit(backward ? angle : sway_real_neg(angle));
-    const sway_complex_t turn = sway_complex_unit(backward ? sway_real_neg(omega) : omega);
-    const q30_t step = to_q30(sway_complex_scale(turn, sway_real_exp(decay)));
-    q30_t z = to_q30(start);
+    const sway_real_t short_half = sway_real_ratio((int64_t)blocks - 2, 2);
+    const sway_real_t decay = sway_real_neg(sway_real_abs(pole->growth));
+    const sway_real_t omega = backward ? sway_real_neg(pole->omega) : pole->omega;
+    const sway_real_t bow = sway_real_scale(sway_real_mul(half, pole->chirp), -1);
+    const sway_real_t start = sway_real_mul(half, sway_real_sub(bow, omega));
+    const sway_real_t first = sway_real_sub(omega, sway_real_mul(pole->chirp, short_half));
+    const sway_real_t fall = sway_real_exp(decay);
+    const q30_t bend = to_q30(sway_complex_unit(pole->chirp));
+    q30_t step = to_q30(sway_complex_scale(sway_complex_unit(first), fall));
+    q30_t z = to_q30(sway_complex_unit(start));
     basis->blocks = blocks;
     basis->scale = sway_real_exp(sway_real_mul(decay, half));
     for (uint32_t i = 0; i < blocks; i++) {
         fill_block(basis, backward ? blocks - 1U - i : i, z, harmonics);
         z = q30_product(z, step);
+        step = pole->chirp.m != 0 ? q30_product(step, bend) : step;
     }
 }
 

@@ -2,7 +2,7 @@
 /// solves.
 ///
 /// Columns over the blocks b = 0..n-1 of a window, tau = (2 b - n + 1) / (n - 1) in [-1, 1], and
-/// z = scale e^((growth + j omega) (b - (n-1)/2)) with the largest |z| = 1:
+/// z = scale e^((growth + j omega) (b - (n-1)/2)) with the largest |z| = 1 (and a known chirp):
 ///     0, 1: Re z, -Im z       x = a Re z - b Im z is Re((a + j b) z)
 ///     2, 3: 1, tau            mean and slope
 ///     4, 5: Re z^2, -Im z^2   6, 7: Re z^3, -Im z^3
@@ -41,10 +41,17 @@ typedef struct {
     sway_real_t second_variance; ///< of parameters 4, 5, mean of both; n = 8 only
 } sway_fit_system_t;
 
-/// Makes the columns for growth and omega per block, 4 to 7 only if asked for; blocks 2..64,
-/// |growth| (n-1)/2 <= 8.
-void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, sway_real_t growth,
-                      sway_real_t omega, bool harmonics);
+/// Shape of the line, per block: z = scale e^(growth u + j (omega u + chirp u^2 / 2)), u = b -
+/// (n-1)/2.
+typedef struct {
+    sway_real_t growth; ///< |growth| (n-1)/2 <= 8
+    sway_real_t omega;
+    sway_real_t chirp; ///< known change of omega per block; 0 for a line of one frequency
+} sway_fit_pole_t;
+
+/// Makes the columns, 4 to 7 only if asked for; blocks 2..64.
+void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_pole_t *pole,
+                      bool harmonics);
 /// Products of columns first..last with those up to themselves and with 8 and 9.
 /// sway_fit_gram(basis, 0, 3) makes what n = 4 needs; then (basis, 4, 5), (basis, 6, 7) what n = 8
 /// adds.

@@ -36,17 +36,21 @@ sway_grid_config_t sway_grid_default(int32_t sample_period_us)
     return config;
 }
 
+static bool within(int32_t value, int32_t low, int32_t high)
+{
+    return value >= low && value <= high;
+}
+
 static bool config_is_good(const sway_grid_config_t *config)
 {
     const int32_t period = config->sample_period_us;
-    if (period < 1000 || period > 100000 || config->max_gap_us < period ||
-        config->max_gap_us > JUMP_US || config->max_speed_gap_us < period ||
-        config->max_speed_gap_us > RESTART_US || config->max_wait_us < 0 ||
-        config->max_wait_us > period * (SWAY_GRID_ROWS - 2)) {
+    if (!within(period, 1000, 100000) || !within(config->max_gap_us, period, JUMP_US) ||
+        !within(config->max_speed_gap_us, period, RESTART_US) ||
+        !within(config->max_wait_us, 0, period * (SWAY_GRID_ROWS - 2))) {
         return false;
     }
     for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
-        if (config->delay_us[i] < -500000 || config->delay_us[i] > 500000) {
+        if (!within(config->delay_us[i], -500000, 500000)) {
             return false;
         }
     }
@@ -107,6 +111,33 @@ static bool refuse_time(sway_grid_t *grid)
     return false;
 }
 
+/* A stamp before the input's last or far behind the rows. After many in a row the clock counts as
+ * restarted. */
+static bool accept_old(sway_grid_t *grid, int64_t time_us)
+{
+    if (grid->refused + 1U < REFUSALS_TO_RESTART) {
+        return refuse_time(grid);
+    }
+    count(&grid->faults.time_backward);
+    start_at(grid, time_us);
+    return true;
+}
+
+/* A stamp far ahead of all others: believed when a second one is near it. */
+static bool accept_jump(sway_grid_t *grid, int64_t time_us)
+{
+    const int64_t apart = time_us - grid->suspect_us;
+    if (!grid->suspected || apart > JUMP_US || apart < -JUMP_US) {
+        grid->suspected = true;
+        grid->suspect_us = time_us;
+        return refuse_time(grid);
+    }
+    if (time_us > grid->newest_time_us + RESTART_US) {
+        start_at(grid, time_us);
+    }
+    return true;
+}
+
 /* Whether the stamp can be believed; keeps the clock of the grid. */
 static bool accept_time(sway_grid_t *grid, const sway_grid_input_t *in, int64_t time_us)
 {
@@ -115,23 +146,11 @@ static bool accept_time(sway_grid_t *grid, const sway_grid_input_t *in, int64_t 
     }
     const bool old =
         (in->timed && time_us < in->time_us) || time_us < grid->next_time_us - SILENT_US;
-    if (old) {
-        if (grid->refused + 1U < REFUSALS_TO_RESTART) {
-            return refuse_time(grid);
-        }
-        count(&grid->faults.time_backward);
-        start_at(grid, time_us);
+    if (old && !accept_old(grid, time_us)) {
+        return false;
     }
-    if (time_us > grid->newest_time_us + JUMP_US) {
-        const int64_t apart = time_us - grid->suspect_us;
-        if (!grid->suspected || apart > JUMP_US || apart < -JUMP_US) {
-            grid->suspected = true;
-            grid->suspect_us = time_us;
-            return refuse_time(grid);
-        }
-        if (time_us > grid->newest_time_us + RESTART_US) {
-            start_at(grid, time_us);
-        }
+    if (time_us > grid->newest_time_us + JUMP_US && !accept_jump(grid, time_us)) {
+        return false;
     }
     grid->suspected = false;
     grid->refused = 0;
@@ -168,24 +187,30 @@ static int32_t interpolate(const sway_grid_input_t *from, int64_t to_us, int32_t
     return from->value + share(to - from->value, at_us - from->time_us, span);
 }
 
+static void put_row(sway_grid_t *grid, uint32_t slot, sway_input_t input, int32_t value, bool valid)
+{
+    const uint32_t bit = (uint32_t)1U << (uint32_t)input;
+    grid->row[slot][input] = value;
+    grid->filled[slot] |= bit;
+    grid->valid[slot] |= valid ? bit : 0U;
+}
+
 /* Fills the waiting rows after the input's last sample up to that of now. */
 static void fill_rows(sway_grid_t *grid, sway_input_t input, const sway_grid_input_t *now,
                       bool span_valid)
 {
     const sway_grid_input_t *last = &grid->input[input];
-    const uint32_t bit = (uint32_t)1U << (uint32_t)input;
     int64_t row = grid->next_time_us;
     if (now->time_us < row) {
         count(&grid->faults.late);
     }
     for (uint32_t i = 0; i < SWAY_GRID_ROWS && row <= now->time_us; i++) {
         const uint32_t slot = (grid->next_slot + i) & (SWAY_GRID_ROWS - 1U);
-        const bool between = last->timed && row > last->time_us;
-        if (between || row == now->time_us) {
-            grid->row[slot][input] =
-                between ? interpolate(last, now->time_us, now->value, row) : now->value;
-            grid->filled[slot] |= bit;
-            grid->valid[slot] |= span_valid || (row == now->time_us && now->usable) ? bit : 0U;
+        if (row == now->time_us) {
+            put_row(grid, slot, input, now->value, span_valid || now->usable);
+        } else if (last->timed && row > last->time_us) {
+            put_row(grid, slot, input, interpolate(last, now->time_us, now->value, row),
+                    span_valid);
         }
         row += grid->config.sample_period_us;
     }
@@ -281,20 +306,17 @@ static void add_channel(sway_tick_t *tick, uint32_t channel, input_value_t value
     tick->present_mask |= seen ? SWAY_CHANNEL_BIT(channel) : 0U;
 }
 
-bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
+static bool row_is_ready(const sway_grid_t *grid)
 {
-    if (grid == NULL || tick == NULL || !grid->running ||
-        grid->newest_time_us < grid->next_time_us) {
+    if (!grid->running || grid->newest_time_us < grid->next_time_us) {
         return false;
     }
-    const uint32_t slot = grid->next_slot;
-    if ((awaited(grid) & ~grid->filled[slot]) != 0U &&
-        grid->newest_time_us - grid->next_time_us < grid->config.max_wait_us) {
-        return false;
-    }
-    memset(tick, 0, sizeof *tick);
-    tick->time_us = grid->next_time_us;
-    tick->restart = grid->restart;
+    return (awaited(grid) & ~grid->filled[grid->next_slot]) == 0U ||
+           grid->newest_time_us - grid->next_time_us >= grid->config.max_wait_us;
+}
+
+static void add_channels(const sway_grid_t *grid, sway_tick_t *tick)
+{
     for (uint32_t c = 0; c < SWAY_CHANNEL_CAR_FRONT_FY; c++) {
         add_channel(tick, c, input_value(grid, c), grid->input[c].seen);
     }
@@ -307,6 +329,18 @@ bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
     }
     add_channel(tick, SWAY_CHANNEL_SPEED, input_value(grid, SWAY_INPUT_SPEED),
                 grid->input[SWAY_INPUT_SPEED].seen);
+}
+
+bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
+{
+    if (grid == NULL || tick == NULL || !row_is_ready(grid)) {
+        return false;
+    }
+    const uint32_t slot = grid->next_slot;
+    memset(tick, 0, sizeof *tick);
+    tick->time_us = grid->next_time_us;
+    tick->restart = grid->restart;
+    add_channels(grid, tick);
     grid->filled[slot] = 0;
     grid->valid[slot] = 0;
     grid->restart = false;

@@ -55,12 +55,6 @@ static uint32_t count_bits(uint64_t mask)
     return n;
 }
 
-sway_real_t sway_line_unit(sway_channel_t channel)
-{
-    return sway_real_ratio(
-        1, channel >= SWAY_CHANNEL_HITCH_FX && channel < SWAY_CHANNEL_COUNT ? 1000 : 1000000);
-}
-
 void sway_line_init(sway_line_job_t *job)
 {
     memset(job, 0, sizeof *job);
@@ -261,8 +255,11 @@ static uint32_t run_columns(sway_line_job_t *job, const sway_ring_t *ring)
     (void)ring;
     memset(&job->normal, 0, sizeof job->normal);
     job->channel = 0;
-    sway_fit_columns(&job->basis, job->basis.blocks, per_block(job, job->line.growth_1_s),
-                     per_block(job, job->line.omega_rad_s), needs_harmonics(job));
+    const sway_real_t per_s2 = per_block(job, job->config.chirp_rad_s2);
+    const sway_fit_pole_t pole = {.growth = per_block(job, job->line.growth_1_s),
+                                  .omega = per_block(job, job->line.omega_rad_s),
+                                  .chirp = per_block(job, per_s2)};
+    sway_fit_columns(&job->basis, job->basis.blocks, &pole, needs_harmonics(job));
     return job->final ? STATE_FACTORS : STATE_GRAM;
 }
 
@@ -696,9 +693,9 @@ static sway_real_t clamp(sway_real_t value, sway_real_t low, sway_real_t high)
     return sway_real_max(low, sway_real_min(value, high));
 }
 
-static sway_real_t hertz(const sway_line_job_t *job, int32_t mhz, int32_t percent)
+/* rad/s of a percentage of a frequency */
+static sway_real_t hertz(int32_t mhz, int32_t percent)
 {
-    (void)job;
     const sway_real_t turn = sway_real_scale(sway_real_pi(), 1);
     return sway_real_mul(turn, sway_real_ratio((int64_t)mhz * percent, 100000));
 }
@@ -756,8 +753,8 @@ static void take_step(sway_line_job_t *job, sway_real_t growth, sway_real_t omeg
     const sway_real_t new_omega =
         sway_real_add(job->line.omega_rad_s, sway_real_div(omega, job->half_s));
     job->line.growth_1_s = clamp(new_growth, sway_real_neg(steepest), steepest);
-    job->line.omega_rad_s = clamp(new_omega, hertz(job, job->config.frequency_min_mhz, 70),
-                                  hertz(job, job->config.frequency_max_mhz, 130));
+    job->line.omega_rad_s = clamp(new_omega, hertz(job->config.frequency_min_mhz, 70),
+                                  hertz(job->config.frequency_max_mhz, 130));
 }
 
 static bool stands_out(const sway_line_job_t *job)
@@ -782,37 +779,44 @@ static bool second_is_large(const sway_line_channel_t *channel)
     return sway_real_less(bar, second) && sway_real_less(noise, second);
 }
 
+/* The line stands out, lies in the band, is known to a tenth and turns at least once. */
+static bool is_oscillation(const sway_line_job_t *job)
+{
+    const sway_real_t omega = job->line.omega_rad_s;
+    const sway_real_t tenth = sway_real_mul(omega, sway_real_ratio(1, 10));
+    const sway_real_t turn = sway_real_mul(omega, job->half_s); // pi for a whole one
+    return stands_out(job) && !sway_real_less(omega, hertz(job->config.frequency_min_mhz, 100)) &&
+           !sway_real_less(hertz(job->config.frequency_max_mhz, 100), omega) &&
+           !sway_real_less(tenth, job->line.omega_se_rad_s) &&
+           !sway_real_less(turn, sway_real_pi());
+}
+
+static bool is_nonlinear(const sway_line_job_t *job)
+{
+    static const sway_channel_t yaw[] = {SWAY_CHANNEL_CAR_YAW_RATE, SWAY_CHANNEL_TRAILER_YAW_RATE};
+    bool any = false;
+    for (int i = 0; i < 2; i++) {
+        any = any || ((job->used_mask & SWAY_CHANNEL_BIT(yaw[i])) != 0U &&
+                      second_is_large(&job->line.channel[yaw[i]]));
+    }
+    return any;
+}
+
 static void finish(sway_line_job_t *job)
 {
     sway_line_t *line = &job->line;
-    const sway_real_t blow = sway_real_div(job->normal.inflated, job->normal.all);
-    const sway_real_t tenth =
-        sway_real_scale(sway_real_mul(line->omega_rad_s, sway_real_ratio(1, 10)), 0);
-    line->growth_se_1_s =
-        sway_real_div(sway_real_sqrt(sway_real_mul(job->covariance[0], blow)), job->half_s);
-    line->omega_se_rad_s =
-        sway_real_div(sway_real_sqrt(sway_real_mul(job->covariance[2], blow)), job->half_s);
-    const bool in_band =
-        !sway_real_less(line->omega_rad_s, hertz(job, job->config.frequency_min_mhz, 100)) &&
-        !sway_real_less(hertz(job, job->config.frequency_max_mhz, 100), line->omega_rad_s);
-    const sway_real_t turns = sway_real_mul(line->omega_rad_s, job->half_s); // pi per oscillation
-    if (!stands_out(job) || !in_band || sway_real_less(tenth, line->omega_se_rad_s) ||
-        sway_real_less(turns, sway_real_pi())) {
-        line->flags |= SWAY_LINE_NO_OSCILLATION;
-    }
-    if (!job->converged) {
-        line->flags |= SWAY_LINE_NOT_CONVERGED;
-    }
-    if (sway_real_less(job->normal.all, sway_real_scale(job->normal.misfit, 1))) {
-        line->flags |= SWAY_LINE_MISFIT;
-    }
-    const uint32_t yaw = job->used_mask & (SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE) |
-                                           SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE));
-    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
-        if ((yaw & SWAY_CHANNEL_BIT(c)) != 0U && second_is_large(&line->channel[c])) {
-            line->flags |= SWAY_LINE_NONLINEAR;
-        }
-    }
+    const sway_line_normal_t *normal = &job->normal;
+    const sway_real_t blow = sway_real_div(normal->inflated, normal->all);
+    const sway_real_t growth_2 = sway_real_mul(job->covariance[0], blow);
+    const sway_real_t omega_2 = sway_real_mul(job->covariance[2], blow);
+    line->growth_se_1_s = sway_real_div(sway_real_sqrt(growth_2), job->half_s);
+    line->omega_se_rad_s = sway_real_div(sway_real_sqrt(omega_2), job->half_s);
+    line->flags |= is_oscillation(job) ? 0U : SWAY_LINE_NO_OSCILLATION;
+    line->flags |= job->converged ? 0U : SWAY_LINE_NOT_CONVERGED;
+    line->flags |= is_nonlinear(job) ? SWAY_LINE_NONLINEAR : 0U;
+    /* by channels that make up more than half of what is known of omega */
+    const bool misfit = sway_real_less(normal->all, sway_real_scale(normal->misfit, 1));
+    line->flags |= misfit ? SWAY_LINE_MISFIT : 0U;
 }
 
 static uint32_t fail(sway_line_job_t *job)
@@ -879,55 +883,4 @@ bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring)
     }
     job->state = slices[job->state](job, ring);
     return job->state != STATE_IDLE;
-}
-
-/* ---- what can be read from a line ---------------------------------------------------------- */
-
-void sway_line_damping(const sway_line_t *line, sway_real_t *ratio, sway_real_t *se)
-{
-    const sway_real_t g = line->growth_1_s;
-    const sway_real_t o = line->omega_rad_s;
-    const sway_real_t norm = sway_real_add(square(g), square(o));
-    const sway_real_t size = sway_real_sqrt(norm);
-    const sway_real_t by_g = sway_real_mul(o, line->growth_se_1_s);
-    const sway_real_t by_o = sway_real_mul(g, line->omega_se_rad_s);
-    const sway_real_t spread = sway_real_sqrt(sway_real_add(square(by_g), square(by_o)));
-    *ratio = sway_real_neg(sway_real_div(g, size));
-    *se = sway_real_div(sway_real_mul(o, spread), sway_real_mul(norm, size));
-}
-
-static sway_real_t line_share(const sway_line_channel_t *channel)
-{
-    const sway_real_t power = sway_real_scale(sway_complex_norm(channel->amplitude), -1);
-    return sway_real_div(power, sway_real_add(power, square(channel->noise_rms)));
-}
-
-sway_error_t sway_line_ratio(const sway_line_t *line, sway_channel_t numerator,
-                             sway_channel_t denominator, int32_t numerator_delay_us,
-                             sway_line_ratio_t *result)
-{
-    if (line == NULL || result == NULL || (uint32_t)numerator >= SWAY_CHANNELS ||
-        (uint32_t)denominator >= SWAY_CHANNELS) {
-        return SWAY_ERROR_ARGUMENT;
-    }
-    const uint32_t both = SWAY_CHANNEL_BIT(numerator) | SWAY_CHANNEL_BIT(denominator);
-    if ((line->valid_mask & both) != both) {
-        return SWAY_ERROR_NO_DATA;
-    }
-    const sway_line_channel_t *a = &line->channel[numerator];
-    const sway_line_channel_t *b = &line->channel[denominator];
-    const sway_real_t size = sway_complex_abs(b->amplitude);
-    if (size.m == 0) {
-        return SWAY_ERROR_SINGULAR;
-    }
-    const sway_real_t delay_s = sway_real_ratio(numerator_delay_us, 1000000);
-    const sway_complex_t turn =
-        sway_complex_scale(sway_complex_unit(sway_real_mul(line->omega_rad_s, delay_s)),
-                           sway_real_exp(sway_real_mul(line->growth_1_s, delay_s)));
-    result->ratio = sway_complex_mul(sway_complex_div(a->amplitude, b->amplitude), turn);
-    const sway_real_t scaled = sway_real_mul(sway_complex_abs(result->ratio), b->amplitude_se);
-    const sway_real_t spread = sway_real_add(square(a->amplitude_se), square(scaled));
-    result->se = sway_real_div(sway_real_sqrt(spread), size);
-    result->coherence = sway_real_sqrt(sway_real_mul(line_share(a), line_share(b)));
-    return SWAY_OK;
 }

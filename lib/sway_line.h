@@ -63,6 +63,7 @@ typedef struct {
     int32_t frequency_max_mhz;
     int32_t steering_quiet_urad; ///< see sway_track_config_t
     int32_t speed_change_milli;
+    sway_real_t chirp_rad_s2; ///< known change of omega, |chirp| (window / 2)^2 <= 1 rad; or 0
 } sway_line_config_t;
 
 /// Weighed sums of all channels for the common parameters, growth and omega times half the window.

@@ -41,6 +41,7 @@ static void empty(sway_track_t *track)
     track->state = TRACK_IDLE;
     track->locked = false;
     track->lost = 0;
+    track->past_count = 0;
     track->rows_to_hop = SEEK_HOP;
 }
 
@@ -91,18 +92,55 @@ static void give_up(sway_track_t *track, uint32_t flags)
     track->rows_to_hop = SEEK_HOP;
 }
 
+/* Change of omega over about one window, in rad/s2; 0 where it is within 4 standard errors, or more
+ * than 1 rad at the ends of the window. */
+static sway_real_t known_chirp(const sway_track_t *track, uint32_t window)
+{
+    const sway_real_t none = sway_real_int(0);
+    if (!track->locked || track->past_count < SWAY_TRACK_HISTORY) {
+        return none;
+    }
+    const uint32_t oldest = track->past_count % SWAY_TRACK_HISTORY;
+    const uint32_t newest = (track->past_count - 1U) % SWAY_TRACK_HISTORY;
+    const sway_real_t change = sway_real_sub(track->past_omega[newest], track->past_omega[oldest]);
+    const sway_real_t se_new = track->past_se[newest];
+    const sway_real_t se_old = track->past_se[oldest];
+    const sway_real_t spread =
+        sway_real_add(sway_real_mul(se_new, se_new), sway_real_mul(se_old, se_old));
+    const sway_real_t bar = sway_real_scale(spread, 4);
+    const sway_real_t span_s =
+        sway_real_ratio(track->past_us[newest] - track->past_us[oldest], 1000000);
+    const sway_real_t chirp = sway_real_div(change, span_s);
+    const sway_real_t half_s =
+        sway_real_ratio((int64_t)window * track->config.sample_period_us, 2000000);
+    const sway_real_t bow = sway_real_mul(sway_real_abs(chirp), sway_real_mul(half_s, half_s));
+    const bool known =
+        sway_real_less(bar, sway_real_mul(change, change)) && sway_real_less(bow, sway_real_int(1));
+    return known ? chirp : none;
+}
+
+static void remember(sway_track_t *track)
+{
+    const uint32_t at = track->past_count % SWAY_TRACK_HISTORY;
+    track->past_omega[at] = track->line.omega_rad_s;
+    track->past_se[at] = track->line.omega_se_rad_s;
+    track->past_us[at] = track->line.mid_time_us;
+    track->past_count += 1U;
+}
+
 static void start_line(sway_track_t *track, sway_real_t omega_rad_s)
 {
     const sway_track_config_t *config = &track->config;
+    const uint32_t wanted = wanted_window(track, omega_rad_s);
+    const uint32_t filled = track->ring.filled;
+    const uint32_t window = wanted < filled ? wanted : filled;
     const sway_line_config_t line = {.sample_period_us = config->sample_period_us,
                                      .channel_mask = config->channel_mask,
                                      .frequency_min_mhz = config->frequency_min_mhz,
                                      .frequency_max_mhz = config->frequency_max_mhz,
                                      .steering_quiet_urad = config->steering_quiet_urad,
-                                     .speed_change_milli = config->speed_change_milli};
-    const uint32_t wanted = wanted_window(track, omega_rad_s);
-    const uint32_t filled = track->ring.filled;
-    const uint32_t window = wanted < filled ? wanted : filled;
+                                     .speed_change_milli = config->speed_change_milli,
+                                     .chirp_rad_s2 = known_chirp(track, window)};
     const bool enough = 10U * window >= 7U * wanted;
     if (!enough ||
         sway_line_start(&track->job, &line, &track->ring, window, omega_rad_s) != SWAY_OK) {
@@ -190,12 +228,14 @@ static void take_line(sway_track_t *track)
         track->locked = true;
         track->lost = 0;
         track->omega_rad_s = track->line.omega_rad_s;
+        remember(track);
         follow_window(track);
     } else {
         track->lost += 1U;
         track->locked = track->locked && track->lost < LOST_LIMIT;
     }
     if (!track->locked) {
+        track->past_count = 0;
         track->line.flags |= SWAY_LINE_SEEKING;
     }
     track->sequence += 1U;

@@ -3,6 +3,8 @@
 /// Push every row of the grid, then call sway_track_run() a fixed number of times (at least
 /// SWAY_TRACK_SLICES) per row: each call is one bounded slice. Every window/16 rows an estimate
 /// starts; its result replaces the last one and `sequence` counts up.
+/// Where the frequency has changed over the last window by more than 4 standard errors, the
+/// estimate takes that change as known (a chirp), so that a drifting line is not misread.
 #ifndef SWAY_TRACK_H
 #define SWAY_TRACK_H
 
@@ -25,6 +27,9 @@ typedef struct {
     int32_t speed_change_milli; ///< change of speed over a window, of its mean x 1000, that flags
 } sway_track_config_t;
 
+/// Good estimates that are kept to see how the frequency changes; a power of two.
+#define SWAY_TRACK_HISTORY 16
+
 typedef struct {
     sway_track_config_t config;
     sway_ring_t ring;
@@ -38,6 +43,10 @@ typedef struct {
     uint32_t state;
     bool locked;
     sway_real_t omega_rad_s; ///< start of the next estimate
+    sway_real_t past_omega[SWAY_TRACK_HISTORY];
+    sway_real_t past_se[SWAY_TRACK_HISTORY];
+    int64_t past_us[SWAY_TRACK_HISTORY];
+    uint32_t past_count; ///< since the line was found
 } sway_track_t;
 
 /// 2 oscillations, 0.25..2 Hz, all channels except the steering wheel, 1 deg, 5 %.

@@ -7,10 +7,10 @@ rad/s, 1/s, units of the samples, rad at mid-window; None for what the method do
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import control
 import numpy as np
-
 from estimator_core import RATE_HZ, Array, middle_time
 
 Result = tuple[float, float | None, float | None, float | None]
@@ -28,9 +28,7 @@ def _hann(x: Array) -> tuple[np.ndarray, Array]:
     return spectrum, np.abs(spectrum) * 4 / rows
 
 
-def _from_bin(
-    x: Array, spectrum: np.ndarray, peak: int, offset: float, amplitude: float
-) -> Result:
+def _from_bin(x: Array, spectrum: np.ndarray, peak: int, offset: float, amplitude: float) -> Result:
     rows = len(x)
     omega = 2 * np.pi * (peak + offset) * RATE_HZ / rows
     start_phase = np.angle(spectrum[peak]) - offset * np.pi
@@ -91,7 +89,7 @@ def log_decrement(x: Array) -> Result:
     y = np.convolve(_detrended(x), np.ones(9) / 9, mode="same")
     crossings = np.flatnonzero(np.signbit(y[:-1]) != np.signbit(y[1:]))
     extremes = []
-    for first, last in zip(crossings[:-1], crossings[1:], strict=True):
+    for first, last in pairwise(crossings):
         if last - first < 20:
             continue
         at = first + 1 + int(np.argmax(np.abs(y[first + 1 : last + 1])))

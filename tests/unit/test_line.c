@@ -372,7 +372,7 @@ static void test_bad_arguments_are_refused(void)
     config = sway_track_default(999);
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config));
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(NULL, &config));
-    const sway_line_config_t line = {10000, 2, 250, 2000, 0, 0};
+    const sway_line_config_t line = {10000, 2, 250, 2000, 0, 0, {0, 0}};
     const sway_real_t omega = sway_real_int(4);
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
                           sway_line_start(&track.job, &line, &track.ring, 8, omega));
