@@ -553,6 +553,7 @@ static uint32_t run_second(sway_line_job_t *job, const sway_ring_t *ring)
 static int32_t median_magnitude(const int32_t *x, uint32_t n)
 {
     int32_t sorted[SWAY_FIT_BLOCKS];
+    sorted[0] = 0; // of no blocks
     for (uint32_t i = 0; i < n; i++) {
         const int32_t value = x[i] < 0 ? -x[i] : x[i];
         uint32_t at = i;

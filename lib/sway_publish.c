@@ -135,8 +135,8 @@ static uint32_t put_model(sway_status_t *status, const sway_publish_t *from)
 {
     const sway_margin_model_t *const model = from->model;
     uint32_t valid = 0;
-    status->source = model->source;
-    status->v_crit_kind = model->kind;
+    status->source = (int32_t)model->source;
+    status->v_crit_kind = (int32_t)model->kind;
     if (model->has_model) {
         valid |= SWAY_VALID_MODEL;
         status->model_damping_ratio_ppm = integer(model->damping_ratio, 1000000);

@@ -195,8 +195,7 @@ class Adapter:
         attributes = termios.tcgetattr(self.peer)
         attributes[3] &= ~termios.ECHO
         termios.tcsetattr(self.peer, termios.TCSANOW, attributes)
-        ioctl(self.line, NETWORK = Path("/sys/class/net")
-TIOCSETD, N_SLCAN.to_bytes(4, "little"))
+        ioctl(self.line, TIOCSETD, N_SLCAN.to_bytes(4, "little"))
         self.name = ({path.name for path in NETWORK.iterdir()} - known).pop()
         self.heard = b""
         self.deaf = False

@@ -1,4 +1,4 @@
-"""swaywatchd over candump logs: the same bytes as the Python path, and clear words for bad input."""
+"""swaywatchd over candump logs: the bytes of the Python path, and clear words for bad input."""
 
 from __future__ import annotations
 
@@ -116,9 +116,16 @@ def test_what_is_no_data_frame_is_counted_by_kind(good_log: Path, tmp_path: Path
 
 @pytest.mark.parametrize(
     "line",
-    [b"\xff\xfe\x00garbage", b"(abc) can0 120#00", b"(1.0) can0 120#001", b"120#0011", b"(1.0) can0 9999#00",
-     b"(1.0) can0 120#00112233445566778899", b"(" + b"1" * 400 + b") can0 120#00"],
-)  # fmt: skip
+    [
+        b"\xff\xfe\x00garbage",
+        b"(abc) can0 120#00",
+        b"(1.0) can0 120#001",
+        b"120#0011",
+        b"(1.0) can0 9999#00",
+        b"(1.0) can0 120#00112233445566778899",
+        b"(" + b"1" * 400 + b") can0 120#00",
+    ],
+)
 def test_unreadable_lines_are_told(good_log: Path, tmp_path: Path, line: bytes) -> None:
     log = tmp_path / "bad.log"
     log.write_bytes(line + b"\n" + good_log.read_bytes())
@@ -197,9 +204,10 @@ def test_wrong_vehicle_files_are_explained(tmp_path: Path, text: str, words: str
     assert done.stdout == ""
 
 
-@pytest.mark.parametrize("arguments", [[], ["vcan0"], ["--vehicle", "x"], ["--vehicle", "x", "a", "b"],
-                                       ["--vehicle", "x", "--replay", "a", "b"], ["--nonsense"]])  # fmt: skip
-def test_wrong_arguments_show_the_usage(arguments: list[str]) -> None:
-    done = subprocess.run([DAEMON, *arguments], capture_output=True, text=True, check=False)
+@pytest.mark.parametrize(
+    "arguments", ["", "vcan0", "--vehicle x", "--vehicle x a b", "--vehicle x --replay a b", "--no"]
+)
+def test_wrong_arguments_show_the_usage(arguments: str) -> None:
+    done = subprocess.run([DAEMON, *arguments.split()], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "usage: swaywatchd" in done.stderr
