@@ -8,7 +8,7 @@
 #ifndef SWAY_RING_SAMPLES
 #define SWAY_RING_SAMPLES 512
 #endif
-#if SWAY_RING_SAMPLES < 64 || SWAY_RING_SAMPLES > 8192 ||                                         \
+#if SWAY_RING_SAMPLES < 64 || SWAY_RING_SAMPLES > 8192 ||                                          \
     (SWAY_RING_SAMPLES & (SWAY_RING_SAMPLES - 1)) != 0
 #error "SWAY_RING_SAMPLES: a power of two from 64 to 8192"
 #endif

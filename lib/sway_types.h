@@ -75,7 +75,7 @@ typedef enum {
     SWAY_CHANNEL_TRAILER_REAR_FY,
     SWAY_CHANNEL_TRAILER_FRONT_FZ,
     SWAY_CHANNEL_TRAILER_REAR_FZ,
-    SWAY_CHANNEL_COUNT,                 ///< those before it have rings and lines
+    SWAY_CHANNEL_COUNT,                     ///< those before it have rings and lines
     SWAY_CHANNEL_SPEED = SWAY_CHANNEL_COUNT ///< kept as mean and slope over the window
 } sway_channel_t;
 

@@ -38,8 +38,7 @@
 #define __USAT(a, n) __usat(a, n)
 #define __PKHBT(a, b, n)                                                                           \
     ((((uint32_t)(a)) & 0x0000FFFFU) | ((((uint32_t)(b)) << (n)) & 0xFFFF0000U))
-#define __PKHTB(a, b, n)                                                                           \
-    ((((uint32_t)(a)) & 0xFFFF0000U) | ((((int32_t)(b)) >> (n)) & 0x0000FFFFU))
+#define __PKHTB(a, b, n) ((((uint32_t)(a)) & 0xFFFF0000U) | ((((int32_t)(b)) >> (n)) & 0x0000FFFFU))
 #else
 static inline int32_t sway_saturate(int32_t value, uint32_t bits)
 {
