@@ -23,15 +23,19 @@ static uint32_t get(const uint8_t *bytes, int count)
     return value;
 }
 
+/* Four bits at a time: a table of 64 bytes for a third of the time of single bits. */
 uint32_t sway_block_crc32(uint32_t crc, const void *bytes, size_t size)
 {
+    static const uint32_t table[16] = {0x00000000U, 0x1DB71064U, 0x3B6E20C8U, 0x26D930ACU,
+                                       0x76DC4190U, 0x6B6B51F4U, 0x4DB26158U, 0x5005713CU,
+                                       0xEDB88320U, 0xF00F9344U, 0xD6D6A3E8U, 0xCB61B38CU,
+                                       0x9B64C2B0U, 0x86D3D2D4U, 0xA00AE278U, 0xBDBDF21CU};
     const uint8_t *at = bytes;
     crc = ~crc;
     for (size_t i = 0; i < size; i++) {
         crc ^= at[i];
-        for (int bit = 0; bit < 8; bit++) {
-            crc = (crc >> 1) ^ ((crc & 1U) != 0U ? UINT32_C(0xEDB88320) : 0U);
-        }
+        crc = (crc >> 4) ^ table[crc & 15U];
+        crc = (crc >> 4) ^ table[crc & 15U];
     }
     return ~crc;
 }

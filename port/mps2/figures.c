@@ -5,62 +5,82 @@
 #include "bench.h"
 #include "semihosting.h"
 
-/* A histogram with 16 steps an octave: the median is known to 4 %, the longest call exactly. */
+/* Counts of a kind of call. A histogram with 16 steps an octave from 2^8 on: the median is known to
+ * 6 %, the longest exactly. */
 #define STEPS 16U
-#define BINS (24U * STEPS)
+#define FIRST_OCTAVE 8U
+#define OCTAVES 14U
+#define BINS (OCTAVES * STEPS)
+
+typedef struct {
+    uint32_t count;
+    uint32_t longest;
+    uint64_t total;
+    uint16_t bin[BINS];
+} counts_t;
 
 static uint32_t began_at;
-static uint32_t call;  // instructions of the frame at hand so far
-static uint32_t calls; // frames
-static uint32_t longest;
-static uint64_t total;
-static uint32_t histogram[BINS];
+static uint32_t call; // instructions of the frame at hand so far
+static uint32_t row;  // of the 10 ms at hand
+static int64_t row_number;
+static counts_t frames;
+static counts_t rows;
 
-static uint32_t bin_of(uint32_t count)
+static uint32_t bin_of(uint32_t instructions)
 {
-    uint32_t octave = 0;
-    while (count >> octave >= 2U * STEPS) {
+    uint32_t octave = FIRST_OCTAVE;
+    while (octave < FIRST_OCTAVE + OCTAVES - 1U && instructions >> (octave + 1U) != 0U) {
         octave++;
     }
-    const uint32_t bin = count < STEPS ? count : octave * STEPS + (count >> octave);
-    return bin < BINS ? bin : BINS - 1U;
+    const uint32_t step =
+        instructions >> octave == 0U ? 0U : (instructions >> (octave - 4U)) - STEPS;
+    return (octave - FIRST_OCTAVE) * STEPS + (step < STEPS ? step : STEPS - 1U);
 }
 
 static uint32_t bin_start(uint32_t bin)
 {
-    return bin < 2U * STEPS ? bin : (bin % STEPS + STEPS) << (bin / STEPS - 1U);
+    return (bin % STEPS + STEPS) << (bin / STEPS + FIRST_OCTAVE - 4U);
 }
 
-static uint32_t quantile(uint32_t per_mille)
+static void add(counts_t *counts, uint32_t instructions)
 {
-    uint64_t wanted = (uint64_t)calls * per_mille / 1000U;
+    uint16_t *bin = &counts->bin[bin_of(instructions)];
+    *bin = *bin == UINT16_MAX ? UINT16_MAX : (uint16_t)(*bin + 1U);
+    counts->count++;
+    counts->total += instructions;
+    counts->longest = instructions > counts->longest ? instructions : counts->longest;
+}
+
+static uint32_t median(const counts_t *counts)
+{
+    uint32_t wanted = counts->count / 2U;
     for (uint32_t bin = 0; bin < BINS; bin++) {
-        if (wanted < histogram[bin]) {
+        if (wanted < counts->bin[bin]) {
             return bin_start(bin);
         }
-        wanted -= histogram[bin];
+        wanted -= counts->bin[bin];
     }
-    return longest;
+    return counts->longest;
 }
 
-void figures_began(void)
+void figures_began(int64_t time_us)
 {
+    if (time_us / 10000 != row_number) {
+        row_number = time_us / 10000;
+        add(&rows, row);
+        row = 0;
+    }
     began_at = bench_now();
 }
 
 void figures_returned(bool is_finished)
 {
     call += began_at == 0U ? 0U : bench_instructions(began_at, bench_now());
-    if (!is_finished) {
-        return;
+    if (is_finished && began_at != 0U) {
+        add(&frames, call);
+        row += call;
+        call = 0;
     }
-    if (began_at != 0U) {
-        calls++;
-        total += call;
-        longest = call > longest ? call : longest;
-        histogram[bin_of(call)]++;
-    }
-    call = 0;
 }
 
 static void line(int32_t file, const char *name, int64_t value)
@@ -87,13 +107,16 @@ void figures_write(const char *path, const sway_ecu_t *ecu)
 {
     const uint32_t stack = bench_stack_used();
     const int32_t file = semihosting_open(path, SEMIHOSTING_WRITE);
-    line(file, "frames", calls);
-    line(file, "instructions", (int64_t)total);
-    line(file, "frame_median", quantile(500));
-    line(file, "frame_p99", quantile(990));
-    line(file, "frame_longest", longest);
+    line(file, "frames", frames.count);
+    line(file, "instructions", (int64_t)frames.total);
+    line(file, "frame_median", median(&frames));
+    line(file, "frame_longest", frames.longest);
+    line(file, "rows", rows.count);
+    line(file, "row_median", median(&rows));
+    line(file, "row_longest", rows.longest);
     line(file, "estimates", sway_core_status(&ecu->node.core)->sequence);
     line(file, "stack", stack);
     line(file, "ecu_bytes", sizeof *ecu);
+    line(file, "core_bytes", sizeof ecu->node.core);
     semihosting_close(file);
 }

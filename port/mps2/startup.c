@@ -31,8 +31,8 @@ extern uint32_t handler_stack_top[];
 int main(void);
 void reset_handler(void);
 void fault_entry(void);
-void fault_collect(const uint32_t *frame);
-void start(void);
+void fault_collect(const uint32_t *frame) __attribute__((used));
+void start(void) __attribute__((used));
 
 /* Region attributes: access permission at bit 24, execute-never bit 28, size 2^(n+1) at bit 1. */
 #define MPU_ENABLE 1U

@@ -1,7 +1,6 @@
 /* The replay program for a machine with an operating system: x86-64, or big-endian MIPS under
  * qemu-user. */
 #include <fcntl.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "replay.h"
@@ -22,8 +21,14 @@ static bool machine_write(int32_t file, const void *bytes, size_t size)
     return write(file, bytes, size) == (ssize_t)size;
 }
 
-static void began(void)
+static sway_ecu_cause_t check(void)
 {
+    return SWAY_ECU_NO_CAUSE;
+}
+
+static void began(int64_t time_us)
+{
+    (void)time_us;
 }
 
 static void returned(bool is_finished)
@@ -37,17 +42,11 @@ int main(int argc, char **argv)
                                              .read = machine_read,
                                              .write = machine_write,
                                              .standard_output = STDOUT_FILENO,
+                                             .check = check,
                                              .began = began,
                                              .returned = returned};
     static sway_ecu_t ecu;
     static sway_ecu_retained_t retained;
-    char arguments[1024] = "";
-    for (int i = 1; i < argc; i++) {
-        if (strlen(arguments) + strlen(argv[i]) + 2U > sizeof arguments) {
-            return 2;
-        }
-        strcat(arguments, argv[i]);
-        strcat(arguments, " ");
-    }
-    return replay_run(&ecu, &retained, &machine, arguments);
+    return replay_run(&ecu, &retained, &machine, argc > 1 ? argv[1] : "", argc > 2 ? argv[2] : "",
+                      argc > 3 ? argv[3] : "");
 }

@@ -58,7 +58,7 @@ static bool replay_receive(void *context, sway_port_frame_t *frame)
     replay_t *replay = context;
     replay->machine->returned(true);
     const bool received = replay_next(replay, frame);
-    replay->machine->began();
+    replay->machine->began(replay->time_us);
     return received;
 }
 
@@ -76,7 +76,7 @@ static bool replay_send(void *context, const sway_port_frame_t *frame)
     replay_t *replay = context;
     replay->machine->returned(false);
     replay_put(replay, frame);
-    replay->machine->began();
+    replay->machine->began(replay->time_us);
     return true;
 }
 
@@ -116,13 +116,12 @@ size_t replay_block(const replay_machine_t *machine, const char *path, uint8_t *
     return file < 0 ? 0U : machine->read(file, block, size);
 }
 
-int replay_open(replay_t *replay, const replay_machine_t *machine, char *arguments)
+int replay_open(replay_t *replay, const replay_machine_t *machine, const char *recording,
+                const char *output)
 {
     memset(replay, 0, sizeof *replay);
     replay->machine = machine;
     replay->output = machine->standard_output;
-    const char *recording = replay_word(&arguments);
-    const char *output = replay_word(&arguments);
     if (recording[0] == '\0') {
         say(machine, "replay: wanted BLOCK RECORDING [OUTPUT]\n");
         return 2;
@@ -141,19 +140,23 @@ int replay_open(replay_t *replay, const replay_machine_t *machine, char *argumen
 }
 
 int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, const replay_machine_t *machine,
-               char *arguments)
+               const char *block_path, const char *recording, const char *output)
 {
     static replay_t replay;
     uint8_t block[SWAY_BLOCK_SIZE];
-    const char *block_path = replay_word(&arguments);
-    const int status = replay_open(&replay, machine, arguments);
+    const int status = replay_open(&replay, machine, recording, output);
     if (status != 0) {
         return status;
     }
     const size_t size = replay_block(machine, block_path, block, sizeof block);
-    const sway_port_t port = replay_port(&replay);
+    sway_port_t port = replay_port(&replay);
+    port.alive = machine->alive;
     if (sway_ecu_start(ecu, &port, retained, block, size) != SWAY_OK) {
         return 2;
+    }
+    const sway_ecu_cause_t cause = machine->check();
+    if (cause != SWAY_ECU_NO_CAUSE) {
+        sway_ecu_fail(ecu, cause);
     }
     while (!replay.is_done) {
         (void)sway_ecu_poll(ecu);

@@ -1,8 +1,7 @@
 /// replay: the ECU fed from a candump file instead of a bus, on any machine that can read files.
 ///
-/// Arguments, separated by spaces: BLOCK RECORDING [OUTPUT]. BLOCK is the parameter block as it
-/// would lie in flash, RECORDING and OUTPUT are candump files; without OUTPUT the status frames go
-/// to the standard output.
+/// BLOCK is the parameter block as it would lie in flash, RECORDING and OUTPUT are candump files;
+/// with an empty OUTPUT the status frames go to the standard output.
 #ifndef SWAY_REPLAY_H
 #define SWAY_REPLAY_H
 
@@ -14,7 +13,9 @@ typedef struct {
     size_t (*read)(int32_t file, void *bytes, size_t size);
     bool (*write)(int32_t file, const void *bytes, size_t size);
     int32_t standard_output;
-    void (*began)(void); ///< the ECU takes over from the port
+    sway_ecu_cause_t (*check)(void); ///< start-up checks of the machine
+    void (*alive)(void *context);    ///< serves the watchdog; may be NULL
+    void (*began)(int64_t time_us);  ///< the ECU takes over from the port
     void (*returned)(
         bool is_finished); ///< it calls the port: it has finished with a frame, or sends one
 } replay_machine_t;
@@ -33,7 +34,8 @@ typedef struct {
 } replay_t;
 
 /// Opens the files; 0, or the exit status 2 with a message on the standard output.
-int replay_open(replay_t *replay, const replay_machine_t *machine, char *arguments);
+int replay_open(replay_t *replay, const replay_machine_t *machine, const char *recording,
+                const char *output);
 /// The recording's next frame; false at its end.
 bool replay_next(replay_t *replay, sway_port_frame_t *frame);
 /// One frame to the output; a failure is remembered in `failed`.
@@ -47,6 +49,6 @@ size_t replay_block(const replay_machine_t *machine, const char *path, uint8_t *
 /// The whole program: opens, starts the ECU, polls until the recording ends. Exit status: 0, 1 a
 /// file could not be read or written, 2 wrong arguments.
 int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, const replay_machine_t *machine,
-               char *arguments);
+               const char *block, const char *recording, const char *output);
 
 #endif

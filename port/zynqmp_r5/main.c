@@ -14,6 +14,7 @@
 #include "r5.h"
 #include "replay.h"
 #include "semihosting.h"
+#include "sway_checks.h"
 
 #define CAN0 0xFF060000U
 #define CAN1 0xFF070000U
@@ -40,6 +41,11 @@ typedef struct {
     uint32_t played;
 } player_t;
 
+extern const uint8_t image_start[];
+extern const uint32_t image_crc[];
+extern uint32_t bss_start[];
+extern uint32_t bss_end[];
+
 __attribute__((section(".noinit"))) static sway_ecu_retained_t retained;
 static sway_ecu_t ecu;
 static can_t ecu_can;
@@ -58,18 +64,19 @@ void interrupt(void)
 
 /* --- the machine ------------------------------------------------------------------------------ */
 
+/* The image as the build has sealed it, and the memory of the program's variables. */
+static sway_ecu_cause_t check(void)
+{
+    const size_t size = (size_t)((uintptr_t)image_crc - (uintptr_t)image_start);
+    if (!sway_check_image(image_start, size, image_crc[0])) {
+        return SWAY_ECU_IMAGE;
+    }
+    return sway_check_memory(bss_start, bss_end) ? SWAY_ECU_NO_CAUSE : SWAY_ECU_MEMORY;
+}
+
 static int32_t machine_open(const char *path, bool write_it)
 {
     return semihosting_open(path, write_it ? SEMIHOSTING_WRITE : SEMIHOSTING_READ);
-}
-
-static void began(void)
-{
-}
-
-static void returned(bool is_finished)
-{
-    (void)is_finished;
 }
 
 static int64_t time_ns(void)
@@ -233,19 +240,15 @@ int main(void)
     const replay_machine_t machine = {.open = machine_open,
                                       .read = semihosting_read,
                                       .write = semihosting_write,
-                                      .standard_output = semihosting_stdout(),
-                                      .began = began,
-                                      .returned = returned};
+                                      .standard_output = semihosting_stdout()};
     const sway_port_t port = {.receive = port_receive, .send = port_send, .time_us = port_time_us};
     semihosting_arguments(arguments, sizeof arguments);
-    char *figures_path = strrchr(arguments, ' ');
     char *rest = arguments;
-    if (figures_path == NULL) {
-        semihosting_exit(2);
-    }
-    *figures_path++ = '\0';
     const char *block_path = replay_word(&rest);
-    if (replay_open(&player.replay, &machine, rest) != 0 || !start_controllers()) {
+    const char *recording = replay_word(&rest);
+    const char *output = replay_word(&rest);
+    const char *figures_path = replay_word(&rest);
+    if (replay_open(&player.replay, &machine, recording, output) != 0 || !start_controllers()) {
         semihosting_exit(2);
     }
     player.has_next = replay_next(&player.replay, &player.next);
@@ -253,6 +256,10 @@ int main(void)
     const size_t size = replay_block(&machine, block_path, block, sizeof block);
     if (sway_ecu_start(&ecu, &port, &retained, block, size) != SWAY_OK) {
         semihosting_exit(2);
+    }
+    const sway_ecu_cause_t cause = check();
+    if (cause != SWAY_ECU_NO_CAUSE) {
+        sway_ecu_fail(&ecu, cause);
     }
     run();
     put_figures(figures_path);

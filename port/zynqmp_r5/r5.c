@@ -35,14 +35,16 @@ static void region(uint32_t number, uint32_t base, uint32_t size, uint32_t acces
                      : "memory");
 }
 
-/* A higher number wins. Peripherals keep the background map. */
+/* A higher number wins; 0xFFFF0000 on holds the vectors. Peripherals keep the background map. */
 static void protect(void)
 {
     uint32_t control;
-    region(0U, 0xFFFC0000U, REGION_SIZE(16U), READ_ONLY);
-    region(1U, 0xFFFD0000U, REGION_SIZE(16U), READ_WRITE_DATA);
-    region(2U, 0U, REGION_SIZE(12U), NO_ACCESS);
-    region(3U, (uint32_t)(uintptr_t)stack_guard, REGION_SIZE(8U), NO_ACCESS);
+    region(0U, 0xFFFC0000U, REGION_SIZE(18U), READ_WRITE_DATA);
+    region(1U, 0xFFFC0000U, REGION_SIZE(16U), READ_ONLY);
+    region(2U, 0xFFFD0000U, REGION_SIZE(14U), READ_ONLY);
+    region(3U, 0xFFFF0000U, REGION_SIZE(8U), READ_ONLY);
+    region(4U, 0U, REGION_SIZE(12U), NO_ACCESS);
+    region(5U, (uint32_t)(uintptr_t)stack_guard, REGION_SIZE(8U), NO_ACCESS);
     __asm__ volatile("mrc p15, 0, %0, c1, c0, 0" : "=r"(control));
     control |= 1U << 17 | 1U; // background map, MPU on
     __asm__ volatile("dsb\n mcr p15, 0, %0, c1, c0, 0\n isb" : : "r"(control) : "memory");

@@ -1,0 +1,77 @@
+"""Every machine has to give the same answers to the same frames, byte for byte.
+
+Run by `make firmware-test` as `identical.py BUILD CASE.log ...`; a parameter block lies beside each
+case. Exit status 1 if any answer differs, if a machine fails, or if nothing was estimated at all
+(then the comparison would have shown nothing).
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import sys
+from pathlib import Path
+
+from machines import Outcome, frame_of, run
+
+TARGETS = ["x86", "mips", "m0plus", "m3", "m4f", "m7", "r5"]
+ESTIMATES_MIN = 20
+"""Estimates that a case has to bring, so that more than silence is compared."""
+OSCILLATION_ID = "1A4#"
+
+
+def block_of(case: Path) -> Path:
+    """Return the parameter block of a case, whole or shortened."""
+    return case.with_name(case.name.split(".")[0] + ".block")
+
+
+def first_difference(expected: list[str], found: list[str]) -> str:
+    """Say where two lists of frames part."""
+    for number, (a, b) in enumerate(zip(expected, found, strict=False)):
+        if a != b:
+            return f"frame {number}: {b} instead of {a}"
+    return f"{len(found)} frames instead of {len(expected)}"
+
+
+def judge(case: Path, outcomes: dict[str, Outcome]) -> list[str]:
+    """Return what is wrong with the runs of a case."""
+    wrong = []
+    expected = [frame_of(line) for line in outcomes["x86"].answers]
+    estimates = sum(frame.startswith(OSCILLATION_ID) for frame in expected)
+    if estimates < ESTIMATES_MIN:
+        wrong.append(f"{case.name}: only {estimates} estimates to compare")
+    for target, outcome in outcomes.items():
+        found = [frame_of(line) for line in outcome.answers]
+        if outcome.status != 0:
+            wrong.append(f"{case.name} {target}: status {outcome.status}: {outcome.message[-300:]}")
+        if found != expected:
+            wrong.append(f"{case.name} {target}: {first_difference(expected, found)}")
+        # Without a bus between them the stamps are those of the recording, too.
+        if target != "r5" and outcome.answers != outcomes["x86"].answers:
+            wrong.append(f"{case.name} {target}: time stamps differ")
+    return wrong
+
+
+def main(build: Path, cases: list[Path]) -> int:
+    """Run all cases on all machines and print what came out."""
+    wrong: list[str] = []
+    for case in cases:
+        with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
+            runs = {
+                target: pool.submit(
+                    run, build, target, block_of(case), case, f"{case.stem}-{target}"
+                )
+                for target in TARGETS
+            }
+        outcomes = {target: future.result() for target, future in runs.items()}
+        problems = judge(case, outcomes)
+        wrong += problems
+        frames = len(outcomes["x86"].answers)
+        verdict = "DIFFERENT" if problems else "identical"
+        print(f"{case.name}: {frames} frames of status, {verdict} on {' '.join(TARGETS)}")
+    for problem in wrong:
+        print(f"firmware: {problem}", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]), [Path(name) for name in sys.argv[2:]]))

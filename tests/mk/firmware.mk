@@ -1,0 +1,129 @@
+# Firmware: the same ECU program built for seven machines and run on all of them.
+#   make firmware-test   answers byte for byte the same; drivers; faults; sizes (part of `make test`)
+#   make firmware-bench  the same with whole recordings, and the long soak (part of `make bench`)
+#   make firmware        the images alone; build/firmware/table.md is README's table
+SYSTEM_TEST += arm-none-eabi-gcc=gcc-arm-none-eabi \
+    /usr/lib/arm-none-eabi/include/string.h=libnewlib-arm-none-eabi \
+    qemu-system-arm=qemu-system-arm qemu-system-aarch64=qemu-system-arm \
+    qemu-mips-static=qemu-user-static mips-linux-gnu-gcc=gcc-mips-linux-gnu \
+    llvm-objcopy=llvm
+
+FW := $(B)/firmware
+FW_INCLUDE := -Ilib -Iport -Iport/replay -Iport/semihosting -I$(B)/codec -I$(KISSFFT_DIR)
+# kissfft is never asked to allocate: without its allocator there is no heap to link.
+FW_DEFINE := -DFIXED_POINT=32 -D'KISS_FFT_MALLOC(size)=NULL' -D'KISS_FFT_FREE(pointer)=((void)(pointer))'
+FW_WARN := -std=c99 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror
+FW_ECU := port/sway_ecu.c port/sway_block.c port/sway_checks.c
+FW_REPLAY := port/replay/candump.c port/replay/replay.c
+FW_STACK := -fstack-usage -fcallgraph-info=su
+FW_EMBEDDED := -Os -g -ffunction-sections -fdata-sections $(FW_STACK)
+
+# NAME: compiler, flags, sources beyond lib/ and the ECU, how to link
+FW_CORTEX_M := port/mps2/startup.c port/mps2/bench.c port/mps2/figures.c port/mps2/main.c \
+    port/semihosting/semihosting.c
+FW_CORTEX_M_INCLUDE := -mthumb -Iport/mps2
+FW_LINK_M = -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/mps2/mps2.ld \
+    -Wl,--defsym=flash_size=$(or $(FW_FLASH_$(1)),96K),--defsym=ram_size=$(or $(FW_RAM_$(1)),96K),--defsym=stack_size=4K
+
+FW_CC_x86 := gcc
+FW_FLAGS_x86 := -O2 -g -D_POSIX_C_SOURCE=200809L
+FW_SOURCES_x86 := $(FW_REPLAY) port/replay/main_posix.c
+
+FW_CC_mips := mips-linux-gnu-gcc
+FW_FLAGS_mips := -O2 -g -D_POSIX_C_SOURCE=200809L
+FW_SOURCES_mips := $(FW_REPLAY) port/replay/main_posix.c
+FW_LINK_mips := -static -lm
+FW_LINK_x86 := -lm
+
+FW_CPU_m0plus := -mcpu=cortex-m0plus
+FW_CPU_m3 := -mcpu=cortex-m3
+FW_CPU_m4f := -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
+FW_CPU_m7 := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard
+# The small one: no force or load channels, a ring of 256 samples.
+FW_CPU_small := -mcpu=cortex-m0plus -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=256
+FW_RAM_small := 64K
+FW_M := m0plus m3 m4f m7 small
+$(foreach t,$(FW_M),$(eval FW_CC_$t := arm-none-eabi-gcc)\
+    $(eval FW_FLAGS_$t := $(FW_CPU_$t) $(FW_CORTEX_M_INCLUDE) $(FW_EMBEDDED))\
+    $(eval FW_SOURCES_$t := $(FW_REPLAY) $(FW_CORTEX_M))\
+    $(eval FW_START_$t := code_start)$(eval FW_LINK_$t = $(call FW_LINK_M,$t)))
+
+FW_CC_r5 := arm-none-eabi-gcc
+FW_START_r5 := image_start
+FW_FLAGS_r5 := -mcpu=cortex-r5 -mthumb -mfloat-abi=soft -Iport/zynqmp_r5 $(FW_EMBEDDED)
+FW_SOURCES_r5 := $(FW_REPLAY) port/sway_bit_timing.c port/zynqmp_r5/startup.S port/zynqmp_r5/r5.c \
+    port/zynqmp_r5/can.c port/zynqmp_r5/main.c port/semihosting/semihosting.c
+FW_LINK_r5 := -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/zynqmp_r5/zynqmp_r5.ld
+
+FW_TARGETS := x86 mips $(FW_M) r5
+FW_COMMON := $(LIB_NAMES:%=lib/%.c) $(FW_ECU)
+
+# $(1): target. Generated and foreign code is compiled without the warnings.
+define firmware_target
+FW_OBJECTS_$(1) := $$(patsubst %,$(FW)/$(1)/%.o,$$(basename $$(FW_COMMON) $$(FW_SOURCES_$(1)))) \
+    $(FW)/$(1)/codec.o $(FW)/$(1)/kiss_fft.o
+$(FW)/$(1)/%.o: %.c | $(KISSFFT_DIR)/kiss_fft.h $(CODEC).c
+	@mkdir -p $$(@D)
+	@$$(FW_CC_$(1)) $$(FW_WARN) $$(FW_FLAGS_$(1)) $$(FW_DEFINE) $$(FW_INCLUDE) -MMD -MP -c $$< -o $$@
+$(FW)/$(1)/%.o: %.S
+	@mkdir -p $$(@D)
+	@$$(FW_CC_$(1)) $$(FW_FLAGS_$(1)) -c $$< -o $$@
+$(FW)/$(1)/codec.o: $(CODEC).c
+	@mkdir -p $$(@D)
+	@$$(FW_CC_$(1)) -std=c99 -w $$(FW_FLAGS_$(1)) -c $$< -o $$@
+$(FW)/$(1)/kiss_fft.o: $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $$(@D)
+	@$$(FW_CC_$(1)) -std=gnu99 -w -DNDEBUG $$(FW_FLAGS_$(1)) $$(FW_DEFINE) -c $(KISSFFT_DIR)/kiss_fft.c -o $$@
+$(FW)/replay_$(1).elf: $$(FW_OBJECTS_$(1)) $(wildcard port/mps2/*.ld port/zynqmp_r5/*.ld)
+	@echo "linking $$@"
+	@$$(FW_CC_$(1)) $$(FW_FLAGS_$(1)) $$(FW_OBJECTS_$(1)) $$(FW_LINK_$(1)) -Wl,-Map=$$@.map -o $$@
+	@$$(if $$(FW_START_$(1)),python3 tests/firmware/seal.py arm-none-eabi-objcopy $$@ $$(FW_START_$(1)))
+-include $$(FW_OBJECTS_$(1):.o=.d)
+endef
+$(foreach t,$(FW_TARGETS),$(eval $(call firmware_target,$(t))))
+
+# The processor that the emulator starts first, which starts the R5.
+$(FW)/a53.bin: port/zynqmp_r5/a53_start.S
+	@mkdir -p $(@D)
+	@clang --target=aarch64-none-elf -c $< -o $(FW)/a53.o
+	@llvm-objcopy -O binary -j .text $(FW)/a53.o $@
+
+$(FW)/make_block: port/replay/make_block.c port/sway_block.c port/vehicle_file.c $(B)/gcc/libsway.a
+	@mkdir -p $(@D)
+	@gcc $(FW_WARN) -O2 $(FW_INCLUDE) $(filter %.c,$^) $(B)/gcc/libsway.a -lm -o $@
+
+.PHONY: firmware firmware-test firmware-bench
+firmware: $(FW_TARGETS:%=$(FW)/replay_%.elf) $(FW)/a53.bin $(FW)/make_block
+
+# --- recordings and parameter blocks --------------------------------------------------------------
+# Three practice recordings as frames of dbc/swaywatch.dbc; for the tests their first 20 s.
+FW_CASES := p01-run1 p01-run2 p03-run1
+FW_SOURCE_p01-run1 := tests/data/practice/p01/run1.blf
+FW_SOURCE_p01-run2 := tests/data/practice/p01/run2.blf
+FW_SOURCE_p03-run1 := tests/data/practice/p03/run1.asc
+FW_SECONDS ?= 20
+define firmware_case
+$(FW)/cases/$(1).log: $(FW_SOURCE_$(1)) | $(VENV)/stamp-package
+	@mkdir -p $$(@D)
+	@$(VENV)/bin/swaywatch convert $$< --signals $(dir $(FW_SOURCE_$(1)))signals.toml --to $$@
+$(FW)/cases/$(1).short.log: $(FW)/cases/$(1).log
+	@awk -v limit=$(FW_SECONDS) '{ t = substr($$$$1, 2) + 0 } NR == 1 { t0 = t } t - t0 < limit' \
+	    $$< >$$@
+$(FW)/cases/$(1).block: $(dir $(FW_SOURCE_$(1)))vehicle.toml $(FW)/make_block
+	@mkdir -p $$(@D)
+	@$(FW)/make_block $$< $$@ car.lateral_acceleration_position=-1.383
+FW_INPUTS += $(FW)/cases/$(1).log $(FW)/cases/$(1).short.log $(FW)/cases/$(1).block
+endef
+$(foreach c,$(FW_CASES),$(eval $(call firmware_case,$(c))))
+
+# --- tests ----------------------------------------------------------------------------------------
+FW_SHORT := $(FW_CASES:%=$(FW)/cases/%.short.log)
+FW_WHOLE := $(FW_CASES:%=$(FW)/cases/%.log)
+firmware-test: setup-test firmware $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block)
+	@$(PY) tests/firmware/identical.py $(FW) $(FW_SHORT)
+
+firmware-bench: setup-test firmware $(FW_WHOLE) $(FW_CASES:%=$(FW)/cases/%.block)
+	@$(PY) tests/firmware/identical.py $(FW) $(FW_WHOLE)
+
+test:: firmware-test
+bench:: firmware-bench
