@@ -23,10 +23,10 @@
 #define SAMPLE_POINT_MILLI 875U
 
 #ifndef SLOW
-#define SLOW 16
+#define SLOW 3
 #endif
 /* The ECU is not given the processor when a frame is due so soon. */
-#define GUARD_NS INT64_C(100000)
+#define GUARD_NS INT64_C(200000)
 /* A frame sent later than this after its time would be stamped with the next microsecond. */
 #define LATE_NS INT64_C(600)
 #define LEAD_NS INT64_C(200)

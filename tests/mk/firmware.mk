@@ -96,12 +96,12 @@ $(FW)/make_block: port/replay/make_block.c port/sway_block.c port/vehicle_file.c
 firmware: $(FW_TARGETS:%=$(FW)/replay_%.elf) $(FW)/a53.bin $(FW)/make_block
 
 # --- recordings and parameter blocks --------------------------------------------------------------
-# Three practice recordings as frames of dbc/swaywatch.dbc; for the tests their first 20 s.
+# Three practice recordings as frames of dbc/swaywatch.dbc; for the tests their first 15 s.
 FW_CASES := p01-run1 p01-run2 p03-run1
 FW_SOURCE_p01-run1 := tests/data/practice/p01/run1.blf
 FW_SOURCE_p01-run2 := tests/data/practice/p01/run2.blf
 FW_SOURCE_p03-run1 := tests/data/practice/p03/run1.asc
-FW_SECONDS ?= 20
+FW_SECONDS ?= 15
 define firmware_case
 $(FW)/cases/$(1).log: $(FW_SOURCE_$(1)) | $(VENV)/stamp-package
 	@mkdir -p $$(@D)
