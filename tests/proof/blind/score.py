@@ -69,8 +69,8 @@ def per_run(windows: Any) -> dict[str, list[list[float]]]:
     out: dict[str, list[list[float]]] = defaultdict(list)
     for item in windows or []:
         if isinstance(item, dict):
-            run = plain(item.get("run", "run1"))
-            run = run if run.startswith("run") else f"run{int(run) + 1}"
+            run = item.get("run", 0)
+            run = f"run{run + 1}" if isinstance(run, int) else plain(run).split("_")[0]
             start = next((item[key] for key in ("start", "start_s") if key in item), 0.0)
             stop = next((item[key] for key in ("stop", "end", "stop_s") if key in item), start)
             out[run].append([float(start), float(stop)])
@@ -119,6 +119,13 @@ def parameters(effect: Json, truth: Json) -> list[Json]:
     return out
 
 
+def measured_harmonic(answer: Json) -> dict[str, float]:
+    """Median amplitude of a harmonic load as it was in the windows of the runs given out."""
+    found = [w["amplitude_n"] for run in RUNS[:2] for w in answer[run].get("harmonic", [])]
+    middle = median(found)
+    return {} if middle is None else {"amplitude_n": middle}
+
+
 def match(effects: list[Json], truth: Json, component: str, windows: Json) -> Json:
     """How well the claimed effects fit one concealed effect."""
     named = [e for e in effects if e.get("id") == truth["id"]]
@@ -129,7 +136,7 @@ def match(effects: list[Json], truth: Json, component: str, windows: Json) -> Js
     out["location"] = located(effect, truth, component)
     out["parameters"] = parameters(effect, truth)
     if windows and effect.get("windows"):
-        said = per_run(effect["windows"])
+        said = per_run(effect.get("window_details") or effect["windows"])
         shared = [overlap(said[run], windows[run]) for run in said if windows.get(run)]
         out["overlap"] = sum(shared) / len(shared) if shared else 0.0
     elif windows:
@@ -145,6 +152,11 @@ def judge_outside(answer: Json, verdict: str, effects: list[Json], rest: list[An
     if answer["fault"] != [True] or verdict != "measurement_fault":
         return False
     return any(located(e, answer["effects"][0], answer["components"][0]) for e in effects)
+
+
+def _with_harmonic(answer: Json, truth: Json) -> Json:
+    """The answer with what its load amounted to, where it is a harmonic load."""
+    return truth | measured_harmonic(answer) if truth["id"] == "axle_load_harmonic" else truth
 
 
 def judge(answer: Json, diagnosis: Json) -> Json:
@@ -175,7 +187,7 @@ def judge(answer: Json, diagnosis: Json) -> Json:
     out["set"] = bool(chosen & set(ids))
     out["all"] = claims and set(ids) <= {e.get("id") for e in effects}
     out["matches"] = [
-        match(effects if claims else [], t, c, w)
+        match(effects if claims else [], _with_harmonic(answer, t), c, w)
         for t, c, w in zip(truths, answer["components"], answer["windows"], strict=True)
     ]
     return out
@@ -205,9 +217,6 @@ def held_out(secret: Path, result: Path) -> Json | None:
             return None
         line = [sys.executable, "-m", "swaywatch.cli", "predict", "--model", str(model),
                 "--recording", str(run), "--out", str(out)]  # fmt: skip
-        simulation = next(secret.glob("simulation_run3.*"), None)
-        if simulation is not None:
-            line += ["--simulation", str(simulation)]
         done = subprocess.run(line, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             return {"failed": done.stderr[-500:]}
