@@ -109,7 +109,7 @@ def _wheel_rows(combination: Combination, physics: Physics) -> Array:
         rows[i, k.W_STEERED] = 1.0 if i < 2 else 0.0
         rows[i, k.W_RELAXATION] = physics.relaxation_m[number]
         rows[i, k.W_ROLL_STEER] = physics.roll_steer[number]
-        share = loads[number] / (loads[2 * (i // 4)] + loads[2 * (i // 4) + 1])
+        share = body.front_share if number % 2 == 0 else 1.0 - body.front_share
         rows[i, k.W_TRANSFER] = share * body.mass_kg * body.cog_height_m / axle.track_m
         rows[i, k.W_FADE] = physics.damper_factor[i]
     rows[5, k.W_DRAG] = physics.wheel_drag_n

@@ -73,8 +73,10 @@ class Body:
     rear: Axle
     roll_gain_rad_m_s2: float
     """Planar bodies only: roll per lateral acceleration, of a roll that carries no inertia."""
-    roll_frequency_hz: float = 1.6
-    roll_damping_ratio: float = 0.35
+    roll_frequency_hz: float = 12.0
+    roll_damping_ratio: float = 0.7
+    front_share: float = 0.55
+    """Planar bodies only: of the roll moment, what the front axle carries."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,7 @@ class Physics:
 
     full
         Bodies with heave, pitch and roll on suspensions. Off: bodies move in the plane, wheel
-        loads follow from the quasi-static balance of roll, split by the axles' static loads.
+        loads follow from the quasi-static balance of roll, split by `Body.front_share`.
     tyre_law, peak_friction, shape
         ``linear`` F = C alpha; ``magic_formula`` F = D sin(c atan(C alpha/(c D))),
         D = mu F_z (Pacejka); ``brush`` the cubic of Fiala.
@@ -178,10 +180,10 @@ def reference_combination() -> Combination:
         yaw_inertia_kgm2=2690.0,
         roll_inertia_kgm2=620.0,
         pitch_inertia_kgm2=2550.0,
-        cog_height_m=0.56,
+        cog_height_m=0.62,
         hitch_to_cog_m=2.166,
-        front=_axle(1.302, 109.3e3, 1.55, 27e3, 16e3),
-        rear=_axle(-1.383, 185.2e3, 1.55, 30e3, 8e3),
+        front=_axle(1.302, 109.3e3, 1.5, 27e3, 16e3),
+        rear=_axle(-1.383, 185.2e3, 1.5, 30e3, 8e3),
         roll_gain_rad_m_s2=0.009,
     )
     trailer = Body(
@@ -194,8 +196,7 @@ def reference_combination() -> Combination:
         front=_axle(0.124, 131.2e3, 2.0, 55e3, 0.0),
         rear=_axle(-0.526, 124.4e3, 2.0, 55e3, 0.0),
         roll_gain_rad_m_s2=0.012,
-        roll_frequency_hz=1.4,
-        roll_damping_ratio=0.2,
+        front_share=0.5,
     )
     return Combination(car, trailer)
 
