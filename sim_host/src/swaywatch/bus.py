@@ -96,7 +96,8 @@ def encode_drive(drive: Drive, bus: int = 0) -> Frames:
         if not there:
             continue
         lead = drive.channels[there[0][0]]
-        time_ns = drive.start_ns + np.rint(lead.time_s * 1e6).astype(np.int64) * 1000
+        time_us = drive.start_ns // 1000 + np.rint(lead.time_s * 1e6).astype(np.int64)
+        time_ns = time_us * 1000  # whole microseconds, as candump logs keep
         values: dict[str, npt.NDArray[np.float64]] = {}
         for channel, signal, validity, factor in entries:
             present = channel in drive.channels

@@ -6,7 +6,7 @@ time and collects each new ``sway_status_t``; field names and units come from ``
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -197,8 +197,15 @@ def columns_of(status: npt.NDArray[Any]) -> dict[str, FloatArray]:
     return columns
 
 
-def core_vehicle(vehicle: Vehicle, drive: Drive | None = None) -> Any:
-    """``sway_vehicle_t`` of a vehicle; accelerometer positions from the drive's mapping.
+def core_vehicle(vehicle: Vehicle, positions_m: Mapping[str, float] | None = None) -> Any:
+    """``sway_vehicle_t`` of a vehicle.
+
+    Parameters
+    ----------
+    vehicle
+        The combination.
+    positions_m
+        Of the accelerometers, by channel, ahead of the COG; 0 where not given.
 
     Raises
     ------
@@ -207,8 +214,8 @@ def core_vehicle(vehicle: Vehicle, drive: Drive | None = None) -> Any:
     """
     result = ffi.new("sway_vehicle_t *")
     positions = {
-        "car": _position(drive, "car_lateral_acceleration"),
-        "trailer": _position(drive, "trailer_lateral_acceleration"),
+        body: (positions_m or {}).get(f"{body}_lateral_acceleration", 0.0)
+        for body in ("car", "trailer")
     }
     for body in ("car", "trailer"):
         data, target = getattr(vehicle, body), getattr(result, body)
@@ -230,10 +237,10 @@ def core_vehicle(vehicle: Vehicle, drive: Drive | None = None) -> Any:
     return result
 
 
-def _position(drive: Drive | None, channel: str) -> float:
-    if drive is None or channel not in drive.channels:
-        return 0.0
-    return drive.channels[channel].position_m
+def positions_of(drive: Drive | None) -> dict[str, float]:
+    """Positions of the accelerometers of a drive."""
+    channels = {} if drive is None else drive.channels
+    return {name: channel.position_m for name, channel in channels.items()}
 
 
 def _vehicle_key(name: str) -> tuple[str, float]:
@@ -258,12 +265,14 @@ def _refusal(vehicle: Vehicle, result: Any, offender: Any) -> str:
 
 
 def core_config(
-    vehicle: Vehicle, drive: Drive | None = None, alarm: dict[str, int] | None = None
+    vehicle: Vehicle,
+    positions_m: Mapping[str, float] | None = None,
+    alarm: Mapping[str, int] | None = None,
 ) -> Any:
     """``sway_core_config_t *`` with its defaults, the vehicle, and fields of `alarm` by C name."""
     config = ffi.new("sway_core_config_t *")
     lib.sway_core_defaults(config)
-    config.vehicle = core_vehicle(vehicle, drive)[0]
+    config.vehicle = core_vehicle(vehicle, positions_m)[0]
     for name, value in (alarm or {}).items():
         setattr(config.alarm, name, value)
     return config
@@ -276,17 +285,20 @@ class Core:
     ----------
     vehicle
         The combination.
-    drive
-        Positions of the accelerometers are taken from its channels.
+    positions_m
+        Of the accelerometers, by channel, ahead of the COG.
     alarm
         Overrides fields of ``sway_alarm_config_t``, by their C names.
     """
 
     def __init__(
-        self, vehicle: Vehicle, drive: Drive | None = None, alarm: dict[str, int] | None = None
+        self,
+        vehicle: Vehicle,
+        positions_m: Mapping[str, float] | None = None,
+        alarm: Mapping[str, int] | None = None,
     ) -> None:
         self._core = ffi.new("sway_core_t *")
-        error = lib.sway_core_init(self._core, core_config(vehicle, drive, alarm))
+        error = lib.sway_core_init(self._core, core_config(vehicle, positions_m, alarm))
         if error != lib.SWAY_OK:
             raise VehicleError(f"{vehicle.path}: the core refuses this configuration ({error})")
 
@@ -414,7 +426,7 @@ def analyze_drive(
     Estimates
         One entry for each estimate of the core.
     """
-    core = Core(vehicle, drive)
+    core = Core(vehicle, positions_of(drive))
     status, inputs = core.feed(drive, progress)
     counts = core.status()["fault_count"][0]
     faults = {name: int(counts[index]) for index, name in FAULT.items()}

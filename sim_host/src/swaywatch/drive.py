@@ -522,7 +522,7 @@ def _channel(name: str, entries: list[Any], start_ns: int, signals: Path) -> Cha
     times: list[FloatArray] = []
     values: list[FloatArray] = []
     for piece, mapping, series, signal, _, _ in entries:
-        factor = mapping.factor * _unit_factor(
+        factor = mapping.factor * unit_factor(
             name, mapping.unit or series.unit, signal, piece.recording.path, signals
         )
         times.append((series.time_ns - start_ns) * 1e-9 - mapping.delay_s)
@@ -533,7 +533,7 @@ def _channel(name: str, entries: list[Any], start_ns: int, signals: Path) -> Cha
         rising = np.concatenate([[True], time_s[1:] > np.maximum.accumulate(time_s)[:-1]])
         time_s, value = time_s[rising], value[rising]
     unit = mapping.unit or series.unit
-    factor = mapping.factor * _unit_factor(name, unit, signal, piece.recording.path, signals)
+    factor = mapping.factor * unit_factor(name, unit, signal, piece.recording.path, signals)
     ends = sorted(limit * factor for limit in limits)
     return Channel(
         name,
@@ -548,7 +548,7 @@ def _channel(name: str, entries: list[Any], start_ns: int, signals: Path) -> Cha
     )
 
 
-def _unit_factor(name: str, unit: str, signal: str, path: Path, signals: Path) -> float:
+def unit_factor(name: str, unit: str, signal: str, path: Path, signals: Path) -> float:
     """Factor from the unit in the file to SI."""
     known = UNITS[CHANNELS[name].unit]
     text = unit.strip()

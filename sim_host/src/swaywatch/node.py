@@ -5,7 +5,7 @@ It is ``sway_node_t``, as in the daemon and the firmware: the same frames give t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from swaywatch._core import ffi, lib
 from swaywatch.core import STATUS_DTYPE, core_config
-from swaywatch.drive import Drive
 from swaywatch.errors import VehicleError
 from swaywatch.recording import Frames
 from swaywatch.recording.frames import make_frames
@@ -29,14 +28,13 @@ class Node:
     ----------
     vehicle
         The combination.
-    drive
-        Positions of the accelerometers are taken from its channels; without it they are those
-        that :func:`swaywatch.core.core_vehicle` says.
+    positions_m
+        Of the accelerometers, by channel, ahead of the COG.
     """
 
-    def __init__(self, vehicle: Vehicle, drive: Drive | None = None) -> None:
+    def __init__(self, vehicle: Vehicle, positions_m: Mapping[str, float] | None = None) -> None:
         self._node = ffi.new("sway_node_t *")
-        error = lib.sway_node_init(self._node, core_config(vehicle, drive))
+        error = lib.sway_node_init(self._node, core_config(vehicle, positions_m))
         if error != lib.SWAY_OK:
             raise VehicleError(f"{vehicle.path}: the core refuses this configuration ({error})")
         self._id = ffi.new("uint32_t *")

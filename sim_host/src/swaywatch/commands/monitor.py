@@ -1,0 +1,217 @@
+"""``swaywatch monitor``: the state of the combination, live from a bus."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import can
+from rich.console import Console, Group
+from rich.live import Live
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from swaywatch.core import ALARM, AXLES, QUALITY, REASON, VALID, columns_of
+from swaywatch.errors import SwaywatchError
+from swaywatch.live import NodeFeed, RoleFeed
+from swaywatch.vehicle import load_vehicle
+
+_STYLE = {
+    "off": "dim", "normal": "bold white on green", "notice": "bold black on yellow",
+    "warning": "bold black on dark_orange", "critical": "bold white on red",
+}  # fmt: skip
+_DEG = 180 / math.pi
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``monitor`` command."""
+    parser = subparsers.add_parser(
+        "monitor",
+        help="live view of a bus: margin, damping, alarm",
+        description="Live view over any interface of python-can. Without --signals the bus is "
+        "taken to speak dbc/swaywatch.dbc; with it, any bus is decoded by its DBC and roles.",
+    )
+    parser.add_argument("--interface", required=True, help="e.g. socketcan, pcan, vector, virtual")
+    parser.add_argument("--channel", required=True, help="e.g. can0, vcan0, PCAN_USBBUS1")
+    parser.add_argument("--bitrate", type=int, metavar="BIT/S")
+    parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
+    parser.add_argument("--signals", type=Path, metavar="TOML")
+    parser.add_argument(
+        "--car-accelerometer", type=float, default=0.0, metavar="M",
+        help="its place ahead of the car's COG (negative: behind); with --signals taken from there",
+    )  # fmt: skip
+    parser.add_argument("--trailer-accelerometer", type=float, default=0.0, metavar="M")
+    parser.add_argument(
+        "--send", action="store_true", help="send the status frames to the bus, as the ECU does"
+    )
+    parser.add_argument(
+        "--duration", type=float, default=math.inf, metavar="S", help="end after this time"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Watch until interrupted or until --duration is over."""
+    vehicle = load_vehicle(args.vehicle)
+    feed: NodeFeed | RoleFeed
+    if args.signals is None:
+        positions = {
+            "car_lateral_acceleration": args.car_accelerometer,
+            "trailer_lateral_acceleration": args.trailer_accelerometer,
+        }
+        feed = NodeFeed(vehicle, positions)
+    else:
+        feed = RoleFeed(vehicle, args.signals)
+    options = {} if args.bitrate is None else {"bitrate": args.bitrate}
+    try:
+        bus = can.Bus(interface=args.interface, channel=args.channel, **options)
+    except Exception as error:  # drivers raise anything from OSError to NameError
+        raise SwaywatchError(
+            f"cannot open --interface {args.interface} --channel {args.channel}: {error}"
+        ) from None
+    console = Console(highlight=False)
+    with bus:
+        if console.is_terminal:
+            with Live(console=console, screen=False, auto_refresh=False) as live:
+                _watch(bus, feed, args, 0.2, lambda: live.update(picture(feed, args), refresh=True))
+        else:
+            _watch(bus, feed, args, 1.0, lambda: console.print(line(feed), soft_wrap=True))
+    console.print(line(feed), soft_wrap=True)
+    return 0
+
+
+def _watch(
+    bus: can.BusABC, feed: NodeFeed | RoleFeed, args: argparse.Namespace, every_s: float, show: Any
+) -> None:
+    """Receive, and show every so often."""
+    end = time.monotonic() + args.duration
+    due = time.monotonic() + every_s
+    try:
+        while time.monotonic() < end:
+            message = bus.recv(timeout=0.05)
+            if message is not None:
+                for identifier, data in feed.receive(message):
+                    if args.send:
+                        bus.send(
+                            can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+                        )
+            else:
+                feed.advance(time.time())
+            if time.monotonic() >= due:
+                show()
+                due = max(due + every_s, time.monotonic())
+    except KeyboardInterrupt:
+        pass
+    except can.CanError as error:
+        raise SwaywatchError(f"the bus {args.channel} failed: {error}") from None
+
+
+def _values(feed: NodeFeed | RoleFeed) -> tuple[Any, dict[str, float]]:
+    status = feed.status()
+    return status[0], {name: float(column[0]) for name, column in columns_of(status).items()}
+
+
+def _number(text: str, shown: bool, value: float, error: float | None = None) -> str:
+    if not shown:
+        return "-"
+    if error is None:
+        return text.format(value)
+    return f"{text.format(value)} ± {text.format(error)}"
+
+
+def line(feed: NodeFeed | RoleFeed) -> str:
+    """The state in one line."""
+    status, value = _values(feed)
+
+    def valid(name: str) -> bool:
+        return bool(status["valid"] & VALID[name])
+
+    critical = _number("{:.1f}", valid("critical_speed"), value["v_crit_m_s"] * 3.6)
+    margin = _number("{:+.1f}", valid("critical_speed"), value["margin_m_s"] * 3.6)
+    frequency = _number("{:.3f}", valid("line"), value["frequency_hz"])
+    damping = _number("{:+.3f}", valid("line"), value["damping_ratio"])
+    return (
+        f"{ALARM[int(status['alarm'])].upper():8s} v {value['speed_m_s'] * 3.6:6.1f} km/h  "
+        f"v_crit {critical} km/h  margin {margin} km/h  f {frequency} Hz  damping {damping}  "
+        f"estimates {int(status['sequence'])}  frames used {feed.counts.used}, other "
+        f"{feed.counts.other}, errors {feed.counts.errors}"
+    )
+
+
+def picture(feed: NodeFeed | RoleFeed, args: argparse.Namespace) -> Panel:
+    """The state as a panel for the terminal."""
+    status, value = _values(feed)
+
+    def valid(name: str) -> bool:
+        return bool(status["valid"] & VALID[name])
+
+    state = ALARM[int(status["alarm"])]
+    reasons = [name.replace("_", " ") for name, bit in REASON.items() if status["reasons"] & bit]
+    head = Text.assemble(
+        (f"  {state.upper()}  ", _STYLE[state]), "  ", ", ".join(reasons) or "no reason for alarm"
+    )
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(style="dim")
+    table.add_column(justify="right")
+    table.add_column()
+    known = valid("critical_speed")
+    rows = (
+        ("speed", _number("{:.1f}", valid("speed"), value["speed_m_s"] * 3.6), "km/h"),
+        (
+            "critical speed",
+            _number("{:.1f}", known, value["v_crit_m_s"] * 3.6, value["v_crit_se_m_s"] * 3.6),
+            "km/h",
+        ),
+        ("margin", _number("{:+.1f}", known, value["margin_m_s"] * 3.6), "km/h"),
+        (
+            "frequency",
+            _number("{:.3f}", valid("line"), value["frequency_hz"], value["frequency_se_hz"]),
+            "Hz",
+        ),
+        (
+            "damping ratio",
+            _number("{:+.4f}", valid("line"), value["damping_ratio"], value["damping_ratio_se"]),
+            "",
+        ),
+        (
+            "damping ratio, model",
+            _number(
+                "{:+.4f}",
+                valid("model"),
+                value["model_damping_ratio"],
+                value["model_damping_ratio_se"],
+            ),
+            "",
+        ),
+        (
+            "yaw rate amplitude",
+            _number("{:.2f}", valid("line"), value["amplitude_rad_s"] * _DEG),
+            "°/s",
+        ),
+    )
+    for row in rows:
+        table.add_row(*row)
+    for axle in AXLES:
+        table.add_row(
+            f"C {axle.replace('_', ' ')}",
+            _number(
+                "{:.1f}",
+                valid(axle),
+                value[f"{axle}.cornering_stiffness_n_per_rad"] * 1e-3,
+                value[f"{axle}.cornering_stiffness_se_n_per_rad"] * 1e-3,
+            ),
+            "kN/rad",
+        )
+    flags = [name.replace("_", " ") for name, bit in QUALITY.items() if status["quality"] & bit]
+    faults = [f"{name} {count}" for name, count in feed.faults().items() if count]
+    foot = Text(
+        f"quality: {', '.join(flags) or 'good'}\n"
+        f"frames: {feed.counts.used} used, {feed.counts.other} other, {feed.counts.errors} error "
+        f"frames, {feed.counts.rate_hz:.0f}/s; faults: {', '.join(faults) or 'none'}",
+        style="dim",
+    )
+    title = f"swaywatch  {args.interface} {args.channel}"
+    return Panel(Group(head, table, foot), title=title, title_align="left")
