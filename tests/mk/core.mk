@@ -85,3 +85,20 @@ fuzz: $(B)/fuzz/fuzz_track $(B)/fuzz/fuzz_real
 	@for f in $^; do mkdir -p $$f.corpus; \
 	    $$f -max_total_time=$(FUZZ_SECONDS) -max_len=400 -print_final_stats=1 -artifact_prefix=$$f- \
 	    $$f.corpus 2>&1 | tail -n 8; done
+
+# --- proofs of the bounds: needs frama-c-base, why3 and z3 (`why3 config detect` once) ------------
+PROVE := frama-c -wp -wp-rte -wp-prover z3 -wp-timeout 60 -wp-fct fresh_sum,slide,block_product
+PROOF_ROWS ?= 64 128 256 512 1024 2048 4096 8192
+.PHONY: proofs
+proofs:
+	@mkdir -p $(B)/proofs; test -e ~/.why3.conf || why3 config detect >/dev/null
+	@for rows in $(PROOF_ROWS); do \
+	    $(PROVE) -cpp-extra-args="-Ilib -DSWAY_RING_SAMPLES=$$rows" tests/proofs/sliding_sum.c \
+	    >$(B)/proofs/$$rows.log 2>&1 || { cat $(B)/proofs/$$rows.log; exit 1; }; \
+	    awk -v rows=$$rows '/Proved goals/{split($$0,g,/[:\/]/); \
+	    print "ring of " rows " rows:" g[2] "/" g[3] " goals proved"; bad = g[2]+0 != g[3]+0} \
+	    END{exit bad}' $(B)/proofs/$$rows.log || { cat $(B)/proofs/$$rows.log; exit 1; }; done
+test::
+	@if command -v frama-c >/dev/null && command -v why3 >/dev/null && command -v z3 >/dev/null; then \
+	    $(MAKE) --no-print-directory -s proofs PROOF_ROWS=512; \
+	    else echo "proofs: not run, frama-c why3 z3 are not all here"; fi
