@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
         for check in chapter.checks:
             print(
                 f"  {'met   ' if check.met else 'MISSED'} {check.what}: {check.value:.4g} "
-                f"{check.unit} (reference {check.reference:.4g} +- {check.tolerance:.3g})"
+                f"(reference: {check.words()})"
             )
     page = make_page(chapters, time.monotonic() - start)
     try:

@@ -18,6 +18,7 @@ from swaywatch.reproduce.page import (
     Chapter,
     Check,
     Figure,
+    Table,
     styled,
 )  # fmt: skip
 from swaywatch.reproduce.study import (
@@ -92,9 +93,44 @@ def make(workers: int | None = None) -> Chapter:
         *_agreement(model, states),
     ]
     chapter.parts += [_root_locus(model, states), _damping(model, states)]
+    _depths(chapter, model, workers)
     _sensitivities(chapter, model, workers)
     _stiffness(chapter, model, workers)
     return chapter
+
+
+def _depths(chapter: Chapter, model: SingleTrack, workers: int | None) -> None:
+    """The three depths of model in the linear limit."""
+    speeds = (80.0, 100.0, 107.9, 117.3)
+    depths = ("single_track", "double_track", "multibody")
+    jobs = [Setup(speed_kmh=speed, model=depth, angle_deg=1.0) for speed in speeds
+            for depth in depths]  # fmt: skip
+    states = in_parallel(identify, jobs, workers)
+    rows: list[tuple[str | float, ...]] = []
+    worst = {depth: [0.0, 0.0] for depth in depths}
+    for number, speed in enumerate(speeds):
+        mode = model.modes(speed / KMH)[0]
+        mine = states[number * len(depths) : (number + 1) * len(depths)]
+        rows.append((f"{speed:g} km/h", mode.damping_ratio,
+                     *(state.damping_ratio for state in mine), mode.frequency_hz,
+                     *(state.frequency_hz for state in mine)))  # fmt: skip
+        for depth, state in zip(depths, mine, strict=True):
+            worst[depth] = [
+                max(worst[depth][0], abs(state.damping_ratio / mode.damping_ratio - 1.0)),
+                max(worst[depth][1], abs(state.frequency_hz / mode.frequency_hz - 1.0)),
+            ]
+    for depth, (damping, frequency) in worst.items():
+        chapter.checks += [
+            Check(f"{depth}, linear limit, 80-117.3 km/h: damping, worst", 0.0, 100.0 * damping,
+                  1.0, "%"),
+            Check(f"{depth}, linear limit, 80-117.3 km/h: frequency, worst", 0.0, 100.0 * frequency,
+                  1.0, "%"),
+        ]  # fmt: skip
+    head = ("", "damping: exact", *depths, "frequency [Hz]: exact", *depths)
+    chapter.parts.append(
+        Table("Three depths of model, impulse of 1 deg, C core", head, tuple(rows),
+              "multibody: the rigid-body plant on MuJoCo with level bodies.")
+    )  # fmt: skip
 
 
 def _agreement(model: SingleTrack, states: list[State]) -> list[Check]:

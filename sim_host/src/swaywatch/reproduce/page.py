@@ -38,6 +38,7 @@ class Check:
     Attributes
     ----------
     tolerance : largest distance that counts as met, in ``unit``
+    sense : ``within`` the tolerance, or only ``above`` or ``below`` the reference
     """
 
     what: str
@@ -45,11 +46,22 @@ class Check:
     value: float
     tolerance: float
     unit: str
+    sense: str = "within"
 
     @property
     def met(self) -> bool:
-        """Within the tolerance."""
+        """Does the figure meet its reference."""
+        if self.sense == "above":
+            return self.value > self.reference
+        if self.sense == "below":
+            return self.value < self.reference
         return abs(self.value - self.reference) <= self.tolerance
+
+    def words(self) -> str:
+        """What is asked for, in words."""
+        if self.sense == "within":
+            return f"{self.reference:.4g} +- {self.tolerance:.3g} {self.unit}"
+        return f"{self.sense} {self.reference:.4g} {self.unit}"
 
 
 @dataclass(frozen=True)
@@ -106,7 +118,7 @@ def _checks(checks: Sequence[Check]) -> str:
     rows = "".join(
         f"<tr><td>{html.escape(check.what)}</td><td class='number'>{_number(check.reference)}</td>"
         f"<td class='number'>{_number(check.value)}</td>"
-        f"<td class='number'>&plusmn; {_number(check.tolerance)}</td>"
+        f"<td class='number'>{_allowed(check)}</td>"
         f"<td>{html.escape(check.unit)}</td>"
         f"<td class='{'met' if check.met else 'missed'}'>{'met' if check.met else 'missed'}</td>"
         "</tr>"
@@ -114,6 +126,10 @@ def _checks(checks: Sequence[Check]) -> str:
     )
     head = "<tr><th></th><th>reference</th><th>here</th><th>within</th><th>unit</th><th></th></tr>"
     return f"<table>{head}{rows}</table>"
+
+
+def _allowed(check: Check) -> str:
+    return f"&plusmn; {_number(check.tolerance)}" if check.sense == "within" else check.sense
 
 
 def _table(table: Table) -> str:

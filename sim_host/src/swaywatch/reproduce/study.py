@@ -57,6 +57,7 @@ class Setup:
     sensors: str = "perfect"
     speed_control: bool = False
     seed: int = 1
+    model: str = "double_track"
     first_s: float = 0.5
     last_s: float = 6.0
 
@@ -69,11 +70,14 @@ def drive_of(setup: Setup) -> tuple[Drive, Trace]:
         "speed_kmh": setup.speed_kmh,
         "seed": setup.seed,
         "speed_control": setup.speed_control,
+        "model": setup.model,
         "manoeuvre": [{"kind": "impulse", "start_s": setup.start_s, "angle_deg": setup.angle_deg}],
         "physics": [dict(effect) for effect in setup.physics],
         "sensors": {"preset": setup.sensors},
         "timing": {"jitter_s": 0.0, "latency_s": 0.0} if setup.sensors == "perfect" else {},
     }
+    if setup.model == "multibody":  # what the linear models have: bodies that stay level
+        content["multibody"] = {"bodies": "planar"}
     scenario = read_scenario(content, "study", Path(), "study", vehicle=setup.vehicle)
     return simulate_scenario(scenario)
 
