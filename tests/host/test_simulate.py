@@ -15,6 +15,7 @@ from swaywatch.drive import load_drive
 from swaywatch.errors import RecordingError, ScenarioError
 from swaywatch.recording import Frames, read_recording
 from swaywatch.simulate import Scenario, simulate_scenario
+from swaywatch.simulate.campaign import jobs_of, run_campaign
 from swaywatch.simulate.feed import feed
 from swaywatch.simulate.manoeuvres import MANOEUVRES
 from swaywatch.simulate.scenario import read_scenario
@@ -311,3 +312,63 @@ def test_feed_command_names_an_interface_that_is_not_there(capsys: Any) -> None:
     source = str(FOLDER / "run1.blf")
     assert main(["feed", source, "--interface", "socketcan", "--channel", "nocan7"]) == 1
     assert "nocan7" in capsys.readouterr().err
+
+
+# Campaigns ----------------------------------------------------------------------------------------
+
+CAMPAIGN = """
+vehicle = "{vehicle}"
+duration_s = 6.0
+speed_kmh = 90.0
+[[manoeuvre]]
+kind = "impulse"
+angle_deg = 5.0
+[[vary]]
+key = "speed_kmh"
+low = 80.0
+high = 120.0
+[[vary]]
+key = "manoeuvre.0.angle_deg"
+low = 5.0
+high = 15.0
+"""
+
+
+def campaign_file(folder: Path, text: str = CAMPAIGN) -> Path:
+    path = folder / "campaign.toml"
+    path.write_text(text.replace("{vehicle}", (FOLDER / "vehicle.toml").as_posix()))
+    return path
+
+
+def test_campaign_gives_the_same_drives_on_one_core_and_on_two(tmp_path: Path) -> None:
+    jobs = jobs_of(campaign_file(tmp_path), 6, seed=5)
+    one, two = run_campaign(jobs, workers=1), run_campaign(jobs, workers=2)
+    assert one == two
+    assert len({outcome.largest_yaw_rate_rad_s for outcome in one}) == 6
+    speeds = [dict(outcome.values)["speed_kmh"] for outcome in one]
+    assert 80.0 <= min(speeds) < max(speeds) <= 120.0
+
+
+def test_campaign_command_writes_recordings_and_their_table(tmp_path: Path) -> None:
+    out = tmp_path / "drives"
+    arguments = ["simulate", str(campaign_file(tmp_path)), "--drives", "3", "--format", ".log"]
+    assert main([*arguments, "--out", str(out), "--workers", "1"]) == 0
+    assert sorted(path.name for path in out.glob("*.log")) == [
+        f"drive_0000{number}.log" for number in (1, 2, 3)
+    ]
+    lines = (out / "drives.csv").read_text().splitlines()
+    assert lines[0].startswith("drive,seed,speed_kmh,manoeuvre.0.angle_deg,")
+    assert len(lines) == 4
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (("manoeuvre.0.angle_deg", "manoeuvre.7.angle_deg"), "nothing in the scenario"),
+        (("high = 120.0", "high = 20.0"), "high = 20 .* out of range"),
+        (("duration_s = 6.0", "duration_s = 0.0"), "duration_s = 0 s is out of range"),
+    ],
+)
+def test_bad_campaigns_are_refused(tmp_path: Path, change: tuple[str, str], text: str) -> None:
+    with pytest.raises(ScenarioError, match=text):
+        run_campaign(jobs_of(campaign_file(tmp_path, CAMPAIGN.replace(*change)), 2))

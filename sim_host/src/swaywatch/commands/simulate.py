@@ -28,6 +28,22 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
     parser.add_argument(
+        "--drives",
+        type=int,
+        metavar="N",
+        help="a campaign: N drives with seeds that count up and the values of [[vary]], on all "
+        "cores; --out is then a folder, which also gets drives.csv",
+    )
+    parser.add_argument(
+        "--format",
+        default=".blf",
+        choices=FRAME_SUFFIXES,
+        help="of the recordings of a campaign (default: .blf)",
+    )
+    parser.add_argument(
+        "--workers", type=int, metavar="N", help="processes of a campaign (default: one a core)"
+    )
+    parser.add_argument(
         "--signals",
         type=Path,
         metavar="TOML",
@@ -36,7 +52,35 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Simulate one scenario."""
+    """Simulate one scenario, or a campaign of it."""
+    return _one(args) if args.drives is None else _campaign(args)
+
+
+def _campaign(args: argparse.Namespace) -> int:
+    from rich.progress import Progress
+
+    from swaywatch.errors import ScenarioError
+    from swaywatch.simulate.campaign import jobs_of, run_campaign, write_table
+
+    if args.signals is not None:
+        raise ScenarioError("--signals goes with a single drive; write it once without --drives")
+    seed = 1 if args.seed is None else args.seed
+    jobs = jobs_of(args.scenario, args.drives, args.out, args.format, seed)
+    try:
+        args.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ScenarioError(f"{args.out}: cannot be made: {error.strerror}") from None
+    with Progress(transient=True) as bar:
+        task = bar.add_task("simulating", total=len(jobs))
+        outcomes = run_campaign(jobs, args.workers, lambda done: bar.update(task, completed=done))
+    write_table(args.out / "drives.csv", outcomes)
+    left = sum(not outcome.whole for outcome in outcomes)
+    end = f"; {left} left all bounds and end early" if left else ""
+    print(f"{args.out}: {len(outcomes)} drives{end}; drives.csv says which is which")
+    return 0
+
+
+def _one(args: argparse.Namespace) -> int:
     from swaywatch.bus import encode_drive
     from swaywatch.recording import write_recording
     from swaywatch.simulate import load_scenario, simulate_scenario

@@ -219,21 +219,24 @@ class SingleTrack:
             Roles of recordings (SI): yaw rates, lateral accelerations at the COGs, articulation,
             and ``car_lateral_velocity``.
         """
-        from scipy.signal import cont2discrete
+        from scipy.signal import cont2discrete, lfilter
 
         a, b = self.state_space(speed_m_s)
         size = a.shape[0]
         step = float(time_s[1] - time_s[0])
-        ad, bd, cd, dd, _ = cont2discrete(
+        ad, bd, _, dd, _ = cont2discrete(
             (a, b[:, None], np.eye(size), np.zeros((size, 1))), step, method="foh"
         )
         u = np.asarray(steering_wheel_angle_rad, dtype=float)
-        # The first-order-hold form carries a shifted state: x = C z + D u.
-        z = np.zeros(size) if initial is None else np.asarray(initial, float) - dd[:, 0] * u[0]
-        states = np.empty((u.size, size))
-        for k in range(u.size):
-            states[k] = cd @ z + dd[:, 0] * u[k]
-            z = ad @ z + bd[:, 0] * u[k]
+        # The first-order-hold form carries a shifted state, x = z + D u; its modes run apart.
+        start = np.zeros(size) if initial is None else np.asarray(initial, float) - dd[:, 0] * u[0]
+        poles, shapes = np.linalg.eig(ad)
+        gains, begin = np.linalg.solve(shapes, np.column_stack([bd[:, 0], start])).T
+        runs = [
+            lfilter([0.0, gain], [1.0, -pole], u, zi=[first])[0]
+            for pole, gain, first in zip(poles, gains, begin, strict=True)
+        ]
+        states = (shapes @ np.array(runs)).real.T + np.outer(u, dd[:, 0])
         rates = states @ a.T + np.outer(u, b)
         out = {
             "car_lateral_velocity": states[:, 0],

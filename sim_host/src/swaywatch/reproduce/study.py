@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeVar
@@ -217,14 +218,20 @@ def ladders(
     return [ladder_of(states[k : k + size], degree) for k in range(0, len(states), size)]
 
 
+@cache
+def _pool(workers: int) -> ProcessPoolExecutor:
+    """Processes that stay for the whole report: starting one takes longer than a drive."""
+    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+
+
 def in_parallel(
     function: Callable[[Item], Result], items: Iterable[Item], workers: int | None = None
 ) -> list[Result]:
     """Map over processes on all cores, in order."""
     work = list(items)
-    count = min(workers or os.cpu_count() or 1, len(work))
-    if count <= 1:
+    count = workers or os.cpu_count() or 1
+    if count <= 1 or len(work) == 1:
         return [function(item) for item in work]
-    function(work[0])  # compiled once, before there are several processes
-    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-        return list(pool.map(function, work, chunksize=max(1, len(work) // (4 * count))))
+    first = function(work[0])  # compiled once, before there are several processes
+    chunk = max(1, len(work) // (4 * count))
+    return [first, *_pool(count).map(function, work[1:], chunksize=chunk)]
