@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +14,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from swaywatch.core import ALARM, AXLES, QUALITY, REASON, SOURCE, Estimates, analyze_drive
+from swaywatch.core import (
+    ALARM,
+    AXLES,
+    QUALITY,
+    REASON,
+    SOURCE,
+    Estimates,
+    analyze_drive,
+    model_damping,
+)
 from swaywatch.drive import Drive, load_drives
 from swaywatch.errors import SignalError
 from swaywatch.quality import Finding, check_drive
@@ -241,7 +251,7 @@ def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
             values[name] = Value(float(np.percentile(driven, share)), 0.0, int(good.sum()))
     add("damping_ratio", "damping_ratio", "damping_ratio_se", free)
     add("model_damping_ratio", "model_damping_ratio", "model_damping_ratio_se",
-        estimates.has("model"))  # fmt: skip
+        estimates.has("model") & (free if free.any() else good))  # fmt: skip
     identified = estimates.status["source"] == _code(SOURCE, "identified")
     critical = estimates.has("critical_speed")
     best = critical & good & identified
@@ -290,6 +300,32 @@ def weighted_mean(
     return Value(
         mean, max(typical, scatter) / float(np.sqrt(independent)), int(mask.sum()), scatter
     )
+
+
+def damping_gap(values: dict[str, Value]) -> float | None:
+    """Measured minus modelled damping ratio, where they differ beyond their errors; else None."""
+    measured, model = values.get("damping_ratio"), values.get("model_damping_ratio")
+    if measured is None or model is None:
+        return None
+    gap = measured.value - model.value
+    error = math.hypot(measured.error, model.error)
+    return gap if abs(gap) > max(0.015, 3.0 * error) else None
+
+
+def shifted_critical_speed(result: DriveResult, speed_m_s: float) -> float | None:
+    """Speed at which the model's damping, shifted by the gap to the measured one, reaches 0."""
+    gap = damping_gap(result.values)
+    if gap is None:
+        return None
+    speeds = np.linspace(0.4, 2.0, 321) * speed_m_s
+    stiffness = {
+        axle: result.values[f"{axle}.cornering_stiffness_n_per_rad"].value
+        for axle in AXLES
+        if f"{axle}.cornering_stiffness_n_per_rad" in result.values
+    }
+    damping, _ = model_damping(result.vehicle, speeds, stiffness)
+    below = np.flatnonzero(damping + gap <= 0.0)
+    return float(speeds[below[0]]) if len(below) and below[0] > 0 else None
 
 
 def alarm_intervals(estimates: Estimates, end_s: float) -> list[AlarmInterval]:

@@ -227,6 +227,8 @@ def _clipped(channel: Channel, runs: tuple[npt.NDArray[np.int64], ...]) -> list[
     starts, lengths = runs
     value, resolution = channel.value, _resolution(channel)
     for end, word in ((float(value.max()), "upper"), (float(value.min()), "lower")):
+        if end == 0.0:  # standing still is no clipping
+            continue
         at_end = (value[starts] == end) & (lengths >= 4) & (starts > 0)
         entry = np.abs(value[starts] - value[np.maximum(starts - 1, 0)])
         flat = at_end & (entry >= 3.0 * resolution)

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 import scipy.signal
 from plotly.subplots import make_subplots
 
-from swaywatch.analysis import AXLE_NAMES, DriveResult, usable
+from swaywatch.analysis import AXLE_NAMES, DriveResult, damping_gap, usable
 from swaywatch.core import AXLES, model_damping
 from swaywatch.drive import Channel
 
@@ -411,13 +411,9 @@ def loads(result: DriveResult) -> go.Figure | None:
     return _over_time(_layout(figure, 500), result)
 
 
-def margin_against_speed(results: list[DriveResult]) -> go.Figure | None:
-    """Damping ratio over speed: model, measurements, critical speed and the speeds driven."""
+def _model_lines(figure: go.Figure, results: list[DriveResult], speeds: FloatArray) -> None:
+    """Curves of the model: identified, shifted onto the measured damping, as believed."""
     first = results[0]
-    figure = go.Figure()
-    critical = best_critical(results)
-    top = 1.35 * critical if critical else 45.0
-    speeds = np.linspace(5.0, top, 160)
     tyres = identified(results)
     believed, _ = model_damping(first.vehicle, speeds)
     if tyres:
@@ -426,11 +422,28 @@ def margin_against_speed(results: list[DriveResult]) -> go.Figure | None:
             go.Scatter(x=speeds * KMH, y=now, line={"color": BLUE, "width": 3},
                        name="single-track model, identified tyres")
         )  # fmt: skip
+        for result in results:
+            gap = damping_gap(result.values)
+            if gap is not None:
+                figure.add_trace(
+                    go.Scatter(x=speeds * KMH, y=now + gap,
+                               line={"color": RED, "width": 1.5, "dash": "dot"},
+                               name=f"model shifted onto the measured damping, {result.drive.name}")
+                )  # fmt: skip
     if np.isfinite(believed).any():
         figure.add_trace(
             go.Scatter(x=speeds * KMH, y=believed, line={"color": "black", "dash": "dash",
                        "width": 1}, name="single-track model, vehicle.toml")
         )  # fmt: skip
+
+
+def margin_against_speed(results: list[DriveResult]) -> go.Figure | None:
+    """Damping ratio over speed: model, measurements, critical speed and the speeds driven."""
+    figure = go.Figure()
+    critical = best_critical(results)
+    top = 1.35 * critical if critical else 45.0
+    speeds = np.linspace(5.0, top, 160)
+    _model_lines(figure, results, speeds)
     colours = (RED, GREEN, PINK, ORANGE)
     for number, result in enumerate(results):
         free = _thin_mask(usable(result.estimates) & ~result.estimates.flagged("forced"))

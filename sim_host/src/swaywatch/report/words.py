@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from swaywatch.analysis import AXLE_NAMES, DriveResult, Value, flag_share, usable
+from swaywatch.analysis import (
+    AXLE_NAMES,
+    DriveResult,
+    Value,
+    damping_gap,
+    flag_share,
+    shifted_critical_speed,
+    usable,
+)
 from swaywatch.core import AXLES, PARAMETER
 
 KMH = 3.6
@@ -59,11 +67,13 @@ def verdict(result: DriveResult) -> tuple[str, str]:
         return "unknown", (
             f"No critical speed could be found from {result.drive.name}; see below what is missing."
         )
-    margin = critical.value - speed
-    error = critical.error
-    place = f"At {speed * KMH:.1f} km/h this combination is"
+    thing = "this combination" if result.vehicle.trailer is not None else "this car"
     about = f"its critical speed of {plus_minus(critical, KMH)} km/h"
-    if abs(margin) < 2.0 * error:
+    if damping_gap(result.values) is not None:
+        return _disagreement(result, speed, thing, critical)
+    margin = critical.value - speed
+    place = f"At {speed * KMH:.1f} km/h {thing} is"
+    if abs(margin) < 2.0 * critical.error:
         return "bad", f"{place} at {about}, within its error."
     if margin < 0.0:
         return "bad", f"{place} {-margin * KMH:.1f} km/h above {about}: yaw oscillations grow."
@@ -72,11 +82,27 @@ def verdict(result: DriveResult) -> tuple[str, str]:
     return "good", f"{place} {margin * KMH:.0f} km/h below {about}."
 
 
+def _disagreement(
+    result: DriveResult, speed_m_s: float, thing: str, critical: Value
+) -> tuple[str, str]:
+    """Verdict where the measured damping is not the model's."""
+    measured, model = result.values["damping_ratio"], result.values["model_damping_ratio"]
+    more = measured.value > model.value
+    text = (
+        f"At {speed_m_s * KMH:.1f} km/h the sway of {thing} "
+        f"{'decays' if measured.value > 0 else 'grows'} with a measured damping ratio of "
+        f"{plus_minus(measured, 1.0, 3)}, {'more' if more else 'less'} than the {model.value:.3f} "
+        f"of the single-track model, whose critical speed is {plus_minus(critical, KMH)} km/h."
+    ).replace("-0.000", "0.000")
+    return ("near" if measured.value > 2.0 * measured.error else "bad"), text
+
+
 def sentences(result: DriveResult) -> list[str]:
     """Why we think so, most important first."""
     return [
         text
         for text in (
+            _missing_physics(result),
             _damping(result),
             _source(result),
             _stiffness(result),
@@ -90,6 +116,19 @@ def sentences(result: DriveResult) -> list[str]:
     ]
 
 
+def _missing_physics(result: DriveResult) -> str:
+    if damping_gap(result.values) is None:
+        return ""
+    text = (
+        "The model misses something that damps or excites the real vehicle (`swaywatch diagnose` "
+        "looks for what); where they differ, the measured damping is what the vehicle did"
+    )
+    shifted = shifted_critical_speed(result, speed_used_m_s(result))
+    if shifted is None:
+        return text + "."
+    return f"{text}. Shifted onto it, the model reaches 0 near {shifted * KMH:.0f} km/h."
+
+
 def _damping(result: DriveResult) -> str:
     frequency = result.values.get("frequency_hz")
     damping = result.values.get("damping_ratio")
@@ -101,7 +140,8 @@ def _damping(result: DriveResult) -> str:
         )
     if frequency is None:
         return "No yaw oscillation stood out of the noise, so nothing was measured of the damping."
-    text = f"The combination sways at {plus_minus(frequency, 1.0, 3)} Hz"
+    thing = "combination" if result.vehicle.trailer is not None else "car"
+    text = f"The {thing} sways at {plus_minus(frequency, 1.0, 3)} Hz"
     if damping is None:
         return text + "."
     per_cycle = 1.0 - float(
@@ -114,8 +154,10 @@ def _damping(result: DriveResult) -> str:
     )
     text += f"; left alone it has a damping ratio of {plus_minus(damping, 1.0, 3)}, {motion}"
     model = result.values.get("model_damping_ratio")
-    if model is not None:
-        text += f" (the single-track model with the identified tyres says {model.value:.3f})"
+    if model is not None and abs(model.value) <= 1.0:
+        text += f" (the single-track model with the identified tyres says {model.value + 0.0:.3f})".replace(
+            "-0.000", "0.000"
+        )
     return text + "."
 
 
@@ -256,4 +298,6 @@ def _trust(result: DriveResult) -> str:
         if share >= 0.02
     ][:5]
     text = f"{good} of {count} estimates were usable"
+    if good < 0.1 * count:
+        text = f"Only {text}, so take this as a rough guide"
     return text + (f"; flags: {', '.join(flags)}." if flags else ".")
