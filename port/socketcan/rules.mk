@@ -1,7 +1,6 @@
 # swaywatchd, the daemon.
 SWAYWATCHD := $(B)/swaywatchd
-SWAYWATCHD_SOURCES := $(wildcard port/socketcan/*.c) port/replay/candump.c port/sway_ecu.c \
-    port/sway_block.c port/vehicle_file.c
+SWAYWATCHD_SOURCES := $(wildcard port/socketcan/*.c port/*.c) port/replay/candump.c
 $(SWAYWATCHD): $(SWAYWATCHD_SOURCES) $(wildcard port/socketcan/*.h port/*.h port/replay/*.h) \
     $(B)/gcc/libsway.a
 	@echo "CC $@"
@@ -9,3 +8,4 @@ $(SWAYWATCHD): $(SWAYWATCHD_SOURCES) $(wildcard port/socketcan/*.h port/*.h port
 	    $(INCLUDE) -Iport -Iport/replay $(SWAYWATCHD_SOURCES) $(B)/gcc/libsway.a -lm -o $@
 
 quick:: $(SWAYWATCHD)
+test:: $(SWAYWATCHD)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import json
+import os
+import platform
 import socket
 import sys
 import time
@@ -64,7 +65,7 @@ def feeder(bus: rig.Bus, daemon: rig.Daemon) -> Iterator[rig.Feeder]:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """The table of scenarios."""
+    """The table of scenarios, for the eye and as markdown."""
     if not REPORT.rows:
         return
     terminalreporter.write_line("")
@@ -73,6 +74,15 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"{row['scenario']}: {row['said']}; counted: {row['counted']}; "
             f"right again: {row['right again']}"
         )
-    target = rig.ROOT / "build" / "hil"
+    is_bench = "HIL_SECONDS" in os.environ
+    lines = [
+        f"**`make {'hil-bench' if is_bench else 'hil'}`, Linux {platform.release()}"
+        f"{', User Mode Linux on one core' if 'HIL_GUEST' in os.environ else ''}**",
+        "",
+        "| scenario | what the ECU said | what it counted | right again |",
+        "|---|---|---|---|",
+        *(f"| {' | '.join(row.values())} |" for row in REPORT.rows),
+    ]
+    target = rig.ROOT / "build" / "bench"
     target.mkdir(parents=True, exist_ok=True)
-    (target / "report.json").write_text(json.dumps(REPORT.rows, indent=1))
+    (target / ("latency.md" if is_bench else "hil.md")).write_text("\n".join(lines) + "\n")

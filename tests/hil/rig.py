@@ -294,7 +294,7 @@ def swing(plant: Plant, time_s: float) -> None:
 class Report:
     """What each scenario showed; printed at the end of the run."""
 
-    rows: list[dict[str, Any]] = field(default_factory=list)
+    rows: list[dict[str, str]] = field(default_factory=list)
 
     def add(
         self, scenario: str, said: str, counted: str, right_again_s: float | str | None

@@ -1,4 +1,4 @@
-"""swaywatchd over candump logs: the bytes of the Python path, and clear words for bad input."""
+"""swaywatchd over candump logs: what it counts, and clear words for bad input."""
 
 from __future__ import annotations
 
@@ -10,14 +10,11 @@ import pytest
 
 from swaywatch.bus import encode_drive
 from swaywatch.drive import load_drive
-from swaywatch.node import Node
-from swaywatch.recording import read_recording, write_recording
-from swaywatch.vehicle import load_vehicle
+from swaywatch.recording import write_recording
 
 ROOT = Path(__file__).resolve().parents[2]
 DAEMON = ROOT / "build" / "swaywatchd"
 CASES = ROOT / "tests" / "data" / "practice"
-FAULT_REPORT = "6E2"  # the ECU program's own frame, which a bare node does not send
 
 pytestmark = pytest.mark.skipif(not DAEMON.exists(), reason="build/swaywatchd is not built")
 
@@ -36,43 +33,6 @@ def replay(
     )
     counts = [line for line in done.stderr.splitlines() if "counts {" in line]
     return done, json.loads(counts[-1].split("counts ", 1)[1]) if counts else {}
-
-
-@pytest.mark.parametrize(
-    ("case", "run"), [("p01", "run1.blf"), ("p01", "run2.blf"), ("p03", "run1.asc")]
-)
-def test_status_frames_are_those_of_python(case: str, run: str, tmp_path: Path) -> None:
-    folder = CASES / case
-    drive = load_drive([folder / run], folder / "signals.toml")
-    log = tmp_path / "drive.log"
-    write_recording(log, encode_drive(drive))
-    frames = read_recording(log).frames
-    assert frames is not None
-    node = Node(load_vehicle(folder / "vehicle.toml"), drive)
-    expected = []
-    for i in range(len(frames)):
-        time_us = int(frames.time_ns[i]) // 1000
-        node.receive(time_us, int(frames.identifier[i]), False, bytes(frames.data[i][:8]))
-        seconds, rest = divmod(time_us, 1_000_000)
-        expected += [
-            f"({seconds}.{rest:06d}) can0 {can_id:03X}#{data.hex().upper()}"
-            for can_id, data in node.transmit()
-        ]
-    positions = [
-        option
-        for body in ("car", "trailer")
-        for option in (
-            "--set",
-            f"{body}.lateral_acceleration_position="
-            f"{drive.channels[f'{body}_lateral_acceleration'].position_m}",
-        )
-    ]
-    done, counts = replay(log, case, *positions)
-    lines = [line for line in done.stdout.splitlines() if f" {FAULT_REPORT}#" not in line]
-    assert done.returncode == 0, done.stderr
-    assert counts["estimates"] > 100
-    assert len(lines) > 3000
-    assert lines == expected
 
 
 @pytest.fixture(scope="module")
