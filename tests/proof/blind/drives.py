@@ -74,7 +74,7 @@ def believed(whole: Combination, factors: dict[str, float]) -> Combination:
         body: Body = getattr(whole, name)
         if parameter in FIELDS:
             value = getattr(body, FIELDS[parameter]) / factor
-            body = replace(body, **{FIELDS[parameter]: value})  # type: ignore[arg-type]
+            body = replace(body, **{FIELDS[parameter]: value})
         else:
             place = parameter.split("_")[0]
             axle: Axle = getattr(body, place)

@@ -11,6 +11,7 @@ import argparse
 import hashlib
 import json
 import multiprocessing
+import shutil
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,6 +31,8 @@ from swaywatch.models.multibody_vehicle import GRAVITY, Combination, Inputs, Phy
 from swaywatch.recording import write_recording
 
 Array = NDArray[np.float64]
+Json = dict[str, Any]
+Plants = tuple[Multibody, Multibody]
 SUFFIXES = (".blf", ".mf4", ".asc", ".log")
 KINDS = ("clean", "planar", "simulation", "clean_simulation", "pair", "outside", "fault")
 SHARES = (0.12, 0.54, 0.13, 0.03, 0.09, 0.05, 0.04)
@@ -47,11 +50,20 @@ class Case:
     hidden: tuple[str, ...] = ()
     noise_factor: float = 1.0
     seeds: dict[str, Any] = field(default_factory=dict)
+    suffix: str = ".blf"
 
     @property
     def simulated(self) -> bool:
         """The user gives a simulation of their own."""
         return "simulation" in self.kind
+
+    def sensors(self) -> dict[str, dict[str, Any]]:
+        """Sensor faults of all effects, by signal."""
+        out: dict[str, dict[str, Any]] = {}
+        for draw in self.draws:
+            for signal, fault in draw.sensors.items():
+                out[signal] = out.get(signal, {}) | fault
+        return out
 
     def plant(self, *, healthy: bool = False) -> Multibody:
         """The plant with the effects, or without: then as the user believes it to be."""
@@ -134,6 +146,7 @@ def draw_case(seed: int, index: int) -> Case:
         base,
         hidden=draw_hidden(rng, draws),
         noise_factor=float(rng.uniform(0.8, 1.3)),
+        suffix=SUFFIXES[index % len(SUFFIXES)],
         seeds={name: int(rng.integers(2**31)) for name in ("steer", "speed", "noise")},
     )
 
@@ -181,7 +194,7 @@ def _peak(motion: Motion) -> float:
     )
 
 
-def critical_speed(case: Case, plant: Multibody) -> float:
+def critical_speed(plant: Multibody) -> float:
     """Speed at which an impulse's sway keeps about four fifths of its size over ten seconds, m/s.
 
     As a test driver would find it: by going a little faster each time.
@@ -296,6 +309,30 @@ def _answer(case: Case, name: str, truths: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def make_run(case: Case, plants: Plants, run: str, mean_m_s: float, place: Path) -> Json:
+    """Drive a run, write its recording (and simulation); returns what the answer says of it."""
+    motion = drive(case, plants[0], run, mean_m_s, healthy=False)
+    truth = bus_signals(motion, case, run, healthy=False)
+    sensors = case.sensors()
+    rng = np.random.default_rng((case.seeds["noise"], int(run[3])))
+    frames = recorder.measure(
+        truth, motion.time_s, sensors, run, rng, case.noise_factor, case.hidden
+    )
+    write_recording(place / f"{run}{case.suffix}", frames)
+    said: Json = {"v_kmh": round(mean_m_s * 3.6, 2), "peak_m_s2": round(_peak(motion), 3)}
+    if case.simulated or run != "run3":
+        same = drive(case, plants[1], run, mean_m_s, healthy=True)
+        clean = bus_signals(same, case, run, healthy=True)
+        seen = visibility(sensed(truth, motion.time_s, sensors), clean, case.noise_factor)
+        said["visibility"] = round(seen, 3)
+        if case.simulated:
+            recorder.write_simulation(place / f"simulation_{run}.mf4", motion.time_s, clean)
+    for draw in case.draws:
+        if draw.answer["id"] == "axle_load_harmonic":
+            said["harmonic"] = harmonic_truth(motion, case, draw, run)
+    return said
+
+
 def make_case(seed: int, index: int, out: Path, answers: Path) -> str:
     """Write one case; returns its name."""
     name = f"b{index + 1:03d}"
@@ -303,57 +340,25 @@ def make_case(seed: int, index: int, out: Path, answers: Path) -> str:
     if kept.exists() and json.loads(kept.read_text()).get("generator") == digest:
         return name
     case = draw_case(seed, index)
-    plant, reference = case.plant(), case.plant(healthy=True)
-    top = 0.99 * critical_speed(case, plant)
+    plants = case.plant(), case.plant(healthy=True)
+    top = 0.99 * critical_speed(plants[0])
     speeds = {"run1": top, "run2": min(25.0, 0.8 * top), "run3": 0.94 * top}
     if case.simulated:
         speeds["run1"] = 0.96 * top
-    folder, secret = out / name, answers / name
-    folder.mkdir(parents=True, exist_ok=True)
-    secret.mkdir(parents=True, exist_ok=True)
-    suffix = SUFFIXES[index % len(SUFFIXES)]
+    for folder in (out / name, answers / name):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+    truths = {
+        run: make_run(case, plants, run, mean, (answers if run == "run3" else out) / name)
+        for run, mean in speeds.items()
+    }
     dbc = "measurement_trailer.dbc" if case.simulated else "measurement.dbc"
-    truths: dict[str, Any] = {}
-    sensors: dict[str, dict[str, Any]] = {}
-    user: dict[str, float] = {}
-    for draw in case.draws:
-        user |= draw.user
-        for signal, fault in draw.sensors.items():
-            sensors[signal] = sensors.get(signal, {}) | fault
-    for run, mean in speeds.items():
-        motion = drive(case, plant, run, mean, healthy=False)
-        same = drive(case, reference, run, mean, healthy=True)
-        truth = bus_signals(motion, case, run, healthy=False)
-        clean = bus_signals(same, case, run, healthy=True)
-        rng = np.random.default_rng((case.seeds["noise"], int(run[3])))
-        place = secret if run == "run3" else folder
-        write_recording(
-            place / f"{run}{suffix}",
-            recorder.measure(
-                truth, motion.time_s, sensors, run, rng, case.noise_factor, case.hidden
-            ),
-        )
-        if case.simulated:
-            path = place / f"simulation_{run}.mf4"
-            recorder.write_simulation(path, motion.time_s, clean)
-        details = [
-            {"harmonic": harmonic_truth(motion, case, draw, run)}
-            for draw in case.draws
-            if draw.answer["id"] == "axle_load_harmonic"
-        ]
-        truths[run] = {
-            "v_kmh": round(mean * 3.6, 2),
-            "peak_m_s2": round(_peak(motion), 3),
-            "visibility": round(
-                visibility(sensed(truth, motion.time_s, sensors), clean, case.noise_factor), 3
-            ),
-            **(details[0] if details else {}),
-        }
-    (folder / "vehicle.toml").write_text(drives.vehicle_toml(drives.believed(case.healthy, user)))
+    user = {key: factor for draw in case.draws for key, factor in draw.user.items()}
+    vehicle = drives.vehicle_toml(drives.believed(case.healthy, user))
+    (out / name / "vehicle.toml").write_text(vehicle)
     roles = drives.signals_toml(case.healthy, dbc, case.hidden, trailer=case.simulated)
-    (folder / "signals.toml").write_text(roles)
-    text = json.dumps(_answer(case, name, truths), indent=1, default=float)
-    (secret / "answer.json").write_text(text)
+    (out / name / "signals.toml").write_text(roles)
+    kept.write_text(json.dumps(_answer(case, name, truths), indent=1, default=float))
     return name
 
 

@@ -8,6 +8,7 @@ hop, every message on its own 10 ms cycle with 0.1 ms of jitter, 16 bit signals.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,14 @@ def dbc_text(*, trailer: bool) -> str:
     return "\n".join(lines)
 
 
+@cache
+def _filter(low_hz: float, high_hz: float = 0.0) -> Array:
+    """Butterworth low-pass, or band-pass, of third order at 1 kHz."""
+    if high_hz:
+        return np.asarray(butter(3, (low_hz, high_hz), "band", fs=1000, output="sos"))
+    return np.asarray(butter(3, low_hz, fs=1000, output="sos"))
+
+
 def noise(rng: Generator, kind: str, size: float, time: Array) -> Array:
     """Noise of a sensor at 1 kHz times, rms `size`."""
     if kind == "none" or size == 0.0:
@@ -100,12 +109,10 @@ def noise(rng: Generator, kind: str, size: float, time: Array) -> Array:
     if kind == "white":
         return size * white[1000:]
     if kind == "low":
-        shaped = sosfilt(butter(3, 22.0, fs=1000, output="sos"), white)[1000:]
+        shaped = sosfilt(_filter(22.0), white)[1000:]
         return np.asarray(size * shaped / np.std(shaped))
-    band = sosfilt(butter(3, (7.8, 13.2), "band", fs=1000, output="sos"), white)[1000:]
-    wide = sosfilt(butter(3, 25.0, fs=1000, output="sos"), rng.standard_normal(time.size + 1000))[
-        1000:
-    ]
+    band = sosfilt(_filter(7.8, 13.2), white)[1000:]
+    wide = sosfilt(_filter(25.0), rng.standard_normal(time.size + 1000))[1000:]
     return np.asarray(size * (0.97 * band / np.std(band) + 0.25 * wide / np.std(wide)))
 
 
