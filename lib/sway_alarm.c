@@ -96,10 +96,12 @@ static bool is_growing(const sway_alarm_t *alarm, const sway_alarm_input_t *inpu
     if (alarm->growing_us <= 0) {
         return false;
     }
-    if (input->belief == SWAY_BELIEF_BOTH) {
-        return sway_real_sign(sway_real_add(input->damping.ratio, input->damping.se)) < 0;
+    const sway_real_t bound =
+        sway_real_add(input->damping.ratio, MUL(input->damping.se, sway_real_ratio(3, 2)));
+    if (sway_real_sign(bound) >= 0) {
+        return false;
     }
-    return alarm->growing_us >= period_us(input);
+    return input->belief == SWAY_BELIEF_BOTH || alarm->growing_us >= period_us(input);
 }
 
 static uint32_t speed_reasons(const sway_alarm_t *alarm, const sway_alarm_input_t *input)

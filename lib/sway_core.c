@@ -163,12 +163,18 @@ static bool has_inputs(const sway_core_t *core)
     return (core->line.valid_mask & SWAY_CHANNEL_BIT(yaw_channel(core))) != 0U;
 }
 
+static sway_real_t amplitude(const sway_core_t *core)
+{
+    return sway_complex_abs(core->line.channel[yaw_channel(core)].amplitude);
+}
+
 /* Damping ratio that the free oscillation shows. */
 static sway_margin_damping_t signal_damping(const sway_core_t *core)
 {
     const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_MISFIT | SWAY_QUALITY_GAP;
     sway_margin_damping_t damping;
     sway_line_damping(&core->line, &damping.ratio, &damping.se);
+    damping.se = sway_margin_signal_se(&core->unrest, damping.se, amplitude(core));
     damping.usable =
         line_is_usable(core) && (core->identify.quality & bad) == 0U && has_inputs(core);
     return damping;
@@ -221,7 +227,7 @@ static void raise_alarm(sway_core_t *core, const sway_publish_t *from)
         input.growth_1_s = line->growth_1_s;
         input.growth_se_1_s = line->growth_se_1_s;
         input.omega_rad_s = line->omega_rad_s;
-        input.amplitude_rad_s = sway_complex_abs(line->channel[yaw_channel(core)].amplitude);
+        input.amplitude_rad_s = amplitude(core);
         input.mid_time_us = line->mid_time_us;
     }
     sway_alarm_update(&core->alarm, &input);
@@ -229,6 +235,20 @@ static void raise_alarm(sway_core_t *core, const sway_publish_t *from)
     core->status.reasons = core->alarm.reasons;
     core->status.time_to_limit_ms = core->alarm.time_to_limit_ms;
     core->status.valid |= core->alarm.time_to_limit_ms >= 0 ? SWAY_VALID_TIME_TO_LIMIT : 0U;
+}
+
+/* Every free swing teaches how disturbed it is, also one that is not a single damped line. */
+static void learn(sway_core_t *core, const sway_margin_damping_t *combined)
+{
+    const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_GAP;
+    sway_real_t ratio;
+    sway_real_t se;
+    if (line_is_usable(core) && (core->identify.quality & bad) == 0U && has_inputs(core) &&
+        combined->usable) {
+        sway_line_damping(&core->line, &ratio, &se);
+        sway_margin_learn_unrest(&core->unrest, core->time_us,
+                                 sway_real_sub(ratio, combined->ratio), amplitude(core));
+    }
 }
 
 static void publish(sway_core_t *core)
@@ -246,6 +266,7 @@ static void publish(sway_core_t *core)
     from.signal = signal_damping(core);
     from.belief = sway_margin_combine(&model, &from.signal, &from.combined, &disagrees);
     from.quality = quality_of(core, disagrees);
+    learn(core, &from.combined);
     if ((from.quality & SWAY_QUALITY_SINGULAR) != 0U) {
         count(&core->singular);
     }

@@ -51,6 +51,7 @@ typedef struct {
     sway_line_t line; ///< the estimate that is being worked on
     sway_identify_t identify;
     sway_margin_t margin;
+    sway_unrest_t unrest;
     sway_alarm_t alarm;
     sway_status_t status;
     int64_t time_us;       ///< of the newest row that is being worked on

@@ -426,12 +426,31 @@ static sway_estimate_t estimate_of(const sway_identify_t *id, const sway_phasor_
     return estimate;
 }
 
+/* Side wind, banking and the like that a balance takes for tyre force, in the band of the line. */
+#define UNSEEN_FORCE_N 60
+
+static bool force_is_derived(const sway_identify_t *id, sway_axle_t axle)
+{
+    return !(axle <= SWAY_AXLE_CAR_REAR ? car_forces_measured(id) : trailer_forces_measured(id));
+}
+
+static void add_unseen_force(sway_estimate_t *stiffness, sway_complex_t slip)
+{
+    const sway_real_t unseen = sway_real_int(UNSEEN_FORCE_N * UNSEEN_FORCE_N);
+    const sway_real_t variance =
+        ADD(MUL(stiffness->se, stiffness->se), DIV(unseen, sway_complex_norm(slip)));
+    stiffness->se = sway_real_sqrt(variance);
+}
+
 static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
 {
     sway_axle_estimate_t *const estimate = &id->axle[axle];
     sway_phasor_t stiffness = estimate->force;
     sway_phasor_divide(&stiffness, &estimate->slip);
     estimate->stiffness = estimate_of(id, &stiffness);
+    if (force_is_derived(id, axle) && !has_channel(id->line, SWAY_CHANNEL_HITCH_FY)) {
+        add_unseen_force(&estimate->stiffness, estimate->slip.value);
+    }
     if (stiffness.known && stiffness_is_usable(&estimate->stiffness)) {
         id->valid |= (uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle;
     } else if (estimate->force.known && estimate->slip.known) {

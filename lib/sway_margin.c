@@ -19,8 +19,8 @@ static sway_real_t ppm(int32_t value)
 #define USER_STIFFNESS_PPM 100000
 #define USER_LAG_PPM 40000
 #define USER_INERTIA_PPM 70000
-#define DRIFT_STIFFNESS_PPM 10000
-#define DRIFT_LAG_PPM 5000
+#define DRIFT_STIFFNESS_PPM 2000
+#define DRIFT_LAG_PPM 500
 #define DRIFT_INERTIA_PPM 1000
 
 static sway_real_t square(sway_real_t a)
@@ -80,6 +80,20 @@ static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measur
     *variance = MUL(*variance, SUB(sway_real_int(1), gain));
 }
 
+/* A change that the drift cannot explain (a tyre loses pressure, a load moves): start again from
+ * what is measured. Two estimates in a row must say so. */
+static void follow_jump(sway_margin_state_t *state, const sway_estimate_t *estimate)
+{
+    const sway_real_t innovation = SUB(estimate->value.re, state->value.re);
+    const sway_real_t expected = ADD(state->variance_re, square(estimate->se));
+    const bool far = sway_real_less(MUL(sway_real_int(12), expected), square(innovation));
+    if (far && state->strange) {
+        state->variance_re = ADD(state->variance_re, square(innovation));
+        state->variance_im = ADD(state->variance_im, sway_real_scale(square(innovation), -2));
+    }
+    state->strange = far;
+}
+
 static void state_take(sway_margin_state_t *state, const sway_estimate_t *estimate,
                        sway_complex_t s_by_v)
 {
@@ -91,6 +105,7 @@ static void state_take(sway_margin_state_t *state, const sway_estimate_t *estima
         state->variance_im = r;
         state->started = true;
     } else {
+        follow_jump(state, estimate);
         update(&state->value.re, &state->variance_re, value.re, r);
         update(&state->value.im, &state->variance_im, value.im, r);
     }
@@ -98,9 +113,9 @@ static void state_take(sway_margin_state_t *state, const sway_estimate_t *estima
     state->identified = true;
 }
 
-/* The residuals of a line that is not one damped sinusoid are not white: its errors are larger
- * than stated. The same for a beginning saturation. Such estimates stay out of the model. */
-#define UNFIT (SWAY_QUALITY_MISFIT | SWAY_QUALITY_GAP)
+/* An estimate over missing samples is not taken. Windows that are not one damped line are: their
+ * standard errors, from coloured residuals, hold (tests/bench/warning.py was used to see that). */
+#define UNFIT SWAY_QUALITY_GAP
 
 static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
 {
@@ -266,11 +281,18 @@ static bool step_root(sway_margin_t *margin)
     if (!margin->next.has_model || !has_lag(margin)) {
         return true;
     }
-    const sway_complex_t f =
-        sway_stm_characteristic(&margin->stm, margin->next.root, margin->speed_m_s);
+    const sway_complex_t root = margin->next.root;
+    const sway_complex_t f = sway_stm_characteristic(&margin->stm, root, margin->speed_m_s);
     const sway_complex_t step = sway_complex_div(f, margin->f_s);
-    margin->next.root = sway_complex_sub(margin->next.root, step);
-    return is_small(step, sway_complex_abs(margin->next.root)) || margin->count >= NEWTON_MAX;
+    /* A root that has far to go is not the one that was meant: lags change it little. */
+    const sway_real_t fifth = sway_real_ratio(1, 25);
+    const bool wild = sway_real_less(MUL(sway_complex_norm(root), fifth), sway_complex_norm(step));
+    if (wild || margin->count >= NEWTON_MAX) {
+        margin->next.has_model = false;
+        return true;
+    }
+    margin->next.root = sway_complex_sub(root, step);
+    return is_small(step, sway_complex_abs(root));
 }
 
 static bool step_critical(sway_margin_t *margin)
@@ -468,6 +490,40 @@ bool sway_margin_run(sway_margin_t *margin)
 
 /* What the model leaves out (roll, air, saturation) in the damping ratio, at the least. */
 #define MODEL_FLOOR_PPM 5000
+
+/* Amplitude noise of the road, rad/s: before any experience, least and most; and the time over
+ * which it is learnt. */
+#define UNREST_START_URAD_S 3000
+#define UNREST_LEAST_URAD_S 500
+#define UNREST_MOST_URAD_S 12000
+#define UNREST_TIME_US 20000000
+
+sway_real_t sway_margin_signal_se(const sway_unrest_t *unrest, sway_real_t fit_se,
+                                  sway_real_t amplitude_rad_s)
+{
+    const sway_real_t start = square(ppm(UNREST_START_URAD_S));
+    const sway_real_t variance = unrest->started ? unrest->variance : start;
+    return sway_real_sqrt(
+        ADD(square(sway_real_scale(fit_se, 1)), DIV(variance, square(amplitude_rad_s))));
+}
+
+void sway_margin_learn_unrest(sway_unrest_t *unrest, int64_t time_us, sway_real_t difference,
+                              sway_real_t amplitude_rad_s)
+{
+    int64_t elapsed_us = time_us - unrest->time_us;
+    unrest->time_us = time_us;
+    if (!unrest->started) {
+        unrest->started = true;
+        unrest->variance = square(ppm(UNREST_START_URAD_S));
+        return;
+    }
+    elapsed_us = elapsed_us > UNREST_TIME_US / 8 ? UNREST_TIME_US / 8 : elapsed_us;
+    const sway_real_t most = square(ppm(UNREST_MOST_URAD_S));
+    const sway_real_t seen = sway_real_min(square(MUL(difference, amplitude_rad_s)), most);
+    const sway_real_t weight = sway_real_ratio(elapsed_us, UNREST_TIME_US);
+    unrest->variance = ADD(unrest->variance, MUL(weight, SUB(seen, unrest->variance)));
+    unrest->variance = sway_real_max(unrest->variance, square(ppm(UNREST_LEAST_URAD_S)));
+}
 
 sway_belief_t sway_margin_combine(const sway_margin_damping_t *model,
                                   const sway_margin_damping_t *signal,
