@@ -10,12 +10,13 @@ void sway_alarm_defaults(sway_alarm_config_t *config)
     config->margin_hysteresis_mm_s = 556;
     config->notice_damping_ratio_ppm = 50000;
     config->damping_hysteresis_ppm = 15000;
-    config->minimum_amplitude_urad_s = 17453;
+    config->minimum_amplitude_urad_s = 34907;
     config->large_amplitude_urad_s = 139626;
     config->limit_amplitude_urad_s = 261799;
     config->critical_time_ms = 3000;
     config->hold_ms = 2000;
     config->minimum_speed_mm_s = 8333;
+    config->confidence_milli = 1000;
 }
 
 sway_error_t sway_alarm_init(sway_alarm_t *alarm, const sway_alarm_config_t *config)
@@ -31,6 +32,7 @@ sway_error_t sway_alarm_init(sway_alarm_t *alarm, const sway_alarm_config_t *con
         config->critical_time_ms,
         config->hold_ms,
         config->minimum_speed_mm_s,
+        config->confidence_milli,
     };
     for (unsigned i = 0; i < sizeof all / sizeof all[0]; i++) {
         if (all[i] < 0) {
@@ -96,8 +98,8 @@ static bool is_growing(const sway_alarm_t *alarm, const sway_alarm_input_t *inpu
     if (alarm->growing_us <= 0) {
         return false;
     }
-    const sway_real_t bound =
-        sway_real_add(input->damping.ratio, MUL(input->damping.se, sway_real_ratio(3, 2)));
+    const sway_real_t sure = sway_real_ratio(alarm->config.confidence_milli, 1000);
+    const sway_real_t bound = sway_real_add(input->damping.ratio, MUL(sure, input->damping.se));
     if (sway_real_sign(bound) >= 0) {
         return false;
     }

@@ -21,6 +21,7 @@ typedef struct {
     int32_t critical_time_ms;         ///< time to limit below this while growing: critical
     int32_t hold_ms;                  ///< a state is left downwards only after this time
     int32_t minimum_speed_mm_s;       ///< off below (30 km/h: 8333)
+    int32_t confidence_milli; ///< standard errors, x 1000, by which damping must be negative
 } sway_alarm_config_t;
 
 /// What one estimate says.

@@ -171,10 +171,13 @@ static sway_real_t amplitude(const sway_core_t *core)
 /* Damping ratio that the free oscillation shows. */
 static sway_margin_damping_t signal_damping(const sway_core_t *core)
 {
-    const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_MISFIT | SWAY_QUALITY_GAP;
+    const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_GAP;
     sway_margin_damping_t damping;
     sway_line_damping(&core->line, &damping.ratio, &damping.se);
     damping.se = sway_margin_signal_se(&core->unrest, damping.se, amplitude(core));
+    if ((core->identify.quality & SWAY_QUALITY_MISFIT) != 0U) { // a gust or a swerve is in it
+        damping.se = sway_real_mul(damping.se, sway_real_ratio(3, 2));
+    }
     damping.usable =
         line_is_usable(core) && (core->identify.quality & bad) == 0U && has_inputs(core);
     return damping;

@@ -493,7 +493,7 @@ bool sway_margin_run(sway_margin_t *margin)
 
 /* Amplitude noise of the road, rad/s: before any experience, least and most; and the time over
  * which it is learnt. */
-#define UNREST_START_URAD_S 3000
+#define UNREST_START_URAD_S 2000
 #define UNREST_LEAST_URAD_S 500
 #define UNREST_MOST_URAD_S 12000
 #define UNREST_TIME_US 20000000

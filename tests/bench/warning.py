@@ -4,7 +4,7 @@
 
 - unstable drives: the damping ratio becomes negative (speed, downhill, a tyre losing stiffness) with
   the steering wheel held; the clock starts when the true damping ratio is negative, the wheel has
-  come to rest and the swing is above 1 deg/s, the first moment at which there is anything to see;
+  come to rest and the trailer swings by 3 deg/s or more: below that it is wind and road;
 - stable drives: slalom, lane changes, gusts, rough road, damping ratio above 0.03 throughout;
 - hours of ordinary driving with a driver in the loop.
 
@@ -38,7 +38,7 @@ from swaywatch.vehicle import Car, Trailer, Vehicle  # noqa: E402
 
 FloatArray = npt.NDArray[np.float64]
 
-VISIBLE_RAD_S = math.radians(1.0)
+VISIBLE_RAD_S = math.radians(3.0)
 FALSE_DAMPING = 0.02
 LOST_RAD = math.radians(20)
 OURS = "swaywatch"
@@ -159,47 +159,68 @@ def _road(course: plant.Course, rng: np.random.Generator, strength: float) -> No
     plant.add_hand(course, rng, strength * math.radians(rng.uniform(0.05, 0.25)))
 
 
-def _unstable(rng: np.random.Generator) -> tuple[plant.Combination, plant.Course, str, FloatArray]:
-    """One drive whose damping becomes negative; also when the wheel is held."""
+def _tyre_failure(
+    c: plant.Combination, rng: np.random.Generator, speed: float
+) -> FloatArray | None:
+    """Factors on the stiffnesses that make it sway (not spin) at `speed`; None: not found."""
+    factor = np.ones(4)
+    while factor.min() > 0.4:
+        if plant.damping_ratio(c, speed, factor) < -0.015:
+            return factor
+        factor[int(rng.integers(1, 4))] *= 0.9
+        if plant.diverges(c, speed, factor):
+            return None
+    return None
+
+
+def _approach(
+    rng: np.random.Generator, kind: str, calm_s: float
+) -> tuple[plant.Combination, plant.Course]:
+    """Car, trailer and course whose damping is negative from about `calm_s` on."""
     while True:
         c = combination(rng)
         v_crit = plant.critical_speed(c)
-        if 62 / 3.6 < v_crit < 135 / 3.6:
-            break
+        if not 62 / 3.6 < v_crit < 135 / 3.6 or plant.diverges(c, 1.12 * v_crit):
+            continue
+        if kind == "tyre":
+            course = plant.course(calm_s + 30, v_crit * rng.uniform(0.85, 0.97))
+            factor = _tyre_failure(c, rng, float(course.speed[0]))
+            if factor is not None:
+                change = np.clip((course.time_s - calm_s) / rng.uniform(0.5, 3), 0, 1)
+                course.factor[:] = 1 + (factor - 1) * change[:, None]
+                return c, course
+        else:
+            rate = rng.uniform(0.3, 1.0) if kind == "acceleration" else rng.uniform(0.1, 0.35)
+            course = plant.course(calm_s + 30, 0.0)
+            climb = np.maximum(v_crit + rate * (course.time_s - calm_s), 0.8 * v_crit)
+            course.speed[:] = np.minimum(climb, v_crit * rng.uniform(1.03, 1.12))
+            return c, course
+
+
+def _unstable(rng: np.random.Generator) -> tuple[plant.Combination, plant.Course, str, int]:
+    """One drive whose damping becomes negative; and the row from which the wheel is held.
+
+    Swerves and gusts set it swinging; the last one comes within 3 s of the damping's change of
+    sign, before or after it. From then on the wheel is held, but for the tremor of the hands.
+    """
     kind = str(rng.choice(["acceleration", "downhill", "tyre"]))
-    n_s = 45.0
-    if kind == "tyre":
-        course = plant.course(n_s, v_crit * rng.uniform(0.85, 0.97))
-        factor = np.ones(4)
-        while plant.damping_ratio(c, course.speed[0], factor) > -0.015:
-            factor[int(rng.integers(1, 4))] *= 0.9
-            if factor.min() < 0.3:
-                factor = np.ones(4)
-                course.speed[:] *= 1.01
-        change = np.clip((course.time_s - 15) / rng.uniform(0.5, 3), 0, 1)
-        course.factor[:] = 1 + (factor - 1) * change[:, None]
-    else:
-        rate = rng.uniform(0.3, 1.0) if kind == "acceleration" else rng.uniform(0.1, 0.35)
-        over = rng.uniform(1.03, 1.12)
-        course = plant.course(n_s, 0.0)
-        start = v_crit - rate * 15
-        course.speed[:] = np.minimum(start + rate * course.time_s, v_crit * over)
-    # Something sets it swinging: the driver swerves once or more, or a gust.
+    calm_s = 40.0
+    c, course = _approach(rng, kind, calm_s)
     time_s = course.time_s
-    held = np.ones(len(time_s), dtype=bool)
-    for start in np.cumsum(rng.uniform(5, 10, 4)):
+    held = 0.0
+    for start in (*np.sort(rng.uniform(5, calm_s - 6, 3)), calm_s + rng.uniform(-3, 3)):
         if rng.random() < 0.6:
             length = rng.uniform(0.6, 0.9)
-            angle = math.radians(rng.uniform(8, 25)) * rng.choice([-1, 1])
+            angle = math.radians(rng.uniform(6, 16)) * rng.choice([-1, 1])
             course.wheel += plant.half_sine(time_s, start, length, angle)
-            held &= ~((time_s >= start) & (time_s < start + length))
         else:
-            k0 = round(start * 100)
-            length_k = round(rng.uniform(60, 200))
-            shape = 0.5 * (1 - np.cos(2 * np.pi * np.arange(length_k) / length_k))
-            course.side[k0 : k0 + length_k, 1] += rng.uniform(500, 1800) * shape
+            length = rng.uniform(0.6, 2.0)
+            k0, count = round(start * 100), round(length * 100)
+            shape = 0.5 * (1 - np.cos(2 * np.pi * np.arange(count) / count))
+            course.side[k0 : k0 + count, 1] += rng.uniform(500, 1500) * shape
+        held = start + length
     _road(course, rng, 1.0)
-    return c, course, kind, held
+    return c, course, kind, round(held * 100)
 
 
 def _stable_combination(
@@ -262,14 +283,15 @@ def _ordinary(rng: np.random.Generator, seconds: float) -> tuple[plant.Combinati
 # --- running and scoring -------------------------------------------------------------------------
 
 
-def onset_of(motion: plant.Motion, damping: FloatArray, held: npt.NDArray[np.bool_]) -> int | None:
+def onset_of(motion: plant.Motion, damping: FloatArray, held: int) -> int | None:
     """First row with negative damping, wheel held to the end, and a visible swing."""
     swing = motion.trailer_yaw_rate - np.convolve(
         motion.trailer_yaw_rate, np.ones(150) / 150, mode="same"
     )
     wide = np.lib.stride_tricks.sliding_window_view(np.abs(swing), 150).max(axis=1)
     visible = np.concatenate([np.zeros(149, dtype=bool), wide > VISIBLE_RAD_S])
-    rows = np.flatnonzero((damping < 0) & held & visible)
+    rows = np.flatnonzero((damping < 0) & visible)
+    rows = rows[rows >= held]
     return int(rows[0]) if len(rows) else None
 
 
@@ -282,7 +304,7 @@ def end_of(motion: plant.Motion) -> int:
 def run(kind: str, seed: int, seconds: float = 0.0) -> Result:
     """Simulate one drive, run every detector on it, score."""
     rng = np.random.default_rng([seed, len(kind)])
-    held = None
+    held: int | None = None
     if kind == "unstable":
         c, course, label, held = _unstable(rng)
     elif kind == "stable":
@@ -293,6 +315,7 @@ def run(kind: str, seed: int, seconds: float = 0.0) -> Result:
     motion = plant.simulate(c, course)
     damping = damping_over_time(c, course)
     end = end_of(motion)
+    lost = end < len(motion.time_s) - 1
     onset = onset_of(motion, damping, held) if held is not None else None
     if onset is not None and onset >= end:
         onset = None
@@ -307,7 +330,11 @@ def run(kind: str, seed: int, seconds: float = 0.0) -> Result:
     for name, times in found.items():
         rows = np.clip((times * 100).astype(int), 0, end)
         before = np.array([damping[max(0, row - 100) : row + 1].min() for row in rows])
-        false[name] = [float(t) for t, d in zip(times, before, strict=True) if d > FALSE_DAMPING]
+        false[name] = [
+            float(t)
+            for t, d in zip(times, before, strict=True)
+            if d > FALSE_DAMPING and not (lost and t * 100 > end - 1500)
+        ]
         delay[name] = None
         if onset is not None:
             true = [t for t in times if t not in false[name] and t * 100 <= end]

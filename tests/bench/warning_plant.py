@@ -50,8 +50,10 @@ class Combination:
         )  # fmt: skip
 
 
-def damping_ratio(c: Combination, speed: float, factor: FloatArray | None = None) -> float:
-    """Least damping ratio of the oscillating modes at `speed`, relaxation included.
+def roots(
+    c: Combination, speed: float, factor: FloatArray | None = None
+) -> npt.NDArray[np.complex128]:
+    """Roots of the linear combination at `speed`, axle stiffnesses times `factor`.
 
     The state matrix of App. A.2 of the reference (corrected) with one more state for each axle;
     eigenvalues by numpy.
@@ -89,9 +91,20 @@ def damping_ratio(c: Combination, speed: float, factor: FloatArray | None = None
     a[3, 2] = 1
     a[4:, :4] = slip * rate[:, None]
     a[4:, 4:] = -np.diag(rate)
-    roots = np.linalg.eigvals(a)
-    roots = roots[(roots.imag > 0.5) & (np.abs(roots) < 30)]
-    return float(np.min(-roots.real / np.abs(roots)))
+    return np.asarray(np.linalg.eigvals(a))
+
+
+def damping_ratio(c: Combination, speed: float, factor: FloatArray | None = None) -> float:
+    """Least damping ratio of the oscillating modes at `speed`, relaxation included."""
+    found = roots(c, speed, factor)
+    found = found[(found.imag > 0.5) & (np.abs(found) < 30)]
+    return float(np.min(-found.real / np.abs(found)))
+
+
+def diverges(c: Combination, speed: float, factor: FloatArray | None = None) -> bool:
+    """A root without oscillation grows: a spin or jackknife, not sway."""
+    found = roots(c, speed, factor)
+    return bool(np.any((found.real > 0) & (np.abs(found.imag) <= 0.5)))
 
 
 def critical_speed(c: Combination, factor: FloatArray | None = None) -> float:
