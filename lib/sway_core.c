@@ -14,7 +14,7 @@ void sway_core_defaults(sway_core_config_t *config)
 {
     memset(config, 0, sizeof *config);
     config->sample_period_us = 10000;
-    config->window_cycles_milli = 2000;
+    config->window_cycles_milli = 1700;
     sway_alarm_defaults(&config->alarm);
 }
 

@@ -35,7 +35,7 @@
 typedef struct {
     sway_vehicle_t vehicle;
     int32_t sample_period_us;    ///< of the grid: 10000 (5000 .. 20000)
-    int32_t window_cycles_milli; ///< window in oscillations x 1000: 2000 (1500 .. 6000)
+    int32_t window_cycles_milli; ///< window in oscillations x 1000: 1700 (1500 .. 6000)
     int32_t input_delay_us[SWAY_INPUT_COUNT]; ///< known delay of each input: its timestamps are
                                               ///< that much too late; +-500000
     sway_alarm_config_t alarm;
