@@ -63,7 +63,7 @@ static inline void set_channel(sway_line_t *line, sway_channel_t channel, double
 }
 
 /* The line that a vehicle of the given lengths and masses shows at plant->s when its steering wheel
- * moves by 1 deg: exact, linear. car_yaw_rate, accelerations, hitch and wheel forces. With the
+ * moves by 20 deg: exact, linear. car_yaw_rate, accelerations, hitch and wheel forces. With the
  * wrong s there is no free motion, so the steering is what keeps it going. Unknowns: lateral speeds
  * are replaced by v (psi1), hitch kinematics and both bodies' balances. */
 static inline void plant_line(const test_plant_t *plant, const sway_vehicle_t *vehicle,
@@ -77,7 +77,7 @@ static inline void plant_line(const test_plant_t *plant, const sway_vehicle_t *v
     const double lr2 = vehicle->trailer.rear_axle_to_cog_um / 1e6;
     const double lh2 = vehicle->trailer.hitch_to_cog_um / 1e6;
     const double v = plant->v;
-    const double complex s = plant->s, delta = 0.0175 / (vehicle->car.steering_ratio_milli / 1e3);
+    const double complex s = plant->s, delta = 0.35 / (vehicle->car.steering_ratio_milli / 1e3);
     const double complex *c = plant->stiffness;
     const int axles = vehicle->trailer.axles;
     const double complex c2f = axles == 2 ? c[2] : 0, c2r = axles > 0 ? c[3] : 0;
@@ -121,7 +121,7 @@ static inline void plant_line(const test_plant_t *plant, const sway_vehicle_t *v
     const double complex r1 = c[1] * (psi1 - (y1 - lr1 * s * psi1) / v);
     const double complex f2 = c2f * (psi2 - (y2 + lf2 * s * psi2) / v);
     const double complex r2 = c2r * (psi2 - (y2 - lr2 * s * psi2) / v);
-    set_channel(line, SWAY_CHANNEL_STEERING_WHEEL_ANGLE, 0.0175);
+    set_channel(line, SWAY_CHANNEL_STEERING_WHEEL_ANGLE, 0.35);
     set_channel(line, SWAY_CHANNEL_CAR_YAW_RATE, s * psi1);
     set_channel(line, SWAY_CHANNEL_CAR_LATERAL_ACC, s * y1 + x1 * s * s * psi1);
     set_channel(line, SWAY_CHANNEL_CAR_FRONT_FY, f1);
