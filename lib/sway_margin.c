@@ -236,10 +236,19 @@ sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *ide
 /* A step returns true when it is done and the next one may begin. */
 typedef bool step_t(sway_margin_t *margin);
 
+/* The last roots are the start of the next; turned a little, so that a pair that was conjugate may
+ * become two real roots. */
 static bool step_quartic(sway_margin_t *margin)
 {
     margin->quartic = sway_stm_quartic(&margin->stm, margin->speed_m_s);
-    sway_stm_roots_start(&margin->roots, &margin->quartic);
+    if (!margin->model.has_model) {
+        sway_stm_roots_start(&margin->roots, &margin->quartic);
+        return true;
+    }
+    const sway_complex_t turn = {sway_real_int(1), sway_real_ratio(1, 200)};
+    for (int k = 0; k < margin->roots.count; k++) {
+        margin->roots.root[k] = sway_complex_mul(margin->roots.root[k], turn);
+    }
     return true;
 }
 
@@ -300,6 +309,12 @@ static bool step_critical(sway_margin_t *margin)
     sway_margin_model_t *const next = &margin->next;
     next->kind = sway_stm_critical_speed(&margin->stm, &next->v_crit_m_s, &next->omega_crit_rad_s);
     next->damping_ratio = sway_stm_damping_ratio(next->root);
+    margin->far = true;
+    if (next->kind == SWAY_VCRIT_FOUND && margin->model.kind == SWAY_VCRIT_FOUND &&
+        has_lag(margin)) { // nearer than what the lags are left out of
+        next->v_crit_m_s = margin->model.v_crit_m_s;
+        next->omega_crit_rad_s = margin->model.omega_crit_rad_s;
+    }
     next->has_steady =
         sway_stm_steady_state(&margin->stm, margin->speed_m_s, &next->steady) == SWAY_OK;
     return true;
@@ -358,6 +373,10 @@ static bool step_critical_newton(sway_margin_t *margin)
     next->omega_crit_rad_s =
         ADD(next->omega_crit_rad_s, limited(d_omega, MUL(next->omega_crit_rad_s, tenth)));
     const sway_complex_t step = {d_v, sway_real_int(0)};
+    if (margin->count == 0) {
+        margin->far =
+            sway_real_less(sway_real_ratio(1, 50), sway_real_abs(DIV(d_v, next->v_crit_m_s)));
+    }
     return is_small(step, next->v_crit_m_s);
 }
 
@@ -374,9 +393,18 @@ static bool step_critical_range(sway_margin_t *margin)
             next->kind = SWAY_VCRIT_BEYOND_RANGE;
         }
     }
-    margin->v_crit_variance = sway_real_int(0);
-    margin->damping_variance = sway_real_int(0);
     return true;
+}
+
+/* Slopes once more at the limit that was found, if it was far from where the search began. */
+static bool step_limit_slope_s(sway_margin_t *margin)
+{
+    return !(margin->far && has_lag(margin)) || step_critical_slope_s(margin);
+}
+
+static bool step_limit_slope_v(sway_margin_t *margin)
+{
+    return !(margin->far && has_lag(margin)) || step_critical_slope_v(margin);
 }
 
 /* Relative variances (1 % = 1) of the filtered quantity behind a parameter; 0 where it is fixed. */
@@ -406,64 +434,87 @@ static sway_complex_t times_j(sway_complex_t a)
     return turned;
 }
 
-/* Sensitivity of v_crit to one parameter, and its part of the variance; one parameter a slice. */
+/* The parameter of this slice; false when all that are due have been done. */
+static bool due(sway_margin_t *margin, sway_parameter_t *parameter)
+{
+    const int many = margin->complete ? SWAY_MARGIN_TURN : (int)SWAY_PARAMETER_COUNT;
+    *parameter = (sway_parameter_t)((margin->turn + margin->count) % SWAY_PARAMETER_COUNT);
+    return (int)margin->count < many;
+}
+
+/* Derivatives of v_crit to one parameter, Eq. 3.44. */
 static bool step_sensitivity(sway_margin_t *margin)
 {
-    const sway_parameter_t parameter = (sway_parameter_t)margin->count;
-    if (!critical_is_wanted(margin)) {
+    sway_parameter_t parameter;
+    if (!due(margin, &parameter) || !critical_is_wanted(margin)) {
         return true;
     }
+    sway_complex_t *const result = &margin->limit_per_percent[parameter];
+    result->re = sway_real_int(0);
+    result->im = sway_real_int(0);
     if (sway_stm_has_parameter(&margin->stm, parameter)) {
         const sway_complex_t df = sway_stm_slope_parameter(&margin->stm, at_limit(margin),
                                                            margin->next.v_crit_m_s, parameter);
-        sway_real_t re;
-        sway_real_t im;
         sway_real_t d_omega;
-        sway_real_t by_re = sway_real_int(0);
-        sway_real_t by_im = sway_real_int(0);
-        parameter_variance(margin, parameter, &re, &im);
-        (void)sway_stm_shift(margin->f_s, margin->f_v, df, &d_omega, &by_re);
-        (void)sway_stm_shift(margin->f_s, margin->f_v, times_j(df), &d_omega, &by_im);
-        margin->next.sensitivity_m_s[parameter] = by_re;
-        margin->v_crit_variance =
-            ADD(margin->v_crit_variance, ADD(MUL(re, square(by_re)), MUL(im, square(by_im))));
+        (void)sway_stm_shift(margin->f_s, margin->f_v, df, &d_omega, &result->re);
+        (void)sway_stm_shift(margin->f_s, margin->f_v, times_j(df), &d_omega, &result->im);
     }
-    return margin->count + 1 >= (int)SWAY_PARAMETER_COUNT;
+    return false;
 }
 
-/* Error of the damping ratio at the present speed: ds = -df/f_s; one parameter a slice. */
-static bool step_damping_error(sway_margin_t *margin)
+/* Derivative of the dominant root at the present speed: ds = -df/f_s. */
+static bool step_root_derivative(sway_margin_t *margin)
 {
-    const sway_parameter_t parameter = (sway_parameter_t)margin->count;
-    const bool last = margin->count + 1 >= (int)SWAY_PARAMETER_COUNT;
+    sway_parameter_t parameter;
     sway_real_t re;
     sway_real_t im;
-    parameter_variance(margin, parameter, &re, &im);
-    if (!margin->next.has_model || sway_real_is_zero(re) ||
-        !sway_stm_has_parameter(&margin->stm, parameter)) {
-        return last;
+    if (!due(margin, &parameter) || !margin->next.has_model) {
+        return true;
     }
-    const sway_complex_t root = margin->next.root;
-    const sway_complex_t df =
-        sway_stm_slope_parameter(&margin->stm, root, margin->speed_m_s, parameter);
-    const sway_complex_t ds = sway_complex_div(df, margin->f_s);
-    /* Small changes of the ratio of a lightly damped root: -Re ds/|s|. */
-    const sway_real_t norm = sway_complex_norm(root);
-    margin->damping_variance = ADD(margin->damping_variance,
-                                   DIV(ADD(MUL(re, square(ds.re)), MUL(im, square(ds.im))), norm));
-    return last;
+    parameter_variance(margin, parameter, &re, &im);
+    sway_complex_t ds = {sway_real_int(0), sway_real_int(0)};
+    if (!sway_real_is_zero(re) && sway_stm_has_parameter(&margin->stm, parameter)) {
+        const sway_complex_t df =
+            sway_stm_slope_parameter(&margin->stm, margin->next.root, margin->speed_m_s, parameter);
+        ds = sway_complex_div(df, margin->f_s);
+    }
+    margin->root_per_percent[parameter] = ds;
+    return false;
+}
+
+/* Errors from the variances of the filtered quantities; a lightly damped root's ratio changes by
+ * -Re ds/|s|. */
+static bool step_errors(sway_margin_t *margin)
+{
+    sway_margin_model_t *const next = &margin->next;
+    sway_real_t limit = sway_real_int(0);
+    sway_real_t damping = sway_real_int(0);
+    for (int i = 0; i < (int)SWAY_PARAMETER_COUNT; i++) {
+        const sway_complex_t by = margin->limit_per_percent[i];
+        const sway_complex_t ds = margin->root_per_percent[i];
+        sway_real_t re;
+        sway_real_t im;
+        parameter_variance(margin, (sway_parameter_t)i, &re, &im);
+        limit = ADD(limit, ADD(MUL(re, square(by.re)), MUL(im, square(by.im))));
+        damping = ADD(damping, ADD(MUL(re, square(ds.re)), MUL(im, square(ds.im))));
+        next->sensitivity_m_s[i] = by.re;
+    }
+    next->v_crit_se_m_s = critical_is_wanted(margin) ? sway_real_sqrt(limit) : sway_real_int(0);
+    next->damping_ratio_se = sway_real_sqrt(DIV(damping, sway_complex_norm(next->root)));
+    if (margin->complete) {
+        margin->turn = (uint8_t)((margin->turn + SWAY_MARGIN_TURN) % SWAY_PARAMETER_COUNT);
+    }
+    margin->complete = next->has_model && critical_is_wanted(margin);
+    return true;
 }
 
 enum { STEP_COUNT = 14 };
 
 static step_t *const STEPS[STEP_COUNT] = {
-    step_quartic,          step_roots,
-    step_root_slope,       step_root,
-    step_critical,         step_critical_slope_s,
-    step_critical_slope_v, step_critical_newton,
-    step_critical_range,   step_critical_slope_s, /* again, at the limit that was found */
-    step_critical_slope_v, step_sensitivity,
-    step_root_slope,       step_damping_error,
+    step_quartic,         step_roots,          step_root_slope,       step_root,
+    step_root_derivative, step_critical,       step_critical_slope_s, step_critical_slope_v,
+    step_critical_newton, step_critical_range, step_limit_slope_s,    step_limit_slope_v,
+    step_sensitivity,     step_errors,
 };
 
 bool sway_margin_run(sway_margin_t *margin)
@@ -480,8 +531,6 @@ bool sway_margin_run(sway_margin_t *margin)
     if (margin->step < STEP_COUNT) {
         return true;
     }
-    margin->next.v_crit_se_m_s = sway_real_sqrt(margin->v_crit_variance);
-    margin->next.damping_ratio_se = sway_real_sqrt(margin->damping_variance);
     margin->model = margin->next;
     return false;
 }

@@ -21,6 +21,9 @@
 /// Estimates that overlap enough to share their noise.
 #define SWAY_MARGIN_OVERLAP 8
 
+/// Parameters whose derivatives are renewed with an estimate.
+#define SWAY_MARGIN_TURN 2
+
 /// One filtered quantity: complex stiffness of an axle, or a yaw inertia (imaginary part 0).
 /// Variances are relative to `scale` squared.
 typedef struct {
@@ -61,11 +64,15 @@ typedef struct {
     sway_stm_roots_t roots;
     sway_complex_t f_s;
     sway_complex_t f_v;
+    sway_complex_t limit_per_percent[SWAY_PARAMETER_COUNT]; ///< change of v_crit for +1 %: of the
+                                                            ///< value (re), of its argument (im)
+    sway_complex_t root_per_percent[SWAY_PARAMETER_COUNT];  ///< change of the dominant root
     sway_real_t speed_m_s;
-    sway_real_t damping_variance;
-    sway_real_t v_crit_variance;
     uint8_t step;
     uint8_t count;
+    uint8_t turn;  ///< parameter whose derivatives are renewed next
+    bool complete; ///< all derivatives have been computed once
+    bool far;      ///< the limit was found far from where its slopes were taken
 } sway_margin_t;
 
 /// Starts from the user's values.
@@ -77,7 +84,8 @@ void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle);
 sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *identify,
                                int64_t time_us, sway_real_t speed_m_s);
 
-/// One slice; true while more is to be done. Then margin->model is the result.
+/// One slice; true while more is to be done. Then margin->model is the result. Derivatives to the
+/// parameters change slowly: after the first time, SWAY_MARGIN_TURN of them are renewed each time.
 bool sway_margin_run(sway_margin_t *margin);
 
 /// What the combination is made of.

@@ -1,0 +1,215 @@
+/* The whole core on computed signals: a free oscillation of the linear reference combination. */
+#include "sway_core.h"
+#include "sway_test.h"
+#include "unity.h"
+
+static sway_core_t core;
+static sway_core_t other;
+static sway_core_config_t config;
+
+void setUp(void)
+{
+    sway_core_defaults(&config);
+    config.vehicle = reference_vehicle();
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&core, &config));
+}
+
+void tearDown(void)
+{
+}
+
+static void drain(sway_core_t *c)
+{
+    while (sway_core_run(c)) {
+    }
+}
+
+static const struct {
+    sway_input_t input;
+    sway_channel_t channel;
+    double scale;
+} SIGNALS[] = {
+    {SWAY_INPUT_STEERING_WHEEL_ANGLE, SWAY_CHANNEL_STEERING_WHEEL_ANGLE, 1e6},
+    {SWAY_INPUT_CAR_YAW_RATE, SWAY_CHANNEL_CAR_YAW_RATE, 1e6},
+    {SWAY_INPUT_CAR_LATERAL_ACC, SWAY_CHANNEL_CAR_LATERAL_ACC, 1e6},
+    {SWAY_INPUT_TRAILER_YAW_RATE, SWAY_CHANNEL_TRAILER_YAW_RATE, 1e6},
+    {SWAY_INPUT_TRAILER_LATERAL_ACC, SWAY_CHANNEL_TRAILER_LATERAL_ACC, 1e6},
+    {SWAY_INPUT_HITCH_FX, SWAY_CHANNEL_HITCH_FX, 1e3},
+    {SWAY_INPUT_HITCH_FY, SWAY_CHANNEL_HITCH_FY, 1e3},
+    {SWAY_INPUT_CAR_FY_FL, SWAY_CHANNEL_CAR_FRONT_FY, 5e2},
+    {SWAY_INPUT_CAR_FY_FR, SWAY_CHANNEL_CAR_FRONT_FY, 5e2},
+    {SWAY_INPUT_CAR_FY_RL, SWAY_CHANNEL_CAR_REAR_FY, 5e2},
+    {SWAY_INPUT_CAR_FY_RR, SWAY_CHANNEL_CAR_REAR_FY, 5e2},
+};
+
+/* Samples of a line from `from_s` to `to_s`; `every` slices are run after each sample (< 0: all).
+ */
+static void feed(sway_core_t *c, const sway_line_t *line, const test_plant_t *plant, double from_s,
+                 double to_s, int every)
+{
+    for (int k = (int)lround(from_s * 100); k < (int)lround(to_s * 100); k++) {
+        const int64_t time_us = 1000000 + 10000 * (int64_t)k;
+        const double complex e = cexp(plant->s * 0.01 * k);
+        (void)sway_core_input(c, SWAY_INPUT_SPEED, time_us, (int32_t)lround(plant->v * 1e3));
+        for (unsigned i = 0; i < sizeof SIGNALS / sizeof SIGNALS[0]; i++) {
+            const sway_line_channel_t *const channel = &line->channel[SIGNALS[i].channel];
+            const double x = value(channel->mean) + creal(cvalue(channel->amplitude) * e);
+            (void)sway_core_input(c, SIGNALS[i].input, time_us,
+                                  (int32_t)lround(x * SIGNALS[i].scale));
+            for (int n = 0; n != every && sway_core_run(c); n++) {
+            }
+        }
+    }
+}
+
+static void noise_free_stiffnesses_within_the_goals(void)
+{
+    static const double complex s[] = {-0.1 + 4.2 * I, 0.05 + 4.0 * I, -0.3 + 5.0 * I};
+    for (unsigned trial = 0; trial < 3; trial++) {
+        test_plant_t plant = reference_plant(100);
+        sway_line_t line;
+        plant.s = s[trial];
+        for (int axle = 0; axle < 4; axle++) {
+            plant.stiffness[axle] *= cexp(-I * 0.02 * (axle + 1));
+        }
+        plant_line(&plant, &config.vehicle, &line);
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&core, &config));
+        feed(&core, &line, &plant, 0, 8, -1);
+        const sway_status_t *const status = sway_core_status(&core);
+        TEST_ASSERT_BITS_HIGH(SWAY_VALID_LINE | SWAY_VALID_CAR_FRONT | SWAY_VALID_CAR_REAR |
+                                  SWAY_VALID_TRAILER_REAR | SWAY_VALID_CAR_INERTIA |
+                                  SWAY_VALID_TRAILER_INERTIA,
+                              status->valid);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, cimag(plant.s), status->frequency_uhz * 1e-6 * 2 * M_PI);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, creal(plant.s), status->growth_ppm_per_s * 1e-6);
+        for (int axle = 0; axle < 2; axle++) {
+            const sway_axle_status_t *const a = &status->axle[axle];
+            TEST_ASSERT_DOUBLE_WITHIN(
+                0.003, 1, a->cornering_stiffness_n_per_rad / cabs(plant.stiffness[axle]));
+            TEST_ASSERT_DOUBLE_WITHIN(0.3 * M_PI / 180, carg(plant.stiffness[axle]),
+                                      a->argument_urad * 1e-6);
+        }
+        /* The trailer's axles share their force by the user's ratio: their mean is exact. */
+        const double sum = status->axle[2].cornering_stiffness_n_per_rad +
+                           status->axle[3].cornering_stiffness_n_per_rad;
+        TEST_ASSERT_DOUBLE_WITHIN(0.003, 1, sum / (131200 + 124400));
+        TEST_ASSERT_DOUBLE_WITHIN(26.9, 2690, status->car_yaw_inertia_gm2 * 1e-3);
+        TEST_ASSERT_DOUBLE_WITHIN(103.5, 10350, status->trailer_yaw_inertia_gm2 * 1e-3);
+    }
+}
+
+static void results_do_not_depend_on_when_slices_run(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&other, &config));
+    feed(&core, &line, &plant, 0, 6, -1);
+    feed(&other, &line, &plant, 0, 6, 1); // starved: the rest is made up for at the next rows
+    drain(&other);
+    TEST_ASSERT_TRUE(sway_core_status(&core)->sequence > 10);
+    TEST_ASSERT_EQUAL_MEMORY(sway_core_status(&core), sway_core_status(&other),
+                             sizeof(sway_status_t));
+}
+
+static void bad_samples_are_counted_and_harm_nothing(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&other, &config));
+    feed(&core, &line, &plant, 0, 5, -1);
+    feed(&other, &line, &plant, 0, 2.5, -1);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE, sway_core_input(&other, SWAY_INPUT_SPEED, 3490000, -1));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE,
+                          sway_core_input(&other, SWAY_INPUT_CAR_YAW_RATE, 3490000, INT32_MIN));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                          sway_core_input(&other, SWAY_INPUT_CAR_YAW_RATE, 2000000, 0));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_core_input(&other, SWAY_INPUT_COUNT, 3490000, 0));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_input(NULL, SWAY_INPUT_SPEED, 0, 0));
+    feed(&other, &line, &plant, 2.5, 5, -1);
+    const uint32_t *const fault = sway_core_status(&other)->fault_count;
+    TEST_ASSERT_EQUAL_UINT32(2, fault[SWAY_FAULT_RANGE]);
+    TEST_ASSERT_EQUAL_UINT32(1, fault[SWAY_FAULT_TIME]);
+    TEST_ASSERT_EQUAL_INT32(sway_core_status(&core)->v_crit_mm_s,
+                            sway_core_status(&other)->v_crit_mm_s);
+    TEST_ASSERT_EQUAL_INT32(sway_core_status(&core)->axle[1].cornering_stiffness_n_per_rad,
+                            sway_core_status(&other)->axle[1].cornering_stiffness_n_per_rad);
+}
+
+static void too_slow_keeps_the_last_result_marked_old(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    feed(&core, &line, &plant, 0, 6, -1);
+    const sway_status_t before = *sway_core_status(&core);
+    const uint32_t results = SWAY_VALID_CRITICAL_SPEED | SWAY_VALID_CAR_REAR | SWAY_VALID_MODEL;
+    TEST_ASSERT_BITS_HIGH(results, before.valid);
+    plant.v = 5;
+    feed(&core, &line, &plant, 6, 10, -1);
+    const sway_status_t *const status = sway_core_status(&core);
+    TEST_ASSERT_TRUE(status->sequence > before.sequence);
+    TEST_ASSERT_BITS_HIGH(results, status->old);
+    TEST_ASSERT_BITS_LOW(results, status->valid);
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_SLOW, status->quality);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_OFF, status->alarm);
+    TEST_ASSERT_INT32_WITHIN(2000, before.v_crit_mm_s, status->v_crit_mm_s);
+    plant.v = 0;
+    feed(&core, &line, &plant, 10, 14, -1);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_OFF, sway_core_status(&core)->alarm);
+    TEST_ASSERT_BITS_HIGH(results, sway_core_status(&core)->old);
+}
+
+static void a_standing_vehicle_says_nothing(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    for (int i = 0; i < (int)SWAY_CHANNELS; i++) {
+        line.channel[i].amplitude = complex_of(0);
+    }
+    plant.v = 0;
+    feed(&core, &line, &plant, 0, 6, -1);
+    const sway_status_t *const status = sway_core_status(&core);
+    TEST_ASSERT_BITS_LOW(SWAY_VALID_CRITICAL_SPEED | SWAY_VALID_CAR_REAR | SWAY_VALID_LINE,
+                         status->valid);
+    TEST_ASSERT_EQUAL_UINT32(0, status->old);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_OFF, status->alarm);
+}
+
+static void bad_configurations_are_refused(void)
+{
+    sway_core_config_t bad = config;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(NULL, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(&core, NULL));
+    bad.sample_period_us = 1000;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(&core, &bad));
+    bad = config;
+    bad.window_cycles_milli = 500;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(&core, &bad));
+    bad = config;
+    bad.input_delay_us[SWAY_INPUT_CAR_YAW_RATE] = 600000;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(&core, &bad));
+    bad = config;
+    bad.alarm.hold_ms = -5;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(&core, &bad));
+    bad = config;
+    bad.vehicle.car.mass_g = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_core_init(&core, &bad));
+    sway_core_defaults(&bad);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_core_init(&core, &bad));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(noise_free_stiffnesses_within_the_goals);
+    RUN_TEST(results_do_not_depend_on_when_slices_run);
+    RUN_TEST(bad_samples_are_counted_and_harm_nothing);
+    RUN_TEST(too_slow_keeps_the_last_result_marked_old);
+    RUN_TEST(a_standing_vehicle_says_nothing);
+    RUN_TEST(bad_configurations_are_refused);
+    return UNITY_END();
+}

@@ -1,0 +1,226 @@
+/* Model margin, its errors, the combination with the signals. */
+#include "sway_margin.h"
+#include "sway_test.h"
+#include "unity.h"
+
+static sway_vehicle_t vehicle;
+static sway_line_t line;
+static sway_identify_t id;
+static sway_margin_t margin;
+
+void setUp(void)
+{
+    vehicle = reference_vehicle();
+    sway_margin_init(&margin, &vehicle);
+}
+
+void tearDown(void)
+{
+}
+
+static void run(const sway_identify_t *identify, int64_t time_us, double kmh)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_margin_start(&margin, identify, time_us, real(kmh / 3.6)));
+    int slices = 1;
+    while (sway_margin_run(&margin)) {
+        slices++;
+    }
+    TEST_ASSERT_LESS_THAN_INT(100, slices);
+    TEST_ASSERT_FALSE(sway_margin_run(&margin));
+}
+
+/* One good line of a plant; every amplitude known to `relative` of itself. */
+static void identify_plant(const test_plant_t *plant, double relative)
+{
+    plant_line(plant, &vehicle, &line);
+    for (int i = 0; i < (int)SWAY_CHANNELS; i++) {
+        line.channel[i].amplitude_se = real(relative * cabs(cvalue(line.channel[i].amplitude)));
+    }
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_identify_start(&id, &vehicle, &line));
+    while (sway_identify_run(&id)) {
+    }
+}
+
+static void the_users_vehicle_gives_the_golden_values(void)
+{
+    static const double golden[5][2] = {
+        {80, 0.2520}, {100, 0.1115}, {107.9, 0.0689}, {117.3, 0.0250}, {140, -0.0587}};
+    static const double sensitivity[SWAY_PARAMETER_COUNT] = {0.188,  -0.216, 0.140,  -0.721, 0.064,
+                                                             0.844,  -0.767, -0.062, 0.284,  1.452,
+                                                             -0.156, 0.440,  0.005,  0.334};
+    for (int i = 0; i < 5; i++) {
+        run(NULL, 1000000 * i, golden[i][0]);
+        TEST_ASSERT_TRUE(margin.model.has_model && margin.model.has_steady);
+        TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, margin.model.kind);
+        TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_USER, margin.model.source);
+        TEST_ASSERT_DOUBLE_WITHIN(0.001, 123.3397, value(margin.model.v_crit_m_s) * 3.6);
+        TEST_ASSERT_DOUBLE_WITHIN(0.0001, golden[i][1], value(margin.model.damping_ratio));
+        for (int p = 0; p < (int)SWAY_PARAMETER_COUNT; p++) {
+            TEST_ASSERT_DOUBLE_WITHIN(fmax(0.03 * fabs(sensitivity[p]), 0.005), sensitivity[p],
+                                      value(margin.model.sensitivity_m_s[p]) * 3.6);
+        }
+    }
+    /* 10 % on each stiffness, 7 % on each inertia, 4 % on each argument. */
+    TEST_ASSERT_TRUE(value(margin.model.v_crit_se_m_s) * 3.6 > 5);
+    TEST_ASSERT_TRUE(value(margin.model.v_crit_se_m_s) * 3.6 < 20);
+}
+
+static void identified_stiffnesses_replace_the_users(void)
+{
+    test_plant_t plant = reference_plant(110);
+    plant.inertia[1] = 10350 * 1.12;
+    for (int i = 0; i < 80; i++) {
+        identify_plant(&plant, 0.001);
+        run(&id, 1000000 + 100000 * i, 110);
+    }
+    TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_IDENTIFIED, margin.model.source);
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, 115.44, value(margin.model.v_crit_m_s) * 3.6);
+    TEST_ASSERT_TRUE(value(margin.model.v_crit_se_m_s) * 3.6 < 1);
+}
+
+static void the_argument_of_a_stiffness_is_a_lag_in_the_model(void)
+{
+    /* sigma = 0.7 m on the car's rear axle, seen at 90 km/h: v_crit 111.83 as of the plant with
+     * the lag as a state. */
+    test_plant_t plant = reference_plant(90);
+    plant.stiffness[1] /= 1 + 0.7 * plant.s / plant.v;
+    for (int i = 0; i < 80; i++) {
+        identify_plant(&plant, 0.001);
+        run(&id, 1000000 + 100000 * i, 90);
+    }
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, margin.model.kind);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 111.83, value(margin.model.v_crit_m_s) * 3.6);
+    const sway_complex_t s = {sway_real_int(0), margin.model.omega_crit_rad_s};
+    const sway_complex_t f = sway_stm_characteristic(&margin.stm, s, margin.model.v_crit_m_s);
+    const sway_complex_t far =
+        sway_stm_characteristic(&margin.stm, s, real(value(margin.model.v_crit_m_s) * 1.01));
+    TEST_ASSERT_TRUE(value(sway_complex_abs(f)) < 1e-3 * value(sway_complex_abs(far)));
+}
+
+static void a_sudden_change_is_followed(void)
+{
+    test_plant_t plant = reference_plant(100);
+    for (int i = 0; i < 60; i++) {
+        identify_plant(&plant, 0.01);
+        run(&id, 1000000 + 100000 * i, 100);
+    }
+    plant.stiffness[3] *= 0.5;
+    for (int i = 0; i < 12; i++) {
+        identify_plant(&plant, 0.01);
+        run(&id, 7000000 + 100000 * i, 100);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(8000, 0.5 * 124400, value(margin.stiffness[3].value.re));
+}
+
+static void without_enough_vehicle_data_there_is_no_model(void)
+{
+    vehicle.car.yaw_inertia_gm2 = 0;
+    sway_margin_init(&margin, &vehicle);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_margin_start(&margin, NULL, 0, real(30)));
+    vehicle = reference_vehicle();
+    vehicle.trailer.front_cornering_stiffness_n_per_rad = 0;
+    sway_margin_init(&margin, &vehicle);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_margin_start(&margin, NULL, 0, real(30)));
+    /* Identification supplies what the user does not know. */
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_identify_start(&id, &vehicle, &line));
+    while (sway_identify_run(&id)) {
+    }
+    run(&id, 1000000, 100);
+    TEST_ASSERT_DOUBLE_WITHIN(1, 123.34, value(margin.model.v_crit_m_s) * 3.6);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_SPEED, sway_margin_start(&margin, NULL, 0, real(8)));
+}
+
+static void missing_samples_stay_out_of_the_model(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant.stiffness[1] *= 0.8;
+    identify_plant(&plant, 0.001);
+    id.quality |= SWAY_QUALITY_GAP;
+    run(&id, 1000000, 100);
+    TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_USER, margin.model.source);
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 123.34, value(margin.model.v_crit_m_s) * 3.6);
+}
+
+static void modes_that_change_kind_are_followed(void)
+{
+    /* Slow: two real roots; fast: two pairs. The roots of one speed start those of the next. */
+    static const double kmh[] = {40, 140, 35, 60, 31, 120, 200, 32, 240, 80};
+    for (unsigned i = 0; i < sizeof kmh / sizeof kmh[0]; i++) {
+        run(NULL, 1000000 * (int64_t)i, kmh[i]);
+        TEST_ASSERT_TRUE(margin.model.has_model);
+        const sway_stm_quartic_t quartic = sway_stm_quartic(&margin.stm, real(kmh[i] / 3.6));
+        sway_stm_roots_t roots;
+        sway_stm_roots_start(&roots, &quartic);
+        for (int sweep = 0; sweep < 60 && !sway_stm_roots_sweep(&roots, &quartic); sweep++) {
+        }
+        const double expected = value(sway_stm_damping_ratio(sway_stm_dominant(&roots)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, expected, value(margin.model.damping_ratio));
+    }
+}
+
+static sway_margin_damping_t damping(double ratio, double se, bool usable)
+{
+    const sway_margin_damping_t result = {real(ratio), real(se), usable};
+    return result;
+}
+
+static void which_margin_is_believed(void)
+{
+    sway_margin_damping_t combined;
+    bool disagrees;
+    sway_margin_damping_t model = damping(0.05, 0.02, true);
+    sway_margin_damping_t signal = damping(0.02, 0.02, false);
+    TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_MODEL,
+                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.05, value(combined.ratio));
+    signal.usable = true;
+    TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_BOTH,
+                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+    TEST_ASSERT_TRUE(value(combined.ratio) > 0.02 && value(combined.ratio) < 0.05);
+    TEST_ASSERT_TRUE(value(combined.se) < 0.02);
+    TEST_ASSERT_FALSE(disagrees);
+    signal = damping(-0.1, 0.005, true);
+    TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_SIGNAL,
+                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+    TEST_ASSERT_TRUE(disagrees);
+    model.usable = false;
+    TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_SIGNAL,
+                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+    TEST_ASSERT_FALSE(disagrees);
+    signal.usable = false;
+    TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_NONE,
+                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+}
+
+static void a_restless_road_widens_the_signals_error(void)
+{
+    sway_unrest_t unrest = {{0, 0}, 0, false};
+    const double before = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05)));
+    for (int i = 1; i < 600; i++) {
+        sway_margin_learn_unrest(&unrest, 100000 * i, real(0.2), real(0.03));
+    }
+    const double restless = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05)));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.12, restless); // 0.2 * 0.03 / 0.05
+    for (int i = 600; i < 2400; i++) {
+        sway_margin_learn_unrest(&unrest, 100000 * i, real(0.001), real(0.03));
+    }
+    const double calm = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05)));
+    TEST_ASSERT_TRUE(calm < before && before < restless);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(the_users_vehicle_gives_the_golden_values);
+    RUN_TEST(identified_stiffnesses_replace_the_users);
+    RUN_TEST(the_argument_of_a_stiffness_is_a_lag_in_the_model);
+    RUN_TEST(a_sudden_change_is_followed);
+    RUN_TEST(without_enough_vehicle_data_there_is_no_model);
+    RUN_TEST(missing_samples_stay_out_of_the_model);
+    RUN_TEST(modes_that_change_kind_are_followed);
+    RUN_TEST(which_margin_is_believed);
+    RUN_TEST(a_restless_road_widens_the_signals_error);
+    return UNITY_END();
+}
