@@ -119,13 +119,14 @@ def main() -> None:
     """Print both tables, and write them to --report."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--drives", type=int, default=500)
-    parser.add_argument("--report", type=Path, default=Path("build/bench/models.md"))
+    parser.add_argument("--report", type=Path, default=Path("build/bench/depths.md"))
     args = parser.parse_args()
     lines = [
-        f"Real-time factors on one core ({platform.machine()}, best of 5, processor time)",
+        "**`make bench`: simulated seconds per second of one core "
+        f"({platform.machine()}, processor time, best of 5)**",
         "", "| model | simulated s per s |", "|---|---|",
         *(f"| {name} | {value:.0f} |" for name, value in depths()),
-        "", "Campaign of 30 s drives with sensors and message times",
+        "", "**The same: a campaign of 30 s drives with sensors and message times**",
         "", "| | wall time | cores at work | simulated s per s |", "|---|---|---|---|",
         *campaign(args.drives, args.report.parent),
     ]  # fmt: skip

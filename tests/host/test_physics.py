@@ -94,15 +94,27 @@ def test_compliance_is_a_softer_front_axle() -> None:
     assert free_mode(trace)[0] == pytest.approx(soft.modes(30.0)[0].damping_ratio, rel=0.01)
 
 
-def test_free_play_swallows_half_the_gap_each_way() -> None:
-    trace = run(Effect("steering_free_play", gap_deg=4.0))
+@pytest.mark.parametrize("law", ["backlash", "dead_zone"])
+def test_free_play_swallows_half_the_gap_each_way(law: str) -> None:
+    trace = run(Effect("steering_free_play", gap_deg=4.0, law=law))
     lost = np.degrees(np.abs(SLALOM).max() - np.abs(trace["road_wheel_angle"]).max() * 15.0)
     assert lost == pytest.approx(2.0, abs=1e-6)
 
 
-def test_small_steering_inside_the_free_play_does_nothing() -> None:
-    trace = run(Effect("steering_free_play", gap_deg=4.0), steering=SLALOM / 30.0)
+@pytest.mark.parametrize("law", ["backlash", "dead_zone", "castor"])
+def test_small_steering_inside_the_free_play_does_nothing(law: str) -> None:
+    trace = run(Effect("steering_free_play", gap_deg=4.0, law=law), steering=SLALOM / 30.0)
     assert np.abs(trace["car_yaw_rate"]).max() == 0.0
+
+
+def test_castoring_wheels_carry_no_force_inside_the_gap() -> None:
+    trace = run(Effect("steering_free_play", gap_deg=4.0, law="castor"), steering=SLALOM / 3.0)
+    offset = np.abs(trace["road_wheel_angle"] * 15.0 - SLALOM / 3.0)
+    inside = offset < np.radians(2.0) - 1e-9
+    assert inside.any()
+    assert not inside.all()
+    slip = 0.5 * (trace["wheel_slip_fl"] + trace["wheel_slip_fr"])
+    assert np.abs(slip[inside]).max() < 1e-12
 
 
 def test_relaxation_delays_the_force_by_length_over_speed() -> None:

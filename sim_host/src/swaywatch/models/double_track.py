@@ -287,7 +287,7 @@ class DoubleTrack:
         speed_m_s: Array | float,
         *,
         initial: Mapping[str, float] | None = None,
-        speed_cutoff_hz: float | None = 1.0,
+        speed_cutoff_hz: float | None = 0.3,
         step_s: float = 0.005,
         speed_control: SpeedControl | None = None,
     ) -> Trace:

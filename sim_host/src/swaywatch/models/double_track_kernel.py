@@ -60,7 +60,7 @@ from swaywatch.models.physics.hitch_friction import moment as friction_moment
 from swaywatch.models.physics.road_bank import side_force as bank_force
 from swaywatch.models.physics.roll_steer import angle as roll_steer_angle
 from swaywatch.models.physics.steering_compliance import angle_lost
-from swaywatch.models.physics.steering_free_play import follow
+from swaywatch.models.physics.steering_free_play import castor, follow
 from swaywatch.models.physics.trailer_aerodynamics import side_force as aero_side_force
 from swaywatch.models.physics.trailer_aerodynamics import yaw_moment as aero_yaw_moment
 from swaywatch.models.physics.tyre_load_sensitivity import stiffness as load_stiffness
@@ -70,7 +70,7 @@ from swaywatch.models.physics.tyre_saturation import lateral_force
 # Offsets as plain integers, which the compiler folds.
 P_M1, P_IZ1, P_LH1, P_M2, P_IZ2, P_LH2 = (P[n] for n in ("m1", "iz1", "lh1", "m2", "iz2", "lh2"))
 P_TRAILER, P_RATIO = P["has_trailer"], P["steering_ratio"]
-P_KS, P_GAP = P["steering_stiffness"], P["steering_gap"]
+P_KS, P_GAP, P_LAW = P["steering_stiffness"], P["steering_gap"], P["steering_gap_law"]
 P_FRICTION, P_FRICTION_RATE = P["hitch_friction"], P["hitch_friction_rate"]
 P_DAMPING, P_AERO_Y, P_AERO_N = P["hitch_damping"], P["aero_side_force"], P["aero_yaw_moment"]
 P_RHO, P_AREA, P_DRAG1, P_DRAG2 = (
@@ -216,12 +216,12 @@ def tyre_forces(
     forces[:] = 0.0
     front = roll_steer_angle(y[S_ROLL1], ax[0, A_RS])
     sideways = vy + r1 * ax[0, A_X]
-    delta = front_angle(
-        steering / p[P_RATIO],
-        math.atan2(sideways, vx - r1 * ax[0, A_T]) - front,
-        math.atan2(sideways, vx + r1 * ax[0, A_T]) - front,
-        y, p, ax, step, fz,
-    )  # fmt: skip
+    left = math.atan2(sideways, vx - r1 * ax[0, A_T]) - front
+    right = math.atan2(sideways, vx + r1 * ax[0, A_T]) - front
+    nominal = steering / p[P_RATIO]
+    if p[P_LAW] == 2.0:
+        nominal = castor(nominal, 0.5 * (left + right), 0.5 * p[P_GAP] / p[P_RATIO])
+    delta = front_angle(nominal, left, right, y, p, ax, step, fz)
     axle_forces(0, vx, vy, r1, delta + front, y, dy, p, ax, step, fy, fz, slips, forces)
     rear = roll_steer_angle(y[S_ROLL1], ax[1, A_RS])
     axle_forces(1, vx, vy, r1, rear, y, dy, p, ax, step, fy, fz, slips, forces)
@@ -604,8 +604,10 @@ def simulate(
         a1 = speed_rate[i] + last * (speed_rate[after] - speed_rate[i])
         v0 = speed[i] + first * (speed[after] - speed[i])
         v1 = speed[i] + last * (speed[after] - speed[i])
-        u0 = follow(memory[1], steering[i] + first * (steering[after] - steering[i]), p[P_GAP])
-        u1 = follow(u0, steering[i] + last * (steering[after] - steering[i]), p[P_GAP])
+        u0 = follow(
+            memory[1], steering[i] + first * (steering[after] - steering[i]), p[P_GAP], p[P_LAW]
+        )
+        u1 = follow(u0, steering[i] + last * (steering[after] - steering[i]), p[P_GAP], p[P_LAW])
         if p[P_FREE] <= 0.0:
             y[S_VX] = v0
         harmonic_loads(t, done + n - 1, h, windows, history, y[S_R1], extra)

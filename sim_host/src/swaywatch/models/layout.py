@@ -21,6 +21,7 @@ P_NAMES = (
     "m1", "iz1", "lh1", "m2", "iz2", "lh2", "has_trailer", "steering_ratio",
     "steering_stiffness",      # N/rad; 0: rigid
     "steering_gap",            # rad at the steering wheel; 0: none
+    "steering_gap_law",        # 0: backlash, 1: dead zone, 2: castor
     "hitch_friction",          # N m
     "hitch_friction_rate",     # rad/s at which dry friction is 76 % developed
     "hitch_damping",           # N m s/rad

@@ -1,4 +1,4 @@
-"""Free play (backlash) between steering wheel and road wheels."""
+"""Free play between steering wheel and road wheels."""
 
 from __future__ import annotations
 
@@ -7,30 +7,53 @@ import math
 from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
 
+LAWS = ("backlash", "dead_zone", "castor")
+"""Where the road wheels are inside the gap: where they were, straight, or where they roll to."""
+
 
 @inlined
-def follow(output: float, wheel_angle: float, gap: float) -> float:
-    """Angle behind the play in rad: it stays until one flank of the gap pushes it."""
+def follow(output: float, wheel_angle: float, gap: float, law: float) -> float:
+    """Steering-wheel angle in rad that reaches the road wheels, from the one before.
+
+    Laws 0 (backlash): it stays until one flank of the gap pushes it; 1 (dead zone): nothing within
+    half a gap of straight ahead; 2 (castor): all of it, the gap is handled in :func:`castor`.
+    """
     half = 0.5 * gap
+    if law == 2.0:
+        return wheel_angle
+    if law == 1.0:
+        if wheel_angle > half:
+            return wheel_angle - half
+        return min(wheel_angle + half, 0.0)
     if wheel_angle - half > output:
         return wheel_angle - half
-    if wheel_angle + half < output:
-        return wheel_angle + half
-    return output
+    return min(output, wheel_angle + half)
+
+
+@inlined
+def castor(nominal: float, rolling: float, half_gap: float) -> float:
+    """Road-wheel angle in rad of wheels that roll freely inside the gap (no side force there)."""
+    return min(max(rolling, nominal - half_gap), nominal + half_gap)
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:
     arrays.set("steering_gap", math.radians(effect.values["gap_deg"]))
+    arrays.set("steering_gap_law", float(LAWS.index(effect.options["law"])))
 
 
 MODULE = Module(
     id="steering_free_play",
     title="Steering free play",
-    equation="delta' = min(max(delta', delta_H - gap/2), delta_H + gap/2)",
-    source="play operator, e.g. Visintin, Differential Models of Hysteresis, 1994",
+    equation=(
+        "backlash: delta' = min(max(delta', delta_H - gap/2), delta_H + gap/2); dead_zone: "
+        "delta' = delta_H -+ gap/2 outside, 0 inside; castor: delta_w = direction of travel within "
+        "(delta_H -+ gap/2)/i_s"
+    ),
+    source="play operator, e.g. Visintin, Differential Models of Hysteresis, 1994; castor: own",
     enters="steering-wheel angle before the steering ratio; gap is the whole play at the wheel rim",
     parameters=(
         Parameter("gap_deg", "deg", 0.0, 30.0, 4.0, meaning="whole play at the steering wheel"),
     ),
+    options={"law": LAWS},
     apply=_apply,
 )
