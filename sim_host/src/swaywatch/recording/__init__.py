@@ -10,7 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from swaywatch.errors import RecordingError
-from swaywatch.recording.frames import Frames, Recording, Series
+from swaywatch.recording.frames import Frames, Recording, Series, must_make_sense
 from swaywatch.recording.guard import must_exist, refusing, whole_file
 
 __all__ = [
@@ -57,6 +57,8 @@ def read_recording(path: Path | str) -> Recording:
     if recording.frames is not None and len(recording.frames) == 0:
         extra = f" ({recording.error_frames} error frames)" if recording.error_frames else ""
         raise RecordingError(f"{path}: the recording is empty: no data frame in it{extra}")
+    if recording.frames is not None:
+        must_make_sense(recording.frames, path)
     return recording
 
 

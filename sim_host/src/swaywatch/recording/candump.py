@@ -15,7 +15,7 @@ from swaywatch.recording import pythoncan
 from swaywatch.recording.frames import Frames, Recording, in_time_order, make_frames
 
 _LINE = re.compile(
-    r"\((\d+)\.(\d+)\)[ \t]+(\S+)[ \t]+([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})"
+    r"\((\d{1,10})\.(\d{1,9})\)[ \t]+(\S+)[ \t]+([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})"
     r"#(?:#([0-9A-Fa-f]))?((?:[0-9A-Fa-f]{2})*|R[0-9A-Fa-f]?)(?:_[0-9A-Fa-f])?"
     r"(?:[ \t]+[RT]X?)?[ \t]*"
 )

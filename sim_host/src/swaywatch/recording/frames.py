@@ -15,6 +15,8 @@ FloatArray = npt.NDArray[np.float64]
 ByteArray = npt.NDArray[np.uint8]
 BoolArray = npt.NDArray[np.bool_]
 
+LONGEST_NS = 366 * 86_400 * 1_000_000_000
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -106,6 +108,26 @@ def make_frames(
         np.ascontiguousarray(data[:, :width], dtype=np.uint8),
         np.asarray(bus, dtype=np.uint8),
     )
+
+
+def must_make_sense(frames: Frames, path: Path) -> None:
+    """Refuse identifiers and times that no bus has: signs of a damaged file."""
+    limit = np.where(frames.extended, 0x1FFFFFFF, 0x7FF)
+    bad = np.flatnonzero(frames.identifier > limit)
+    if len(bad):
+        row = int(bad[0])
+        raise RecordingError(
+            f"{path}: damaged: identifier 0x{int(frames.identifier[row]):X} of frame {row + 1} does "
+            f"not fit into {29 if frames.extended[row] else 11} bits"
+        )
+    if not len(frames):
+        return
+    first, last = int(frames.time_ns.min()), int(frames.time_ns.max())
+    if first < 0 or last - first > LONGEST_NS:
+        raise RecordingError(
+            f"{path}: damaged: timestamps from {first * 1e-9:.3f} s to {last * 1e-9:.3f} s; a "
+            "recording starts at 0 or later and lasts less than a year"
+        )
 
 
 def in_time_order(frames: Frames, path: Path) -> tuple[Frames, tuple[str, ...]]:

@@ -42,8 +42,10 @@ def read(path: Path) -> Recording:
         )
     _check_whole(path)
     from asammdf import MDF  # heavy import, only for this format
+    from asammdf.blocks.mdf_v4 import MDF4
 
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)
+    MDF4._file = None  # its destructor asks for it even where its constructor has failed
     with refusing(path, "MF4"), MDF(path) as mdf:
         start_ns = round(mdf.header.start_time.timestamp() * 1e6) * 1000
         frame_groups = [i for i, group in enumerate(mdf.groups) if _holds(group, "CAN_DataFrame")]

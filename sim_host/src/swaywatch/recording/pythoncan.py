@@ -65,8 +65,6 @@ def collect(reader: Any, path: Path, name: str) -> Recording:
                 payloads.append(bytes(message.data))
                 buses.append(message.channel if isinstance(message.channel, int) else 0)
     frames = from_lists(times, identifiers, extended, payloads, buses)
-    if frames.identifier.max(initial=0) > 0x1FFFFFFF:
-        raise RecordingError(f"{path}: damaged {name}: an identifier has more than 29 bits")
     frames, notes = in_time_order(frames, path)
     return Recording(
         path,

@@ -66,8 +66,8 @@ def make_report(results: list[DriveResult]) -> str:
             figures.margin_against_speed(results),
             "Below a damping ratio of 0 a disturbance grows instead of dying out; the speed where "
             "the curve crosses 0 is the critical speed. The curve takes the stiffnesses alone; the "
-            "critical speed also takes how late the tyres' forces come (their argument). Points are measured in free oscillation, "
-            "bars are one standard error, shaded bands two.",
+            "critical speed also takes how late the tyres' forces come (their argument). Points "
+            "are measured in free oscillation, bars are one standard error, shaded bands two.",
             "no model and no measured damping to draw",
         )
     )

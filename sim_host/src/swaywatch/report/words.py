@@ -155,9 +155,8 @@ def _damping(result: DriveResult) -> str:
     text += f"; left alone it has a damping ratio of {plus_minus(damping, 1.0, 3)}, {motion}"
     model = result.values.get("model_damping_ratio")
     if model is not None and abs(model.value) <= 1.0:
-        text += f" (the single-track model with the identified tyres says {model.value + 0.0:.3f})".replace(
-            "-0.000", "0.000"
-        )
+        said = f"{model.value:.3f}".replace("-0.000", "0.000")
+        text += f" (the single-track model with the identified tyres says {said})"
     return text + "."
 
 
