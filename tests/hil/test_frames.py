@@ -98,7 +98,6 @@ def test_long_loss_times_out(bus, daemon, feeder, report):
     )
     assert counts["timeout"] == 4
     assert counts["lost"] == 200
-    assert 0.05 < off.time_s - begin < 0.4
 
 
 def test_doubled(bus, daemon, feeder, report):
