@@ -30,7 +30,7 @@ int32_t sway_grid_limit(sway_input_t input)
 sway_grid_config_t sway_grid_default(int32_t sample_period_us)
 {
     const sway_grid_config_t config = {.sample_period_us = sample_period_us,
-                                       .max_gap_us = 50000,
+                                       .max_gap_us = 60000,
                                        .max_speed_gap_us = 500000,
                                        .max_wait_us = 100000};
     return config;

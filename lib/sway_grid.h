@@ -81,7 +81,7 @@ typedef struct {
     bool restart;
 } sway_grid_t;
 
-/// period, max_gap 50 ms, speed gap 500 ms, wait 100 ms, no delays.
+/// period, max_gap 60 ms (20 Hz with jitter), speed gap 500 ms, wait 100 ms, no delays.
 sway_grid_config_t sway_grid_default(int32_t sample_period_us);
 
 /// SWAY_ERROR_ARGUMENT for a value out of range. Clears everything, the counters too.

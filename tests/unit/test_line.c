@@ -321,6 +321,39 @@ static void test_result_does_not_depend_on_how_often_it_runs(void)
                              sizeof(sway_complex_t));
 }
 
+/* Samples at a period of their own, with jitter, through the grid. */
+static void feed_through_grid(int64_t period_us, int64_t jitter_us, int samples)
+{
+    static sway_grid_t grid;
+    const sway_grid_config_t config = sway_grid_default(10000);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+    for (int i = 0; i < samples; i++) {
+        const int64_t at = i * period_us + (int64_t)(jitter_us * (1.0 + tanh(noise())));
+        const double x = noisy((double)at * 1e-6, SWAY_CHANNEL_TRAILER_YAW_RATE);
+        (void)sway_grid_input(&grid, SWAY_INPUT_TRAILER_YAW_RATE, at, (int32_t)lround(1e6 * x));
+        while (sway_grid_tick(&grid, &tick)) {
+            sway_track_push(&track, &tick);
+            for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
+                (void)sway_track_run(&track);
+            }
+        }
+    }
+}
+
+static void test_rates_other_than_the_grid_do_no_harm(void)
+{
+    static const int64_t periods_us[] = {9091, 11111, 20000, 50000}; // +10 %, -10 %, 50 and 20 Hz
+    for (int k = 0; k < 4; k++) {
+        setUp();
+        feed_through_grid(periods_us[k], periods_us[k] / 20, (int)(10000000 / periods_us[k]));
+        const sway_line_t *line = sway_track_line(&track);
+        const double error = 2.0 * M_PI * (hz(line) - F_HZ);
+        TEST_ASSERT_EQUAL_HEX32(0, line->flags);
+        TEST_ASSERT_DOUBLE_WITHIN(4.0 * to_double(line->omega_se_rad_s), 0.0, error);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, error);
+    }
+}
+
 static void test_full_scale_in_every_channel(void)
 {
     tick.present_mask = 0xFFFFU;
@@ -400,6 +433,7 @@ int main(void)
     RUN_TEST(test_ratio_with_a_known_delay);
     RUN_TEST(test_a_restart_of_the_grid_forgets_the_past);
     RUN_TEST(test_result_does_not_depend_on_how_often_it_runs);
+    RUN_TEST(test_rates_other_than_the_grid_do_no_harm);
     RUN_TEST(test_full_scale_in_every_channel);
     RUN_TEST(test_search_finds_lines_over_the_band);
     RUN_TEST(test_bad_arguments_are_refused);
