@@ -1,0 +1,276 @@
+"""Planar car-trailer plant of the diagnosis: exact large-angle kinematics, wheel by wheel.
+
+One compiled function holds every place ("slot") where missing physics can enter; a module of
+`swaywatch.diagnose.modules` fills slots. It is a reduced model on purpose (planar, speed
+prescribed, no driver, no sensors): a diagnosis evaluates it some ten thousand times.
+
+Axes ISO 8855; articulation is psi_trailer - psi_car; hitch force is that of the trailer on the car
+in car axes. Equations: Newton-Euler of two rigid bodies with a common point, Eq. 3.1-3.12 of the
+reference dissertation without its small-angle steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.81
+AIR_DENSITY = 1.2
+TRAILER_AREA = 5.0  # m2, reference area of `trailer_aerodynamics`
+
+#: Constants of the combination, in the order the kernel reads them.
+BODY = (
+    "car.mass", "car.yaw_inertia", "car.front_axle_to_cog", "car.rear_axle_to_cog",
+    "car.hitch_to_cog", "car.front_cornering_stiffness", "car.rear_cornering_stiffness",
+    "trailer.mass", "trailer.yaw_inertia", "trailer.front_axle_to_cog",
+    "trailer.rear_axle_to_cog", "trailer.hitch_to_cog", "trailer.front_cornering_stiffness",
+    "trailer.rear_cornering_stiffness", "car.front_axle_load", "car.rear_axle_load",
+    "trailer.front_axle_load", "trailer.rear_axle_load",
+)  # fmt: skip
+AXLES = ("car_front", "car_rear", "trailer_front", "trailer_rear")
+
+#: Scalar slots of missing physics, zero (or infinite, see `neutral`) in the baseline.
+SCALARS = (
+    "steering_flexibility",  # rad/N, road-wheel angle per front lateral force (Eq. 5.3)
+    "free_play",  # rad at the road wheel, half gap, lost against the lateral force
+    "hitch_friction",  # Nm
+    "hitch_damping",  # Nms/rad
+    "aero_side",  # -
+    "aero_yaw",  # -
+    "peak_friction_inverse",  # -, 0: tyre linear
+    "degression",  # -
+    "relaxation_car_front", "relaxation_car_rear", "relaxation_trailer",  # m
+    "roll_steer_car_front", "roll_steer_car_rear", "roll_steer_trailer",  # rad/rad
+    "transfer_car_front", "transfer_car_rear",  # N per m/s2, wheel load per side
+    "transfer_trailer_front", "transfer_trailer_rear",
+    "transfer_lag", "roll_gain_car", "roll_gain_trailer",  # s, rad per m/s2
+)  # fmt: skip
+
+#: Slots that are functions of time.
+SERIES = (
+    "stiffness_car_front", "stiffness_car_rear", "stiffness_trailer_front",
+    "stiffness_trailer_rear",  # factor on the stiffness at unchanged load
+    "load_car_front", "load_car_rear", "load_trailer_front", "load_trailer_rear",  # N
+    "force_car", "moment_car", "force_trailer", "moment_trailer", "bank",  # N, Nm, rad
+)  # fmt: skip
+
+#: Columns of the result.
+OUTPUT = (
+    "lateral_velocity", "car_yaw_rate", "articulation", "trailer_yaw_rate",
+    "lateral_fl", "lateral_fr", "lateral_rl", "lateral_rr", "lateral_tf", "lateral_tr",
+    "vertical_fl", "vertical_fr", "vertical_rl", "vertical_rr",
+    "hitch_x", "hitch_y", "car_acceleration", "trailer_acceleration",
+    "car_yaw_acceleration", "trailer_yaw_acceleration", "car_roll", "trailer_roll",
+    "slip_f", "slip_r", "slip_tf", "slip_tr",
+)  # fmt: skip
+_STATES = 10
+
+
+def neutral() -> Array:
+    """Scalar slots of the baseline: nothing missing, typical load transfer."""
+    scalars = np.zeros(len(SCALARS))
+    scalars[SCALARS.index("transfer_car_front")] = 480.0
+    scalars[SCALARS.index("transfer_car_rear")] = 400.0
+    scalars[SCALARS.index("transfer_trailer_front")] = 450.0
+    scalars[SCALARS.index("transfer_trailer_rear")] = 420.0
+    scalars[SCALARS.index("transfer_lag")] = 0.02
+    scalars[SCALARS.index("roll_gain_car")] = 0.0090
+    scalars[SCALARS.index("roll_gain_trailer")] = 0.0090
+    return scalars
+
+
+@dataclass
+class PlantInput:
+    """What one simulation needs. All arrays of shape (n,), SI units.
+
+    Attributes
+    ----------
+    period_s
+        Grid period.
+    speed, acceleration
+        Prescribed longitudinal speed of the car's centre of gravity and its derivative.
+    steer
+        Road-wheel angle, rad.
+    body
+        Constants in the order of `BODY`.
+    scalars
+        Scalar slots in the order of `SCALARS`.
+    series
+        Time-function slots by name; absent ones are neutral.
+    initial
+        Lateral velocity, car yaw rate, articulation, trailer yaw rate at the first sample.
+    """
+
+    period_s: float
+    speed: Array
+    acceleration: Array
+    steer: Array
+    body: Array
+    scalars: Array = field(default_factory=neutral)
+    series: dict[str, Array] = field(default_factory=dict)
+    initial: Array = field(default_factory=lambda: np.zeros(4))
+
+    def scalar(self, name: str, value: float) -> None:
+        """Set a scalar slot."""
+        self.scalars[SCALARS.index(name)] = value
+
+    def add_series(self, name: str, value: Array) -> None:
+        """Add to a time-function slot (factors are added as factor - 1)."""
+        self.series[name] = self.series.get(name, 0.0) + value
+
+
+@njit(cache=True)
+def _axle(stiffness, load, extra, transfer, roll_acc, slip, degression, mu_inv, out):  # type: ignore[no-untyped-def] # pragma: no cover
+    """Lateral force of an axle from its two wheels; out: left, right force and load."""
+    total = 0.0
+    for side in range(2):
+        sign = -1.0 if side == 0 else 1.0
+        fz = 0.5 * (load + extra) + sign * transfer * roll_acc
+        if fz < 0.0:
+            fz = 0.0
+        z = 2.0 * fz / load
+        linear = 0.5 * stiffness * slip * z * (1.0 - degression * (z - 1.0))
+        force = linear
+        if mu_inv > 0.0 and fz > 1.0:
+            peak = fz / mu_inv
+            force = peak * np.tanh(linear / peak)
+        out[side] = force
+        out[2 + side] = fz
+        total += force
+    return total
+
+
+@njit(cache=True)
+def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-untyped-def] # pragma: no cover
+    vy, r1, th, r2 = x[0], x[1], x[2], x[3]
+    m1, iz1, lf, lr, lh = p[0], p[1], p[2], p[3], p[4]
+    m2, iz2, lf2, lr2, lh2 = p[7], p[8], p[9], p[10], p[11]
+    s, c = np.sin(th), np.cos(th)
+    a_f1, a_f2 = x[4], x[5]
+    roll1, roll2 = e[19] * a_f1, e[20] * a_f2
+    hvy = vy - lh * r1
+    vx2 = c * vx + s * hvy
+    vy2 = -s * vx + c * hvy - lh2 * r2
+    sl_f = steer - np.arctan2(vy + lf * r1, vx) + e[11] * roll1
+    sl_r = -np.arctan2(vy - lr * r1, vx) + e[12] * roll1
+    sl_1 = -np.arctan2(vy2 + lf2 * r2, vx2) + e[13] * roll2
+    sl_2 = -np.arctan2(vy2 - lr2 * r2, vx2) + e[13] * roll2
+    ef, er, e1, e2 = sl_f, sl_r, sl_1, sl_2
+    if e[8] > 0.0:
+        ef = x[6]
+    if e[9] > 0.0:
+        er = x[7]
+    if e[10] > 0.0:
+        e1, e2 = x[8], x[9]
+    cf = p[5] * (1.0 + ser[0])
+    if e[0] != 0.0:
+        ef = ef / (1.0 + e[0] * cf * (1.0 + ser[4] / p[14]))
+    if e[1] > 0.0:
+        ef = ef - e[1] * np.tanh(cf * ef / 50.0)
+    ff = _axle(cf, p[14], ser[4], e[14], a_f1, ef, e[7], e[6], w[0])
+    fr = _axle(p[6] * (1.0 + ser[1]), p[15], ser[5], e[15], a_f1, er, e[7], e[6], w[1])
+    t1 = _axle(p[12] * (1.0 + ser[2]), p[16], ser[6], e[16], a_f2, e1, e[7], e[6], w[2])
+    t2 = _axle(p[13] * (1.0 + ser[3]), p[17], ser[7], e[17], a_f2, e2, e[7], e[6], w[3])
+    y1 = ser[8] + m1 * GRAVITY * np.sin(ser[12])
+    n1 = ser[9]
+    y2 = ser[10] + m2 * GRAVITY * np.sin(ser[12])
+    n2 = ser[11]
+    if e[4] != 0.0 or e[5] != 0.0:
+        q = 0.5 * AIR_DENSITY * vx2 * vx2 * TRAILER_AREA * np.arctan2(vy2, vx2)
+        y2 -= q * e[4]
+        n2 += q * e[5]
+    rate = r2 - r1
+    mh = e[2] * np.tanh(rate / 0.005) + e[3] * rate
+    tt = t1 + t2 + y2
+    fc = ff * np.cos(steer)
+    ahx = ax - vy * r1 + lh * r1 * r1
+    m = m1 + m2
+    a12, a13 = -m2 * lh, -m2 * c * lh2
+    a22, a23 = iz1 + m2 * lh * lh, lh * m2 * c * lh2
+    a33 = iz2 + m2 * lh2 * lh2
+    b1 = fc + fr + y1 + c * tt - m * vx * r1 - m2 * s * lh2 * r2 * r2
+    b2 = lf * fc - lr * fr + n1 + mh - lh * (c * tt - m2 * vx * r1 - m2 * s * lh2 * r2 * r2)
+    b3 = lf2 * t1 - lr2 * t2 + n2 - mh - lh2 * tt + lh2 * m2 * (-s * ahx + c * vx * r1)
+    # symmetric 3 x 3
+    d22 = a22 - a12 * a12 / m
+    d23 = a23 - a12 * a13 / m
+    d33 = a33 - a13 * a13 / m
+    g2 = b2 - a12 * b1 / m
+    g3 = b3 - a13 * b1 / m
+    r2d = (g3 - d23 * g2 / d22) / (d33 - d23 * d23 / d22)
+    r1d = (g2 - d23 * r2d) / d22
+    vyd = (b1 - a12 * r1d - a13 * r2d) / m
+    ay1 = vyd + vx * r1
+    ahy = ay1 - lh * r1d
+    a2x = c * ahx + s * ahy + lh2 * r2 * r2
+    a2y = -s * ahx + c * ahy - lh2 * r2d
+    px = -m2 * a2x
+    py = tt - m2 * a2y
+    dx[0], dx[1], dx[2], dx[3] = vyd, r1d, rate, r2d
+    tilt = GRAVITY * np.sin(ser[12])
+    dx[4] = (ay1 - tilt - a_f1) / e[18]
+    dx[5] = (a2y - tilt - a_f2) / e[18]
+    dx[6] = (sl_f - x[6]) * vx / max(e[8], 1e-3) if e[8] > 0.0 else 0.0
+    dx[7] = (sl_r - x[7]) * vx / max(e[9], 1e-3) if e[9] > 0.0 else 0.0
+    dx[8] = (sl_1 - x[8]) * vx / max(e[10], 1e-3) if e[10] > 0.0 else 0.0
+    dx[9] = (sl_2 - x[9]) * vx / max(e[10], 1e-3) if e[10] > 0.0 else 0.0
+    out[0], out[1], out[2], out[3] = vy, r1, th, r2
+    out[4], out[5], out[6], out[7] = w[0, 0], w[0, 1], w[1, 0], w[1, 1]
+    out[8], out[9] = t1, t2
+    out[10], out[11], out[12], out[13] = w[0, 2], w[0, 3], w[1, 2], w[1, 3]
+    out[14], out[15] = c * px - s * py, s * px + c * py
+    out[16], out[17] = ay1 - tilt, a2y - tilt
+    out[18], out[19], out[20], out[21] = r1d, r2d, roll1, roll2
+    out[22], out[23], out[24], out[25] = ef, er, e1, e2
+
+
+@njit(cache=True)
+def _integrate(h, vx, ax, steer, series, p, e, x0, y):  # type: ignore[no-untyped-def] # pragma: no cover
+    n = vx.shape[0]
+    ns = series.shape[1]
+    x = np.zeros(_STATES)
+    x[:4] = x0
+    k = np.zeros((4, _STATES))
+    w = np.zeros((4, 4))
+    scratch = np.zeros(y.shape[1])
+    mid = np.zeros(ns)
+    tmp = np.zeros(_STATES)
+    for i in range(n):
+        _derivative(x, vx[i], ax[i], steer[i], series[i], p, e, k[0], y[i], w)
+        if i == n - 1:
+            break
+        vm, am, dm = 0.5 * (vx[i] + vx[i + 1]), 0.5 * (ax[i] + ax[i + 1]), 0.5 * (steer[i] + steer[i + 1])
+        for j in range(ns):
+            mid[j] = 0.5 * (series[i, j] + series[i + 1, j])
+        for j in range(_STATES):
+            tmp[j] = x[j] + 0.5 * h * k[0, j]
+        _derivative(tmp, vm, am, dm, mid, p, e, k[1], scratch, w)
+        for j in range(_STATES):
+            tmp[j] = x[j] + 0.5 * h * k[1, j]
+        _derivative(tmp, vm, am, dm, mid, p, e, k[2], scratch, w)
+        for j in range(_STATES):
+            tmp[j] = x[j] + h * k[2, j]
+        _derivative(tmp, vx[i + 1], ax[i + 1], steer[i + 1], series[i + 1], p, e, k[3], scratch, w)
+        for j in range(_STATES):
+            x[j] += h / 6.0 * (k[0, j] + 2.0 * k[1, j] + 2.0 * k[2, j] + k[3, j])
+            if not np.abs(x[j]) < 1e6:
+                return
+
+
+def simulate(plant: PlantInput) -> Array:
+    """Run the plant. Result of shape (n, len(OUTPUT)); zeros after a divergence."""
+    n = plant.speed.size
+    series = np.zeros((n, len(SERIES)))
+    for name, value in plant.series.items():
+        series[:, SERIES.index(name)] = value
+    result = np.zeros((n, len(OUTPUT)))
+    _integrate(
+        plant.period_s, plant.speed, plant.acceleration, plant.steer, series,
+        plant.body, plant.scalars, plant.initial, result,
+    )  # fmt: skip
+    return result
