@@ -124,13 +124,18 @@ class PlantInput:
         self.series[name] = self.series.get(name, 0.0) + value
 
 
-@njit(cache=True)
-def _axle(stiffness, load, extra, transfer, roll_acc, slip, degression, mu_inv, out):  # type: ignore[no-untyped-def] # pragma: no cover
-    """Lateral force of an axle from its two wheels; out: left, right force and load."""
+@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _axle(stiffness, load, extra, extra_side, transfer, roll_acc, slip, degression, mu_inv, out):  # type: ignore[no-untyped-def] # pragma: no cover
+    """Lateral force of an axle from its two wheels; out: left, right force and load.
+
+    `extra_side` is -1 (left) or 1 (right): the wheel that carries the extra load.
+    """
     total = 0.0
     for side in range(2):
         sign = -1.0 if side == 0 else 1.0
-        fz = 0.5 * (load + extra) + sign * transfer * roll_acc
+        fz = 0.5 * load + sign * transfer * roll_acc
+        if sign == extra_side:
+            fz += extra
         if fz < 0.0:
             fz = 0.0
         z = 2.0 * fz / load
@@ -145,7 +150,7 @@ def _axle(stiffness, load, extra, transfer, roll_acc, slip, degression, mu_inv, 
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-untyped-def] # pragma: no cover
     vy, r1, th, r2 = x[0], x[1], x[2], x[3]
     m1, iz1, lf, lr, lh = p[0], p[1], p[2], p[3], p[4]
@@ -156,10 +161,10 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     hvy = vy - lh * r1
     vx2 = c * vx + s * hvy
     vy2 = -s * vx + c * hvy - lh2 * r2
-    sl_f = steer - np.arctan2(vy + lf * r1, vx) + e[11] * roll1
-    sl_r = -np.arctan2(vy - lr * r1, vx) + e[12] * roll1
-    sl_1 = -np.arctan2(vy2 + lf2 * r2, vx2) + e[13] * roll2
-    sl_2 = -np.arctan2(vy2 - lr2 * r2, vx2) + e[13] * roll2
+    sl_f = steer - np.arctan((vy + lf * r1) / vx) + e[11] * roll1
+    sl_r = -np.arctan((vy - lr * r1) / vx) + e[12] * roll1
+    sl_1 = -np.arctan((vy2 + lf2 * r2) / vx2) + e[13] * roll2
+    sl_2 = -np.arctan((vy2 - lr2 * r2) / vx2) + e[13] * roll2
     ef, er, e1, e2 = sl_f, sl_r, sl_1, sl_2
     if e[8] > 0.0:
         ef = x[6]
@@ -172,20 +177,27 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
         ef = ef / (1.0 + e[0] * cf * (1.0 + ser[4] / p[14]))
     if e[1] > 0.0:
         ef = ef - e[1] * np.tanh(cf * ef / 50.0)
-    ff = _axle(cf, p[14], ser[4], e[14], a_f1, ef, e[7], e[6], w[0])
-    fr = _axle(p[6] * (1.0 + ser[1]), p[15], ser[5], e[15], a_f1, er, e[7], e[6], w[1])
-    t1 = _axle(p[12] * (1.0 + ser[2]), p[16], ser[6], e[16], a_f2, e1, e[7], e[6], w[2])
-    t2 = _axle(p[13] * (1.0 + ser[3]), p[17], ser[7], e[17], a_f2, e2, e[7], e[6], w[3])
-    y1 = ser[8] + m1 * GRAVITY * np.sin(ser[12])
+    # Fig. 6-3 of the dissertation: the extra load sits on the left while the yaw rate is negative
+    side = -1.0 if r1 < 0.0 else 1.0
+    ff = _axle(cf, p[14], ser[4], side, e[14], a_f1, ef, e[7], e[6], w[0])
+    fr = _axle(p[6] * (1.0 + ser[1]), p[15], ser[5], side, e[15], a_f1, er, e[7], e[6], w[1])
+    t1 = _axle(p[12] * (1.0 + ser[2]), p[16], ser[6], side, e[16], a_f2, e1, e[7], e[6], w[2])
+    t2 = _axle(p[13] * (1.0 + ser[3]), p[17], ser[7], side, e[17], a_f2, e2, e[7], e[6], w[3])
+    tilt = 0.0
+    if ser[12] != 0.0:
+        tilt = GRAVITY * np.sin(ser[12])
+    y1 = ser[8] + m1 * tilt
     n1 = ser[9]
-    y2 = ser[10] + m2 * GRAVITY * np.sin(ser[12])
+    y2 = ser[10] + m2 * tilt
     n2 = ser[11]
     if e[4] != 0.0 or e[5] != 0.0:
-        q = 0.5 * AIR_DENSITY * vx2 * vx2 * TRAILER_AREA * np.arctan2(vy2, vx2)
+        q = 0.5 * AIR_DENSITY * vx2 * vx2 * TRAILER_AREA * np.arctan(vy2 / vx2)
         y2 -= q * e[4]
-        n2 += q * e[5]
+        n2 -= q * e[5]
     rate = r2 - r1
-    mh = e[2] * np.tanh(rate / 0.005) + e[3] * rate
+    mh = e[3] * rate
+    if e[2] != 0.0:
+        mh += e[2] * np.tanh(rate / 0.01)
     tt = t1 + t2 + y2
     fc = ff * np.cos(steer)
     ahx = ax - vy * r1 + lh * r1 * r1
@@ -212,7 +224,6 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     px = -m2 * a2x
     py = tt - m2 * a2y
     dx[0], dx[1], dx[2], dx[3] = vyd, r1d, rate, r2d
-    tilt = GRAVITY * np.sin(ser[12])
     dx[4] = (ay1 - tilt - a_f1) / e[18]
     dx[5] = (a2y - tilt - a_f2) / e[18]
     dx[6] = (sl_f - x[6]) * vx / max(e[8], 1e-3) if e[8] > 0.0 else 0.0
@@ -229,7 +240,7 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     out[22], out[23], out[24], out[25] = ef, er, e1, e2
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _integrate(h, vx, ax, steer, series, p, e, x0, y):  # type: ignore[no-untyped-def] # pragma: no cover
     n = vx.shape[0]
     ns = series.shape[1]

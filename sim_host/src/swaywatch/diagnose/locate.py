@@ -1,0 +1,145 @@
+"""Where in time a windowed effect acts: pulses of a second each, then their merging."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.effect import Effect, Window
+from swaywatch.diagnose.fit import Fit, Fitter, Term
+
+Array = NDArray[np.float64]
+
+PULSE_S = 1.0
+
+
+@dataclass(frozen=True)
+class Course:
+    """Amplitudes of an effect over time.
+
+    Attributes
+    ----------
+    effect
+        The windowed effect.
+    edges
+        Per run, shape (pulses + 1,), s.
+    amplitude
+        Per run, shape (pulses, parameters), distance from neutral.
+    error
+        Same shape, standard error.
+    gain
+        Drop of chi2 that the linear course promises.
+    """
+
+    effect: Effect
+    edges: tuple[Array, ...]
+    amplitude: tuple[Array, ...]
+    error: tuple[Array, ...]
+    gain: float
+
+
+class Locator:
+    """Linear courses of windowed effects about a fit. Caches what does not depend on the effect."""
+
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+        self.fitter = fitter
+        self.fit = fit
+        self.base: list[Array] = []
+        self.nuisance: list[Array] = []
+        self.constant: list[Array] = []
+        problem = fitter.problem
+        for r in range(len(problem.runs)):
+            base = fitter.evaluate(r, fit.terms, fit.nuisance[r], fit.shared)
+            self.base.append(base)
+            self.nuisance.append(fitter.nuisance_columns(r, fit, base))
+
+    def course(self, effect: Effect, ridge: float = 1e-3) -> Course:
+        """Least-squares amplitudes of pulses of one effect."""
+        runs = self.fitter.problem.runs
+        edges, amplitude, error, gain = [], [], [], 0.0
+        for r, run in enumerate(runs):
+            start, stop = float(run.time[0]), float(run.time[-1])
+            count = max(1, int(round((stop - start) / PULSE_S)))
+            edge = np.linspace(start, stop, count + 1)
+            columns = []
+            for i in range(count):
+                for j, p in enumerate(effect.parameters):
+                    values = [q.neutral for q in effect.parameters]
+                    values[j] += p.scale
+                    term = Term(effect, (edge[i], edge[i + 1], *values), (r,))
+                    e = self.fitter.evaluate(
+                        r, (*self.fit.terms, term), self.fit.nuisance[r], self.fit.shared
+                    )
+                    columns.append(e - self.base[r])
+            a = np.stack(columns, axis=1)
+            k = a.shape[1]
+            full = np.hstack([a, self.nuisance[r]])
+            normal = full.T @ full
+            weight = np.zeros(full.shape[1])
+            weight[:k] = ridge * np.mean(np.diag(normal)[:k])
+            normal += np.diag(weight + 1e-9 * np.diag(normal) + 1e-12)
+            right = full.T @ self.base[r]
+            x = -np.linalg.solve(normal, right)
+            rest = self.base[r] + full @ x
+            only = self.nuisance[r]
+            y = -np.linalg.lstsq(only, self.base[r], rcond=None)[0]
+            rest_only = self.base[r] + only @ y
+            gain += float(np.dot(rest_only, rest_only) - np.dot(rest, rest))
+            sigma = float(np.dot(rest, rest)) / rest.size
+            se = np.sqrt(np.diag(np.linalg.inv(normal))[:k] * sigma)
+            scales = np.tile([p.scale for p in effect.parameters], count)
+            edges.append(edge)
+            amplitude.append((x[:k] * scales).reshape(count, -1))
+            error.append((se * scales).reshape(count, -1))
+        return Course(effect, tuple(edges), tuple(amplitude), tuple(error), gain)
+
+
+def windows(course: Course, share: float = 0.35, sigmas: float = 4.0) -> Term | None:
+    """Windows where the course stands out, as a term to start a fit from."""
+    values: list[float] = []
+    runs: list[int] = []
+    sizes = [np.hypot.reduce(a, axis=1) for a in course.amplitude]
+    largest = max(float(size.max()) for size in sizes)
+    for r, size in enumerate(sizes):
+        noise = np.hypot.reduce(course.error[r], axis=1)
+        robust = 1.4826 * float(np.median(size))
+        on = (size > share * largest) & (size > sigmas * noise) & (size > 2.0 * robust)
+        i = 0
+        while i < len(on):
+            if not on[i]:
+                i += 1
+                continue
+            j = i
+            while j + 1 < len(on) and on[j + 1] and _same(course.amplitude[r], i, j + 1):
+                j += 1
+            part = course.amplitude[r][i : j + 1]
+            level = np.median(part, axis=0) if j - i > 1 else part.mean(axis=0)
+            values += [
+                float(course.edges[r][i]), float(course.edges[r][j + 1]),
+                *(float(p.neutral + x) for p, x in zip(course.effect.parameters, level, strict=True)),
+            ]  # fmt: skip
+            runs.append(r)
+            i = j + 1
+    if not runs or len(runs) > 10:
+        return None
+    return Term(course.effect, tuple(values), tuple(runs))
+
+
+def _same(amplitude: Array, first: int, candidate: int) -> bool:
+    """Same direction as the first pulse of the window."""
+    return bool(np.dot(amplitude[first], amplitude[candidate]) > 0.0)
+
+
+def overlap(a: list[Window], b: list[Window]) -> float:
+    """Intersection over union of two lists of windows."""
+    grid = np.arange(0.0, 200.0, 0.05)
+    in_a = np.zeros(grid.size, bool)
+    in_b = np.zeros(grid.size, bool)
+    for w in a:
+        in_a |= (grid >= w.start) & (grid <= w.stop)
+    for w in b:
+        in_b |= (grid >= w.start) & (grid <= w.stop)
+    union = np.count_nonzero(in_a | in_b)
+    return float(np.count_nonzero(in_a & in_b) / union) if union else 1.0

@@ -1,0 +1,1 @@
+"""Library of missing physics and faults: one file for each word of the list."""

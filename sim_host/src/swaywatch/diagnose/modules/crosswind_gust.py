@@ -1,0 +1,43 @@
+"""A gust pushes one body sideways at its centre of gravity for a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.plant import PlantInput
+from swaywatch.diagnose.runs import Run
+
+SHAPES = {
+    "box": Window.mask,
+    "half_sine": Window.half_sine,
+    "one_minus_cosine": Window.one_minus_cosine,
+}
+
+
+def _act(slot: str, shape: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del values
+        for window in windows:
+            plant.add_series(slot, window.values["force_n"] * SHAPES[shape](window, run.time))
+
+    return act
+
+
+EFFECTS = [
+    Effect(
+        id="crosswind_gust",
+        component=body,
+        kind="physics",
+        equation=f"side force at the centre of gravity, {shape.replace('_', ' ')} in time",
+        source="external force",
+        parameters=(Parameter("force_n", "N", 0.0, -2e4, 2e4, (300.0,), 10.0, 30.0),),
+        act=_act(f"force_{body}", shape),
+        windowed=True,
+        lines=("broadband",),
+        decided_by="wind speed measured at the car",
+        extra={"form": shape},
+    )
+    for body in ("car", "trailer")
+    for shape in SHAPES
+]

@@ -1,0 +1,40 @@
+"""A banked stretch of road: gravity has a lateral part on both bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.modules.crosswind_gust import SHAPES
+from swaywatch.diagnose.plant import PlantInput
+from swaywatch.diagnose.runs import Run
+
+
+def _act(shape: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del values
+        for window in windows:
+            angle = np.radians(window.values["angle_deg"])
+            plant.add_series("bank", angle * SHAPES[shape](window, run.time))
+
+    return act
+
+
+EFFECTS = [
+    Effect(
+        id="road_bank",
+        component="road",
+        kind="physics",
+        equation=f"m g sin(angle) on both bodies, {shape.replace('_', ' ')} in time",
+        source="gravity in road axes; an accelerometer sees the specific force",
+        parameters=(Parameter("angle_deg", "deg", 0.0, -15.0, 15.0, (1.0,), 0.05, 0.1),),
+        act=_act(shape),
+        windowed=True,
+        lines=("mean", "broadband"),
+        decided_by="height profile of the road",
+        extra={"form": shape},
+    )
+    for shape in SHAPES
+]

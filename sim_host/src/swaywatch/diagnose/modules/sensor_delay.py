@@ -1,0 +1,58 @@
+"""A channel reports late."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
+from swaywatch.diagnose.plant import PlantInput
+from swaywatch.diagnose.runs import FAULT_CHANNELS, Run
+
+_DELAY = Parameter("delay_s", "s", 0.0, -0.02, 0.4, (0.02,), 0.002, 0.004)
+
+
+def shift(time: Array, value: Array, delay: float) -> Array:
+    """`value` later by `delay`. Shapes (n,)."""
+    return np.interp(time - delay, time, value)
+
+
+def _observe(channels: tuple[str, ...]) -> Callable[[dict[str, Array], Run, Values], None]:
+    def observe(outputs: dict[str, Array], run: Run, values: Values) -> None:
+        for channel in channels:
+            if channel in outputs:
+                outputs[channel] = shift(run.time, outputs[channel], values["delay_s"])
+
+    return observe
+
+
+def _steering(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+    del windows
+    plant.steer = shift(run.time, plant.steer, -values["delay_s"])
+
+
+EFFECTS = [
+    Effect(
+        id="sensor_delay",
+        component=group,
+        kind="measurement",
+        equation="measured(t) = true(t - delay)",
+        source="fault of the measurement",
+        parameters=(_DELAY,),
+        observe=_observe(channels),
+        decided_by="a second sensor of the same quantity",
+    )
+    for group, channels in FAULT_CHANNELS.items()
+] + [
+    Effect(
+        id="sensor_delay",
+        component="steering_wheel_angle",
+        kind="measurement",
+        equation="measured(t) = true(t - delay)",
+        source="fault of the measurement",
+        parameters=(_DELAY,),
+        act=_steering,
+        decided_by="a second sensor of the same quantity",
+    )
+]

@@ -1,0 +1,58 @@
+"""A channel reports too much or too little."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
+from swaywatch.diagnose.plant import PlantInput
+from swaywatch.diagnose.runs import FAULT_CHANNELS, Run
+
+_FACTOR = Parameter("factor", "-", 1.0, 0.3, 3.0, (1.05,), 0.005, 0.01)
+
+
+def _observe(channels: tuple[str, ...]) -> Callable[[dict[str, Array], Run, Values], None]:
+    def observe(outputs: dict[str, Array], run: Run, values: Values) -> None:
+        for channel in channels:
+            if channel in outputs:
+                outputs[channel] = outputs[channel] * values["factor"]
+
+    return observe
+
+
+def _steering(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+    del windows
+    plant.steer = plant.steer / values["factor"]
+
+
+def _speed(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+    del run, windows
+    plant.speed = plant.speed / values["factor"]
+    plant.acceleration = plant.acceleration / values["factor"]
+
+
+EFFECTS = [
+    Effect(
+        id="sensor_gain",
+        component=group,
+        kind="measurement",
+        equation="measured = factor x true",
+        source="fault of the measurement",
+        parameters=(_FACTOR,),
+        observe=_observe(channels),
+        decided_by="a second sensor of the same quantity",
+    )
+    for group, channels in FAULT_CHANNELS.items()
+] + [
+    Effect(
+        id="sensor_gain",
+        component=channel,
+        kind="measurement",
+        equation="measured = factor x true",
+        source="fault of the measurement",
+        parameters=(_FACTOR,),
+        act=act,
+        decided_by="a second sensor of the same quantity",
+    )
+    for channel, act in (("steering_wheel_angle", _steering), ("speed", _speed))
+]

@@ -1,0 +1,29 @@
+"""Tyre load sensitivity: the stiffness grows less than in proportion to the wheel load."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.plant import PlantInput
+from swaywatch.diagnose.runs import Run
+
+
+def _act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+    del run, windows
+    plant.scalar("degression", values["degression"])
+
+
+EFFECTS = [
+    Effect(
+        id="tyre_load_sensitivity",
+        component="all",
+        kind="physics",
+        equation="C = C_0 (F_z/F_z0) (1 - degression (F_z/F_z0 - 1)) at each wheel",
+        source="section 6.3 leaves it open",
+        parameters=(Parameter("degression", "-", 0.0, -0.5, 2.0, (0.2,), 0.01, 0.03),),
+        act=_act,
+        lines=("f", "3f"),
+        decided_by="lateral force of left and right wheel apart",
+    )
+]

@@ -1,0 +1,29 @@
+"""Tyre saturation: the lateral force falls below linear towards the peak friction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.plant import PlantInput
+from swaywatch.diagnose.runs import Run
+
+
+def _act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+    del run, windows
+    plant.scalar("peak_friction_inverse", 1.0 / values["peak_friction"])
+
+
+EFFECTS = [
+    Effect(
+        id="tyre_saturation",
+        component="all",
+        kind="physics",
+        equation="F_y = mu F_z tanh(C alpha / (mu F_z)) at each wheel",
+        source="odd saturating characteristic; third-order term -(C alpha)^3 / 3 (mu F_z)^2",
+        parameters=(Parameter("peak_friction", "-", 1e3, 0.3, 1e3, (1.0,), 0.02),),
+        act=_act,
+        lines=("f", "3f"),
+        decided_by="a run at higher lateral acceleration",
+    )
+]

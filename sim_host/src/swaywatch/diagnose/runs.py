@@ -1,0 +1,111 @@
+"""Runs on one common grid, with the noise of each channel, ready for the diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+Array = NDArray[np.float64]
+
+RATE_HZ = 100.0
+BLOCK = 5  # samples averaged for one residual: 20 Hz
+
+#: Channels a single measurement fault can sit in, by the name of the component.
+FAULT_CHANNELS: dict[str, tuple[str, ...]] = {
+    name: (name,)
+    for name in (
+        "car_yaw_rate", "car_lateral_acceleration", "trailer_yaw_rate",
+        "trailer_lateral_acceleration", "hitch_lateral_force",
+        "wheel_lateral_force_fl", "wheel_lateral_force_fr",
+        "wheel_lateral_force_rl", "wheel_lateral_force_rr",
+        "wheel_vertical_load_fl", "wheel_vertical_load_fr",
+        "wheel_vertical_load_rl", "wheel_vertical_load_rr",
+    )
+}  # fmt: skip
+
+
+@dataclass
+class Run:
+    """One recording on an even grid from its first common sample.
+
+    Attributes
+    ----------
+    name
+        Name of the file, for reports only.
+    time
+        Shape (n,), seconds since the first message of the recording.
+    channels
+        Channel name to values of shape (n,), SI.
+    noise
+        White noise of each channel, one sample, SI.
+    positions
+        Metres ahead of the centre of gravity of the accelerometers.
+    steering_ratio
+        From vehicle.toml.
+    speed, acceleration, steer
+        Smoothed inputs of the plant, shape (n,).
+    """
+
+    name: str
+    time: Array
+    channels: dict[str, Array]
+    positions: dict[str, float]
+    steering_ratio: float
+    noise: dict[str, float] = field(default_factory=dict)
+    speed: Array = field(default_factory=lambda: np.zeros(0))
+    acceleration: Array = field(default_factory=lambda: np.zeros(0))
+    steer: Array = field(default_factory=lambda: np.zeros(0))
+    scales: dict[str, float] = field(default_factory=dict)
+    simulated: dict[str, Array] = field(default_factory=dict)
+
+    def prepare(self) -> Run:
+        """Drop dead channels, measure noise, smooth the inputs."""
+        for name in list(self.channels):
+            if float(np.std(self.channels[name])) == 0.0:
+                del self.channels[name]
+        self.noise = {name: white_noise(value) for name, value in self.channels.items()}
+        self.speed = low_pass(self.channels["speed"], 0.7, order=2)
+        self.acceleration = np.gradient(self.speed) * RATE_HZ
+        self.steer = low_pass(self.channels["steering_wheel_angle"], 10.0) / self.steering_ratio
+        return self
+
+
+def low_pass(value: Array, cutoff_hz: float, order: int = 4) -> Array:
+    """Zero-phase Butterworth low-pass. Shapes (n,)."""
+    sos = butter(order, cutoff_hz / (0.5 * RATE_HZ), output="sos")
+    return np.asarray(sosfiltfilt(sos, value))
+
+
+def band_pass(value: Array, low_hz: float, high_hz: float, order: int = 2) -> Array:
+    """Zero-phase Butterworth band-pass. Shapes (n,)."""
+    nyquist = 0.5 * RATE_HZ
+    sos = butter(order, [low_hz / nyquist, high_hz / nyquist], btype="band", output="sos")
+    return np.asarray(sosfiltfilt(sos, value))
+
+
+def white_noise(value: Array) -> float:
+    """Standard deviation of one sample, from what lies above 8 Hz."""
+    rest = value - low_pass(value, 8.0)
+    return float(np.sqrt(np.mean(rest**2) / (1.0 - 8.0 / (0.5 * RATE_HZ)))) + 1e-12
+
+
+def block_mean(value: Array) -> Array:
+    """Means of `BLOCK` samples. Shape (n,) to (n // BLOCK,) or (n, k) to (n // BLOCK, k)."""
+    n = value.shape[0] // BLOCK
+    return np.asarray(value[: n * BLOCK].reshape(n, BLOCK, *value.shape[1:]).mean(axis=1))
+
+
+def on_grid(
+    channels: Mapping[str, tuple[Array, Array]],
+) -> tuple[Array, dict[str, Array]]:
+    """Interpolate asynchronous channels (time, value) to one grid at `RATE_HZ`."""
+    start = max(time[0] for time, _ in channels.values())
+    stop = min(time[-1] for time, _ in channels.values())
+    first = min(time[0] for time, _ in channels.values())
+    grid = start + np.arange(int((stop - start) * RATE_HZ)) / RATE_HZ
+    values = {name: np.interp(grid, time, value) for name, (time, value) in channels.items()}
+    return grid - first, values
