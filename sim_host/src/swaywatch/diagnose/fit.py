@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import bilinear, lfilter
 
-from swaywatch.diagnose.effect import Effect, Parameter, Window
-from swaywatch.diagnose.plant import OUTPUT, PlantInput, neutral, simulate
+from swaywatch.diagnose.effect import Parameter
+from swaywatch.diagnose.plant import OUTPUT, SCALARS, PlantInput, neutral, simulate
 from swaywatch.diagnose.runs import BLOCK, RATE_HZ, Run, block_mean
+from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
 
@@ -28,63 +30,6 @@ COMPARED = (
 _NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 _SHARED = ("transfer_car_front", "transfer_car_rear")
-
-
-_START = Parameter("start", "s", 0.0, -1e9, 1e9, (0.0,), 0.1)
-_STOP = Parameter("stop", "s", 0.0, -1e9, 1e9, (0.0,), 0.1)
-
-
-@dataclass(frozen=True)
-class Term:
-    """An effect with its values.
-
-    Attributes
-    ----------
-    effect
-        The explanation.
-    values
-        Without windows: in the order of the effect's parameters. With windows: start, stop and
-        the parameters of each window in turn.
-    window_runs
-        With windows: the run of each.
-    """
-
-    effect: Effect
-    values: tuple[float, ...]
-    window_runs: tuple[int, ...] = ()
-
-    def as_dict(self) -> dict[str, float]:
-        """Values by parameter name, without windows."""
-        if self.effect.windowed:
-            return {}
-        return dict(zip((p.name for p in self.effect.parameters), self.values, strict=True))
-
-    def parameter(self, index: int) -> Parameter:
-        """Parameter of a place in `values`."""
-        if not self.effect.windowed:
-            return self.effect.parameters[index]
-        return (_START, _STOP, *self.effect.parameters)[index % self.stride]
-
-    @property
-    def stride(self) -> int:
-        """Values of one window."""
-        return 2 + len(self.effect.parameters)
-
-    def run_of(self, index: int) -> int | None:
-        """Run that a place in `values` acts on; None: all."""
-        return self.window_runs[index // self.stride] if self.effect.windowed else None
-
-    def windows(self, run: int) -> list[Window]:
-        """Windows in one run."""
-        if not self.effect.windowed:
-            return []
-        names = [p.name for p in self.effect.parameters]
-        found = []
-        for w, where in enumerate(self.window_runs):
-            if where == run:
-                v = self.values[w * self.stride : (w + 1) * self.stride]
-                found.append(Window(v[0], v[1], dict(zip(names, v[2:], strict=True))))
-        return found
 
 
 @dataclass
@@ -192,6 +137,15 @@ def residual(problem: Problem, index: int, outputs: Mapping[str, Array]) -> Arra
     return np.asarray((e - e.mean(axis=0)) / np.array([scale(run, name) for name in names]))
 
 
+def roll_filter(acceleration: Array) -> Array:
+    """Acceleration behind the roll of the car's body. Shapes (n,)."""
+    scalars = neutral()
+    omega = float(scalars[SCALARS.index("roll_frequency_car")])
+    damping = float(scalars[SCALARS.index("roll_damping_car")])
+    b, a = bilinear([omega**2], [1.0, 2.0 * damping * omega, omega**2], RATE_HZ)
+    return np.asarray(lfilter(b, a, acceleration))
+
+
 class Fitter:
     """Levenberg-Marquardt over effect values, start values and offsets of all runs."""
 
@@ -226,7 +180,7 @@ class Fitter:
         """Load transfer from wheel loads and forces (no accelerometer needed)."""
         m1 = self.problem.body[0]
         found = []
-        for axle, default in (("f", 480.0), ("r", 400.0)):
+        for axle, default in (("f", 435.0), ("r", 356.0)):
             top = bottom = 0.0
             for run in self.problem.runs:
                 c = run.channels
@@ -235,7 +189,7 @@ class Fitter:
                 if not all(key in c for key in keys + loads):
                     continue
                 a = sum(c[key] for key in keys) / m1
-                a = np.roll(a - a.mean(), 2)
+                a = roll_filter(a - a.mean())
                 dz = 0.5 * (c[loads[1]] - c[loads[0]])
                 top += float(np.dot(a, dz - dz.mean()))
                 bottom += float(np.dot(a, a))

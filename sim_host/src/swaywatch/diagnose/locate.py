@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect, Window
-from swaywatch.diagnose.fit import Fit, Fitter, Term
+from swaywatch.diagnose.fit import Fit, Fitter
+from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
 
@@ -125,6 +126,15 @@ def windows(course: Course, share: float = 0.35, sigmas: float = 4.0) -> Term | 
     if not runs or len(runs) > 10:
         return None
     return Term(course.effect, tuple(values), tuple(runs))
+
+
+def widened(term: Term, by: float) -> Term:
+    """The term with every window longer by `by` s at both ends."""
+    values = list(term.values)
+    for w in range(len(term.window_runs)):
+        values[w * term.stride] -= by
+        values[w * term.stride + 1] += by
+    return Term(term.effect, tuple(values), term.window_runs)
 
 
 def _same(amplitude: Array, first: int, candidate: int) -> bool:

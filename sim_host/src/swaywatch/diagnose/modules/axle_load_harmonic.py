@@ -9,11 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.signal import hilbert
+from scipy.signal import hilbert, lfilter
 
 from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
 from swaywatch.diagnose.plant import PlantInput
-from swaywatch.diagnose.runs import Run, band_pass
+from swaywatch.diagnose.runs import RATE_HZ, Run, band_pass, low_pass
+from swaywatch.diagnose.term import Term
+
+MEAN_TIME_S = 1.2  # of the running mean in the generator
 
 
 def force_phase(run: Run, axle: str) -> Array:
@@ -56,11 +59,84 @@ def _act(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], Non
     return act
 
 
-def _report(v: Values) -> dict[str, float]:
+def _generator(run: Run, delay: float) -> Array:
+    """Normalised generator (Eq. 6.1-6.2): square of the yaw rate over its running mean, less 1."""
+    if "_square" not in run.simulated:
+        q = low_pass(run.channels["car_yaw_rate"], 6.0) ** 2
+        step = 1.0 / (RATE_HZ * MEAN_TIME_S)
+        mean = lfilter([step], [1.0, step - 1.0], q) + 1e-6
+        run.simulated["_square"] = q / mean - 1.0
+    return np.interp(run.time - delay, run.time, run.simulated["_square"])
+
+
+def _act_generator(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del values
+        for window in windows:
+            load = window.values["gain_n"] * _generator(run, window.values["delay_s"])
+            plant.add_series(f"load_{axle}", load * window.mask(run.time))
+
+    return act
+
+
+def _generator_effect(axle: str) -> Effect:
+    return Effect(
+        id="axle_load_harmonic",
+        component=axle,
+        kind="physics",
+        equation="F_z = F_z0 + gain (q/mean(q) - 1)(t - delay), q: square of the yaw rate",
+        source="Eq. 6.1 and 6.2, Fig. 6-3",
+        parameters=(
+            Parameter("gain_n", "N", 0.0, 0.0, 9e3, (500.0,), 20.0, 60.0),
+            Parameter("delay_s", "s", 0.0, -0.3, 3.0, (0.1,), 0.01),
+        ),
+        act=_act_generator(axle),
+        windowed=True,
+        lines=("2f",),
+        decided_by="wheel loads of the axle",
+        extra={"describe": lambda run, window: _describe(run, axle, window), "form": "generator"},
+    )
+
+
+def _describe(run: Run, axle: str, window: Window) -> dict[str, float]:
+    """Amplitude and phase of the load at 2 f in a window."""
+    inside = window.mask(run.time) > 0.5
+    f = frequency(run, axle, window)
+    if "gain_n" in window.values:
+        load = window.values["gain_n"] * _generator(run, window.values["delay_s"])[inside]
+        phase = 2.0 * force_phase(run, axle)[inside]
+        columns = np.stack([np.cos(phase), -np.sin(phase), np.ones(phase.size)], axis=1)
+        a, b, _ = np.linalg.lstsq(columns, load, rcond=None)[0]
+    else:
+        a, b = window.values["in_phase_n"], window.values["quadrature_n"]
     return {
-        "amplitude_n": float(np.hypot(v["in_phase_n"], v["quadrature_n"])),
-        "phase_deg": float(np.degrees(np.arctan2(v["quadrature_n"], v["in_phase_n"]))),
+        "amplitude_n": float(np.hypot(a, b)),
+        "phase_deg": float(np.degrees(np.arctan2(b, a))),
+        "frequency_hz": f,
     }
+
+
+def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
+    """The same windows with the generator's load, gains and delays fitted to the lines found."""
+    axle = term.effect.component
+    values: list[float] = []
+    for w, index in enumerate(term.window_runs):
+        run = runs[index]
+        start, stop, a, b = term.values[w * 4 : w * 4 + 4]
+        inside = (run.time >= start) & (run.time <= stop)
+        if np.count_nonzero(inside) < 20:
+            return None
+        phase = 2.0 * force_phase(run, axle)[inside]
+        load = a * np.cos(phase) - b * np.sin(phase)
+        best = (np.inf, 0.0, 0.0)
+        for delay in np.arange(0.0, 1.0, 0.02):
+            g = _generator(run, delay)[inside]
+            gain = float(np.dot(g, load) / (np.dot(g, g) + 1e-12))
+            rest = float(np.sum((load - gain * g) ** 2))
+            if gain > 0.0 and rest < best[0]:
+                best = (rest, gain, float(delay))
+        values += [start, stop, best[1], best[2]]
+    return Term(_generator_effect(axle), tuple(values), term.window_runs)
 
 
 EFFECTS = [
@@ -78,8 +154,10 @@ EFFECTS = [
         windowed=True,
         lines=("2f",),
         decided_by="wheel loads of the axle",
-        report=_report,
-        extra={"frequency": lambda run, window, axle=axle: frequency(run, axle, window)},
+        extra={
+            "describe": lambda run, window, axle=axle: _describe(run, axle, window),
+            "refine": _refine,
+        },
     )
     for axle in ("car_front", "car_rear", "trailer_front", "trailer_rear")
 ]

@@ -1,0 +1,160 @@
+"""From files to a problem: runs, vehicle, checks of what can be told at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from swaywatch.diagnose.fit import COMPARED, Problem
+from swaywatch.diagnose.plant import BODY
+from swaywatch.diagnose.runs import RATE_HZ, Run, on_grid
+from swaywatch.drive import Drive, load_drives
+from swaywatch.errors import RecordingError, SignalError, VehicleError
+from swaywatch.vehicle import Vehicle, load_vehicle
+
+#: Without these there is nothing to drive the model with.
+INPUTS = ("steering_wheel_angle", "speed")
+MINIMUM_S = 6.0
+MINIMUM_SPEED = 5.0
+MINIMUM_YAW_RATE = 0.01  # rad/s RMS: below it nothing is excited
+
+
+@dataclass
+class Loaded:
+    """Everything a diagnosis starts from.
+
+    Attributes
+    ----------
+    problem
+        None where `cannot` says why.
+    vehicle
+        As read.
+    signals
+        Channel to name of the signal in the recording.
+    cannot
+        Reasons why nothing can be said.
+    checks
+        Sentences about the data for the report.
+    """
+
+    problem: Problem | None
+    vehicle: Vehicle
+    signals: dict[str, str] = field(default_factory=dict)
+    cannot: list[str] = field(default_factory=list)
+    checks: list[str] = field(default_factory=list)
+
+
+def body_of(vehicle: Vehicle) -> np.ndarray:
+    """Constants in the order of `plant.BODY`; a value that is absent is an error."""
+    if vehicle.trailer is None:
+        raise VehicleError("the diagnosis of a combination needs a [trailer] in vehicle.toml")
+    values = []
+    for name in BODY:
+        part, key = name.split(".")
+        value = getattr(getattr(vehicle, part), key)
+        if value is None and part == "trailer" and key == "front_axle_to_cog":
+            value = 0.0
+        if value is None and part == "trailer" and key == "front_cornering_stiffness":
+            value = 1e-3
+        if value is None and key == "front_axle_load":
+            value = _static_load(vehicle, part, front=True)
+        if value is None and key == "rear_axle_load":
+            value = _static_load(vehicle, part, front=False)
+        if value is None:
+            raise VehicleError(f"vehicle.toml: [{part}] {key} is needed for a diagnosis")
+        values.append(float(value))
+    return np.array(values)
+
+
+def _static_load(vehicle: Vehicle, part: str, *, front: bool) -> float:
+    body = vehicle.car if part == "car" else vehicle.trailer
+    assert body is not None
+    ahead = body.front_axle_to_cog or 0.0
+    behind = body.rear_axle_to_cog
+    base = ahead + behind
+    share = (behind if front else ahead) / base if base > 0.0 else 0.5
+    return float(max(body.mass * 9.81 * share, 1000.0))
+
+
+def run_of(drive: Drive, vehicle: Vehicle, name: str) -> Run:
+    """One drive on the grid of the diagnosis."""
+    channels = {
+        key: (channel.time_s, channel.value)
+        for key, channel in drive.channels.items()
+        if channel.time_s.size > 1
+    }
+    for need in INPUTS:
+        if need not in channels:
+            raise SignalError(f"{name}: no {need}; the model cannot be driven without it")
+    time, values = on_grid(channels)
+    positions = {key: channel.position_m for key, channel in drive.channels.items()}
+    return Run(name, time, values, positions, vehicle.car.steering_ratio)
+
+
+def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> Loaded:
+    """Read, check, prepare."""
+    vehicle = load_vehicle(vehicle_file)
+    loaded = Loaded(None, vehicle)
+    body = body_of(vehicle)
+    drives = load_drives(list(recordings), signals_file)
+    if not drives:
+        raise RecordingError("no run in the recordings")
+    runs: list[Run] = []
+    for index, drive in enumerate(drives):
+        name = f"run {index + 1}"
+        loaded.signals.update({k: c.signal for k, c in drive.channels.items()})
+        run = run_of(drive, vehicle, name)
+        reason = _too_little(run)
+        if reason:
+            loaded.cannot.append(f"{name}: {reason}")
+            continue
+        runs.append(run.prepare())
+    if runs:
+        # order of the files must not matter: sort by what was driven
+        runs.sort(key=lambda run: -float(np.mean(run.channels["speed"])))
+        loaded.problem = Problem(tuple(runs), body)
+        missing = [c for c in COMPARED if any(c not in run.channels for run in runs)]
+        if missing:
+            loaded.checks.append("not recorded: " + ", ".join(missing))
+        loaded.checks += _foreign(runs, body)
+    return loaded
+
+
+def _too_little(run: Run) -> str:
+    if run.time.size < MINIMUM_S * RATE_HZ:
+        return f"cannot say: {run.time.size / RATE_HZ:.1f} s long, at least {MINIMUM_S:.0f} s needed"
+    speed = float(np.median(run.channels["speed"]))
+    if speed < MINIMUM_SPEED:
+        return f"cannot say: median speed {speed:.1f} m/s, at least {MINIMUM_SPEED:.0f} m/s needed"
+    rates = [run.channels[c] for c in ("car_yaw_rate", "trailer_yaw_rate") if c in run.channels]
+    if not rates:
+        return "cannot say: neither car_yaw_rate nor trailer_yaw_rate is recorded"
+    if max(float(np.std(rate)) for rate in rates) < MINIMUM_YAW_RATE:
+        return "cannot say: no excitation (yaw rates stay below 0.01 rad/s RMS)"
+    return ""
+
+
+def _foreign(runs: Sequence[Run], body: np.ndarray) -> list[str]:
+    """Do the runs come from the vehicle of the file? Static axle loads tell."""
+    found = []
+    loads = []
+    for run in runs:
+        keys = [f"wheel_vertical_load_{w}" for w in ("fl", "fr", "rl", "rr")]
+        if all(key in run.channels for key in keys):
+            loads.append(float(sum(np.mean(run.channels[key]) for key in keys)))
+    believed = float(body[14] + body[15])
+    for run, load in zip(runs, loads, strict=False):
+        if abs(load / believed - 1.0) > 0.1:
+            found.append(
+                f"{run.name}: axle loads sum to {load:.0f} N, the file says {believed:.0f} N: "
+                "another vehicle or another loading?"
+            )
+    if len(loads) > 1 and max(loads) / min(loads) > 1.1:
+        raise RecordingError(
+            "the runs come from different vehicles or loadings: axle loads sum to "
+            + ", ".join(f"{load:.0f} N" for load in loads)
+        )
+    return found

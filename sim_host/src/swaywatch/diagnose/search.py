@@ -1,0 +1,225 @@
+"""Which explanations: a beam search over the library, one and two effects at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from swaywatch.diagnose.effect import Effect
+from swaywatch.diagnose.fit import Fit, Fitter, Problem
+from swaywatch.diagnose.locate import Course, Locator, windows
+from swaywatch.diagnose.term import Term
+
+WORKERS = 2
+BEAM = 3
+FAR = 30.0  # level above which start values found without the effect are not trusted
+SHORT_LIST = 10
+WINDOWED_LIST = 5
+WORTH = 3.0  # a windowed effect is fitted if its linear course comes this near to the best
+#: A term stays only if leaving it out raises chi2 by this share.
+KEEP_SHARE = 0.02
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A fit with one more term than its parent."""
+
+    fit: Fit
+    parent: Fit
+
+    @property
+    def level(self) -> float:
+        """Mean squared normalised residual, with the price of the windows."""
+        free = sum(len(term.values) for term in self.fit.terms)
+        return self.fit.chi2 / self.fit.count * (1.0 + 0.0005 * free)
+
+
+def level(fit: Fit) -> float:
+    """Mean squared normalised residual."""
+    return fit.chi2 / max(fit.count, 1)
+
+
+class Search:
+    """Search over one problem."""
+
+    def __init__(self, problem: Problem, effects: Sequence[Effect], progress: Progress) -> None:
+        self.problem = problem
+        self.fitter = Fitter(problem)
+        self.effects = [e for e in effects if all(n in problem.runs[0].channels for n in e.needs)]
+        self.progress = progress
+        self.cold = self.fitter.start()
+
+    def baseline(self) -> Fit:
+        """Fit with nothing missing."""
+        return self.fitter.run(self.cold, 8)
+
+    def constant(self, parent: Fit, effect: Effect) -> Fit | None:
+        """Best fit of an effect without windows on top of a parent."""
+        best: Fit | None = None
+        count = max(len(p.starts) for p in effect.parameters)
+        origins = [parent.nuisance]
+        if level(parent) > FAR:
+            origins.append(self.cold.nuisance)
+        for start in range(count):
+            values = tuple(p.starts[min(start, len(p.starts) - 1)] for p in effect.parameters)
+            for nuisance in origins:
+                fit = Fit((*parent.terms, Term(effect, values)), nuisance, self.cold.shared)
+                fit = self.fitter.run(fit, 3, free=1)
+                if best is None or fit.chi2 < best.chi2:
+                    best = fit
+        if best is not None and best.chi2 < 0.8 * parent.chi2:
+            best = self.fitter.run(best, 5)
+        return best
+
+    def windowed(self, parent: Fit, course: Course) -> Fit | None:
+        """Best fit of an effect in windows on top of a parent."""
+        term = windows(course)
+        if term is None:
+            return None
+        fit = Fit((*parent.terms, term), parent.nuisance, self.cold.shared)
+        return self.edges(self.fitter.run(fit, 6, free=1))
+
+    def edges(self, fit: Fit, rounds: int = 3) -> Fit:
+        """Move the edges of the last term's windows over local minima."""
+        for _ in range(rounds):
+            moved = self._scan_edges(fit)
+            if moved is None:
+                return fit
+            fit = self.fitter.run(moved, 6, free=1)
+        return fit
+
+    def _scan_edges(self, fit: Fit) -> Fit | None:
+        """Best shift of each edge in turn, amplitude kept or its product with the length."""
+        term = fit.terms[-1]
+        neutral = [p.neutral for p in term.effect.parameters]
+        changed = False
+        for w, r in enumerate(term.window_runs):
+            for edge in (0, 1):
+                at = w * term.stride
+                best = self._chi2(fit, term, r)
+                found = term
+                for shift in (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7):
+                    for keep in (False, True):
+                        v = list(term.values)
+                        old = v[at + 1] - v[at]
+                        v[at + edge] += shift
+                        new = v[at + 1] - v[at]
+                        if new < 0.2:
+                            continue
+                        if keep and old > 0.0:
+                            for j, zero in enumerate(neutral):
+                                v[at + 2 + j] = zero + (v[at + 2 + j] - zero) * old / new
+                        trial = Term(term.effect, tuple(v), term.window_runs)
+                        chi2 = self._chi2(fit, trial, r)
+                        if chi2 < 0.995 * best:
+                            best, found = chi2, trial
+                changed |= found is not term
+                term = found
+        if not changed:
+            return None
+        return Fit((*fit.terms[:-1], term), fit.nuisance, fit.shared)
+
+    def _chi2(self, fit: Fit, term: Term, run: int) -> float:
+        e = self.fitter.evaluate(run, (*fit.terms[:-1], term), fit.nuisance[run], fit.shared)
+        return float(np.dot(e, e))
+
+    def refined(self, fit: Fit) -> Fit:
+        """Better forms of windowed terms, where a module has them."""
+        for i, term in enumerate(fit.terms):
+            refine = term.effect.extra.get("refine")
+            better = refine(term, self.problem.runs) if callable(refine) else None
+            for other in self.forms(term) if better is None else [better]:
+                terms = (*fit.terms[:i], other, *fit.terms[i + 1 :])
+                trial = self.fitter.run(
+                    Fit(terms, fit.nuisance, fit.shared), 20, tolerance=1e-4
+                )
+                if i == len(fit.terms) - 1:
+                    trial = self.edges(trial, 2)
+                if trial.chi2 < fit.chi2:
+                    fit = trial
+        return fit
+
+    def forms(self, term: Term) -> list[Term]:
+        """The same windows with the other forms of the effect."""
+        if not term.effect.windowed or "form" not in term.effect.extra:
+            return []
+        return [
+            Term(e, term.values, term.window_runs)
+            for e in self.effects
+            if e.id == term.effect.id
+            and e.component == term.effect.component
+            and e.extra.get("form") != term.effect.extra["form"]
+        ]
+
+    def polish(self, fit: Fit) -> Fit:
+        """Fit to the end, in the best form."""
+        fit = self.refined(self.fitter.run(fit, 20, tolerance=1e-4))
+        return self.fitter.run(fit, 6, shared_free=True)
+
+    def linear_gain(self, locator: Locator, effect: Effect) -> float:
+        """Drop of chi2 that a linear step of an effect without windows promises."""
+        fit = locator.fit
+        gain = 0.0
+        columns: list[list[np.ndarray]] = []
+        for r in range(len(self.problem.runs)):
+            row = []
+            for j, p in enumerate(effect.parameters):
+                values = [q.neutral for q in effect.parameters]
+                toward = 1.0 if p.starts[0] >= p.neutral else -1.0
+                values[j] += toward * p.scale
+                if effect.id == "tyre_saturation":
+                    values[j] = 2.0
+                if effect.id == "tyre_relaxation":
+                    values[j] = 0.2
+                term = Term(effect, tuple(values))
+                e = self.fitter.evaluate(r, (*fit.terms, term), fit.nuisance[r], fit.shared)
+                row.append(e - locator.base[r])
+            columns.append(row)
+        k = len(effect.parameters)
+        normal = np.zeros((k, k))
+        right = np.zeros(k)
+        for r, row in enumerate(columns):
+            a = np.stack(row, axis=1)
+            n = locator.nuisance[r]
+            project = np.linalg.lstsq(n, a, rcond=None)[0]
+            a = a - n @ project
+            normal += a.T @ a
+            right += a.T @ locator.base[r]
+        gain = float(right @ np.linalg.lstsq(normal, right, rcond=None)[0])
+        return gain
+
+    def extend(self, parent: Fit, *, everything: bool) -> list[Candidate]:
+        """Fits of the parent with one more effect, best first."""
+        locator = Locator(self.fitter, parent)
+        taken = {(t.effect.id, t.effect.component) for t in parent.terms}
+        open_ = [e for e in self.effects if (e.id, e.component) not in taken]
+        constant = [e for e in open_ if not e.windowed]
+        if not everything:
+            gains = [(self.linear_gain(locator, e), i) for i, e in enumerate(constant)]
+            gains.sort(reverse=True)
+            constant = [constant[i] for _, i in gains[:SHORT_LIST]]
+        windowed = [e for e in open_ if e.windowed and e.extra.get("form", "box") == "box"]
+        found: list[Candidate] = []
+        with ThreadPoolExecutor(WORKERS) as pool:
+            courses = list(pool.map(locator.course, windowed))
+            fits = list(pool.map(lambda e: self.constant(parent, e), constant))
+            found = [Candidate(f, parent) for f in fits if f is not None and np.isfinite(f.chi2)]
+            best = min((f.chi2 for f in fits if f is not None), default=parent.chi2)
+            courses = [c for c in courses if c.gain > 0.05 * parent.chi2]
+            courses = [c for c in courses if parent.chi2 - c.gain < WORTH * best]
+            courses.sort(key=lambda c: -c.gain)
+            for fit in pool.map(lambda c: self.windowed(parent, c), courses[:WINDOWED_LIST]):
+                if fit is not None and np.isfinite(fit.chi2):
+                    found.append(Candidate(fit, parent))
+        found.sort(key=lambda c: c.level)
+        with ThreadPoolExecutor(WORKERS) as pool:
+            polished = [
+                Candidate(fit, parent) for fit in pool.map(self.polish, [c.fit for c in found[:BEAM]])
+            ]
+        found = sorted([*polished, *found[BEAM:]], key=lambda c: c.level)
+        return found
