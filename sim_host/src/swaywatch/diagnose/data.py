@@ -79,7 +79,7 @@ def _static_load(vehicle: Vehicle, part: str, *, front: bool) -> float:
     return float(max(body.mass * 9.81 * share, 1000.0))
 
 
-def run_of(drive: Drive, vehicle: Vehicle, name: str) -> Run:
+def run_of(drive: Drive, steering_ratio: float, name: str) -> Run:
     """One drive on the grid of the diagnosis."""
     channels = {
         key: (channel.time_s, channel.value)
@@ -91,7 +91,7 @@ def run_of(drive: Drive, vehicle: Vehicle, name: str) -> Run:
             raise SignalError(f"{name}: no {need}; the model cannot be driven without it")
     time, values = on_grid(channels)
     positions = {key: channel.position_m for key, channel in drive.channels.items()}
-    return Run(name, time, values, positions, vehicle.car.steering_ratio)
+    return Run(name, time, values, positions, steering_ratio)
 
 
 def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> Loaded:
@@ -106,7 +106,7 @@ def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> 
     for index, drive in enumerate(drives):
         name = f"run {index + 1}"
         loaded.signals.update({k: c.signal for k, c in drive.channels.items()})
-        run = run_of(drive, vehicle, name)
+        run = run_of(drive, vehicle.car.steering_ratio, name)
         reason = _too_little(run)
         if reason:
             loaded.cannot.append(f"{name}: {reason}")
@@ -158,3 +158,15 @@ def _foreign(runs: Sequence[Run], body: np.ndarray) -> list[str]:
             + ", ".join(f"{load:.0f} N" for load in loads)
         )
     return found
+
+
+def load_with_body(
+    recording: Path, signals_file: Path, body: np.ndarray, steering_ratio: float
+) -> Problem:
+    """One run with constants that are already known."""
+    drives = load_drives([recording], signals_file)
+    run = run_of(drives[0], steering_ratio, recording.name)
+    reason = _too_little(run)
+    if reason:
+        raise RecordingError(f"{recording.name}: {reason}")
+    return Problem((run.prepare(),), body)

@@ -74,7 +74,13 @@ class Problem:
 
 
 def predict_run(
-    problem: Problem, index: int, terms: Sequence[Term], nuisance: Array, shared: Array
+    problem: Problem,
+    index: int,
+    terms: Sequence[Term],
+    nuisance: Array,
+    shared: Array,
+    *,
+    fine: bool = True,
 ) -> dict[str, Array]:
     """Channels of one run as the model with `terms` has them, shape (n,) each."""
     run = problem.runs[index]
@@ -91,7 +97,7 @@ def predict_run(
         plant.scalar(name, float(value))
     for term in terms:
         term.effect.act(plant, run, term.as_dict(), term.windows(index))
-    result = simulate(plant)
+    result = simulate(plant, fine=fine)
     return observe(result, run, terms)
 
 
@@ -149,8 +155,9 @@ def roll_filter(acceleration: Array) -> Array:
 class Fitter:
     """Levenberg-Marquardt over effect values, start values and offsets of all runs."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, *, fine: bool = True) -> None:
         self.problem = problem
+        self.fine = fine
         self.evaluations = 0
 
     def evaluate(
@@ -158,7 +165,7 @@ class Fitter:
     ) -> Array:
         """Normalised residuals of one run, flat."""
         self.evaluations += 1
-        outputs = predict_run(self.problem, index, terms, nuisance, shared)
+        outputs = predict_run(self.problem, index, terms, nuisance, shared, fine=self.fine)
         return np.asarray(residual(self.problem, index, outputs).ravel())
 
     def nuisance_columns(self, index: int, fit: Fit, base: Array) -> Array:
@@ -204,6 +211,7 @@ class Fitter:
         runs: Sequence[int] | None = None,
         free: int | None = None,
         shared_free: bool = False,
+        frozen: Sequence[Array] | None = None,
         tolerance: float = 1e-3,
     ) -> Fit:
         """Improve a fit.
@@ -218,6 +226,8 @@ class Fitter:
             Number of terms, counted from the end, whose values move; all by default.
         shared_free
             Also move the load transfer.
+        frozen
+            Derivatives to the offsets and start values of each run, if they are to be reused.
         """
         use = list(range(len(self.problem.runs))) if runs is None else list(runs)
         terms = list(start.terms)
@@ -267,12 +277,10 @@ class Fitter:
                     sh = shared.copy()
                     sh[c] += 5.0
                     columns[:, k + c] = (self.evaluate(r, built, nuisance[r], sh) - base) / 5.0
-                for c in range(_NUISANCES):
-                    nu = nuisance[r].copy()
-                    nu[c] += _NUISANCE_STEP[c]
-                    columns[:, k + s + c] = (
-                        self.evaluate(r, built, nu, shared) - base
-                    ) / _NUISANCE_STEP[c]
+                state = Fit(tuple(built), nuisance, shared)
+                columns[:, k + s :] = (
+                    self.nuisance_columns(r, state, base) if frozen is None else frozen[r]
+                )
                 where = np.r_[
                     0 : k + s, k + s + position * _NUISANCES : k + s + (position + 1) * _NUISANCES
                 ]

@@ -7,11 +7,14 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Fit, Fitter, Problem
-from swaywatch.diagnose.locate import Course, Locator, windows
+from swaywatch.diagnose.locate import Course, Locator, widened, windows
 from swaywatch.diagnose.term import Term
+
+Array = NDArray[np.float64]
 
 WORKERS = 2
 BEAM = 3
@@ -49,16 +52,18 @@ class Search:
 
     def __init__(self, problem: Problem, effects: Sequence[Effect], progress: Progress) -> None:
         self.problem = problem
-        self.fitter = Fitter(problem)
+        self.fitter = Fitter(problem, fine=False)
+        self.exact = Fitter(problem)
         self.effects = [e for e in effects if all(n in problem.runs[0].channels for n in e.needs)]
         self.progress = progress
         self.cold = self.fitter.start()
+        self.beam = BEAM
 
     def baseline(self) -> Fit:
         """Fit with nothing missing."""
-        return self.fitter.run(self.cold, 8)
+        return self.exact.run(self.cold, 8)
 
-    def constant(self, parent: Fit, effect: Effect) -> Fit | None:
+    def constant(self, parent: Fit, effect: Effect, frozen: Sequence[Array]) -> Fit | None:
         """Best fit of an effect without windows on top of a parent."""
         best: Fit | None = None
         count = max(len(p.starts) for p in effect.parameters)
@@ -69,7 +74,7 @@ class Search:
             values = tuple(p.starts[min(start, len(p.starts) - 1)] for p in effect.parameters)
             for nuisance in origins:
                 fit = Fit((*parent.terms, Term(effect, values)), nuisance, self.cold.shared)
-                fit = self.fitter.run(fit, 3, free=1)
+                fit = self.fitter.run(fit, 4, free=1, frozen=frozen)
                 if best is None or fit.chi2 < best.chi2:
                     best = fit
         if best is not None and best.chi2 < 0.8 * parent.chi2:
@@ -133,11 +138,10 @@ class Search:
         for i, term in enumerate(fit.terms):
             refine = term.effect.extra.get("refine")
             better = refine(term, self.problem.runs) if callable(refine) else None
-            for other in self.forms(term) if better is None else [better]:
+            others = self.forms(term) if better is None else [better, widened(better, 0.35)]
+            for other in others:
                 terms = (*fit.terms[:i], other, *fit.terms[i + 1 :])
-                trial = self.fitter.run(
-                    Fit(terms, fit.nuisance, fit.shared), 20, tolerance=1e-4
-                )
+                trial = self.fitter.run(Fit(terms, fit.nuisance, fit.shared), 8, tolerance=1e-3)
                 if i == len(fit.terms) - 1:
                     trial = self.edges(trial, 2)
                 if trial.chi2 < fit.chi2:
@@ -159,13 +163,13 @@ class Search:
     def polish(self, fit: Fit) -> Fit:
         """Fit to the end, in the best form."""
         fit = self.refined(self.fitter.run(fit, 20, tolerance=1e-4))
-        return self.fitter.run(fit, 6, shared_free=True)
+        return self.exact.run(fit, 6, shared_free=True)
 
     def linear_gain(self, locator: Locator, effect: Effect) -> float:
         """Drop of chi2 that a linear step of an effect without windows promises."""
         fit = locator.fit
         gain = 0.0
-        columns: list[list[np.ndarray]] = []
+        columns: list[list[Array]] = []
         for r in range(len(self.problem.runs)):
             row = []
             for j, p in enumerate(effect.parameters):
@@ -207,7 +211,7 @@ class Search:
         found: list[Candidate] = []
         with ThreadPoolExecutor(WORKERS) as pool:
             courses = list(pool.map(locator.course, windowed))
-            fits = list(pool.map(lambda e: self.constant(parent, e), constant))
+            fits = list(pool.map(lambda e: self.constant(parent, e, locator.nuisance), constant))
             found = [Candidate(f, parent) for f in fits if f is not None and np.isfinite(f.chi2)]
             best = min((f.chi2 for f in fits if f is not None), default=parent.chi2)
             courses = [c for c in courses if c.gain > 0.05 * parent.chi2]

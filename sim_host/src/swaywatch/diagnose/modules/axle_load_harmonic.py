@@ -129,7 +129,8 @@ def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
         phase = 2.0 * force_phase(run, axle)[inside]
         load = a * np.cos(phase) - b * np.sin(phase)
         best = (np.inf, 0.0, 0.0)
-        for delay in np.arange(0.0, 1.0, 0.02):
+        turn = (run.time[inside][-1] - run.time[inside][0]) / max(float(np.ptp(phase)), 1e-6)
+        for delay in np.arange(0.0, 2.0 * np.pi * turn, 0.02):
             g = _generator(run, delay)[inside]
             gain = float(np.dot(g, load) / (np.dot(g, g) + 1e-12))
             rest = float(np.sum((load - gain * g) ** 2))

@@ -1,0 +1,55 @@
+"""``swaywatch diagnose``: where simulation and recording differ, and what physics was left out."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``diagnose`` command."""
+    parser = subparsers.add_parser(
+        "diagnose",
+        help="find what physics a simulation lacks, or what is wrong with the measurement",
+        description="Compare runs of a combination with a simulation, locate what differs, name "
+        "the missing physics, fit it and judge it on the runs it was not fitted to.",
+    )
+    parser.add_argument("recording", nargs="+", type=Path, help="runs of the same combination")
+    parser.add_argument("--vehicle", required=True, type=Path, help="vehicle.toml")
+    parser.add_argument("--signals", required=True, type=Path, help="signals.toml")
+    parser.add_argument(
+        "--simulation", nargs="*", type=Path, default=[],
+        help="your own simulation of the runs, in their order (default: our own model)",
+    )  # fmt: skip
+    parser.add_argument("--out", required=True, type=Path, help="directory for the results")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Diagnose, write diagnosis.json and report.html, print the verdict."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from swaywatch.diagnose.engine import diagnose, write
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("reading", total=1.0)
+        result = diagnose(
+            args.recording, args.vehicle, args.signals,
+            progress=lambda stage, share: bar.update(task, description=stage, completed=share),
+        )  # fmt: skip
+    args.out.mkdir(parents=True, exist_ok=True)
+    write(result, args.out / "diagnosis.json")
+    print(f"verdict: {result['verdict']}")
+    for effect in result["effects"]:
+        values = ", ".join(f"{k} {v['value']:.4g}" for k, v in effect["parameters"].items())
+        print(
+            f"  {effect['id']} at {effect['component']}: {values} "
+            f"(confidence {effect['confidence']:.2f})"
+        )
+        if effect["equivalent_details"]:
+            print("    cannot be told from: " + ", ".join(effect["equivalent_details"]))
+    for note in result["unexplained"]:
+        print("  unexplained: " + note.get("reason", str(note)))
+    return 0

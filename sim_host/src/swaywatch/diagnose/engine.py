@@ -1,0 +1,140 @@
+"""The whole diagnosis: files in, diagnosis.json out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swaywatch.diagnose.data import Loaded, load
+from swaywatch.diagnose.effect import Effect, library
+from swaywatch.diagnose.fit import COMPARED, Fit, Problem
+from swaywatch.diagnose.plant import BODY
+from swaywatch.diagnose.search import Progress, Search, level
+from swaywatch.diagnose.verdict import CLEAN, Verdict, decide, describe
+
+FORMAT = 1
+
+
+def _silent(stage: str, share: float) -> None:
+    del stage, share
+
+
+def diagnose(
+    recordings: Sequence[Path],
+    vehicle: Path,
+    signals: Path,
+    *,
+    simulations: Sequence[Path] = (),
+    extra: Sequence[Effect] = (),
+    progress: Progress = _silent,
+) -> dict[str, Any]:
+    """Diagnose runs of one combination against our own model.
+
+    Returns
+    -------
+    dict
+        The content of diagnosis.json.
+    """
+    loaded = load(recordings, vehicle, signals)
+    if loaded.problem is None:
+        return _cannot(loaded)
+    effects = library(extra)
+    search = Search(loaded.problem, effects, progress)
+    verdict = decide(search, progress)
+    result = _result(loaded, verdict, effects)
+    result["inputs"] = {
+        "recordings": [str(path) for path in recordings],
+        "vehicle": str(vehicle),
+        "signals": str(signals),
+    }
+    progress("done", 1.0)
+    return result
+
+
+def _cannot(loaded: Loaded) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        "verdict": "unexplained",
+        "effects": [],
+        "unexplained": [{"reason": text} for text in loaded.cannot],
+        "model": {},
+        "checks": [*loaded.checks, *loaded.cannot],
+    }
+
+
+def _untestable(problem: Problem, effects: Sequence[Effect]) -> list[str]:
+    """Explanations that the recorded channels cannot test, in sentences."""
+    missing = [c for c in COMPARED if any(c not in run.channels for run in problem.runs)]
+    found = []
+    if any(c.startswith("wheel_vertical_load") for c in missing):
+        found.append(
+            "without wheel loads axle_load_harmonic and tyre_stiffness_change are told apart only "
+            "by their course in time, and load transfer is assumed"
+        )
+    if any(c.startswith("wheel_lateral_force") for c in missing):
+        found.append("without wheel forces axles are told apart only by the motion")
+    if "hitch_lateral_force" in missing:
+        found.append("without the hitch force trailer mass and trailer forces are told apart less")
+    for e in effects:
+        if e.component in missing and e.kind == "measurement":
+            found.append(f"{e.id} of {e.component}: not recorded")
+    return found
+
+
+def model_block(problem: Problem, fit: Fit) -> dict[str, Any]:
+    """What `predict` needs: constants of the file and effects with raw values."""
+    return {
+        "vehicle": dict(zip(BODY, problem.body.tolist(), strict=True)),
+        "steering_ratio": problem.runs[0].steering_ratio,
+        "load_transfer": fit.shared.tolist(),
+        "terms": [
+            {
+                "id": t.effect.id,
+                "component": t.effect.component,
+                "form": t.effect.extra.get("form"),
+                "values": list(t.values),
+                "window_runs": list(t.window_runs),
+            }
+            for t in fit.terms
+        ],
+    }
+
+
+def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict[str, Any]:
+    problem = loaded.problem
+    assert problem is not None
+    result: dict[str, Any] = {
+        "format": FORMAT,
+        "verdict": verdict.word,
+        "effects": describe(verdict, problem, loaded.signals),
+        "unexplained": verdict.notes,
+        "model": model_block(problem, verdict.fit),
+        "checks": [*loaded.checks, *loaded.cannot, *_untestable(problem, effects)],
+        "evidence": {
+            "level_without": level(verdict.baseline),
+            "level_with": level(verdict.fit),
+            "level_clean": CLEAN,
+            "ranking": [{"name": n, "level": v} for n, v in verdict.candidates],
+        },
+    }
+    return result
+
+
+def write(result: dict[str, Any], path: Path) -> None:
+    """Write JSON whole or not at all."""
+    text = json.dumps(result, indent=1, default=_plain, allow_nan=True)
+    part = path.with_suffix(".part")
+    part.write_text(text + "\n")
+    part.replace(path)
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return str(value)

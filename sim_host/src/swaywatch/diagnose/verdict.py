@@ -1,0 +1,349 @@
+"""From a search to a verdict: which explanations are claimed, how surely, what is equivalent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from swaywatch.diagnose.effect import Effect
+from swaywatch.diagnose.fit import Fit, Problem, predict_run
+from swaywatch.diagnose.judge import errors, held_out, iso18571, nrmse
+from swaywatch.diagnose.search import Candidate, Progress, Search, level
+from swaywatch.diagnose.term import Term
+
+#: Mean squared residual (against the white part of the noise) that clean recordings reach:
+#: 2.7 to 3.0 in every practice case once its effect is in the model. Above it something is left.
+CLEAN = 3.05
+#: A second effect must lower the level by this share.
+SECOND_SHARE = 0.04
+#: A first effect must lower the level by this share.
+FIRST_SHARE = 0.02
+#: Above this level a verdict says that something unexplained remains.
+REMAINS = 4.5
+#: Above this one nothing is claimed firmly.
+UNEXPLAINED = 9.0
+#: Explanations whose excess over the clean level differs less than this cannot be told apart.
+EQUIVALENT_SHARE = 0.06
+#: Pairs that are the same in every planar signal.
+TWINS = (
+    ("steering_compliance:car_front", "parameter_error:car.front_cornering_stiffness"),
+    ("sensor_gain:steering_wheel_angle", "parameter_error:car.steering_ratio"),
+)
+
+
+@dataclass
+class Verdict:
+    """What is claimed.
+
+    Attributes
+    ----------
+    word
+        One of the five verdicts.
+    fit, baseline
+        The model with and without the claimed effects.
+    equivalents
+        For each claimed term the names of effects that do as well.
+    confidence
+        For each claimed term.
+    candidates
+        Ranked alternatives (name, level).
+    notes
+        What remains, for `unexplained`.
+    """
+
+    word: str
+    fit: Fit
+    baseline: Fit
+    equivalents: list[list[str]] = field(default_factory=list)
+    confidence: list[float] = field(default_factory=list)
+    candidates: list[tuple[str, float]] = field(default_factory=list)
+    notes: list[dict[str, Any]] = field(default_factory=list)
+
+
+def noticeable(term: Term) -> bool:
+    """Is an effect large enough to be worth a claim?"""
+    if term.effect.windowed:
+        return bool(term.window_runs)
+    for value, p in zip(term.values, term.effect.parameters, strict=True):
+        if abs(value - p.neutral) >= p.minimum:
+            return True
+    return False
+
+
+def _key(fit: Fit) -> tuple[str, ...]:
+    return tuple(sorted(t.effect.name for t in fit.terms))
+
+
+def _label(fit: Fit) -> str:
+    return " + ".join(t.effect.name for t in fit.terms)
+
+
+def decide(search: Search, progress: Progress) -> Verdict:
+    """Run the search and choose."""
+    progress("baseline", 0.02)
+    base = search.baseline()
+    progress("one effect", 0.08)
+    singles = search.extend(base, everything=True)
+    ranked = [(_label(c.fit), level(c.fit)) for c in singles]
+    accepted = [c for c in singles if noticeable(c.fit.terms[-1])]
+    first = _choose(accepted)
+    if first is None or level(first.fit) > (1.0 - FIRST_SHARE) * level(base):
+        cleared = Verdict("consistent", base, base, candidates=ranked[:8])
+        if level(base) > REMAINS:
+            cleared.word = "unexplained"
+        return cleared
+    progress("two effects", 0.55)
+    best, alternatives = first, accepted
+    if level(first.fit) > CLEAN:
+        pairs: list[Candidate] = []
+        for index, single in enumerate(accepted[: search.beam]):
+            if level(single.fit) > 25.0 * level(first.fit):
+                break
+            pairs += search.extend(single.fit, everything=False)
+            progress("two effects", 0.55 + 0.12 * (index + 1))
+        pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
+        pairs.sort(key=lambda c: c.level)
+        pair = _choose(pairs)
+        if pair is not None and _worth_two(first.fit, pair.fit):
+            best, alternatives = pair, pairs
+            ranked = [(_label(c.fit), level(c.fit)) for c in pairs] + ranked
+            ranked.sort(key=lambda item: item[1])
+    progress("judging", 0.92)
+    return _verdict(search, base, best, alternatives, ranked)
+
+
+def _worth_two(one: Fit, two: Fit) -> bool:
+    """A second effect is claimed only if the first leaves much and the second explains it."""
+    excess_one, excess_two = level(one) - CLEAN + 0.3, level(two) - CLEAN + 0.3
+    windows = sum(len(t.window_runs) for t in two.terms) - sum(len(t.window_runs) for t in one.terms)
+    share = SECOND_SHARE + 0.01 * max(windows, 0)
+    return level(two) < (1.0 - share) * level(one) and excess_two < 0.5 * excess_one
+
+
+def _choose(ranked: Sequence[Candidate]) -> Candidate | None:
+    """The best; among equals the more plausible."""
+    if not ranked:
+        return None
+    top = ranked[0]
+    limit = _limit(level(top.fit))
+    equals = [c for c in ranked if level(c.fit) <= limit]
+    return max(equals, key=lambda c: (sum(_plausibility(t) for t in c.fit.terms), -c.level))
+
+
+def _limit(best: float) -> float:
+    return best + max(EQUIVALENT_SHARE * (best - CLEAN), 0.015 * best)
+
+
+def _plausibility(term: Term) -> float:
+    """Prior rank of equal explanations: few free numbers, ordinary values."""
+    effect: Effect = term.effect
+    score = effect.plausibility - 0.02 * len(term.values)
+    if effect.id == "steering_compliance":
+        score += 0.5
+    if effect.id == "sensor_gain" and effect.component == "steering_wheel_angle":
+        score -= 0.2
+    return score
+
+
+def _verdict(
+    search: Search,
+    base: Fit,
+    best: Candidate,
+    alternatives: Sequence[Candidate],
+    ranked: list[tuple[str, float]],
+) -> Verdict:
+    fit = best.fit
+    terms = sorted(fit.terms, key=lambda t: -_loss(search, fit, t))
+    fit = Fit(tuple(terms), fit.nuisance, fit.shared, fit.chi2, fit.count, fit.covariance)
+    reached = level(fit)
+    limit = _limit(reached)
+    equals = [c for c in alternatives if level(c.fit) <= limit and c is not best]
+    equivalents = []
+    for term in terms:
+        rest = {t.effect.name for t in terms if t is not term}
+        names = set()
+        for c in equals:
+            theirs = {t.effect.name for t in c.fit.terms}
+            if rest <= theirs:
+                names |= theirs - rest - {term.effect.name}
+        for twin in TWINS:
+            if term.effect.name in twin:
+                other = twin[1 - twin.index(term.effect.name)]
+                if _possible_twin(term, other):
+                    names.add(other)
+        equivalents.append(sorted(names))
+    others = [
+        level(c.fit) for c in alternatives if c is not best and level(c.fit) > limit
+        and not any(e in _key(c.fit) for group in equivalents for e in group)
+    ]  # fmt: skip
+    rival = others[0] if others else level(base)
+    sure = _confidence(level(base), reached, rival)
+    confidence = []
+    for names in equivalents:
+        confidence.append(round(sure * (0.75 if names else 1.0), 3))
+    kinds = {t.effect.kind for t in terms}
+    word = {"physics": "missing_physics", "measurement": "measurement_fault"}.get(
+        terms[0].effect.kind, "parameter_error"
+    )
+    if "physics" in kinds:
+        word = "missing_physics"
+    result = Verdict(word, fit, base, equivalents, confidence, candidates=ranked[:8])
+    if reached > UNEXPLAINED and reached > 0.02 * level(base):
+        result.word = "unexplained"
+        result.confidence = [round(min(c, 0.4), 3) for c in confidence]
+    return result
+
+
+def _possible_twin(term: Term, other: str) -> bool:
+    """Compliance can only soften the front axle."""
+    if other.startswith("steering_compliance"):
+        return term.values[0] < 1.0
+    return True
+
+
+def _loss(search: Search, fit: Fit, term: Term) -> float:
+    """Rise of chi2 when a term is taken out and nothing refitted."""
+    rest = tuple(t for t in fit.terms if t is not term)
+    total = 0.0
+    for r in range(len(search.problem.runs)):
+        e = search.fitter.evaluate(r, rest, fit.nuisance[r], fit.shared)
+        total += float(np.dot(e, e))
+    return total
+
+
+def _confidence(base: float, reached: float, rival: float) -> float:
+    """Strength of evidence between 0 and 0.98.
+
+    Two things count: how near the model comes to the noise, and how far behind the best rival is.
+    """
+    excess = max(reached - CLEAN, 0.0) + 0.15
+    behind = max(rival - CLEAN, 0.0) + 0.15
+    explained = 1.0 - excess / max(base - CLEAN + 0.15, excess)
+    separation = math.log(max(behind / excess, 1.0))
+    score = 0.5 + 0.48 * (1.0 - math.exp(-separation / 0.6))
+    return round(float(min(score * (0.3 + 0.7 * explained), 0.98)), 3)
+
+
+def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> list[dict[str, Any]]:
+    """`effects` of diagnosis.json."""
+    if not verdict.fit.terms:
+        return []
+    fit_block = _fit_block(verdict, problem)
+    effects = []
+    at = 0
+    for index, term in enumerate(verdict.fit.terms):
+        effect = term.effect
+        variances = np.diag(verdict.fit.covariance) if verdict.fit.covariance.size else []
+        if len(variances) == sum(len(t.values) for t in verdict.fit.terms):
+            start = sum(len(t.values) for t in verdict.fit.terms[:index])
+            errors_ = np.sqrt(np.abs(variances[start : start + len(term.values)]))
+        else:
+            errors_ = np.zeros(len(term.values))
+        parameters, windows = _parameters(term, errors_, problem, level(verdict.fit))
+        entry: dict[str, Any] = {
+            "id": effect.id,
+            "parameters": parameters,
+            "component": signals.get(effect.component, effect.component),
+            "role": effect.component,
+            "windows": [[round(w["start"], 2), round(w["stop"], 2)] for w in windows],
+            "window_details": windows,
+            "lines": list(effect.lines),
+            "confidence": verdict.confidence[index],
+            "equivalent": sorted({name.split(":")[0] for name in verdict.equivalents[index]}),
+            "equivalent_details": verdict.equivalents[index],
+            "told_apart_by": effect.decided_by if verdict.equivalents[index] else "",
+            "equation": effect.equation,
+            "source": effect.source,
+            "kind": effect.kind,
+            "fit": fit_block,
+        }
+        if effect.id in ("sensor_delay", "sensor_gain", "sensor_roll_gravity"):
+            entry["channel"] = entry["component"]
+        elif effect.id == "parameter_error":
+            entry["parameter"] = effect.component
+        elif effect.id == "crosswind_gust":
+            entry["body"] = effect.component
+        elif effect.component in (
+            "car_front", "car_rear", "trailer", "trailer_front", "trailer_rear",
+        ):  # fmt: skip
+            entry["axle"] = effect.component
+        effects.append(entry)
+        at += len(term.values)
+    return effects
+
+
+def _interval(value: float, error: float, reached: float) -> dict[str, float]:
+    """Value with a 90 % interval; the noise is coloured and the model never exact."""
+    half = 1.645 * error * math.sqrt(max(reached, 1.0)) * 3.0 + 0.01 * abs(value)
+    return {"value": float(value), "low": float(value - half), "high": float(value + half)}
+
+
+def _parameters(
+    term: Term, errors_: Any, problem: Problem, reached: float
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    effect = term.effect
+    if not effect.windowed:
+        found = {}
+        low = effect.report(
+            {p.name: v for p, v in zip(effect.parameters, term.values, strict=True)}
+        )
+        for (name, value), raw, error in zip(low.items(), term.values, errors_, strict=False):
+            relative = error / max(abs(raw), 1e-12)
+            found[name] = _interval(value, abs(value) * relative, reached)
+        return found, []
+    windows = []
+    describe_window = effect.extra.get("describe")
+    for w, r in enumerate(term.window_runs):
+        at = w * term.stride
+        names = [p.name for p in effect.parameters]
+        details = dict(zip(names, term.values[at + 2 : at + term.stride], strict=True))
+        window = [x for x in term.windows(r) if x.start == term.values[at]][0]
+        if callable(describe_window):
+            details = describe_window(problem.runs[r], window)
+        windows.append(
+            {
+                "run": problem.runs[r].name, "start": float(window.start),
+                "stop": float(window.stop), **{k: float(v) for k, v in details.items()},
+            }  # fmt: skip
+        )
+    windows.sort(key=lambda w: (w["run"], w["start"]))
+    keys = [k for k in windows[0] if k not in ("run", "start", "stop")]
+    parameters = {}
+    for key in keys:
+        values = np.array([w[key] for w in windows])
+        spread = float(values.std()) if values.size > 1 else 0.05 * abs(float(values[0]))
+        centre = float(np.median(values))
+        parameters[key] = {
+            "value": centre, "low": centre - 1.645 * spread, "high": centre + 1.645 * spread,
+            "per_window": [float(v) for v in values],
+        }  # fmt: skip
+    return parameters, windows
+
+
+def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
+    before, after, iso_before, iso_after = [], [], [], []
+    for r in range(len(problem.runs)):
+        for fit, scores, iso in (
+            (verdict.baseline, before, iso_before), (verdict.fit, after, iso_after),
+        ):  # fmt: skip
+            outputs = predict_run(problem, r, fit.terms, fit.nuisance[r], fit.shared)
+            scores.append(nrmse(errors(problem, r, outputs)))
+            iso.append(iso18571(problem.runs[r], outputs))
+    block: dict[str, Any] = {
+        "baseline_nrmse": float(np.mean(before)),
+        "diagnosed_nrmse": float(np.mean(after)),
+        "held_out_baseline_nrmse": None,
+        "held_out_diagnosed_nrmse": None,
+        "iso18571_before": float(np.mean(iso_before)),
+        "iso18571_after": float(np.mean(iso_after)),
+    }
+    pairs = held_out(problem, verdict.fit)
+    if pairs:
+        block["held_out_baseline_nrmse"] = float(np.mean([p[0] for p in pairs]))
+        block["held_out_diagnosed_nrmse"] = float(np.mean([p[1] for p in pairs]))
+        block["held_out_runs"] = [list(p) for p in pairs]
+    return block
