@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task("reading", total=1.0)
         result = diagnose(
-            args.recording, args.vehicle, args.signals,
+            args.recording, args.vehicle, args.signals, simulations=args.simulation,
             progress=lambda stage, share: bar.update(task, description=stage, completed=share),
         )  # fmt: skip
     args.out.mkdir(parents=True, exist_ok=True)

@@ -125,7 +125,8 @@ def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> 
 
 def _too_little(run: Run) -> str:
     if run.time.size < MINIMUM_S * RATE_HZ:
-        return f"cannot say: {run.time.size / RATE_HZ:.1f} s long, at least {MINIMUM_S:.0f} s needed"
+        length = run.time.size / RATE_HZ
+        return f"cannot say: {length:.1f} s long, at least {MINIMUM_S:.0f} s needed"
     speed = float(np.median(run.channels["speed"]))
     if speed < MINIMUM_SPEED:
         return f"cannot say: median speed {speed:.1f} m/s, at least {MINIMUM_SPEED:.0f} m/s needed"

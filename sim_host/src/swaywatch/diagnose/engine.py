@@ -13,8 +13,10 @@ from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.fit import COMPARED, Fit, Problem
 from swaywatch.diagnose.plant import BODY
+from swaywatch.diagnose.remains import locate_rest
 from swaywatch.diagnose.search import Progress, Search, level
-from swaywatch.diagnose.verdict import CLEAN, Verdict, decide, describe
+from swaywatch.diagnose.simulation import attach
+from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, describe
 
 FORMAT = 1
 
@@ -42,9 +44,14 @@ def diagnose(
     loaded = load(recordings, vehicle, signals)
     if loaded.problem is None:
         return _cannot(loaded)
+    if simulations:
+        loaded.problem, notes = attach(loaded.problem, simulations, signals)
+        loaded.checks += notes
     effects = library(extra)
     search = Search(loaded.problem, effects, progress)
     verdict = decide(search, progress)
+    if level(verdict.fit) > REMAINS:
+        verdict.notes = locate_rest(search.fitter, verdict.fit)
     result = _result(loaded, verdict, effects)
     result["inputs"] = {
         "recordings": [str(path) for path in recordings],

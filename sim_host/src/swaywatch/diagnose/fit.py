@@ -26,7 +26,12 @@ COMPARED = (
     "trailer_lateral_acceleration", "articulation", "hitch_lateral_force",
     *(f"wheel_lateral_force_{w}" for w in _WHEELS),
     *(f"wheel_vertical_load_{w}" for w in _WHEELS),
+    *(f"trailer_wheel_lateral_force_{w}" for w in _WHEELS),
+    *(f"trailer_wheel_vertical_load_{w}" for w in _WHEELS),
+    "hitch_vertical_force",
 )  # fmt: skip
+#: Compared only with a simulation that has them: the planar plant does not.
+_VERTICAL = ("trailer_wheel_vertical", "hitch_vertical")
 _NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 _SHARED = ("transfer_car_front", "transfer_car_rear")
@@ -46,7 +51,7 @@ class Fit:
     shared
         Load transfer of the car's axles, N per m/s2.
     chi2
-        Sum of squared normalised residuals (20 Hz).
+        Sum of squared normalised residuals (10 Hz).
     count
         Number of residuals.
     covariance
@@ -63,14 +68,31 @@ class Fit:
 
 @dataclass(frozen=True)
 class Problem:
-    """Runs of one combination with the user's constants (order of `plant.BODY`)."""
+    """Runs of one combination with the user's constants (order of `plant.BODY`).
+
+    Attributes
+    ----------
+    runs, body
+        What is compared.
+    free_start
+        Whether steering offset and start values are fitted (not against a user's simulation,
+        which shares both with the recording).
+    calibration, start_nuisance, start_shared
+        What fits the plant to the user's simulation; part of every model.
+    """
 
     runs: tuple[Run, ...]
     body: Array
+    free_start: bool = True
+    calibration: tuple[Term, ...] = ()
+    start_nuisance: Array | None = None
+    start_shared: Array | None = None
 
     def channels(self, run: Run) -> list[str]:
         """Compared channels that the run has."""
-        return [name for name in COMPARED if name in run.channels]
+        if run.correction:
+            return [n for n in COMPARED if n in run.channels and n in run.correction]
+        return [n for n in COMPARED if n in run.channels and not n.startswith(_VERTICAL)]
 
 
 def predict_run(
@@ -95,7 +117,7 @@ def predict_run(
     )
     for name, value in zip(_SHARED, shared, strict=True):
         plant.scalar(name, float(value))
-    for term in terms:
+    for term in (*problem.calibration, *terms):
         term.effect.act(plant, run, term.as_dict(), term.windows(index))
     result = simulate(plant, fine=fine)
     return observe(result, run, terms)
@@ -115,20 +137,23 @@ def observe(result: Array, run: Run, terms: Sequence[Term]) -> dict[str, Array]:
         + trailer * col["trailer_yaw_acceleration"],
         "hitch_longitudinal_force": col["hitch_x"],
         "hitch_lateral_force": col["hitch_y"],
-        # roll follows the lateral acceleration: see `sensor_roll_gravity`
-        "car_roll_acceleration": col["car_roll"] / 0.009,
-        "trailer_roll_acceleration": col["trailer_roll"] / 0.009,
     }
     for wheel in _WHEELS:
         out[f"wheel_lateral_force_{wheel}"] = col[f"lateral_{wheel}"]
         out[f"wheel_vertical_load_{wheel}"] = col[f"vertical_{wheel}"]
+    for wheel in _WHEELS:
+        out[f"trailer_wheel_lateral_force_{wheel}"] = col[f"trailer_lateral_{wheel}"]
+        out[f"trailer_wheel_vertical_load_{wheel}"] = col[f"trailer_vertical_{wheel}"]
+    out["hitch_vertical_force"] = np.zeros(result.shape[0])
+    for name, value in run.correction.items():
+        out[name] = out[name] + value
     for term in terms:
         term.effect.observe(out, run, term.as_dict())
     return out
 
 
 def scale(run: Run, name: str) -> float:
-    """Standard deviation of a 20 Hz residual of a channel."""
+    """Standard deviation of a 10 Hz residual of a channel."""
     if name not in run.scales:
         floor = RELATIVE_FLOOR * float(np.std(run.channels[name]))
         run.scales[name] = float(np.sqrt(run.noise[name] ** 2 / BLOCK + floor**2))
@@ -136,7 +161,7 @@ def scale(run: Run, name: str) -> float:
 
 
 def residual(problem: Problem, index: int, outputs: Mapping[str, Array]) -> Array:
-    """Normalised residuals of one run without their means, shape (n / 5, channels)."""
+    """Normalised residuals of one run without their means, shape (n / BLOCK, channels)."""
     run = problem.runs[index]
     names = problem.channels(run)
     e = block_mean(np.stack([run.channels[name] - outputs[name] for name in names], axis=1))
@@ -160,9 +185,7 @@ class Fitter:
         self.fine = fine
         self.evaluations = 0
 
-    def evaluate(
-        self, index: int, terms: Sequence[Term], nuisance: Array, shared: Array
-    ) -> Array:
+    def evaluate(self, index: int, terms: Sequence[Term], nuisance: Array, shared: Array) -> Array:
         """Normalised residuals of one run, flat."""
         self.evaluations += 1
         outputs = predict_run(self.problem, index, terms, nuisance, shared, fine=self.fine)
@@ -170,8 +193,9 @@ class Fitter:
 
     def nuisance_columns(self, index: int, fit: Fit, base: Array) -> Array:
         """Derivatives to offset and start values of one run, shape (residuals, 5)."""
-        columns = np.zeros((base.size, _NUISANCES))
-        for c in range(_NUISANCES):
+        free = _NUISANCES if self.problem.free_start else 0
+        columns = np.zeros((base.size, free))
+        for c in range(free):
             nu = fit.nuisance[index].copy()
             nu[c] += _NUISANCE_STEP[c]
             e = self.evaluate(index, fit.terms, nu, fit.shared)
@@ -181,6 +205,8 @@ class Fitter:
     def start(self) -> Fit:
         """Fit without any effect from rest."""
         runs = len(self.problem.runs)
+        if self.problem.start_nuisance is not None and self.problem.start_shared is not None:
+            return Fit((), self.problem.start_nuisance, self.problem.start_shared)
         return Fit((), np.zeros((runs, _NUISANCES)), self._transfer())
 
     def _transfer(self) -> Array:
@@ -228,101 +254,157 @@ class Fitter:
             Also move the load transfer.
         frozen
             Derivatives to the offsets and start values of each run, if they are to be reused.
+        tolerance
+            Relative gain of chi2 below which to stop.
         """
-        use = list(range(len(self.problem.runs))) if runs is None else list(runs)
-        terms = list(start.terms)
-        first = 0 if free is None else len(terms) - free
-        layout = [(i, j) for i in range(first, len(terms)) for j in range(len(terms[i].values))]
-        values = np.array([terms[i].values[j] for i, j in layout])
-        parameters = [terms[i].parameter(j) for i, j in layout]
-        places = [terms[i].run_of(j) for i, j in layout]
-        nuisance, shared = start.nuisance.copy(), start.shared.copy()
+        use = tuple(range(len(self.problem.runs))) if runs is None else tuple(runs)
+        task = _Task(self, start.terms, use, free, shared_free, frozen)
+        state = task.first(start)
+        hessian = np.eye(task.size)
         damping = 1e-3
-
-        def build(v: Array) -> list[Term]:
-            new = [list(t.values) for t in terms]
-            for (i, j), x in zip(layout, v, strict=True):
-                new[i][j] = float(x)
-            return [
-                Term(t.effect, tuple(w), t.window_runs) for t, w in zip(terms, new, strict=True)
-            ]
-
-        def evaluate(v: Array, nu: Array, sh: Array) -> list[Array]:
-            built = build(v)
-            return [self.evaluate(r, built, nu[r], sh) for r in use]
-
-        current = evaluate(values, nuisance, shared)
-        chi2 = float(sum(np.dot(e, e) for e in current))
-        k = len(values)
-        s = len(shared) if shared_free else 0
-        size = k + s + _NUISANCES * len(use)
-        hessian = np.eye(size)
         for _ in range(iterations):
-            jtj = np.zeros((size, size))
-            jte = np.zeros(size)
-            built = build(values)
-            for position, r in enumerate(use):
-                base = current[position]
-                columns = np.zeros((base.size, k + s + _NUISANCES))
-                for c in range(k):
-                    if places[c] not in (None, r):
-                        continue
-                    step = _step(parameters[c], values[c])
-                    v = values.copy()
-                    v[c] += step
-                    columns[:, c] = (
-                        self.evaluate(r, build(v), nuisance[r], shared) - base
-                    ) / step
-                for c in range(s):
-                    sh = shared.copy()
-                    sh[c] += 5.0
-                    columns[:, k + c] = (self.evaluate(r, built, nuisance[r], sh) - base) / 5.0
-                state = Fit(tuple(built), nuisance, shared)
-                columns[:, k + s :] = (
-                    self.nuisance_columns(r, state, base) if frozen is None else frozen[r]
-                )
-                where = np.r_[
-                    0 : k + s, k + s + position * _NUISANCES : k + s + (position + 1) * _NUISANCES
-                ]
-                jtj[np.ix_(where, where)] += columns.T @ columns
-                jte[where] += columns.T @ base
-            jtj += np.diag(np.where(np.diag(jtj) < 1e-9, 1e-6, 0.0))
-            hessian = jtj
-            improved = False
+            hessian, gradient = task.normal(state)
+            found = None
             for _ in range(6):
-                weight = np.diag(np.maximum(np.diag(jtj), 1e-12)) * damping
-                try:
-                    move = -np.linalg.solve(jtj + weight, jte)
-                except np.linalg.LinAlgError:
-                    damping *= 10.0
-                    continue
-                v = values + move[:k]
-                v = np.array(
-                    [min(max(x, p.low), p.high) for x, p in zip(v, parameters, strict=True)]
-                )
-                sh = shared + move[k : k + s] if s else shared
-                nu = nuisance.copy()
-                for position, r in enumerate(use):
-                    at = k + s + position * _NUISANCES
-                    nu[r] += move[at : at + _NUISANCES]
-                trial = evaluate(v, nu, sh)
-                new = float(sum(np.dot(e, e) for e in trial))
-                if np.isfinite(new) and new < chi2:
-                    improved = True
+                trial = task.move(state, hessian, gradient, damping)
+                if trial is not None and trial.chi2 < state.chi2:
+                    found = trial
                     break
                 damping *= 8.0
-            if not improved:
+            if found is None:
                 break
-            gain = chi2 - new
-            values, nuisance, shared, current, chi2 = v, nu, sh, trial, new
+            gain = state.chi2 - found.chi2
+            state = found
             damping = max(damping * 0.2, 1e-9)
-            if gain < tolerance * chi2:
+            if gain < tolerance * state.chi2:
                 break
+        k = task.k
         covariance = np.linalg.pinv(hessian)[:k, :k] if k else np.zeros((0, 0))
         return Fit(
-            tuple(build(values)), nuisance, shared, chi2,
-            int(sum(e.size for e in current)), covariance,
+            task.terms(state.values), state.nuisance, state.shared, state.chi2,
+            int(sum(e.size for e in state.errors)), np.asarray(covariance, dtype=float),
         )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _State:
+    values: Array
+    nuisance: Array
+    shared: Array
+    errors: tuple[Array, ...]
+
+    @property
+    def chi2(self) -> float:
+        total = float(sum(np.dot(e, e) for e in self.errors))
+        return total if np.isfinite(total) else np.inf
+
+
+class _Task:
+    """What moves in a fit, and its normal equations."""
+
+    def __init__(
+        self,
+        fitter: Fitter,
+        terms: Sequence[Term],
+        use: tuple[int, ...],
+        free: int | None,
+        shared_free: bool,
+        frozen: Sequence[Array] | None,
+    ) -> None:
+        self.fitter = fitter
+        self.given = tuple(terms)
+        self.use = use
+        self.frozen = frozen
+        first = 0 if free is None else len(terms) - free
+        self.layout = [
+            (i, j) for i in range(first, len(terms)) for j in range(len(terms[i].values))
+        ]
+        self.parameters = [terms[i].parameter(j) for i, j in self.layout]
+        self.places = [terms[i].run_of(j) for i, j in self.layout]
+        self.k = len(self.layout)
+        self.s = len(_SHARED) if shared_free else 0
+        self.n = _NUISANCES if fitter.problem.free_start else 0
+        self.size = self.k + self.s + self.n * len(use)
+
+    def terms(self, values: Array) -> tuple[Term, ...]:
+        new = [list(t.values) for t in self.given]
+        for (i, j), x in zip(self.layout, values, strict=True):
+            new[i][j] = float(x)
+        return tuple(
+            Term(t.effect, tuple(w), t.window_runs) for t, w in zip(self.given, new, strict=True)
+        )
+
+    def state(self, values: Array, nuisance: Array, shared: Array) -> _State:
+        built = self.terms(values)
+        found = [self.fitter.evaluate(r, built, nuisance[r], shared) for r in self.use]
+        return _State(values, nuisance, shared, tuple(found))
+
+    def first(self, start: Fit) -> _State:
+        values = np.array([self.given[i].values[j] for i, j in self.layout])
+        return self.state(values, start.nuisance.copy(), start.shared.copy())
+
+    def columns(self, state: _State, position: int) -> Array:
+        """Derivatives of the residuals of one run, shape (residuals, k + s + n)."""
+        r = self.use[position]
+        base = state.errors[position]
+        evaluate = self.fitter.evaluate
+        built = self.terms(state.values)
+        columns = np.zeros((base.size, self.k + self.s + self.n))
+        for c in range(self.k):
+            if self.places[c] not in (None, r):
+                continue
+            step = _step(self.parameters[c], state.values[c])
+            v = state.values.copy()
+            v[c] += step
+            e = evaluate(r, self.terms(v), state.nuisance[r], state.shared)
+            columns[:, c] = (e - base) / step
+        for c in range(self.s):
+            shared = state.shared.copy()
+            shared[c] += 5.0
+            columns[:, self.k + c] = (evaluate(r, built, state.nuisance[r], shared) - base) / 5.0
+        if self.n:
+            fit = Fit(built, state.nuisance, state.shared)
+            columns[:, self.k + self.s :] = (
+                self.fitter.nuisance_columns(r, fit, base)
+                if self.frozen is None
+                else self.frozen[r]
+            )
+        return columns
+
+    def normal(self, state: _State) -> tuple[Array, Array]:
+        """J'J and J'e over all runs."""
+        hessian = np.zeros((self.size, self.size))
+        gradient = np.zeros(self.size)
+        common = self.k + self.s
+        for position in range(len(self.use)):
+            columns = self.columns(state, position)
+            at = common + position * self.n
+            where = np.r_[0:common, at : at + self.n]
+            hessian[np.ix_(where, where)] += columns.T @ columns
+            gradient[where] += columns.T @ state.errors[position]
+        hessian += np.diag(np.where(np.diag(hessian) < 1e-9, 1e-6, 0.0))
+        return hessian, gradient
+
+    def move(self, state: _State, hessian: Array, gradient: Array, damping: float) -> _State | None:
+        """State after a damped step inside the bounds."""
+        try:
+            step = -np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), gradient)
+        except np.linalg.LinAlgError:
+            return None
+        values = np.array(
+            [
+                min(max(x, p.low), p.high)
+                for x, p in zip(state.values + step[: self.k], self.parameters, strict=True)
+            ]
+        )
+        shared = state.shared.copy()
+        if self.s:
+            shared += step[self.k : self.k + self.s]
+        nuisance = state.nuisance.copy()
+        for position, r in enumerate(self.use):
+            at = self.k + self.s + position * self.n
+            nuisance[r, : self.n] += step[at : at + self.n]
+        return self.state(values, nuisance, shared)
 
 
 def _step(parameter: Parameter, value: float) -> float:

@@ -19,7 +19,7 @@ FIVE_PERCENT = 0.05
 
 
 def errors(problem: Problem, index: int, outputs: Mapping[str, Array]) -> dict[str, float]:
-    """RMS error of each channel over its standard deviation, offsets taken off, 20 Hz."""
+    """RMS error of each channel over its standard deviation, offsets taken off, 10 Hz."""
     run = problem.runs[index]
     found = {}
     for name in problem.channels(run):
@@ -63,10 +63,17 @@ def first_seconds(problem: Problem, seconds: float) -> Problem:
         cut = min(count, run.time.size)
         runs.append(
             Run(
-                run.name, run.time[:cut], {k: v[:cut] for k, v in run.channels.items()},
-                run.positions, run.steering_ratio, run.noise, run.speed[:cut],
-                run.acceleration[:cut], run.steer[:cut], run.scales,
-            )  # fmt: skip
+                run.name,
+                run.time[:cut],
+                {k: v[:cut] for k, v in run.channels.items()},
+                run.positions,
+                run.steering_ratio,
+                run.noise,
+                run.speed[:cut],
+                run.acceleration[:cut],
+                run.steer[:cut],
+                run.scales,
+            )
         )
     return Problem(tuple(runs), problem.body)
 

@@ -56,13 +56,13 @@ class Locator:
             self.base.append(base)
             self.nuisance.append(fitter.nuisance_columns(r, fit, base))
 
-    def course(self, effect: Effect, ridge: float = 1e-3) -> Course:
+    def course(self, effect: Effect, ridge: float = 1e-3, pulse_s: float = PULSE_S) -> Course:
         """Least-squares amplitudes of pulses of one effect."""
         runs = self.fitter.problem.runs
         edges, amplitude, error, gain = [], [], [], 0.0
         for r, run in enumerate(runs):
             start, stop = float(run.time[0]), float(run.time[-1])
-            count = max(1, int(round((stop - start) / PULSE_S)))
+            count = max(1, round((stop - start) / pulse_s))
             edge = np.linspace(start, stop, count + 1)
             columns = []
             for i in range(count):
@@ -119,7 +119,10 @@ def windows(course: Course, share: float = 0.35, sigmas: float = 4.0) -> Term | 
             level = np.median(part, axis=0) if j - i > 1 else part.mean(axis=0)
             values += [
                 float(course.edges[r][i]), float(course.edges[r][j + 1]),
-                *(float(p.neutral + x) for p, x in zip(course.effect.parameters, level, strict=True)),
+                *(
+                    float(p.neutral + x)
+                    for p, x in zip(course.effect.parameters, level, strict=True)
+                ),
             ]  # fmt: skip
             runs.append(r)
             i = j + 1

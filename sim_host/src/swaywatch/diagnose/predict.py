@@ -32,7 +32,8 @@ def terms_of(model: dict[str, Any], effects: Sequence[Effect]) -> tuple[Term, ..
                 break
         else:
             raise SwaywatchError(
-                f"the model holds {entry['id']} at {entry['component']}, which is not in the library"
+                f"the model holds {entry['id']} at {entry['component']}, "
+                "which is not in the library"
             )
     return tuple(found)
 

@@ -12,7 +12,9 @@ from scipy.signal import butter, sosfiltfilt
 Array = NDArray[np.float64]
 
 RATE_HZ = 100.0
-BLOCK = 5  # samples averaged for one residual: 20 Hz
+NOISE_BAND_HZ = (3.0, 4.8)
+HIGH_SHARE = 0.7
+BLOCK = 10  # samples averaged for one residual: 10 Hz, and the wheels' ripple at 10 Hz drops out
 
 #: Channels a single measurement fault can sit in, by the name of the component.
 FAULT_CHANNELS: dict[str, tuple[str, ...]] = {
@@ -48,6 +50,12 @@ class Run:
         From vehicle.toml.
     speed, acceleration, steer
         Smoothed inputs of the plant, shape (n,).
+    scales
+        Standard deviation of the residual of each channel (filled on demand).
+    correction
+        What the user's own simulation has beyond the plant, by channel, shape (n,).
+    simulated
+        Scratch of the modules.
     """
 
     name: str
@@ -60,6 +68,7 @@ class Run:
     acceleration: Array = field(default_factory=lambda: np.zeros(0))
     steer: Array = field(default_factory=lambda: np.zeros(0))
     scales: dict[str, float] = field(default_factory=dict)
+    correction: dict[str, Array] = field(default_factory=dict)
     simulated: dict[str, Array] = field(default_factory=dict)
 
     def prepare(self) -> Run:
@@ -88,9 +97,20 @@ def band_pass(value: Array, low_hz: float, high_hz: float, order: int = 2) -> Ar
 
 
 def white_noise(value: Array) -> float:
-    """Standard deviation of one sample, from what lies above 8 Hz."""
-    rest = value - low_pass(value, 8.0)
-    return float(np.sqrt(np.mean(rest**2) / (1.0 - 8.0 / (0.5 * RATE_HZ)))) + 1e-12
+    """Standard deviation of one sample of white noise as strong as the noise from 3 to 4.8 Hz.
+
+    That band lies above the motion and its harmonics and below the ripple of the wheels; sensors
+    are filtered, so what lies higher says little about the noise where it matters. The median
+    keeps short steering impulses out. Wheel sensors are the other way round: 3 to 4.8 Hz is a
+    valley between road and wheel hop, so a share of what lies above 8 Hz is the least.
+    """
+    above = value - low_pass(value, 8.0)
+    high_noise = float(np.sqrt(np.mean(above**2) / (1.0 - 8.0 / (0.5 * RATE_HZ))))
+    low, high = NOISE_BAND_HZ
+    rest = band_pass(value, low, high, order=3)
+    share = (high - low) / (0.5 * RATE_HZ)
+    low_noise = float(1.4826 * np.median(np.abs(rest)) / np.sqrt(share))
+    return max(low_noise, HIGH_SHARE * high_noise) + 1e-12
 
 
 def block_mean(value: Array) -> Array:

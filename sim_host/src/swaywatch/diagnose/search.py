@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 WORKERS = 2
 BEAM = 3
-FAR = 30.0  # level above which start values found without the effect are not trusted
+FAR = 10.0  # level above which start values found without the effect are not trusted
 SHORT_LIST = 10
 WINDOWED_LIST = 5
 WORTH = 3.0  # a windowed effect is fitted if its linear course comes this near to the best
@@ -54,7 +54,13 @@ class Search:
         self.problem = problem
         self.fitter = Fitter(problem, fine=False)
         self.exact = Fitter(problem)
-        self.effects = [e for e in effects if all(n in problem.runs[0].channels for n in e.needs)]
+        against_simulation = bool(problem.runs[0].correction)
+        self.effects = [
+            e
+            for e in effects
+            if all(n in problem.runs[0].channels for n in e.needs)
+            and (against_simulation or not e.extra.get("needs_simulation"))
+        ]
         self.progress = progress
         self.cold = self.fitter.start()
         self.beam = BEAM
@@ -168,7 +174,6 @@ class Search:
     def linear_gain(self, locator: Locator, effect: Effect) -> float:
         """Drop of chi2 that a linear step of an effect without windows promises."""
         fit = locator.fit
-        gain = 0.0
         columns: list[list[Array]] = []
         for r in range(len(self.problem.runs)):
             row = []
@@ -194,14 +199,27 @@ class Search:
             a = a - n @ project
             normal += a.T @ a
             right += a.T @ locator.base[r]
-        gain = float(right @ np.linalg.lstsq(normal, right, rcond=None)[0])
-        return gain
+        return float(right @ np.linalg.lstsq(normal, right, rcond=None)[0])
 
-    def extend(self, parent: Fit, *, everything: bool) -> list[Candidate]:
-        """Fits of the parent with one more effect, best first."""
+    def extend(
+        self, parent: Fit, *, everything: bool, kinds: tuple[bool, ...] = (False, True)
+    ) -> list[Candidate]:
+        """Fits of the parent with one more effect, best first.
+
+        Parameters
+        ----------
+        parent
+            Fit to add to.
+        everything
+            Fit every constant effect, not only those that a linear step recommends.
+        kinds
+            Whether effects without (False) and with (True) windows are tried.
+        """
         locator = Locator(self.fitter, parent)
         taken = {(t.effect.id, t.effect.component) for t in parent.terms}
-        open_ = [e for e in self.effects if (e.id, e.component) not in taken]
+        open_ = [
+            e for e in self.effects if (e.id, e.component) not in taken and e.windowed in kinds
+        ]
         constant = [e for e in open_ if not e.windowed]
         if not everything:
             gains = [(self.linear_gain(locator, e), i) for i, e in enumerate(constant)]
@@ -223,7 +241,16 @@ class Search:
         found.sort(key=lambda c: c.level)
         with ThreadPoolExecutor(WORKERS) as pool:
             polished = [
-                Candidate(fit, parent) for fit in pool.map(self.polish, [c.fit for c in found[:BEAM]])
+                Candidate(fit, parent)
+                for fit in pool.map(self.polish, [c.fit for c in found[:BEAM]])
             ]
-        found = sorted([*polished, *found[BEAM:]], key=lambda c: c.level)
-        return found
+        return sorted([*polished, *found[BEAM:]], key=lambda c: c.level)
+
+    def swap(self, pair: Candidate) -> list[Candidate]:
+        """Each term of a pair searched again in the presence of the other."""
+        found = []
+        for term in pair.fit.terms:
+            rest = tuple(t for t in pair.fit.terms if t is not term)
+            fit = self.fitter.run(Fit(rest, pair.fit.nuisance, pair.fit.shared), 3)
+            found += self.extend(fit, everything=True, kinds=(term.effect.windowed,))[:BEAM]
+        return sorted([pair, *found], key=lambda c: c.level)

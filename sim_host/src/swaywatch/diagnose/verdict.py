@@ -15,17 +15,20 @@ from swaywatch.diagnose.judge import errors, held_out, iso18571, nrmse
 from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
-#: Mean squared residual (against the white part of the noise) that clean recordings reach:
-#: 2.7 to 3.0 in every practice case once its effect is in the model. Above it something is left.
-CLEAN = 3.05
+#: Mean squared residual against the noise of each channel that clean recordings reach: 0.97 to
+#: 1.15 in the practice cases once their effect is in the model. Above it something is left.
+CLEAN = 1.15
+#: Below it a second effect is not looked for.
+PERFECT = 1.2
 #: A second effect must lower the level by this share.
 SECOND_SHARE = 0.04
+SHORTEST_WINDOW_S = 0.6
 #: A first effect must lower the level by this share.
-FIRST_SHARE = 0.02
+FIRST_SHARE = 0.01
 #: Above this level a verdict says that something unexplained remains.
-REMAINS = 4.5
+REMAINS = 1.7
 #: Above this one nothing is claimed firmly.
-UNEXPLAINED = 9.0
+UNEXPLAINED = 3.5
 #: Explanations whose excess over the clean level differs less than this cannot be told apart.
 EQUIVALENT_SHARE = 0.06
 #: Pairs that are the same in every planar signal.
@@ -65,13 +68,27 @@ class Verdict:
 
 
 def noticeable(term: Term) -> bool:
-    """Is an effect large enough to be worth a claim?"""
+    """Tell whether an effect is large enough to be worth a claim."""
     if term.effect.windowed:
-        return bool(term.window_runs)
+        return bool(term.window_runs) and all(
+            _window_noticeable(term, w) for w in range(len(term.window_runs))
+        )
     for value, p in zip(term.values, term.effect.parameters, strict=True):
         if abs(value - p.neutral) >= p.minimum:
             return True
     return False
+
+
+def _window_noticeable(term: Term, window: int) -> bool:
+    """Tell whether a window is long enough and its values large enough."""
+    v = term.values[window * term.stride : (window + 1) * term.stride]
+    if v[1] - v[0] < SHORTEST_WINDOW_S:
+        return False
+    return any(
+        abs(x - p.neutral) >= p.minimum
+        for x, p in zip(v[2:], term.effect.parameters, strict=True)
+        if p.minimum > 0.0
+    )
 
 
 def _key(fit: Fit) -> tuple[str, ...]:
@@ -91,23 +108,28 @@ def decide(search: Search, progress: Progress) -> Verdict:
     ranked = [(_label(c.fit), level(c.fit)) for c in singles]
     accepted = [c for c in singles if noticeable(c.fit.terms[-1])]
     first = _choose(accepted)
-    if first is None or level(first.fit) > (1.0 - FIRST_SHARE) * level(base):
+    if first is None or not _worth_one(base, first.fit):
         cleared = Verdict("consistent", base, base, candidates=ranked[:8])
         if level(base) > REMAINS:
             cleared.word = "unexplained"
         return cleared
     progress("two effects", 0.55)
     best, alternatives = first, accepted
-    if level(first.fit) > CLEAN:
+    if level(first.fit) > PERFECT:
         pairs: list[Candidate] = []
         for index, single in enumerate(accepted[: search.beam]):
-            if level(single.fit) > 25.0 * level(first.fit):
+            if level(single.fit) > 4.0 * level(first.fit):
                 break
             pairs += search.extend(single.fit, everything=False)
             progress("two effects", 0.55 + 0.12 * (index + 1))
         pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
         pairs.sort(key=lambda c: c.level)
         pair = _choose(pairs)
+        if pair is not None and level(pair.fit) > REMAINS:
+            pairs = search.swap(pair) + pairs
+            pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
+            pairs.sort(key=lambda c: c.level)
+            pair = _choose(pairs)
         if pair is not None and _worth_two(first.fit, pair.fit):
             best, alternatives = pair, pairs
             ranked = [(_label(c.fit), level(c.fit)) for c in pairs] + ranked
@@ -116,11 +138,17 @@ def decide(search: Search, progress: Progress) -> Verdict:
     return _verdict(search, base, best, alternatives, ranked)
 
 
+def _worth_one(base: Fit, one: Fit) -> bool:
+    """A first effect must lower the level noticeably, more so with windows to choose."""
+    share = FIRST_SHARE + 0.01 * sum(len(t.window_runs) for t in one.terms)
+    return level(one) < (1.0 - share) * level(base)
+
+
 def _worth_two(one: Fit, two: Fit) -> bool:
     """A second effect is claimed only if the first leaves much and the second explains it."""
-    excess_one, excess_two = level(one) - CLEAN + 0.3, level(two) - CLEAN + 0.3
-    windows = sum(len(t.window_runs) for t in two.terms) - sum(len(t.window_runs) for t in one.terms)
-    share = SECOND_SHARE + 0.01 * max(windows, 0)
+    excess_one, excess_two = level(one) - CLEAN + 0.15, level(two) - CLEAN + 0.15
+    windows = [sum(len(t.window_runs) for t in fit.terms) for fit in (one, two)]
+    share = SECOND_SHARE + 0.01 * max(windows[1] - windows[0], 0)
     return level(two) < (1.0 - share) * level(one) and excess_two < 0.5 * excess_one
 
 
@@ -165,11 +193,11 @@ def _verdict(
     equivalents = []
     for term in terms:
         rest = {t.effect.name for t in terms if t is not term}
-        names = set()
+        names: set[str] = set()
         for c in equals:
-            theirs = {t.effect.name for t in c.fit.terms}
-            if rest <= theirs:
-                names |= theirs - rest - {term.effect.name}
+            others_ = {t.effect.name for t in c.fit.terms}
+            if rest <= others_:
+                names |= others_ - rest - {term.effect.name}
         for twin in TWINS:
             if term.effect.name in twin:
                 other = twin[1 - twin.index(term.effect.name)]
@@ -178,13 +206,14 @@ def _verdict(
         equivalents.append(sorted(names))
     others = [
         level(c.fit) for c in alternatives if c is not best and level(c.fit) > limit
+        and _key(c.fit) != _key(fit)
         and not any(e in _key(c.fit) for group in equivalents for e in group)
     ]  # fmt: skip
     rival = others[0] if others else level(base)
     sure = _confidence(level(base), reached, rival)
     confidence = []
-    for names in equivalents:
-        confidence.append(round(sure * (0.75 if names else 1.0), 3))
+    for group in equivalents:
+        confidence.append(round(sure * (0.75 if group else 1.0), 3))
     kinds = {t.effect.kind for t in terms}
     word = {"physics": "missing_physics", "measurement": "measurement_fault"}.get(
         terms[0].effect.kind, "parameter_error"
@@ -192,7 +221,7 @@ def _verdict(
     if "physics" in kinds:
         word = "missing_physics"
     result = Verdict(word, fit, base, equivalents, confidence, candidates=ranked[:8])
-    if reached > UNEXPLAINED and reached > 0.02 * level(base):
+    if reached > UNEXPLAINED:
         result.word = "unexplained"
         result.confidence = [round(min(c, 0.4), 3) for c in confidence]
     return result
@@ -220,9 +249,9 @@ def _confidence(base: float, reached: float, rival: float) -> float:
 
     Two things count: how near the model comes to the noise, and how far behind the best rival is.
     """
-    excess = max(reached - CLEAN, 0.0) + 0.15
-    behind = max(rival - CLEAN, 0.0) + 0.15
-    explained = 1.0 - excess / max(base - CLEAN + 0.15, excess)
+    excess = max(reached - CLEAN, 0.0) + 0.06
+    behind = max(rival - CLEAN, 0.0) + 0.06
+    explained = 1.0 - excess / max(base - CLEAN + 0.06, excess)
     separation = math.log(max(behind / excess, 1.0))
     score = 0.5 + 0.48 * (1.0 - math.exp(-separation / 0.6))
     return round(float(min(score * (0.3 + 0.7 * explained), 0.98)), 3)
@@ -237,7 +266,8 @@ def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> lis
     at = 0
     for index, term in enumerate(verdict.fit.terms):
         effect = term.effect
-        variances = np.diag(verdict.fit.covariance) if verdict.fit.covariance.size else []
+        covariance = verdict.fit.covariance
+        variances = np.diag(covariance) if covariance.size else np.zeros(0)
         if len(variances) == sum(len(t.values) for t in verdict.fit.terms):
             start = sum(len(t.values) for t in verdict.fit.terms[:index])
             errors_ = np.sqrt(np.abs(variances[start : start + len(term.values)]))
@@ -263,6 +293,9 @@ def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> lis
         }
         if effect.id in ("sensor_delay", "sensor_gain", "sensor_roll_gravity"):
             entry["channel"] = entry["component"]
+        elif effect.extra.get("side"):
+            entry["side"] = effect.extra["side"]
+            entry["axle"] = effect.component
         elif effect.id == "parameter_error":
             entry["parameter"] = effect.component
         elif effect.id == "crosswind_gust":
@@ -301,14 +334,16 @@ def _parameters(
         at = w * term.stride
         names = [p.name for p in effect.parameters]
         details = dict(zip(names, term.values[at + 2 : at + term.stride], strict=True))
-        window = [x for x in term.windows(r) if x.start == term.values[at]][0]
+        window = next(x for x in term.windows(r) if x.start == term.values[at])
         if callable(describe_window):
             details = describe_window(problem.runs[r], window)
         windows.append(
             {
-                "run": problem.runs[r].name, "start": float(window.start),
-                "stop": float(window.stop), **{k: float(v) for k, v in details.items()},
-            }  # fmt: skip
+                "run": problem.runs[r].name,
+                "start": float(window.start),
+                "stop": float(window.stop),
+                **{k: float(v) for k, v in details.items()},
+            }
         )
     windows.sort(key=lambda w: (w["run"], w["start"]))
     keys = [k for k in windows[0] if k not in ("run", "start", "stop")]
@@ -325,7 +360,10 @@ def _parameters(
 
 
 def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
-    before, after, iso_before, iso_after = [], [], [], []
+    before: list[float] = []
+    after: list[float] = []
+    iso_before: list[float] = []
+    iso_after: list[float] = []
     for r in range(len(problem.runs)):
         for fit, scores, iso in (
             (verdict.baseline, before, iso_before), (verdict.fit, after, iso_after),

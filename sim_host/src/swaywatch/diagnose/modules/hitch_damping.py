@@ -21,7 +21,9 @@ EFFECTS = [
         kind="physics",
         equation="M = coefficient x articulation rate, on the car, opposite on the trailer",
         source="linear damper",
-        parameters=(Parameter("coefficient_nms_per_rad", "Nms/rad", 0.0, 0.0, 50000.0, (1000.0,), 20.0, 40.0),),
+        parameters=(
+            Parameter("coefficient_nms_per_rad", "Nms/rad", 0.0, 0.0, 5e4, (1e3,), 20.0, 40.0),
+        ),
         act=_act,
         lines=("f",),
         decided_by="hitch moment at two amplitudes",

@@ -13,9 +13,19 @@ def _act(slot: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], Non
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del run, windows
         plant.scalar(slot, values["coefficient"])
+        if "roll_frequency_rad_s" in values:
+            plant.scalar("roll_frequency_trailer", values["roll_frequency_rad_s"])
+            plant.scalar("roll_damping_trailer", values["roll_damping"])
 
     return act
 
+
+_COEFFICIENT = Parameter("coefficient", "rad/rad", 0.0, -1.0, 1.0, (0.05, -0.05), 0.005, 0.01)
+#: The trailer's roll is not seen in any load: its frequency and damping are fitted.
+_ROLL = (
+    Parameter("roll_frequency_rad_s", "rad/s", 13.0, 4.0, 40.0, (10.0,), 0.2, 1e9),
+    Parameter("roll_damping", "-", 0.112, 0.03, 1.5, (0.3,), 0.02, 1e9),
+)
 
 EFFECTS = [
     Effect(
@@ -24,7 +34,7 @@ EFFECTS = [
         kind="physics",
         equation="alpha' = alpha + coefficient x roll",
         source="suspension kinematics",
-        parameters=(Parameter("coefficient", "rad/rad", 0.0, -1.0, 1.0, (0.05, -0.05), 0.005, 0.01),),
+        parameters=(_COEFFICIENT, *_ROLL) if axle == "trailer" else (_COEFFICIENT,),
         act=_act(f"roll_steer_{axle}"),
         decided_by="roll angle, and slip stiffness at two speeds",
     )

@@ -21,9 +21,7 @@ EFFECTS = [
         kind="physics",
         equation="delta_road = delta_wheel / i_s - F_yf / K_s",
         source="Eq. 5.3",
-        parameters=(
-            Parameter("flexibility", "rad/N", 0.0, 0.0, 1e-5, (1e-6,), 1e-7, 1e-7),
-        ),
+        parameters=(Parameter("flexibility", "rad/N", 0.0, 0.0, 1e-5, (1e-6,), 1e-7, 1e-7),),
         act=_act,
         decided_by="road-wheel angle measured at the wheel",
         report=lambda v: {"stiffness_n_per_rad": 1.0 / max(v["flexibility"], 1e-12)},

@@ -11,7 +11,7 @@ from swaywatch.diagnose.runs import Run
 
 def _act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
     del run, windows
-    plant.scalar("degression", values["degression"])
+    plant.scalar("degression", plant.get("degression") + values["degression"])
 
 
 EFFECTS = [

@@ -12,7 +12,7 @@ from swaywatch.diagnose.runs import Run
 def _act(slot: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del run, windows
-        plant.scalar(slot, max(values["length_m"], 0.13))
+        plant.scalar(slot, max(plant.get(slot) + values["length_m"], 0.13))
 
     return act
 

@@ -1,0 +1,146 @@
+"""The user's own simulation as the baseline: our plant is only the correction to it.
+
+The planar plant is calibrated to the simulation (stiffnesses, load transfer), never to the
+recording. What is left between the two is kept per channel and added to every prediction, so that
+a model with nothing missing is exactly the user's simulation, and an effect acts as the change
+that it makes to the calibrated plant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
+from swaywatch.diagnose.modules.parameter_error import EFFECTS as PARAMETERS
+from swaywatch.diagnose.modules.tyre_load_sensitivity import EFFECTS as LOAD
+from swaywatch.diagnose.modules.tyre_relaxation import EFFECTS as RELAXATION
+from swaywatch.diagnose.modules.tyre_saturation import EFFECTS as SATURATION
+from swaywatch.diagnose.runs import RATE_HZ, Run, low_pass
+from swaywatch.diagnose.term import Term
+from swaywatch.drive import load_drives
+from swaywatch.errors import RecordingError
+
+Array = NDArray[np.float64]
+
+CALIBRATED = (
+    "car.front_cornering_stiffness", "car.rear_cornering_stiffness",
+    "trailer.front_cornering_stiffness", "trailer.rear_cornering_stiffness",
+    "car.yaw_inertia", "trailer.yaw_inertia",
+)  # fmt: skip
+LARGEST_OFFSET_S = 5.0
+NOTABLE_OFFSET_S = 0.015
+LEAST_CORRELATION = 0.9
+
+
+def clock_offset(run: Run, time: Array, steering: Array) -> tuple[float, float]:
+    """Seconds the simulation's clock is ahead, and the correlation of the steering there."""
+    own = low_pass(run.channels["steering_wheel_angle"], 5.0)
+    own = own - own.mean()
+    best = (0.0, -1.0)
+    coarse = np.arange(-LARGEST_OFFSET_S, LARGEST_OFFSET_S, 0.05)
+    for shifts in (coarse, None):
+        grid = shifts if shifts is not None else best[0] + np.arange(-0.06, 0.0601, 0.005)
+        for shift in grid:
+            other = np.interp(run.time + shift, time, steering)
+            other = other - other.mean()
+            norm = float(np.linalg.norm(own) * np.linalg.norm(other)) + 1e-12
+            score = float(np.dot(own, other)) / norm
+            if score > best[1]:
+                best = (float(shift), score)
+    return best
+
+
+def attach(
+    problem: Problem, simulations: Sequence[Path], signals: Path
+) -> tuple[Problem, list[str]]:
+    """Pair each run with its simulation and make it the baseline.
+
+    Returns
+    -------
+    problem
+        With corrections in the runs and the calibrated constants.
+    checks
+        Sentences for the report.
+    """
+    checks: list[str] = []
+    drives = []
+    for path in simulations:
+        drives += load_drives([path], signals)
+    pairs: list[tuple[Run, dict[str, Array], float]] = []
+    for run in problem.runs:
+        best = (-1.0, 0.0, -1)
+        for index, drive in enumerate(drives):
+            steering = drive.channels["steering_wheel_angle"]
+            shift, score = clock_offset(run, steering.time_s, steering.value)
+            if score > best[0]:
+                best = (score, shift, index)
+        if best[0] < LEAST_CORRELATION:
+            raise RecordingError(
+                f"{run.name}: no simulation has its steering (best correlation {best[0]:.2f}, "
+                f"at least {LEAST_CORRELATION} is needed)"
+            )
+        shift = best[1] if abs(best[1]) > NOTABLE_OFFSET_S else 0.0
+        if shift:
+            checks.append(f"{run.name}: the simulation's clock is {shift:+.3f} s ahead; aligned")
+        channels = {
+            name: np.interp(run.time + shift, c.time_s, c.value)
+            for name, c in drives[best[2]].channels.items()
+        }
+        pairs.append((run, channels, shift))
+    return _corrected(problem, pairs, checks)
+
+
+def _roll_rates(channels: dict[str, Array]) -> dict[str, Array]:
+    """Load moved to the right by roll and its rate, from the simulation's wheel loads."""
+    found = {}
+    for body, prefix in (("car", ""), ("trailer", "trailer_")):
+        names = [f"{prefix}wheel_vertical_load_{w}" for w in ("fl", "fr", "rl", "rr")]
+        if all(name in channels for name in names):
+            fl, fr, rl, rr = (channels[name] for name in names)
+            shift = low_pass(fr - fl + rr - rl, 6.0)
+            found[f"shift_{body}"] = shift - shift.mean()
+            found[f"shift_rate_{body}"] = np.gradient(shift) * RATE_HZ
+    return found
+
+
+def _corrected(
+    problem: Problem, pairs: Sequence[tuple[Run, dict[str, Array], float]], checks: list[str]
+) -> tuple[Problem, list[str]]:
+    simulated = []
+    for run, channels, _ in pairs:
+        twin = Run(
+            run.name, run.time, dict(channels), run.positions, run.steering_ratio,
+            noise=dict(run.noise),
+        )  # fmt: skip
+        twin.speed = low_pass(channels["speed"], 0.7, order=2)
+        twin.acceleration = np.gradient(twin.speed) * RATE_HZ
+        twin.steer = low_pass(channels["steering_wheel_angle"], 10.0) / run.steering_ratio
+        simulated.append(twin)
+    twin_problem = Problem(tuple(simulated), problem.body)
+    fitter = Fitter(twin_problem)
+    terms = [Term(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED]
+    terms += [Term(e, (0.15,)) for e in RELAXATION]
+    terms += [Term(LOAD[0], (0.0,)), Term(SATURATION[0], (1.5,))]
+    fit = fitter.run(fitter.start(), 6)
+    fit = fitter.run(Fit(tuple(terms), fit.nuisance, fit.shared), 15, shared_free=True)
+    runs = []
+    share = []
+    for index, (run, channels, _) in enumerate(pairs):
+        own = predict_run(twin_problem, index, fit.terms, fit.nuisance[index], fit.shared)
+        run.correction = {name: channels[name] - own[name] for name in own if name in channels}
+        run.simulated.update(_roll_rates(channels))
+        run.speed, run.acceleration = simulated[index].speed, simulated[index].acceleration
+        run.steer = simulated[index].steer
+        for name in ("car_yaw_rate", "trailer_yaw_rate"):
+            if name in run.correction:
+                share.append(float(np.std(run.correction[name]) / np.std(channels[name])))
+        runs.append(run)
+    checks.append(
+        "the plant of the correction reproduces the yaw rates of the simulation within "
+        f"{100.0 * max(share):.1f} %"
+    )
+    return Problem(tuple(runs), problem.body, False, fit.terms, fit.nuisance, fit.shared), checks
