@@ -15,6 +15,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from swaywatch.analysis import AXLE_NAMES
 from swaywatch.core import ALARM, AXLES, QUALITY, REASON, VALID, columns_of
 from swaywatch.errors import SwaywatchError
 from swaywatch.live import NodeFeed, RoleFeed
@@ -119,7 +120,7 @@ def _number(text: str, shown: bool, value: float, error: float | None = None) ->
         return "-"
     if error is None:
         return text.format(value)
-    return f"{text.format(value)} ± {text.format(error)}"
+    return f"{text.format(value)} ± {text.replace('+', '').format(error)}"
 
 
 def line(feed: NodeFeed | RoleFeed) -> str:
@@ -196,7 +197,7 @@ def picture(feed: NodeFeed | RoleFeed, args: argparse.Namespace) -> Panel:
         table.add_row(*row)
     for axle in AXLES:
         table.add_row(
-            f"C {axle.replace('_', ' ')}",
+            f"stiffness, {AXLE_NAMES[axle]}",
             _number(
                 "{:.1f}",
                 valid(axle),

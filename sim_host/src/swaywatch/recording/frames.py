@@ -117,8 +117,8 @@ def must_make_sense(frames: Frames, path: Path) -> None:
     if len(bad):
         row = int(bad[0])
         raise RecordingError(
-            f"{path}: damaged: identifier 0x{int(frames.identifier[row]):X} of frame {row + 1} does "
-            f"not fit into {29 if frames.extended[row] else 11} bits"
+            f"{path}: damaged: identifier 0x{int(frames.identifier[row]):X} of frame {row + 1} "
+            f"does not fit into {29 if frames.extended[row] else 11} bits"
         )
     if not len(frames):
         return

@@ -142,6 +142,9 @@ def _time_column(path: Path, names: list[str]) -> tuple[str, float]:
 
 
 def _frames(path: Path, name: str, table: Any) -> Recording:
+    empty = [column for column in _FRAME_COLUMNS[:4] if table[column].null_count]
+    if empty:
+        raise RecordingError(f"{path}: damaged {name}: column {empty[0]!r} has empty cells")
     with refusing(path, name):
         texts = table["data"].to_pylist()
         width = max(8, max((len(text or "") for text in texts), default=0) // 2)
