@@ -14,7 +14,7 @@ from swaywatch.cli import main
 from swaywatch.drive import load_drive
 from swaywatch.errors import RecordingError, ScenarioError
 from swaywatch.recording import Frames, read_recording
-from swaywatch.simulate import Scenario, simulate_scenario
+from swaywatch.simulate import Scenario, load_scenario, simulate_scenario
 from swaywatch.simulate.campaign import jobs_of, run_campaign
 from swaywatch.simulate.feed import feed
 from swaywatch.simulate.manoeuvres import MANOEUVRES
@@ -372,3 +372,27 @@ def test_campaign_command_writes_recordings_and_their_table(tmp_path: Path) -> N
 def test_bad_campaigns_are_refused(tmp_path: Path, change: tuple[str, str], text: str) -> None:
     with pytest.raises(ScenarioError, match=text):
         run_campaign(jobs_of(campaign_file(tmp_path, CAMPAIGN.replace(*change)), 2))
+
+
+# Examples and lists -------------------------------------------------------------------------------
+
+EXAMPLES = sorted((DATA / "scenarios").glob("*.toml"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_run(path: Path) -> None:
+    drive, trace = simulate_scenario(load_scenario(path))
+    assert trace.whole
+    assert np.abs(trace["trailer_yaw_rate"]).max() > 0.01
+    assert drive.duration_s == pytest.approx(trace.time_s[-1], abs=0.1)
+
+
+def test_list_of_physics(capsys: Any) -> None:
+    assert main(["physics"]) == 0
+    assert "hitch_friction" in capsys.readouterr().out
+    assert main(["physics", "steering_compliance"]) == 0
+    text = capsys.readouterr().out
+    for part in ("Eq. 5.3", "stiffness_n_per_rad", "N/rad", "100000 to 1e+08"):
+        assert part in text
+    assert main(["physics", "glue"]) == 1
+    assert "steering_compliance" in capsys.readouterr().err
