@@ -1,0 +1,57 @@
+"""The README's examples run as they stand there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = re.findall(
+    r"<!-- tested -->\n```(\w+)\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S
+)
+
+
+def include_flags() -> list[str]:
+    kissfft = os.environ.get("KISSFFT_DIR", str(ROOT / "build/third_party/kissfft"))
+    return ["-Ilib", "-Ibuild/codec", f"-I{kissfft}", "-DFIXED_POINT=32"]
+
+
+def test_there_are_examples_of_all_three_uses() -> None:
+    text = "".join(body for _, body in EXAMPLES)
+    assert "analyze" in text and "swaywatchd" in text and "sway_node_receive" in text
+
+
+@pytest.mark.parametrize("body", [b for kind, b in EXAMPLES if kind == "sh"])
+def test_shell_example(body: str) -> None:
+    if "build/swaywatchd" in body and not (ROOT / "build/swaywatchd").exists():
+        pytest.skip("build/swaywatchd is not built: make hil")
+    (ROOT / "build/readme").mkdir(parents=True, exist_ok=True)
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "-eu", "-c", body],
+        cwd=ROOT, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=900,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("body", [b for kind, b in EXAMPLES if kind == "c"])
+def test_c_example(body: str, tmp_path: Path) -> None:
+    library = ROOT / "build/gcc/libsway.a"
+    compiler = shutil.which("gcc")
+    if compiler is None or not library.exists():
+        pytest.skip("needs gcc and build/gcc/libsway.a: make test")
+    source = tmp_path / "example.c"
+    source.write_text(body, encoding="utf-8")
+    program = tmp_path / "example"
+    subprocess.run(
+        [compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", *include_flags(), str(source),
+         str(library), "-lm", "-o", str(program)],
+        cwd=ROOT, check=True,
+    )  # fmt: skip
+    assert subprocess.run([str(program)], check=False).returncode == 0
