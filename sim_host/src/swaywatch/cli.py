@@ -17,28 +17,34 @@ from swaywatch import __version__, commands
 from swaywatch.errors import SwaywatchError
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Parser with one subcommand per module of :mod:`swaywatch.commands`."""
+def command_names() -> list[str]:
+    """Names of the commands: one for each module of :mod:`swaywatch.commands`."""
+    modules = pkgutil.iter_modules(commands.__path__)
+    return sorted(info.name for info in modules if not info.name.startswith("_"))
+
+
+def build_parser(only: str | None = None) -> argparse.ArgumentParser:
+    """Parser with the subcommands of all modules, or of module `only` (which starts sooner)."""
     parser = argparse.ArgumentParser(
         prog="swaywatch",
         description="How far is this car-trailer combination from yaw instability, and why.",
     )
     parser.add_argument("--version", action="version", version=f"swaywatch {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for module_info in sorted(pkgutil.iter_modules(commands.__path__), key=lambda info: info.name):
-        if module_info.name.startswith("_"):
-            continue
-        module = importlib.import_module(f"{commands.__name__}.{module_info.name}")
+    for name in command_names() if only is None else [only]:
+        module = importlib.import_module(f"{commands.__name__}.{name}")
         before = set(subparsers.choices)
         module.add_parser(subparsers)
-        for name in set(subparsers.choices) - before:
-            subparsers.choices[name].set_defaults(run=module.run)
+        for added in set(subparsers.choices) - before:
+            subparsers.choices[added].set_defaults(run=module.run)
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
-    args = build_parser().parse_args(argv)
+    words = sys.argv[1:] if argv is None else list(argv)
+    only = words[0] if words and words[0] in command_names() else None
+    args = build_parser(only).parse_args(words)
     try:
         return int(args.run(args))
     except SwaywatchError as error:
