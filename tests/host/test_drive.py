@@ -171,3 +171,28 @@ def test_every_practice_format_reads() -> None:
         drives = load_drives(files, folder / "signals.toml")
         assert len(drives) == 2
         assert load_vehicle(folder / "vehicle.toml").trailer is not None
+
+
+def test_j1939_messages_match_by_their_parameter_group(tmp_path: Path) -> None:
+    (tmp_path / "j1939.dbc").write_text(
+        'VERSION ""\nNS_ :\nBS_:\nBU_: A\nBO_ 2566844926 CCVS1: 8 A\n'
+        ' SG_ WheelBasedVehicleSpeed : 8|16@1+ (0.00390625,0) [0|250.996] "km/h" A\n'
+    )
+    path = tmp_path / "signals.toml"
+    path.write_text('dbc = "j1939.dbc"\n[signals]\nspeed = "WheelBasedVehicleSpeed"\n')
+    lines = [f"({100 + n / 10:.6f}) can0 18FEF100#FF00{n:02X}FFFFFFFFFF" for n in range(50)]
+    (tmp_path / "truck.log").write_text("\n".join(lines) + "\n")
+    speed = load_drive([tmp_path / "truck.log"], path).channels["speed"]
+    assert speed.value[-1] == pytest.approx(49.0 / 3.6)
+
+
+def test_a_real_loggers_mf4_reads(tmp_path: Path) -> None:
+    folder = recordings("real", "canedge")
+    path = tmp_path / "signals.toml"
+    path.write_text(
+        f'dbc = "{folder / "canmod-gps.dbc"}"\n[signals]\nspeed = "Speed"\n'
+        'car_lateral_acceleration = "AccelerationY"\n'
+    )
+    drive = load_drive(sorted(folder.glob("*.MF4")), path)
+    assert len(drive.channels["car_lateral_acceleration"].value) > 1000
+    assert np.all(drive.channels["speed"].value < 60.0)

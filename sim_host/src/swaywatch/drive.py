@@ -381,7 +381,7 @@ class _FrameSource(_Source):
                 + (f"; did you mean {close!r}?" if close else "")
             )
         message, signal = pair
-        rows = self._rows.get((message.frame_id, message.is_extended_frame))
+        rows = self._rows_of(message)
         if rows is None:
             return None
         rows = self._one_bus(rows, message.name)
@@ -391,6 +391,27 @@ class _FrameSource(_Source):
         if decoded.low is not None and decoded.high is not None:
             low, high = max(low, decoded.low), min(high, decoded.high)
         return decoded.series, (low, high), abs(float(signal.scale))
+
+    def _rows_of(self, message: Any) -> IntArray | None:
+        """Rows of a message; a J1939 one of the DBC (source 0xFE: any) matches by its PGN."""
+        rows = self._rows.get((message.frame_id, message.is_extended_frame))
+        if rows is not None or not message.is_extended_frame or message.frame_id & 0xFF != 0xFE:
+            return rows
+        group = (message.frame_id >> 8) & 0x3FFFF
+        found = [
+            part
+            for (identifier, extended), part in self._rows.items()
+            if extended and (identifier >> 8) & 0x3FFFF == group
+        ]
+        if not found:
+            return None
+        if len(found) > 1 and message.name not in self._bus_chosen:
+            self._bus_chosen.add(message.name)
+            self.remarks.append(
+                f"{self.path.name}: message {message.name} comes from {len(found)} sources; the "
+                "one that sends most is used"
+            )
+        return max(found, key=len)
 
     def _one_bus(self, rows: IntArray, message: str) -> IntArray:
         """Rows of the bus that carries most of them: a gateway may repeat a message elsewhere."""
