@@ -46,6 +46,18 @@ static q30_t to_q30(sway_complex_t z)
     return result;
 }
 
+/* Columns 6 and 7: a tone of constant size. */
+static void fill_tone(sway_fit_basis_t *basis, sway_real_t omega)
+{
+    const sway_real_t half = sway_real_ratio((int64_t)basis->blocks - 1, 2);
+    const q30_t step = to_q30(sway_complex_unit(omega));
+    q30_t z = to_q30(sway_complex_unit(sway_real_neg(sway_real_mul(omega, half))));
+    for (uint32_t b = 0; b < basis->blocks; b++) {
+        put(basis, 6, b, z);
+        z = q30_product(z, step);
+    }
+}
+
 void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_pole_t *pole,
                       bool harmonics)
 {
@@ -70,6 +82,9 @@ void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_p
         fill_block(basis, backward ? blocks - 1U - i : i, z, harmonics);
         z = q30_product(z, step);
         step = pole->chirp.m != 0 ? q30_product(step, bend) : step;
+    }
+    if (pole->forced.m != 0) {
+        fill_tone(basis, pole->forced);
     }
 }
 

@@ -46,7 +46,8 @@ typedef struct {
 typedef struct {
     sway_real_t growth; ///< |growth| (n-1)/2 <= 8
     sway_real_t omega;
-    sway_real_t chirp; ///< known change of omega per block; 0 for a line of one frequency
+    sway_real_t chirp;  ///< known change of omega per block; 0 for a line of one frequency
+    sway_real_t forced; ///< not 0: columns 6, 7 are a steady tone of this omega instead of 3f
 } sway_fit_pole_t;
 
 /// Makes the columns, 4 to 7 only if asked for; blocks 2..64.

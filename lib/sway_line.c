@@ -106,7 +106,8 @@ sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *con
     job->line.mid_time_us =
         ring->newest_time_us - (int64_t)(rows - 1U) * config->sample_period_us / 2;
     job->line.omega_rad_s = omega_rad_s;
-    job->line.valid_mask = ring->present_mask & (SWAY_CHANNEL_BIT(SWAY_CHANNELS) - 1U);
+    job->line.valid_mask =
+        ring->present_mask & config->result_mask & (SWAY_CHANNEL_BIT(SWAY_CHANNELS) - 1U);
     return SWAY_OK;
 }
 
@@ -172,10 +173,15 @@ static uint32_t after_sums(sway_line_job_t *job)
 
 static uint32_t run_sums(sway_line_job_t *job, const sway_ring_t *ring)
 {
-    const uint32_t channel = job->channel++;
-    job->data[channel].seen = (ring->present_mask & SWAY_CHANNEL_BIT(channel)) != 0U;
-    if (job->data[channel].seen) {
-        sum_channel(job, ring, channel);
+    const uint32_t wanted = ring->present_mask & job->config.result_mask;
+    while (job->channel < SWAY_CHANNELS && (wanted & SWAY_CHANNEL_BIT(job->channel)) == 0U) {
+        job->data[job->channel].seen = false;
+        job->channel++;
+    }
+    if (job->channel < SWAY_CHANNELS) {
+        job->data[job->channel].seen = true;
+        sum_channel(job, ring, job->channel);
+        job->channel++;
     }
     return job->channel < SWAY_CHANNELS ? STATE_SUMS : after_sums(job);
 }
@@ -221,7 +227,7 @@ static sway_real_t per_block(const sway_line_job_t *job, sway_real_t per_s)
 
 static bool needs_harmonics(const sway_line_job_t *job)
 {
-    bool any = job->final;
+    bool any = job->final || job->config.forced_rad_s.m != 0;
     for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
         any = any || (job->data[c].harmonics && (job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U);
     }
@@ -258,7 +264,8 @@ static uint32_t run_columns(sway_line_job_t *job, const sway_ring_t *ring)
     const sway_real_t per_s2 = per_block(job, job->config.chirp_rad_s2);
     const sway_fit_pole_t pole = {.growth = per_block(job, job->line.growth_1_s),
                                   .omega = per_block(job, job->line.omega_rad_s),
-                                  .chirp = per_block(job, per_s2)};
+                                  .chirp = per_block(job, per_s2),
+                                  .forced = per_block(job, job->config.forced_rad_s)};
     sway_fit_columns(&job->basis, job->basis.blocks, &pole, needs_harmonics(job));
     return job->final ? STATE_FACTORS : STATE_GRAM;
 }
@@ -479,14 +486,15 @@ static void measure_second(sway_line_job_t *job, uint32_t channel, sway_real_t v
     sway_line_data_t *data = &job->data[channel];
     sway_line_channel_t *result = &job->line.channel[channel];
     sway_real_t full[SWAY_FIT_LINEAR];
-    for (uint32_t i = 4; i < SWAY_FIT_LINEAR && !data->harmonics; i++) {
+    for (uint32_t i = 4; i < SWAY_FIT_LINEAR && job->columns == 4U; i++) {
         product[i] = sway_fit_product(&job->basis, i, data->sum);
     }
     sway_fit_solve(&job->system[1], product, full);
     const sway_real_t spread = sway_real_mul(variance, job->system[1].second_variance);
     const sway_real_t second = sway_real_add(square(full[4]), square(full[5]));
     const sway_real_t third = sway_real_add(square(full[6]), square(full[7]));
-    const sway_real_t largest = sway_real_max(second, third);
+    const sway_real_t largest =
+        job->config.forced_rad_s.m != 0 ? second : sway_real_max(second, third);
     result->second = sway_complex(full[4], full[5]);
     result->second_se = sway_real_sqrt(spread);
     /* In at 5 standard errors, out below 3. */
@@ -500,9 +508,9 @@ static void measure_second(sway_line_job_t *job, uint32_t channel, sway_real_t v
     }
 }
 
-static uint32_t columns_of(const sway_line_data_t *data)
+static uint32_t columns_of(const sway_line_job_t *job, const sway_line_data_t *data)
 {
-    return data->harmonics ? SWAY_FIT_LINEAR : 4U;
+    return data->harmonics || job->config.forced_rad_s.m != 0 ? SWAY_FIT_LINEAR : 4U;
 }
 
 static uint32_t next_channel(sway_line_job_t *job)
@@ -525,7 +533,7 @@ static uint32_t run_channel(sway_line_job_t *job, const sway_ring_t *ring)
     }
     sway_line_data_t *data = &job->data[c];
     sway_real_t *product = job->product;
-    const uint32_t n = columns_of(data);
+    const uint32_t n = columns_of(job, data);
     solve_channel(job, data, n, product);
     const sway_real_t total = sum_of_squares(data->sum, job->basis.blocks);
     const sway_real_t rest = sway_real_sub(total, dot(data->parameter, product, n));

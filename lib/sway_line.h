@@ -21,14 +21,15 @@
 
 /// Flags of a result; 0 is good.
 #define SWAY_LINE_NO_OSCILLATION 0x001U ///< the line does not stand out of noise, mean and slope
-#define SWAY_LINE_FORCED 0x002U         ///< the steering wheel moves: growth is not the free one
-#define SWAY_LINE_GAP 0x004U            ///< rows are missing in a channel of the estimate
+#define SWAY_LINE_FORCED 0x002U ///< the steering wheel moves: growth need not be the free one
+#define SWAY_LINE_GAP 0x004U    ///< rows are missing in a channel of the estimate
 #define SWAY_LINE_SPEED_CHANGING 0x008U ///< speed changes more than allowed over the window
 #define SWAY_LINE_NONLINEAR 0x010U      ///< 2f or 3f above 15 % of f in a yaw-rate channel
 #define SWAY_LINE_SEEKING 0x020U        ///< no line is held: values are not to be used
 #define SWAY_LINE_STARTING 0x040U       ///< the window is not full yet
 #define SWAY_LINE_NOT_CONVERGED 0x080U  ///< the last step was not small against its standard error
 #define SWAY_LINE_MISFIT 0x100U ///< residual far from white: not one damped line (step, onset)
+#define SWAY_LINE_APART 0x200U  ///< with FORCED: the driver's tone is modelled beside the line
 
 /// One channel's part of a line; SI units: rad, rad/s, m/s2, N.
 typedef struct {
@@ -63,6 +64,8 @@ typedef struct {
     int32_t frequency_max_mhz;
     int32_t steering_quiet_urad; ///< see sway_track_config_t
     int32_t speed_change_milli;
+    uint32_t result_mask;     ///< channels that get a result
+    sway_real_t forced_rad_s; ///< omega of a tone of the driver that is to be taken apart; or 0
     sway_real_t chirp_rad_s2; ///< known change of omega, |chirp| (window / 2)^2 <= 1 rad; or 0
 } sway_line_config_t;
 

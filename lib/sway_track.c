@@ -8,7 +8,9 @@
 /* Estimates in a row without a line after which the search begins again. */
 #define LOST_LIMIT 3U
 
-enum { TRACK_IDLE, TRACK_SEEK, TRACK_LINE };
+enum { TRACK_IDLE, TRACK_SEEK, TRACK_LINE, TRACK_TONE_SEEK, TRACK_TONE };
+
+#define STEERING SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE)
 
 sway_track_config_t sway_track_default(int32_t sample_period_us)
 {
@@ -40,6 +42,7 @@ static void empty(sway_track_t *track)
     memset(&track->spectrum, 0, sizeof track->spectrum);
     track->state = TRACK_IDLE;
     track->locked = false;
+    track->free = false;
     track->lost = 0;
     track->past_count = 0;
     track->rows_to_hop = SEEK_HOP;
@@ -119,28 +122,43 @@ static sway_real_t known_chirp(const sway_track_t *track, uint32_t window)
     return known ? chirp : none;
 }
 
+/* Only undisturbed estimates tell how the frequency drifts. */
 static void remember(sway_track_t *track)
 {
+    const uint32_t disturbed =
+        SWAY_LINE_FORCED | SWAY_LINE_GAP | SWAY_LINE_STARTING | SWAY_LINE_MISFIT;
     const uint32_t at = track->past_count % SWAY_TRACK_HISTORY;
+    if ((track->line.flags & disturbed) != 0U) {
+        track->past_count = 0;
+        return;
+    }
     track->past_omega[at] = track->line.omega_rad_s;
     track->past_se[at] = track->line.omega_se_rad_s;
     track->past_us[at] = track->line.mid_time_us;
     track->past_count += 1U;
 }
 
-static void start_line(sway_track_t *track, sway_real_t omega_rad_s)
+static sway_line_config_t line_config(const sway_track_t *track)
 {
     const sway_track_config_t *config = &track->config;
-    const uint32_t wanted = wanted_window(track, omega_rad_s);
-    const uint32_t filled = track->ring.filled;
-    const uint32_t window = wanted < filled ? wanted : filled;
     const sway_line_config_t line = {.sample_period_us = config->sample_period_us,
                                      .channel_mask = config->channel_mask,
                                      .frequency_min_mhz = config->frequency_min_mhz,
                                      .frequency_max_mhz = config->frequency_max_mhz,
                                      .steering_quiet_urad = config->steering_quiet_urad,
                                      .speed_change_milli = config->speed_change_milli,
-                                     .chirp_rad_s2 = known_chirp(track, window)};
+                                     .result_mask = UINT32_MAX};
+    return line;
+}
+
+static void start_line(sway_track_t *track, sway_real_t omega_rad_s)
+{
+    const uint32_t wanted = wanted_window(track, omega_rad_s);
+    const uint32_t filled = track->ring.filled;
+    const uint32_t window = wanted < filled ? wanted : filled;
+    sway_line_config_t line = line_config(track);
+    line.chirp_rad_s2 = known_chirp(track, window);
+    line.forced_rad_s = track->forced_rad_s;
     const bool enough = 10U * window >= 7U * wanted;
     if (!enough ||
         sway_line_start(&track->job, &line, &track->ring, window, omega_rad_s) != SWAY_OK) {
@@ -149,6 +167,9 @@ static void start_line(sway_track_t *track, sway_real_t omega_rad_s)
     }
     if (window < wanted) {
         track->job.line.flags |= SWAY_LINE_STARTING;
+    }
+    if (line.forced_rad_s.m != 0) {
+        track->job.line.flags |= SWAY_LINE_APART;
     }
     track->state = TRACK_LINE;
     track->rows_to_hop = window / HOPS_PER_WINDOW;
@@ -190,22 +211,75 @@ static sway_real_t spectrum_omega(const sway_track_t *track)
     return sway_real_div(sway_real_mul(turn, bins), sway_real_ratio(span_us, 1000000));
 }
 
-static void start_estimate(sway_track_t *track)
+static bool start_seek(sway_track_t *track, uint32_t mask)
 {
-    if (track->locked) {
-        const bool look = track->lost > 0U && sway_spectrum_ready(&track->spectrum);
-        start_line(track, look ? spectrum_omega(track) : track->omega_rad_s);
-        return;
-    }
-    const sway_seek_config_t seek = {.channel_mask = track->config.channel_mask,
+    const sway_seek_config_t seek = {.channel_mask = mask,
                                      .sample_period_us = track->config.sample_period_us,
                                      .frequency_min_mhz = track->config.frequency_min_mhz,
                                      .frequency_max_mhz = track->config.frequency_max_mhz};
-    if (sway_seek_start(&track->seek, &seek, &track->ring) != SWAY_OK) {
-        give_up(track, SWAY_LINE_STARTING);
+    return sway_seek_start(&track->seek, &seek, &track->ring) == SWAY_OK;
+}
+
+static void start_held_line(sway_track_t *track)
+{
+    const bool look = track->lost > 0U && sway_spectrum_ready(&track->spectrum);
+    start_line(track, look ? spectrum_omega(track) : track->omega_rad_s);
+}
+
+static void start_estimate(sway_track_t *track)
+{
+    track->forced_rad_s = sway_real_int(0);
+    if (!track->locked) {
+        if (start_seek(track, track->config.channel_mask)) {
+            track->state = TRACK_SEEK;
+        } else {
+            give_up(track, SWAY_LINE_STARTING);
+        }
+    } else if (track->free && (track->line.flags & SWAY_LINE_FORCED) != 0U &&
+               start_seek(track, STEERING)) {
+        track->state = TRACK_TONE_SEEK;
+    } else {
+        start_held_line(track);
+    }
+}
+
+/* Fits a line to the steering wheel angle alone, where the search saw one. */
+static void run_tone_seek(sway_track_t *track)
+{
+    sway_real_t omega;
+    if (sway_seek_run(&track->seek, &track->ring)) {
         return;
     }
-    track->state = TRACK_SEEK;
+    const uint32_t window = wanted_window(track, track->omega_rad_s);
+    sway_line_config_t tone = line_config(track);
+    tone.channel_mask = STEERING;
+    tone.result_mask = STEERING;
+    if (sway_seek_result(&track->seek, &omega) &&
+        sway_line_start(&track->job, &tone, &track->ring, window, omega) == SWAY_OK) {
+        track->state = TRACK_TONE;
+    } else {
+        start_held_line(track);
+    }
+}
+
+/* The tone counts if it is clean and steady over the whole window, and a quarter of a bin or more
+ * from the line: what is nearer is the line itself, driven. */
+static void take_tone(sway_track_t *track)
+{
+    const uint32_t bad = SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED | SWAY_LINE_MISFIT;
+    const sway_line_t *tone = &track->job.line;
+    const sway_real_t span_s = sway_real_scale(track->job.half_s, 1);
+    const sway_real_t apart =
+        sway_real_mul(span_s, sway_real_sub(tone->omega_rad_s, track->omega_rad_s));
+    const sway_real_t change = sway_real_mul(span_s, tone->growth_1_s);
+    const sway_real_t quarter = sway_real_scale(sway_real_pi(), -1);
+    const sway_real_t steady = sway_real_ratio(1, 10);
+    const bool whole = track->job.data[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].missing == 0U;
+    if ((tone->flags & bad) == 0U && whole && sway_real_less(quarter, sway_real_abs(apart)) &&
+        sway_real_less(sway_real_abs(change), steady)) {
+        track->forced_rad_s = tone->omega_rad_s;
+    }
+    start_held_line(track);
 }
 
 /* The sliding sums follow the window when it has changed by more than a sixteenth. */
@@ -228,6 +302,7 @@ static void take_line(sway_track_t *track)
         track->locked = true;
         track->lost = 0;
         track->omega_rad_s = track->line.omega_rad_s;
+        track->free = track->free || (track->line.flags & SWAY_LINE_FORCED) == 0U;
         remember(track);
         follow_window(track);
     } else {
@@ -235,6 +310,7 @@ static void take_line(sway_track_t *track)
         track->locked = track->locked && track->lost < LOST_LIMIT;
     }
     if (!track->locked) {
+        track->free = false;
         track->past_count = 0;
         track->line.flags |= SWAY_LINE_SEEKING;
     }
@@ -259,18 +335,43 @@ static bool spectrum_pending(const sway_track_t *track)
     return track->spectrum.window > 0U && !sway_spectrum_ready(&track->spectrum);
 }
 
-bool sway_track_run(sway_track_t *track)
+static void run_idle(sway_track_t *track)
 {
-    if (track->state == TRACK_SEEK) {
-        run_seek(track);
-    } else if (track->state == TRACK_LINE) {
-        if (!sway_line_run(&track->job, &track->ring)) {
-            take_line(track);
-        }
-    } else if (track->rows_to_hop == 0U) {
+    if (track->rows_to_hop == 0U) {
         start_estimate(track);
     } else if (spectrum_pending(track)) {
         (void)sway_spectrum_run(&track->spectrum, &track->ring);
+    }
+}
+
+static void run_line(sway_track_t *track)
+{
+    if (sway_line_run(&track->job, &track->ring)) {
+        return;
+    }
+    if (track->state == TRACK_TONE) {
+        take_tone(track);
+    } else {
+        take_line(track);
+    }
+}
+
+bool sway_track_run(sway_track_t *track)
+{
+    switch (track->state) {
+    case TRACK_SEEK:
+        run_seek(track);
+        break;
+    case TRACK_TONE_SEEK:
+        run_tone_seek(track);
+        break;
+    case TRACK_LINE:
+    case TRACK_TONE:
+        run_line(track);
+        break;
+    default:
+        run_idle(track);
+        break;
     }
     return track->state != TRACK_IDLE || track->rows_to_hop == 0U || spectrum_pending(track);
 }

@@ -42,7 +42,9 @@ typedef struct {
     uint32_t lost;        ///< estimates in a row that held no line
     uint32_t state;
     bool locked;
-    sway_real_t omega_rad_s; ///< start of the next estimate
+    bool free;                ///< the line was there while the steering was quiet
+    sway_real_t forced_rad_s; ///< the driver's tone, found for the estimate that follows; or 0
+    sway_real_t omega_rad_s;  ///< start of the next estimate
     sway_real_t past_omega[SWAY_TRACK_HISTORY];
     sway_real_t past_se[SWAY_TRACK_HISTORY];
     int64_t past_us[SWAY_TRACK_HISTORY];

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from estimator_core import (
+    APART,
     FORCED,
     GAP,
     MISFIT,
@@ -403,6 +404,12 @@ DISTURBANCES = (
 )  # fmt: skip
 
 
+def is_doubted(estimate: Estimate) -> bool:
+    """Whether the flags say that frequency and growth may be wrong beyond their standard errors."""
+    driven = estimate.flags & FORCED and not estimate.flags & APART
+    return bool(driven or estimate.flags & (UNUSABLE | MISFIT))
+
+
 def disturbances(core: Core, report: Report) -> None:
     """Errors inside and outside the disturbance, and what the flags say there."""
     table = []
@@ -423,9 +430,9 @@ def disturbances(core: Core, report: Report) -> None:
                 return "-"
             return f"{max(abs(e.omega / 2 / np.pi - 0.67) for e in usable):.4f}"
 
-        honest = [e for e in touched if not e.flags & (UNUSABLE | FORCED | MISFIT)]
+        honest = [e for e in touched if not is_doubted(e)]
         z = np.array([(e.omega - 2 * np.pi * 0.67) / e.omega_se for e in honest])
-        flagged = sum(bool(e.flags & (UNUSABLE | FORCED | GAP | MISFIT)) for e in touched)
+        flagged = sum(is_doubted(e) or bool(e.flags & (FORCED | GAP)) for e in touched)
         lost = sum(bool(e.flags & UNUSABLE) for e in clear)
         table.append(
             [
@@ -447,7 +454,7 @@ def disturbances(core: Core, report: Report) -> None:
     report.table(
         [
             "", "worst outside", "unusable outside", "worst inside, usable",
-            "worst inside, not flagged", "RMS of error/SE there", "flagged inside",
+            "worst inside, not doubted", "RMS of error/SE there", "flagged inside",
         ],
         table,
     )  # fmt: skip

@@ -257,6 +257,37 @@ static void test_steering_marks_the_motion_as_forced(void)
     TEST_ASSERT_EQUAL_HEX32(0, sway_track_line(&track)->flags);
 }
 
+static void test_a_tone_of_the_driver_is_taken_apart(void)
+{
+    feed(noisy, 800);
+    tick.present_mask = 0x1FU;
+    tick.valid_mask = 0x1FU;
+    int apart = 0;
+    for (int i = 0; i < 1000; i++, next_row++) {
+        const double t = next_row * 0.01;
+        const double drive = cos(2.0 * M_PI * 0.5 * t);
+        tick.time_us = (int64_t)next_row * 10000;
+        tick.value[0] = (int32_t)lround(2e5 * drive);
+        for (int c = 1; c <= 4; c++) {
+            tick.value[c] = (int32_t)lround(1e6 * (noisy(t, c) + 0.05 * c * drive));
+        }
+        const uint32_t before = sway_track_sequence(&track);
+        sway_track_push(&track, &tick);
+        for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
+            (void)sway_track_run(&track);
+        }
+        const sway_line_t *line = sway_track_line(&track);
+        if (sway_track_sequence(&track) != before && (line->flags & SWAY_LINE_APART) != 0U &&
+            i > 500) {
+            apart++;
+            TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_APART | SWAY_LINE_FORCED, line->flags);
+            TEST_ASSERT_DOUBLE_WITHIN(3e-3, F_HZ, hz(line));
+            TEST_ASSERT_DOUBLE_WITHIN(2e-2, 0.0, to_double(line->growth_1_s));
+        }
+    }
+    TEST_ASSERT_TRUE(apart > 10);
+}
+
 static void test_speed_and_its_slope(void)
 {
     tick.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED);
@@ -405,7 +436,7 @@ static void test_bad_arguments_are_refused(void)
     config = sway_track_default(999);
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config));
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(NULL, &config));
-    const sway_line_config_t line = {10000, 2, 250, 2000, 0, 0, {0, 0}};
+    const sway_line_config_t line = {10000, 2, 250, 2000, 0, 0, UINT32_MAX, {0, 0}, {0, 0}};
     const sway_real_t omega = sway_real_int(4);
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
                           sway_line_start(&track.job, &line, &track.ring, 8, omega));
@@ -429,6 +460,7 @@ int main(void)
     RUN_TEST(test_a_gap_is_told_and_does_not_bias);
     RUN_TEST(test_a_channel_that_stays_silent_is_left_out);
     RUN_TEST(test_steering_marks_the_motion_as_forced);
+    RUN_TEST(test_a_tone_of_the_driver_is_taken_apart);
     RUN_TEST(test_speed_and_its_slope);
     RUN_TEST(test_ratio_with_a_known_delay);
     RUN_TEST(test_a_restart_of_the_grid_forgets_the_past);
