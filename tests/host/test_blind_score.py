@@ -136,3 +136,26 @@ def test_tables_and_file(tmp_path, capsys):
     assert total["first"]["share"] == 1.0
     assert total["false_claims_on_clean"]["right"] == 0
     assert "tyre_relaxation" in capsys.readouterr().out
+
+
+def test_phase_of_a_harmonic_load():
+    windows = {"run1": [[9.0, 12.0], [15.0, 18.0]]}
+    true = answer(
+        effects=[{"id": "axle_load_harmonic", "axle": "car_rear"}],
+        windows=[windows],
+        run1={
+            "visibility": 9.0,
+            "harmonic": [
+                {"amplitude_n": 500.0, "phase_deg": 170.0},
+                {"amplitude_n": 400.0, "phase_deg": 20.0},
+            ],
+        },
+        run2={"harmonic": []},
+    )
+    details = [{"run": "run1", "start": 9.2, "stop": 12.0, "phase_deg": -175.0}]
+    said = claim("axle_load_harmonic", window_details=details, windows=[[9.2, 12.0]])
+    said["parameters"] = {"amplitude_n": {"value": 520.0, "low": 400.0, "high": 600.0}}
+    got = score.judge(true, diagnosis(said))
+    assert got["phase_errors_deg"] == pytest.approx([15.0])
+    (amplitude,) = got["matches"][0]["parameters"]
+    assert amplitude["error"] == pytest.approx(0.04)

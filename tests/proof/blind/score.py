@@ -126,6 +126,20 @@ def measured_harmonic(answer: Json) -> dict[str, float]:
     return {} if middle is None else {"amplitude_n": middle}
 
 
+def phase_errors(effect: Json, answer: Json, windows: Json) -> list[float]:
+    """Degrees between said and true phase of a harmonic load, window by window."""
+    out = []
+    for item in effect.get("window_details") or []:
+        phase = item.get("phase_deg")
+        phase = phase.get("value") if isinstance(phase, dict) else phase
+        for run, pairs in per_run([item]).items():
+            truths = answer.get(run, {}).get("harmonic", [])
+            for window, truth in zip(windows.get(run, []), truths, strict=False):
+                if phase is not None and overlap(pairs, [window]) >= 0.3:
+                    out.append(abs((phase - truth["phase_deg"] + 180.0) % 360.0 - 180.0))
+    return out
+
+
 def match(effects: list[Json], truth: Json, component: str, windows: Json) -> Json:
     """How well the claimed effects fit one concealed effect."""
     named = [e for e in effects if e.get("id") == truth["id"]]
@@ -189,6 +203,13 @@ def judge(answer: Json, diagnosis: Json) -> Json:
     out["matches"] = [
         match(effects if claims else [], _with_harmonic(answer, t), c, w)
         for t, c, w in zip(truths, answer["components"], answer["windows"], strict=True)
+    ]
+    out["phase_errors_deg"] = [
+        error
+        for effect in effects
+        for truth, windows in zip(truths, answer["windows"], strict=True)
+        if effect.get("id") == truth["id"] == "axle_load_harmonic"
+        for error in phase_errors(effect, answer, windows)
     ]
     return out
 
@@ -345,6 +366,9 @@ def summarise(rows: list[Json], limits: Json) -> Json:
         "location": share([bool(m["location"]) for m in matches]),
         "windows_overlap_half": share(
             [m["overlap"] >= 0.5 for m in matches if m["overlap"] is not None]
+        ),
+        "harmonic_phase_error_median_deg": median(
+            [e for r in rows for e in r.get("phase_errors_deg", [])]
         ),
         "parameter_within_25_percent": share([p["error"] <= 0.25 for p in values]),
         "interval_coverage": share([p["inside"] for p in values if "inside" in p]),
