@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -306,6 +308,12 @@ def test_feed_command_on_a_virtual_bus(capsys: Any) -> None:
     total = len(read_recording(source).frames or ())
     assert heard == total
     assert f"{total} frames sent" in capsys.readouterr().out
+
+
+def test_feed_of_a_recording_needs_no_simulator() -> None:
+    """The feed works where only what analysis needs is installed: no numba, no MuJoCo."""
+    code = "import sys, swaywatch.simulate.feed; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_feed_command_names_an_interface_that_is_not_there(capsys: Any) -> None:

@@ -19,11 +19,12 @@ import numba
 F = TypeVar("F", bound=Callable[..., Any])
 
 _HERE = Path(__file__).parent
+_SOURCES = ("compiled.py", "layout.py", "double_track_kernel.py")
 
 
 def _cache_folder() -> Path:
     digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted([*_HERE.glob("*.py"), *_HERE.glob("physics/*.py")]):
+    for source in [*(_HERE / name for name in _SOURCES), *sorted(_HERE.glob("physics/*.py"))]:
         digest.update(source.name.encode())
         digest.update(source.read_bytes())
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")

@@ -5,7 +5,19 @@ scenario -> manoeuvres (steering, speed, road, wind) -> driver and model -> sens
 
 from __future__ import annotations
 
-from swaywatch.simulate.run import simulate_scenario
-from swaywatch.simulate.scenario import Scenario, load_scenario
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from swaywatch.simulate.run import simulate_scenario
+    from swaywatch.simulate.scenario import Scenario, load_scenario
 
 __all__ = ["Scenario", "load_scenario", "simulate_scenario"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load the simulator when it is asked for: the feed of a recording does without it."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from swaywatch.simulate import run, scenario
+
+    return getattr(run if name == "simulate_scenario" else scenario, name)
