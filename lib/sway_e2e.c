@@ -70,7 +70,7 @@ static int32_t steps_since(sway_e2e_t *e2e, uint8_t counter, int64_t elapsed_us,
         learn(e2e, elapsed_us);
         return 1;
     }
-    if (e2e->learned >= SWAY_E2E_LEARN_MIN && e2e->period_us > 0) {
+    if (e2e->learned >= SWAY_E2E_LEARN_MIN && e2e->period_us >= SWAY_E2E_PERIOD_MIN_US) {
         return unwrap(steps, elapsed_us, e2e->period_us);
     }
     return steps > TURN / 2 ? steps - TURN : steps;

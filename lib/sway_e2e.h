@@ -10,10 +10,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define SWAY_E2E_LENGTH 8U      ///< bytes of a protected frame
-#define SWAY_E2E_COUNTER_MAX 14 ///< the counter's last value before 0
-#define SWAY_E2E_LEARN_MIN 8    ///< frames in order before the period is relied on
-#define SWAY_E2E_LEARN_MAX 16   ///< frames that the period is smoothed over
+#define SWAY_E2E_LENGTH 8U         ///< bytes of a protected frame
+#define SWAY_E2E_COUNTER_MAX 14    ///< the counter's last value before 0
+#define SWAY_E2E_LEARN_MIN 8       ///< frames in order before the period is relied on
+#define SWAY_E2E_LEARN_MAX 16      ///< frames that the period is smoothed over
+#define SWAY_E2E_PERIOD_MIN_US 500 ///< a shorter period is not relied on
 
 /// What a receiver remembers of one identifier. All zero is its state before the first frame.
 typedef struct {
