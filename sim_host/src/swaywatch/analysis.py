@@ -26,7 +26,7 @@ from swaywatch.core import (
 )
 from swaywatch.drive import Drive, load_drives
 from swaywatch.errors import SignalError
-from swaywatch.quality import Finding, check_drive
+from swaywatch.quality import Finding, check_balances, check_drive
 from swaywatch.vehicle import Vehicle, load_vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -118,6 +118,7 @@ class DriveResult:
     alarms: list[AlarmInterval]
     switched_off: list[tuple[str, tuple[str, ...]]]
     indirect: list[tuple[str, tuple[str, ...]]]
+    balances: dict[str, float]
     sentences: list[str] = field(default_factory=list)
 
 
@@ -230,6 +231,7 @@ def conclude(
         alarm_intervals(estimates, drive.duration_s),
         off,
         indirect,
+        check_balances(drive, vehicle),
     )
 
 
@@ -425,6 +427,7 @@ def as_json(result: DriveResult) -> dict[str, Any]:
             {"result": name, "missing_channels": list(channels)}
             for name, channels in result.indirect
         ],
+        "balances": result.balances,
         "estimates": len(result.estimates),
         "fault_count": result.estimates.fault_count,
         "quality_flags": flag_share(result.estimates),

@@ -143,6 +143,19 @@ def check_drive(drive: Drive, vehicle: Vehicle) -> list[Finding]:
     return sorted(findings, key=lambda finding: order[finding.severity])
 
 
+def check_balances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
+    """Every relation that could be checked, and its rest as part of its largest term.
+
+    The rest tells noise (a few percent), missing physics (some ten) and wrong signals (more); of
+    the rough relations only sign and order of magnitude are checked, and they are left out here.
+    """
+    grid = drive.resample(RATE_HZ)
+    if len(grid.time_s) < 4 * RATE_HZ:
+        return {}
+    relations = make_relations(drive, vehicle, grid)
+    return {relation.name: relation.rest() for relation in relations if relation.tight}
+
+
 # --- one channel ----------------------------------------------------------------------------------
 
 
