@@ -293,6 +293,17 @@ static void follow_window(sway_track_t *track)
     }
 }
 
+/* Whether the driver's tone is larger than the line beside it in the clearest channel: then what
+ * moves the vehicle is the driver, and the driven line is the one to hold. */
+static bool tone_is_larger(const sway_track_t *track)
+{
+    const sway_line_data_t *data = &track->job.data[pilot(track)];
+    const sway_complex_t tone = sway_complex(data->parameter[6], data->parameter[7]);
+    const sway_complex_t line = sway_complex_scale(
+        sway_complex(data->parameter[0], data->parameter[1]), track->job.basis.scale);
+    return sway_real_less(sway_complex_norm(line), sway_complex_norm(tone));
+}
+
 static void take_line(sway_track_t *track)
 {
     const uint32_t bad = SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED;
@@ -308,6 +319,10 @@ static void take_line(sway_track_t *track)
     } else {
         track->lost += 1U;
         track->locked = track->locked && track->lost < LOST_LIMIT;
+    }
+    if ((track->line.flags & SWAY_LINE_APART) != 0U && tone_is_larger(track)) {
+        track->free = false;
+        track->locked = false;
     }
     if (!track->locked) {
         track->free = false;
