@@ -2,14 +2,13 @@
 
 #include <string.h>
 
+#include "fault.h"
 #include "semihosting.h"
 
 /* Timer 0 of the CMSDK: 32 bits, where SysTick's 24 wrap after 2.6 million instructions. */
 #define TIMER0_CTRL (*(volatile uint32_t *)0x40000000U)
 #define TIMER0_VALUE (*(volatile uint32_t *)0x40000004U)
 #define TIMER0_RELOAD (*(volatile uint32_t *)0x40000008U)
-
-#define PAINT UINT32_C(0xA5C3F00D)
 
 extern uint32_t stack_bottom[];
 extern uint32_t stack_top[];
@@ -51,14 +50,14 @@ static uint32_t *stack_pointer(void)
 void bench_paint_stack(void)
 {
     for (uint32_t *word = stack_bottom; word < stack_pointer() - 16; word++) {
-        *word = PAINT;
+        *word = STACK_PAINT;
     }
 }
 
 uint32_t bench_stack_used(void)
 {
     const uint32_t *word = stack_bottom;
-    while (word < stack_top && *word == PAINT) {
+    while (word < stack_top && *word == STACK_PAINT) {
         word++;
     }
     return (uint32_t)((uintptr_t)stack_top - (uintptr_t)word);
@@ -91,4 +90,16 @@ void bench_line(const char *name, int64_t value)
     bench_text(" ");
     bench_number(value);
     bench_text("\n");
+}
+
+void main_returned(int status)
+{
+    semihosting_exit(status);
+}
+
+__attribute__((weak)) void fault_stop(uint32_t cause, uint32_t address)
+{
+    bench_line("fault", (int64_t)cause);
+    bench_line("at", (int64_t)address);
+    semihosting_exit(99);
 }

@@ -51,9 +51,9 @@ static void add(counts_t *counts, uint32_t instructions)
     counts->longest = instructions > counts->longest ? instructions : counts->longest;
 }
 
-static uint32_t median(const counts_t *counts)
+static uint32_t quantile(const counts_t *counts, uint32_t per_mille)
 {
-    uint32_t wanted = counts->count / 2U;
+    uint32_t wanted = (uint32_t)((uint64_t)counts->count * per_mille / 1000U);
     for (uint32_t bin = 0; bin < BINS; bin++) {
         if (wanted < counts->bin[bin]) {
             return bin_start(bin);
@@ -109,10 +109,11 @@ void figures_write(const char *path, const sway_ecu_t *ecu)
     const int32_t file = semihosting_open(path, SEMIHOSTING_WRITE);
     line(file, "frames", frames.count);
     line(file, "instructions", (int64_t)frames.total);
-    line(file, "frame_median", median(&frames));
+    line(file, "frame_median", quantile(&frames, 500));
     line(file, "frame_longest", frames.longest);
     line(file, "rows", rows.count);
-    line(file, "row_median", median(&rows));
+    line(file, "row_median", quantile(&rows, 500));
+    line(file, "row_quiet", quantile(&rows, 30)); // before the first estimate
     line(file, "row_longest", rows.longest);
     line(file, "estimates", sway_core_status(&ecu->node.core)->sequence);
     line(file, "stack", stack);

@@ -6,7 +6,6 @@
  * stack, undefined, hang, state. */
 #include <string.h>
 
-#include "bench.h"
 #include "fault.h"
 #include "figures.h"
 #include "replay.h"

@@ -5,9 +5,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "bench.h"
 #include "fault.h"
-#include "semihosting.h"
 
 #define REGISTER(address) (*(volatile uint32_t *)(address))
 #define SCB_VTOR REGISTER(0xE000ED08U)
@@ -25,6 +23,7 @@ extern uint32_t data_load[];
 extern uint32_t bss_start[];
 extern uint32_t bss_end[];
 extern uint32_t stack_guard[];
+extern uint32_t stack_bottom[];
 extern uint32_t stack_top[];
 extern uint32_t handler_stack_top[];
 
@@ -66,6 +65,15 @@ static void mpu_start(void)
     __asm__ volatile("dsb\n isb" ::: "memory");
 }
 
+static void paint_stack(void)
+{
+    uint32_t *sp;
+    __asm__ volatile("mov %0, sp" : "=r"(sp));
+    for (uint32_t *word = stack_bottom; word < sp - 16; word++) {
+        *word = STACK_PAINT;
+    }
+}
+
 void start(void)
 {
     memcpy(data_start, data_load, (size_t)((uintptr_t)data_end - (uintptr_t)data_start));
@@ -75,8 +83,8 @@ void start(void)
     SCB_CPACR |= 0xFU << 20;
 #endif
     mpu_start();
-    bench_paint_stack();
-    semihosting_exit(main());
+    paint_stack();
+    main_returned(main());
 }
 
 __attribute__((naked)) void reset_handler(void)
@@ -116,13 +124,6 @@ void fault_collect(const uint32_t *frame)
         address = frame[6];
     }
     fault_stop(cause, address);
-}
-
-__attribute__((weak)) void fault_stop(uint32_t cause, uint32_t address)
-{
-    bench_line("fault", (int64_t)cause);
-    bench_line("at", (int64_t)address);
-    semihosting_exit(99);
 }
 
 typedef void (*vector_t)(void);

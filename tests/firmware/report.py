@@ -1,0 +1,121 @@
+"""The table of sizes and costs, and the limits that it has to keep.
+
+`report.py BUILD CASE.log` runs the case on the images that count, writes BUILD/firmware.md, prints
+it, and exits with 1 if a limit is broken that the project claims to keep.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from identical import block_of
+from image import forbidden_symbols, stack_bound, tool
+from machines import run
+
+LABELS = {
+    "m0plus": "Cortex-M0+, 16 channels, 512 samples",
+    "m4f": "Cortex-M4F, 16 channels, 512 samples",
+    "small": "Cortex-M0+, 4 channels, 256 samples",
+}
+CLOCK_MHZ = {"m0plus": 48, "small": 48, "m4f": 168}
+LONGEST_ROW = 4.0
+"""Work for one sample: the longest to the median."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table."""
+
+    target: str
+    flash: int
+    memory: int
+    figures: dict[str, int]
+    bound: int
+    path: list[str]
+
+    @property
+    def load(self) -> float:
+        """Instructions a second for one instruction a cycle, of the clock."""
+        seconds = self.figures["rows"] / 100
+        return self.figures["instructions"] / seconds / (CLOCK_MHZ[self.target] * 1e6)
+
+    @property
+    def estimate(self) -> int:
+        """Instructions that come with an estimate, beyond those of its samples."""
+        f = self.figures
+        return (f["instructions"] - f["rows"] * f["row_quiet"]) // max(f["estimates"], 1)
+
+    def line(self) -> str:
+        """Return the table's line."""
+        f = self.figures
+        return (
+            f"| {LABELS[self.target]} | {self.flash / 1024:.1f} | {self.memory / 1024:.1f} "
+            f"| {f['stack']} / {self.bound} | {f['frame_median']} | {f['row_quiet']} "
+            f"| {f['row_median']} / {f['row_longest']} | {self.estimate / 1e6:.2f} M "
+            f"| {100 * self.load:.0f} % of {CLOCK_MHZ[self.target]} MHz |"
+        )
+
+
+def section_sizes(image: Path) -> tuple[int, int]:
+    """Return flash and RAM (stack included) of an image in bytes."""
+    sizes = {}
+    for line in tool("size", "-A", str(image)).splitlines():
+        words = line.split()
+        if len(words) == 3 and words[0].startswith("."):
+            sizes[words[0]] = int(words[1])
+    flash = sum(sizes.get(s, 0) for s in (".text", ".ARM.exidx", ".data", ".crc"))
+    memory = sum(sizes.get(s, 0) for s in (".stack", ".noinit", ".data", ".bss"))
+    return flash, memory
+
+
+def measure(build: Path, target: str, case: Path) -> Row:
+    """Run one image and look into it."""
+    outcome = run(build, target, block_of(case), case, f"report-{target}")
+    flash, memory = section_sizes(build / f"ecu_{target}.elf")
+    image = build / f"replay_{target}.elf"
+    bound, path = stack_bound(image, build / target, "main")
+    return Row(target, flash, memory, outcome.figures, bound, path)
+
+
+def broken_limits(build: Path, rows: list[Row]) -> list[str]:
+    """Return the limits that are not kept."""
+    broken = [
+        f"{name} is linked into the M0+ image"
+        for name in forbidden_symbols(build / "ecu_m0plus.elf")
+    ]
+    for row in rows:
+        f = row.figures
+        if f["row_longest"] > LONGEST_ROW * f["row_median"]:
+            broken.append(f"{row.target}: longest row {f['row_longest']}, median {f['row_median']}")
+        if f["stack"] > row.bound:
+            broken.append(f"{row.target}: stack {f['stack']} beyond its bound {row.bound}")
+    return broken
+
+
+def main(build: Path, case: Path) -> int:
+    """Write and print the table."""
+    rows = [measure(build, target, case) for target in LABELS]
+    lines = [
+        "**`make firmware-test`**: the ECU alone (`build/firmware/ecu_*.elf`, `-Os -flto`, start-up"
+        " code and stack included); instructions while a recording runs through it (`-Os`), 100 Hz",
+        "",
+        "| image | flash, KiB | RAM, KiB | stack, painted / static bound, B | per frame, median "
+        "| per sample, without estimate | per sample, median / longest | per estimate | load |",
+        "|---|---|---|---|---|---|---|---|---|",
+        *(row.line() for row in rows),
+        "",
+        "Load: instructions at one a cycle; a part takes 1.2 to 1.5 cycles for one.",
+    ]
+    text = "\n".join(lines) + "\n"
+    (build / "firmware.md").write_text(text)
+    print(text)
+    broken = broken_limits(build, rows)
+    for limit in broken:
+        print(f"firmware: {limit}", file=sys.stderr)
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2])))
