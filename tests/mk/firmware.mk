@@ -130,15 +130,16 @@ $(foreach c,$(FW_CASES),$(eval $(call firmware_case,$(c))))
 # --- tests ----------------------------------------------------------------------------------------
 FW_SHORT := $(FW_CASES:%=$(FW)/cases/%.short.log)
 FW_WHOLE := $(FW_CASES:%=$(FW)/cases/%.log)
-firmware-test: setup-test firmware $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block)
+firmware-test: setup-test firmware $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block)
 	@$(PY) tests/firmware/identical.py $(FW) $(FW_SHORT)
 	@$(PY) tests/firmware/report.py $(FW) $(firstword $(FW_SHORT))
+	@$(FW)/soak 8
 
-firmware-bench: setup-test firmware $(FW_WHOLE) $(FW_CASES:%=$(FW)/cases/%.block)
+firmware-bench: setup-test firmware $(FW)/soak $(FW_WHOLE) $(FW_CASES:%=$(FW)/cases/%.block)
 	@$(PY) tests/firmware/identical.py $(FW) $(FW_WHOLE)
+	@$(FW)/soak 600
 
-# Hours of driving with a fault a minute; ten in `make bench`, as many minutes as there are kinds of
-# fault in the tests.
+# Driving with a fault a minute: one of each kind in the tests, ten hours in `make bench`.
 $(FW)/soak: tests/firmware/soak.c $(FW_ECU) $(B)/gcc/libsway.a
 	@mkdir -p $(@D)
 	@gcc -std=c99 -Wall -Wextra -Wconversion -Werror -O2 $(FW_DEFINE) $(FW_INCLUDE) $(filter %.c,$^) \
