@@ -126,7 +126,7 @@ def windows(course: Course, share: float = 0.35, sigmas: float = 4.0) -> Term | 
             ]  # fmt: skip
             runs.append(r)
             i = j + 1
-    if not runs or len(runs) > 10:
+    if not runs or len(runs) > 8:
         return None
     return Term(course.effect, tuple(values), tuple(runs))
 
@@ -138,6 +138,29 @@ def widened(term: Term, by: float) -> Term:
         values[w * term.stride] -= by
         values[w * term.stride + 1] += by
     return Term(term.effect, tuple(values), term.window_runs)
+
+
+def simplified(term: Term, shortest: float = 0.6, gap: float = 0.6) -> Term:
+    """Windows of one run that nearly touch and agree become one; crumbs are dropped."""
+    k = term.stride
+    rows = sorted(
+        (r, *term.values[w * k : (w + 1) * k]) for w, r in enumerate(term.window_runs)
+    )
+    neutral = np.array([p.neutral for p in term.effect.parameters])
+    merged: list[list[float]] = []
+    for row in rows:
+        last = merged[-1] if merged else None
+        if last is not None and last[0] == row[0] and row[1] < last[2] + gap:
+            a, b = np.array(last[3:]) - neutral, np.array(row[3:]) - neutral
+            if np.linalg.norm(a - b) < 0.5 * max(np.linalg.norm(a), np.linalg.norm(b)):
+                la, lb = last[2] - last[1], row[2] - row[1]
+                mean = neutral + (a * la + b * lb) / max(la + lb, 1e-9)
+                merged[-1] = [last[0], min(last[1], row[1]), max(last[2], row[2]), *mean]
+                continue
+        merged.append(list(row))
+    kept = [row for row in merged if row[2] - row[1] >= shortest]
+    values = [float(x) for row in kept for x in row[1:]]
+    return Term(term.effect, tuple(values), tuple(int(row[0]) for row in kept))
 
 
 def _same(amplitude: Array, first: int, candidate: int) -> bool:

@@ -52,6 +52,7 @@ SCALARS = (
     "roll_gain_car", "roll_gain_trailer",  # rad per m/s2
     "roll_frequency_car", "roll_damping_car",  # rad/s, -
     "roll_frequency_trailer", "roll_damping_trailer",
+    "steer_frequency_car", "steer_damping_car", "steer_frequency_trailer", "steer_damping_trailer",
 )  # fmt: skip
 
 #: Slots that are functions of time.
@@ -76,7 +77,7 @@ OUTPUT = (
     "trailer_lateral_fl", "trailer_lateral_fr", "trailer_lateral_rl", "trailer_lateral_rr",
     "trailer_vertical_fl", "trailer_vertical_fr", "trailer_vertical_rl", "trailer_vertical_rr",
 )  # fmt: skip
-_STATES = 12
+_STATES = 16
 _RELAXATION = [index for index, name in enumerate(SCALARS) if name.startswith("relaxation")]
 SHORT_RELAXATION_M = 0.4  # below it two samples are too long a step
 
@@ -90,6 +91,8 @@ _TYPICAL = {
     "roll_gain_car": 0.0115, "roll_gain_trailer": 0.0150,
     "roll_frequency_car": 13.0, "roll_damping_car": 0.112,
     "roll_frequency_trailer": 13.0, "roll_damping_trailer": 0.112,
+    "steer_frequency_car": 13.0, "steer_damping_car": 0.112,
+    "steer_frequency_trailer": 9.0, "steer_damping_trailer": 0.3,
 }  # fmt: skip
 
 
@@ -187,7 +190,7 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     m2, iz2, lf2, lr2, lh2 = p[7], p[8], p[9], p[10], p[11]
     s, c = np.sin(th), np.cos(th)
     a_f1, a_f2 = x[4], x[5]
-    roll1, roll2 = e[18] * a_f1, e[19] * a_f2
+    roll1, roll2 = e[18] * x[12], e[19] * x[13]
     hvy = vy - lh * r1
     vx2 = c * vx + s * hvy
     vy2 = -s * vx + c * hvy - lh2 * r2
@@ -293,6 +296,12 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     dx[10] = e[20] * (e[20] * (ay1 - tilt - a_f1) - 2.0 * e[21] * x[10])
     dx[5] = x[11]
     dx[11] = e[22] * (e[22] * (a2y - tilt - a_f2) - 2.0 * e[23] * x[11])
+    # the roll that steers may be damped otherwise than the load transfer
+    dx[12], dx[13], dx[14], dx[15] = 0.0, 0.0, 0.0, 0.0
+    if e[11] != 0.0 or e[12] != 0.0 or e[13] != 0.0:
+        dx[12], dx[13] = x[14], x[15]
+        dx[14] = e[24] * (e[24] * (ay1 - tilt - x[12]) - 2.0 * e[25] * x[14])
+        dx[15] = e[26] * (e[26] * (a2y - tilt - x[13]) - 2.0 * e[27] * x[15])
     dx[6] = (sl_f - x[6]) * vx / max(e[8], 1e-3) if e[8] > 0.0 else 0.0
     dx[7] = (sl_r - x[7]) * vx / max(e[9], 1e-3) if e[9] > 0.0 else 0.0
     dx[8] = (sl_1 - x[8]) * vx / max(e[10], 1e-3) if e[10] > 0.0 else 0.0

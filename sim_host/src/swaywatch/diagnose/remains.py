@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.fingerprint import yaw_frequency
 from swaywatch.diagnose.fit import Fit, Fitter
 from swaywatch.diagnose.locate import Course, Locator
 from swaywatch.diagnose.plant import PlantInput
@@ -64,7 +65,7 @@ def locate_rest(fitter: Fitter, fit: Fit) -> list[dict[str, Any]]:
     for slot, words in PLACES.items():
         course = locator.course(_free(slot), ridge=1e-2, pulse_s=PULSE_S)
         frequency, sharpness = _ring(course)
-        own = _yaw_frequency(fitter.problem.runs[0])
+        own = yaw_frequency(fitter.problem.runs[0])
         found.append(
             {
                 "location": words,
@@ -99,15 +100,6 @@ def _ring(course: Course) -> tuple[float, float]:
     top = int(np.argmax(total))
     near = np.abs(grid - grid[top]) < 0.12
     return float(grid[top]), float(total[near].sum() / total.sum())
-
-
-def _yaw_frequency(run: Run) -> float:
-    name = "trailer_yaw_rate" if "trailer_yaw_rate" in run.channels else "car_yaw_rate"
-    x = run.channels[name] - run.channels[name].mean()
-    grid = np.linspace(0.2, 1.5, 131)
-    t = run.time - run.time[0]
-    power = np.abs(np.exp(-2j * np.pi * np.outer(grid, t)) @ (x * np.hanning(x.size))) ** 2
-    return float(grid[int(np.argmax(power))])
 
 
 def _line(frequency: float, own: float) -> str:

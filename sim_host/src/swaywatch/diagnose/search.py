@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Fit, Fitter, Problem
-from swaywatch.diagnose.locate import Course, Locator, widened, windows
+from swaywatch.diagnose.locate import Course, Locator, simplified, widened, windows
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
 
 WORKERS = 2
 BEAM = 3
+WINDOW_SHARE = 0.01  # of chi2 that a window must be worth
 FAR = 10.0  # level above which start values found without the effect are not trusted
 SHORT_LIST = 10
 WINDOWED_LIST = 5
@@ -154,6 +155,47 @@ class Search:
                     fit = trial
         return fit
 
+    def pruned(self, fit: Fit) -> Fit:
+        """Without windows that are not needed: merged, too short, or of no effect."""
+        for i in range(len(fit.terms)):
+            term = simplified(fit.terms[i])
+            trial = self._with_term(fit, i, term)
+            if trial.chi2 < 1.05 * fit.chi2:
+                fit = trial
+            for w in reversed(range(len(fit.terms[i].window_runs))):
+                term = fit.terms[i]
+                if len(term.window_runs) < 2:
+                    break
+                k = term.stride
+                fewer = Term(
+                    term.effect,
+                    term.values[: w * k] + term.values[(w + 1) * k :],
+                    term.window_runs[:w] + term.window_runs[w + 1 :],
+                )
+                if self._total(self._replaced(fit, i, fewer)) > 1.5 * fit.chi2:
+                    continue
+                trial = self._with_term(fit, i, fewer)
+                if trial.chi2 < (1.0 + WINDOW_SHARE) * fit.chi2:
+                    fit = trial
+        return fit
+
+    def _with_term(self, fit: Fit, index: int, term: Term) -> Fit:
+        if term.values == fit.terms[index].values or not term.effect.windowed or not term.values:
+            return fit
+        return self.fitter.run(self._replaced(fit, index, term), 6)
+
+    @staticmethod
+    def _replaced(fit: Fit, index: int, term: Term) -> Fit:
+        terms = (*fit.terms[:index], term, *fit.terms[index + 1 :])
+        return Fit(terms, fit.nuisance, fit.shared)
+
+    def _total(self, fit: Fit) -> float:
+        total = 0.0
+        for r in range(len(self.problem.runs)):
+            e = self.fitter.evaluate(r, fit.terms, fit.nuisance[r], fit.shared)
+            total += float(np.dot(e, e))
+        return total
+
     def forms(self, term: Term) -> list[Term]:
         """The same windows with the other forms of the effect."""
         if not term.effect.windowed or "form" not in term.effect.extra:
@@ -168,7 +210,7 @@ class Search:
 
     def polish(self, fit: Fit) -> Fit:
         """Fit to the end, in the best form."""
-        fit = self.refined(self.fitter.run(fit, 20, tolerance=1e-4))
+        fit = self.pruned(self.refined(self.fitter.run(fit, 20, tolerance=1e-4)))
         return self.exact.run(fit, 6, shared_free=True)
 
     def linear_gain(self, locator: Locator, effect: Effect) -> float:
@@ -217,8 +259,12 @@ class Search:
         """
         locator = Locator(self.fitter, parent)
         taken = {(t.effect.id, t.effect.component) for t in parent.terms}
+        # a second set of windows of the same id only mends the form of the first
+        in_windows = {t.effect.id for t in parent.terms if t.effect.windowed}
         open_ = [
-            e for e in self.effects if (e.id, e.component) not in taken and e.windowed in kinds
+            e
+            for e in self.effects
+            if (e.id, e.component) not in taken and e.windowed in kinds and e.id not in in_windows
         ]
         constant = [e for e in open_ if not e.windowed]
         if not everything:

@@ -20,6 +20,8 @@ from swaywatch.diagnose.term import Term
 CLEAN = 1.15
 #: Below it a second effect is not looked for.
 PERFECT = 1.2
+#: Nor a second effect in windows below this one: windows fit the form of the first.
+SECOND_WINDOWED = 1.6
 #: A second effect must lower the level by this share.
 SECOND_SHARE = 0.04
 SHORTEST_WINDOW_S = 0.6
@@ -70,7 +72,7 @@ class Verdict:
 def noticeable(term: Term) -> bool:
     """Tell whether an effect is large enough to be worth a claim."""
     if term.effect.windowed:
-        return bool(term.window_runs) and all(
+        return any(
             _window_noticeable(term, w) for w in range(len(term.window_runs))
         )
     for value, p in zip(term.values, term.effect.parameters, strict=True):
@@ -146,6 +148,9 @@ def _worth_one(base: Fit, one: Fit) -> bool:
 
 def _worth_two(one: Fit, two: Fit) -> bool:
     """A second effect is claimed only if the first leaves much and the second explains it."""
+    added = two.terms[-1].effect
+    if level(one) < (SECOND_WINDOWED if added.windowed else PERFECT):
+        return False
     excess_one, excess_two = level(one) - CLEAN + 0.15, level(two) - CLEAN + 0.15
     windows = [sum(len(t.window_runs) for t in fit.terms) for fit in (one, two)]
     share = SECOND_SHARE + 0.01 * max(windows[1] - windows[0], 0)

@@ -9,21 +9,26 @@ from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import Run
 
 
-def _act(slot: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+    body = axle.split("_", maxsplit=1)[0]
+
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del run, windows
-        plant.scalar(slot, values["coefficient"])
-        if "roll_frequency_rad_s" in values:
-            plant.scalar("roll_frequency_trailer", values["roll_frequency_rad_s"])
-            plant.scalar("roll_damping_trailer", values["roll_damping"])
+        plant.scalar(f"roll_steer_{axle}", values["coefficient"])
+        plant.scalar(f"steer_frequency_{body}", values["roll_frequency_rad_s"])
+        plant.scalar(f"steer_damping_{body}", values["roll_damping"])
 
     return act
 
 
-_COEFFICIENT = Parameter("coefficient", "rad/rad", 0.0, -1.0, 1.0, (0.05, -0.05), 0.005, 0.01)
-#: The trailer's roll is not seen in any load: its frequency and damping are fitted.
-_ROLL = (
-    Parameter("roll_frequency_rad_s", "rad/s", 13.0, 4.0, 40.0, (10.0,), 0.2, 1e9),
+def _report(values: Values) -> dict[str, float]:
+    return {"coefficient": values["coefficient"]}
+
+
+#: Roll is not recorded: its frequency and damping are fitted with the coefficient.
+_PARAMETERS = (
+    Parameter("coefficient", "rad/rad", 0.0, -1.0, 1.0, (0.05, -0.05), 0.005, 0.01),
+    Parameter("roll_frequency_rad_s", "rad/s", 13.0, 4.0, 40.0, (12.0,), 0.2, 1e9),
     Parameter("roll_damping", "-", 0.112, 0.03, 1.5, (0.3,), 0.02, 1e9),
 )
 
@@ -34,8 +39,9 @@ EFFECTS = [
         kind="physics",
         equation="alpha' = alpha + coefficient x roll",
         source="suspension kinematics",
-        parameters=(_COEFFICIENT, *_ROLL) if axle == "trailer" else (_COEFFICIENT,),
-        act=_act(f"roll_steer_{axle}"),
+        parameters=_PARAMETERS,
+        act=_act(axle),
+        report=_report,
         decided_by="roll angle, and slip stiffness at two speeds",
     )
     for axle in ("car_front", "car_rear", "trailer")
