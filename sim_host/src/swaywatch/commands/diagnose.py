@@ -32,14 +32,15 @@ def run(args: argparse.Namespace) -> int:
 
     from swaywatch.diagnose.engine import diagnose, write
 
+    args.out.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
     with Progress(console=console, transient=True) as bar:
         task = bar.add_task("reading", total=1.0)
         result = diagnose(
             args.recording, args.vehicle, args.signals, simulations=args.simulation,
+            report=args.out / "report.html",
             progress=lambda stage, share: bar.update(task, description=stage, completed=share),
         )  # fmt: skip
-    args.out.mkdir(parents=True, exist_ok=True)
     write(result, args.out / "diagnosis.json")
     print(f"verdict: {result['verdict']}")
     for effect in result["effects"]:

@@ -33,7 +33,8 @@ def run(args: argparse.Namespace) -> int:
     args.out.parent.mkdir(parents=True, exist_ok=True)
     write(result, args.out)
     print(
-        f"NRMSE baseline {result['baseline_nrmse']:.3f}, diagnosed {result['diagnosed_nrmse']:.3f}; "
+        f"NRMSE baseline {result['baseline_nrmse']:.3f}, "
+        f"diagnosed {result['diagnosed_nrmse']:.3f}; "
         f"ISO/TS 18571 {result['baseline_iso18571']:.3f} to {result['diagnosed_iso18571']:.3f}"
     )
     return 0

@@ -12,6 +12,7 @@ import numpy as np
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.fit import COMPARED, Fit, Problem
+from swaywatch.diagnose.page import page, write_page
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.remains import locate_rest
 from swaywatch.diagnose.search import Progress, Search, level
@@ -33,8 +34,22 @@ def diagnose(
     simulations: Sequence[Path] = (),
     extra: Sequence[Effect] = (),
     progress: Progress = _silent,
+    report: Path | None = None,
 ) -> dict[str, Any]:
-    """Diagnose runs of one combination against our own model.
+    """Diagnose runs of one combination against our own model or the user's simulation.
+
+    Parameters
+    ----------
+    recordings, vehicle, signals
+        Files.
+    simulations
+        The user's own simulation of the runs; none: our own model.
+    extra
+        Effects beyond those of the library.
+    progress
+        Called with a stage and the share done.
+    report
+        Where to write the HTML page.
 
     Returns
     -------
@@ -58,6 +73,8 @@ def diagnose(
         "vehicle": str(vehicle),
         "signals": str(signals),
     }
+    if report is not None:
+        write_page(page(result, search.problem, verdict.baseline, verdict.fit), report)
     progress("done", 1.0)
     return result
 

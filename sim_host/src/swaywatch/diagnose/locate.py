@@ -143,9 +143,7 @@ def widened(term: Term, by: float) -> Term:
 def simplified(term: Term, shortest: float = 0.6, gap: float = 0.6) -> Term:
     """Windows of one run that nearly touch and agree become one; crumbs are dropped."""
     k = term.stride
-    rows = sorted(
-        (r, *term.values[w * k : (w + 1) * k]) for w, r in enumerate(term.window_runs)
-    )
+    rows = sorted((r, *term.values[w * k : (w + 1) * k]) for w, r in enumerate(term.window_runs))
     neutral = np.array([p.neutral for p in term.effect.parameters])
     merged: list[list[float]] = []
     for row in rows:

@@ -20,6 +20,8 @@ from swaywatch.diagnose.term import Term
 CLEAN = 1.15
 #: Below it a second effect is not looked for.
 PERFECT = 1.2
+#: Share of the mismatch that the correction of a user's simulation leaves.
+CORRECTION_SHARE = 0.01
 #: Nor a second effect in windows below this one: windows fit the form of the first.
 SECOND_WINDOWED = 1.6
 #: A second effect must lower the level by this share.
@@ -31,6 +33,8 @@ FIRST_SHARE = 0.01
 REMAINS = 1.7
 #: Above this one nothing is claimed firmly.
 UNEXPLAINED = 3.5
+#: unless the excess of the best rival is so many times larger.
+APART = 5.0
 #: Explanations whose excess over the clean level differs less than this cannot be told apart.
 EQUIVALENT_SHARE = 0.06
 #: Pairs that are the same in every planar signal.
@@ -72,9 +76,7 @@ class Verdict:
 def noticeable(term: Term) -> bool:
     """Tell whether an effect is large enough to be worth a claim."""
     if term.effect.windowed:
-        return any(
-            _window_noticeable(term, w) for w in range(len(term.window_runs))
-        )
+        return any(_window_noticeable(term, w) for w in range(len(term.window_runs)))
     for value, p in zip(term.values, term.effect.parameters, strict=True):
         if abs(value - p.neutral) >= p.minimum:
             return True
@@ -105,6 +107,7 @@ def decide(search: Search, progress: Progress) -> Verdict:
     """Run the search and choose."""
     progress("baseline", 0.02)
     base = search.baseline()
+    clean = clean_level(search, base)
     progress("one effect", 0.08)
     singles = search.extend(base, everything=True)
     ranked = [(_label(c.fit), level(c.fit)) for c in singles]
@@ -117,7 +120,7 @@ def decide(search: Search, progress: Progress) -> Verdict:
         return cleared
     progress("two effects", 0.55)
     best, alternatives = first, accepted
-    if level(first.fit) > PERFECT:
+    if level(first.fit) > PERFECT + clean - CLEAN:
         pairs: list[Candidate] = []
         for index, single in enumerate(accepted[: search.beam]):
             if level(single.fit) > 4.0 * level(first.fit):
@@ -132,7 +135,7 @@ def decide(search: Search, progress: Progress) -> Verdict:
             pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
             pairs.sort(key=lambda c: c.level)
             pair = _choose(pairs)
-        if pair is not None and _worth_two(first.fit, pair.fit):
+        if pair is not None and _worth_two(first.fit, pair.fit, clean):
             best, alternatives = pair, pairs
             ranked = [(_label(c.fit), level(c.fit)) for c in pairs] + ranked
             ranked.sort(key=lambda item: item[1])
@@ -146,12 +149,23 @@ def _worth_one(base: Fit, one: Fit) -> bool:
     return level(one) < (1.0 - share) * level(base)
 
 
-def _worth_two(one: Fit, two: Fit) -> bool:
+def clean_level(search: Search, base: Fit) -> float:
+    """Level at which nothing is left to explain.
+
+    Against a user's simulation our plant is only the correction, good to about a tenth: the larger
+    the mismatch, the more of it stays.
+    """
+    own = bool(search.problem.runs[0].correction)
+    return CLEAN + (CORRECTION_SHARE * level(base) if own else 0.0)
+
+
+def _worth_two(one: Fit, two: Fit, clean: float) -> bool:
     """A second effect is claimed only if the first leaves much and the second explains it."""
     added = two.terms[-1].effect
-    if level(one) < (SECOND_WINDOWED if added.windowed else PERFECT):
+    extra = clean - CLEAN
+    if level(one) < extra + (SECOND_WINDOWED if added.windowed else PERFECT):
         return False
-    excess_one, excess_two = level(one) - CLEAN + 0.15, level(two) - CLEAN + 0.15
+    excess_one, excess_two = level(one) - clean + 0.15, level(two) - clean + 0.15
     windows = [sum(len(t.window_runs) for t in fit.terms) for fit in (one, two)]
     share = SECOND_SHARE + 0.01 * max(windows[1] - windows[0], 0)
     return level(two) < (1.0 - share) * level(one) and excess_two < 0.5 * excess_one
@@ -195,27 +209,14 @@ def _verdict(
     reached = level(fit)
     limit = _limit(reached)
     equals = [c for c in alternatives if level(c.fit) <= limit and c is not best]
-    equivalents = []
-    for term in terms:
-        rest = {t.effect.name for t in terms if t is not term}
-        names: set[str] = set()
-        for c in equals:
-            others_ = {t.effect.name for t in c.fit.terms}
-            if rest <= others_:
-                names |= others_ - rest - {term.effect.name}
-        for twin in TWINS:
-            if term.effect.name in twin:
-                other = twin[1 - twin.index(term.effect.name)]
-                if _possible_twin(term, other):
-                    names.add(other)
-        equivalents.append(sorted(names))
+    equivalents = [_equivalents(term, terms, equals) for term in terms]
     others = [
         level(c.fit) for c in alternatives if c is not best and level(c.fit) > limit
         and _key(c.fit) != _key(fit)
         and not any(e in _key(c.fit) for group in equivalents for e in group)
     ]  # fmt: skip
     rival = others[0] if others else level(base)
-    sure = _confidence(level(base), reached, rival)
+    sure = _confidence(level(base), reached, rival, clean_level(search, base))
     confidence = []
     for group in equivalents:
         confidence.append(round(sure * (0.75 if group else 1.0), 3))
@@ -226,10 +227,30 @@ def _verdict(
     if "physics" in kinds:
         word = "missing_physics"
     result = Verdict(word, fit, base, equivalents, confidence, candidates=ranked[:8])
-    if reached > UNEXPLAINED:
-        result.word = "unexplained"
-        result.confidence = [round(min(c, 0.4), 3) for c in confidence]
+    more = clean_level(search, base) - CLEAN
+    if reached > UNEXPLAINED + more:
+        apart = (rival - CLEAN) / (reached - CLEAN)
+        if apart < APART:
+            result.word = "unexplained"
+        most = 0.4 if apart < APART else 0.8
+        result.confidence = [round(min(c, most), 3) for c in confidence]
     return result
+
+
+def _equivalents(term: Term, terms: Sequence[Term], equals: Sequence[Candidate]) -> list[str]:
+    """Names that could stand in a term's place."""
+    rest = {t.effect.name for t in terms if t is not term}
+    names: set[str] = set()
+    for candidate in equals:
+        theirs = {t.effect.name for t in candidate.fit.terms}
+        if rest <= theirs:
+            names |= theirs - rest - {term.effect.name}
+    for twin in TWINS:
+        if term.effect.name in twin:
+            other = twin[1 - twin.index(term.effect.name)]
+            if _possible_twin(term, other):
+                names.add(other)
+    return sorted(names)
 
 
 def _possible_twin(term: Term, other: str) -> bool:
@@ -249,14 +270,14 @@ def _loss(search: Search, fit: Fit, term: Term) -> float:
     return total
 
 
-def _confidence(base: float, reached: float, rival: float) -> float:
+def _confidence(base: float, reached: float, rival: float, clean: float) -> float:
     """Strength of evidence between 0 and 0.98.
 
     Two things count: how near the model comes to the noise, and how far behind the best rival is.
     """
-    excess = max(reached - CLEAN, 0.0) + 0.06
-    behind = max(rival - CLEAN, 0.0) + 0.06
-    explained = 1.0 - excess / max(base - CLEAN + 0.06, excess)
+    excess = max(reached - clean, 0.0) + 0.06
+    behind = max(rival - clean, 0.0) + 0.06
+    explained = 1.0 - excess / max(base - clean + 0.06, excess)
     separation = math.log(max(behind / excess, 1.0))
     score = 0.5 + 0.48 * (1.0 - math.exp(-separation / 0.6))
     return round(float(min(score * (0.3 + 0.7 * explained), 0.98)), 3)
