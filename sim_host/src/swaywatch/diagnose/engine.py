@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,11 @@ from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.remains import locate_rest
 from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.simulation import attach
-from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, describe
+from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, describe, settle
 
 FORMAT = 1
+#: Pull of the yaw rates during the search, 1/s: half the angular frequency of sway.
+OBSERVER = 2.0
 
 
 def _silent(stage: str, share: float) -> None:
@@ -63,8 +66,13 @@ def diagnose(
         loaded.problem, notes = attach(loaded.problem, simulations, signals)
         loaded.checks += notes
     effects = library(extra)
-    search = Search(loaded.problem, effects, progress)
+    # Searched with an observer, so that nothing is amplified by the nearness of the critical speed;
+    # settled and judged in free simulation.
+    observed = loaded.problem if simulations else replace(loaded.problem, observer=OBSERVER)
+    search = Search(observed, effects, progress)
     verdict = decide(search, progress)
+    if not simulations:
+        settle(verdict, loaded.problem)
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(search.fitter, verdict.fit)
     result = _result(loaded, verdict, effects)

@@ -77,6 +77,8 @@ class Problem:
     free_start
         Whether steering offset and start values are fitted (not against a user's simulation,
         which shares both with the recording).
+    observer
+        Pull of the simulated yaw rates to the measured ones, 1/s; 0: free simulation.
     calibration, start_nuisance, start_shared
         What fits the plant to the user's simulation; part of every model.
     """
@@ -87,6 +89,7 @@ class Problem:
     calibration: tuple[Term, ...] = ()
     start_nuisance: Array | None = None
     start_shared: Array | None = None
+    observer: float = 0.0
 
     def channels(self, run: Run) -> list[str]:
         """Compared channels that the run has."""
@@ -119,6 +122,10 @@ def predict_run(
         plant.scalar(name, float(value))
     for term in (*problem.calibration, *terms):
         term.effect.act(plant, run, term.as_dict(), term.windows(index))
+    if problem.observer > 0.0 and run.yaw_rates is not None:
+        plant.scalar("observer", problem.observer)
+        plant.add_series("measured_car", run.yaw_rates[:, 0])
+        plant.add_series("measured_trailer", run.yaw_rates[:, 1])
     result = simulate(plant, fine=fine)
     return observe(result, run, terms)
 

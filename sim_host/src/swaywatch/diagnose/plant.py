@@ -53,6 +53,7 @@ SCALARS = (
     "roll_frequency_car", "roll_damping_car",  # rad/s, -
     "roll_frequency_trailer", "roll_damping_trailer",
     "steer_frequency_car", "steer_damping_car", "steer_frequency_trailer", "steer_damping_trailer",
+    "observer",  # 1/s, pull of the yaw rates to the measured ones (0: free simulation)
 )  # fmt: skip
 
 #: Slots that are functions of time.
@@ -64,6 +65,7 @@ SERIES = (
     "shift_car_front", "shift_car_rear", "shift_trailer_front", "shift_trailer_rear",  # N to right
     "heave_car_front", "heave_car_rear", "heave_trailer_front", "heave_trailer_rear",  # N, both
     "friction",  # factor - 1 on the peak friction
+    "measured_car", "measured_trailer",  # rad/s, yaw rates for the observer
 )  # fmt: skip
 
 #: Columns of the result.
@@ -291,6 +293,11 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     px = -m2 * a2x
     py = tt - m2 * a2y
     dx[0], dx[1], dx[2], dx[3] = vyd, r1d, rate, r2d
+    # an observer keeps the state near the measured one, so that what is missing shows where and
+    # when it acts instead of being carried on (innovation form of the prediction-error method)
+    if e[28] > 0.0:
+        dx[1] += e[28] * (ser[22] - r1)
+        dx[3] += e[28] * (ser[23] - r2)
     # roll and load transfer: second order behind the acceleration that the body feels
     dx[4] = x[10]
     dx[10] = e[20] * (e[20] * (ay1 - tilt - a_f1) - 2.0 * e[21] * x[10])

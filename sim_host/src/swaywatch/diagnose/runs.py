@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,15 @@ class Run:
     scales: dict[str, float] = field(default_factory=dict)
     correction: dict[str, Array] = field(default_factory=dict)
     simulated: dict[str, Array] = field(default_factory=dict)
+
+    @cached_property
+    def yaw_rates(self) -> Array | None:
+        """Smoothed yaw rates of car and trailer as the plant has them, shape (n, 2)."""
+        names = ("car_yaw_rate", "trailer_yaw_rate")
+        if any(name not in self.channels for name in names):
+            return None
+        rows = [self.channels[n] - self.correction.get(n, 0.0) for n in names]
+        return np.stack([low_pass(r - r.mean(), 5.0) for r in rows], axis=1)
 
     def prepare(self) -> Run:
         """Drop dead channels, measure noise, smooth the inputs."""

@@ -123,7 +123,7 @@ def _corrected(
     twin_problem = Problem(tuple(simulated), problem.body)
     fitter = Fitter(twin_problem)
     terms = [Term(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED]
-    terms += [Term(e, (0.15,)) for e in RELAXATION]
+    terms += [Term(e, (0.15,)) for e in RELAXATION if e.component != "all"]
     terms += [Term(LOAD[0], (0.0,)), Term(SATURATION[0], (1.5,))]
     fit = fitter.run(fitter.start(), 6)
     fit = fitter.run(Fit(tuple(terms), fit.nuisance, fit.shared), 15, shared_free=True)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.fit import Fit, Problem, predict_run
+from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
 from swaywatch.diagnose.judge import errors, held_out, iso18571, nrmse
 from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
@@ -26,6 +26,8 @@ CORRECTION_SHARE = 0.01
 SECOND_WINDOWED = 1.6
 #: A second effect must lower the level by this share.
 SECOND_SHARE = 0.04
+#: A third effect must lower it to this share: two are rare enough.
+THIRD_SHARE = 0.5
 SHORTEST_WINDOW_S = 0.6
 #: A first effect must lower the level by this share.
 FIRST_SHARE = 0.01
@@ -139,8 +141,50 @@ def decide(search: Search, progress: Progress) -> Verdict:
             best, alternatives = pair, pairs
             ranked = [(_label(c.fit), level(c.fit)) for c in pairs] + ranked
             ranked.sort(key=lambda item: item[1])
+            progress("three effects", 0.85)
+            three = _third(search, pairs) if level(pair.fit) > REMAINS else []
+            third = _choose(three)
+            if third is not None and level(third.fit) < THIRD_SHARE * level(pair.fit):
+                best, alternatives = third, three
+                ranked = [(_label(c.fit), level(c.fit)) for c in three] + ranked
+                ranked.sort(key=lambda item: item[1])
     progress("judging", 0.92)
     return _verdict(search, base, best, alternatives, ranked)
+
+
+def _third(search: Search, pairs: Sequence[Candidate]) -> list[Candidate]:
+    """The best pairs, each with one more effect, best first."""
+    seen: set[tuple[str, ...]] = set()
+    found: list[Candidate] = []
+    for pair in pairs:
+        if _key(pair.fit) in seen:
+            continue
+        seen.add(_key(pair.fit))
+        found += search.extend(pair.fit, everything=False)
+        if len(seen) == search.beam:
+            break
+    found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
+    return sorted(found, key=lambda c: c.level)
+
+
+def settle(verdict: Verdict, problem: Problem) -> None:
+    """Refit what was found in free simulation; kept where it converges nearby."""
+    fitter = Fitter(problem)
+    free = fitter.run(verdict.baseline, 8)
+    verdict.baseline = replace(verdict.baseline, nuisance=free.nuisance)
+    if not verdict.fit.terms:
+        verdict.fit = verdict.baseline
+        return
+    found = fitter.run(verdict.fit, 10, shared_free=True, tolerance=1e-4)
+    before = [v for t in verdict.fit.terms for v in t.values]
+    after = [v for t in found.terms for v in t.values]
+    near = all(abs(b - a) <= 0.25 * abs(a) + 0.05 for a, b in zip(before, after, strict=True))
+    if near:
+        chi2, count = verdict.fit.chi2, verdict.fit.count
+        verdict.fit = replace(found, chi2=chi2, count=count)
+        return
+    still = fitter.run(verdict.fit, 8, free=0)
+    verdict.fit = replace(verdict.fit, nuisance=still.nuisance)
 
 
 def _worth_one(base: Fit, one: Fit) -> bool:

@@ -9,10 +9,17 @@ from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import Run
 
 
-def _act(slot: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+AXLES = ("car_front", "car_rear", "trailer")
+
+
+def _act(component: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+    axles = AXLES if component == "all" else (component,)
+
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del run, windows
-        plant.scalar(slot, max(plant.get(slot) + values["length_m"], 0.13))
+        for axle in axles:
+            slot = f"relaxation_{axle}"
+            plant.scalar(slot, max(plant.get(slot) + values["length_m"], 0.13))
 
     return act
 
@@ -24,9 +31,12 @@ EFFECTS = [
         kind="physics",
         equation="(length/v) dF_y/dt + F_y = C alpha",
         source="Pacejka, first-order relaxation",
-        parameters=(Parameter("length_m", "m", 0.0, 0.13, 3.0, (0.4,), 0.02, 0.16),),
-        act=_act(f"relaxation_{axle}"),
+        parameters=(
+            # shorter ones are too stiff for the step; on every axle at once even those are seen
+            Parameter("length_m", "m", 0.0, 0.13, 3.0, (0.4,), 0.02, 0.1 if axle == "all" else 0.16),
+        ),
+        act=_act(axle),
         decided_by="step of slip at two speeds: the lag is a length, not a time",
     )
-    for axle in ("car_front", "car_rear", "trailer")
+    for axle in (*AXLES, "all")
 ]
