@@ -283,31 +283,34 @@ static void share_force(const sway_identify_t *id, const sway_phasor_t *total, w
 }
 
 /* Force of the car on the trailer from the trailer's two balances and its user's inertia:
- * (w_f a_f + w_r a_r) c + H = m a and (w_f a_f l_f - w_r a_r l_r) c + H l_h = I s r. */
-static sway_phasor_t hitch_from_balances(const sway_identify_t *id)
+ * (w_f a_f + w_r a_r) c + H = m a and (w_f a_f l_f - w_r a_r l_r) c + H l_h = I s r.
+ * Forces of axles that are not computed yet serve as scratch: targets have little stack. */
+static void hitch_from_balances(sway_identify_t *id)
 {
     const sway_trailer_t *const trailer = &id->vehicle->trailer;
-    weights_t weights = user_weights(id);
+    const weights_t weights = user_weights(id);
     const sway_real_t hitch = metre(trailer->hitch_to_cog_um);
     const sway_real_t b_f = SUB(hitch, metre(trailer->front_axle_to_cog_um));
     const sway_real_t b_r = ADD(hitch, metre(trailer->rear_axle_to_cog_um));
-    sway_phasor_t sum = id->axle[SWAY_AXLE_TRAILER_REAR].slip;
-    sway_phasor_scale(&sum, weights.rear);
-    sway_phasor_t about_hitch = sum;
-    sway_phasor_scale(&about_hitch, b_r);
+    sway_phasor_t *const sum = &id->axle[SWAY_AXLE_TRAILER_FRONT].force;
+    sway_phasor_t *const about_hitch = &id->axle[SWAY_AXLE_TRAILER_REAR].force;
+    sway_phasor_t *const total = &id->axle[SWAY_AXLE_CAR_FRONT].force;
+    *sum = id->axle[SWAY_AXLE_TRAILER_REAR].slip;
+    sway_phasor_scale(sum, weights.rear);
+    *about_hitch = *sum;
+    sway_phasor_scale(about_hitch, b_r);
     if (trailer->axles == 2) {
         const sway_phasor_t *const front = &id->axle[SWAY_AXLE_TRAILER_FRONT].slip;
-        sway_phasor_add_scaled(&sum, front, weights.front);
-        sway_phasor_add_scaled(&about_hitch, front, MUL(weights.front, b_f));
+        sway_phasor_add_scaled(sum, front, weights.front);
+        sway_phasor_add_scaled(about_hitch, front, MUL(weights.front, b_f));
     }
-    const sway_phasor_t lateral = trailer_inertia_force(id);
-    const sway_phasor_t turn = yaw_moment(id, SWAY_FROM_TRAILER_YAW_RATE, trailer->yaw_inertia_gm2);
-    sway_phasor_t total = lateral; // c times the sum of weighted slips
-    sway_phasor_scale(&total, hitch);
-    sway_phasor_add_scaled(&total, &turn, sway_real_int(-1));
-    sway_phasor_multiply(&total, &sum);
-    sway_phasor_divide(&total, &about_hitch);
-    return difference(&lateral, &total);
+    id->hitch = trailer_inertia_force(id);
+    *total = yaw_moment(id, SWAY_FROM_TRAILER_YAW_RATE, trailer->yaw_inertia_gm2);
+    sway_phasor_scale(total, sway_real_int(-1));
+    sway_phasor_add_scaled(total, &id->hitch, hitch);
+    sway_phasor_multiply(total, sum); // c times the sum of weighted slips
+    sway_phasor_divide(total, about_hitch);
+    sway_phasor_add_scaled(&id->hitch, total, sway_real_int(-1));
 }
 
 /* Force of the trailer on the car in car axes, from what is measured at the hitch or on the car. */
@@ -348,7 +351,7 @@ static void find_hitch(sway_identify_t *id)
             }
         }
     } else {
-        id->hitch = hitch_from_balances(id);
+        hitch_from_balances(id);
         id->quality |= SWAY_QUALITY_USER_INERTIA;
     }
     id->hitch_on_car = difference(&pull, &id->hitch);
@@ -409,14 +412,19 @@ static void car_forces(sway_identify_t *id)
 
 /* --- stiffness, loads ------------------------------------------------------------------------- */
 
-/* A stiffness that can be believed: error below a quarter, argument below 45 deg, 1 to 5000 kN/rad.
- */
-static bool stiffness_is_usable(const sway_estimate_t *stiffness)
+/* Known well enough to be believed: error below a half. */
+static bool is_certain(const sway_estimate_t *stiffness)
+{
+    return sway_real_compare(sway_real_scale(stiffness->se, 1),
+                             sway_complex_abs(stiffness->value)) <= 0;
+}
+
+/* What a tyre can have: an argument below 45 deg, 1 to 5000 kN/rad. */
+static bool is_plausible(const sway_estimate_t *stiffness)
 {
     const sway_complex_t c = stiffness->value;
     const sway_real_t size = sway_complex_abs(c);
-    return sway_real_compare(sway_real_scale(stiffness->se, 2), size) <= 0 &&
-           sway_real_less(sway_real_abs(c.im), c.re) && sway_real_less(sway_real_int(1000), size) &&
+    return sway_real_less(sway_real_abs(c.im), c.re) && sway_real_less(sway_real_int(1000), size) &&
            sway_real_less(size, sway_real_int(5000000));
 }
 
@@ -427,7 +435,7 @@ static sway_estimate_t estimate_of(const sway_identify_t *id, const sway_phasor_
 }
 
 /* Side wind, banking and the like that a balance takes for tyre force, in the band of the line. */
-#define UNSEEN_FORCE_N 60
+#define UNSEEN_FORCE_N 100
 
 static bool force_is_derived(const sway_identify_t *id, sway_axle_t axle)
 {
@@ -451,10 +459,11 @@ static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
     if (force_is_derived(id, axle) && !has_channel(id->line, SWAY_CHANNEL_HITCH_FY)) {
         add_unseen_force(&estimate->stiffness, estimate->slip.value);
     }
-    if (stiffness.known && stiffness_is_usable(&estimate->stiffness)) {
+    const bool certain = stiffness.known && is_certain(&estimate->stiffness);
+    if (certain && is_plausible(&estimate->stiffness)) {
         id->valid |= (uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle;
-    } else if (estimate->force.known && estimate->slip.known) {
-        id->quality |= SWAY_QUALITY_SINGULAR;
+    } else if (certain || (estimate->force.known && estimate->slip.known && !stiffness.known)) {
+        id->quality |= SWAY_QUALITY_SINGULAR; // no slip to divide by, or no tyre does that
     }
 }
 

@@ -406,7 +406,9 @@ bool sway_stm_roots_sweep(sway_stm_roots_t *roots, const sway_stm_quartic_t *qua
 
 sway_real_t sway_stm_damping_ratio(sway_complex_t s)
 {
-    return DIV(sway_real_neg(s.re), sway_complex_abs(s));
+    const sway_real_t one = sway_real_int(1);
+    const sway_real_t ratio = DIV(sway_real_neg(s.re), sway_complex_abs(s));
+    return sway_real_max(sway_real_min(ratio, one), sway_real_neg(one));
 }
 
 sway_complex_t sway_stm_dominant(const sway_stm_roots_t *roots)

@@ -322,9 +322,9 @@ static void standard_errors_are_those_of_the_scatter(void)
                 const double complex error =
                     cvalue(id.axle[axle].stiffness.value) - plant.stiffness[axle];
                 squares[axle] += 0.5 * creal(error * conj(error)) / draws;
-                /* Without force sensors 60 N of unseen force are in the statement. */
+                /* Without force sensors 100 N of unseen force are in the statement. */
                 const double unseen =
-                    forces == 0 ? 60 / cabs(cvalue(id.axle[axle].slip.value)) : 0;
+                    forces == 0 ? 100 / cabs(cvalue(id.axle[axle].slip.value)) : 0;
                 const double se = value(id.axle[axle].stiffness.se);
                 stated[axle] += (se * se - unseen * unseen) / draws;
             }
