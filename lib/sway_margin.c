@@ -114,7 +114,7 @@ static void state_take(sway_margin_state_t *state, const sway_estimate_t *estima
 }
 
 /* An estimate over missing samples is not taken. Windows that are not one damped line are: their
- * standard errors, from coloured residuals, hold (tests/bench/warning_campaign.py was used to see that). */
+ * standard errors come from coloured residuals, and hold (seen with the warning campaign). */
 #define UNFIT SWAY_QUALITY_GAP
 
 static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)

@@ -56,7 +56,9 @@ def _peaks(signal: FloatArray) -> tuple[npt.NDArray[np.int64], FloatArray]:
     return index[:count], value[:count]
 
 
-def peak_counter(signals: dict[str, FloatArray], threshold: float = math.radians(5.0)) -> FloatArray:
+def peak_counter(
+    signals: dict[str, FloatArray], threshold: float = math.radians(5.0)
+) -> FloatArray:
     """Two successive half-swings of the trailer's yaw rate over a threshold, in the sway band."""
     band = np.asarray(sosfilt(_BAND, signals["trailer_yaw_rate"]))
     index, value = _peaks(band)
@@ -115,11 +117,13 @@ def _rls(y: FloatArray, u: FloatArray, forget: float) -> FloatArray:
 def recursive_least_squares(
     signals: dict[str, FloatArray], threshold: float = math.radians(1.5)
 ) -> FloatArray:
-    """Negative damping of a recursive ARX model with the steering as its input, for half a second."""
+    """Negative damping of a recursive ARX model with steering input, for half a second."""
     band = np.asarray(sosfilt(_BAND, signals["trailer_yaw_rate"]))
     wheel = np.asarray(sosfilt(_BAND, signals["steering_wheel_angle"]))
     ratio = _rls(band[::10] * 10, wheel[::10] * 10, 0.96)
-    envelope = np.array([np.abs(band[max(0, 10 * k - 80) : 10 * k + 1]).max() for k in range(len(ratio))])
+    envelope = np.array(
+        [np.abs(band[max(0, 10 * k - 80) : 10 * k + 1]).max() for k in range(len(ratio))]
+    )
     unstable = (ratio < 0) & (envelope > threshold)
     held = np.convolve(unstable, np.ones(5), mode="full")[: len(unstable)] >= 5
     return episodes(np.repeat(held, 10))

@@ -1,8 +1,8 @@
 """Warning campaign: how soon the alarm warns, how often for nothing, beside three usual detectors.
 
-``python tests/bench/warning_campaign.py --drives 500 --hours 200 --output build/warning.json`` simulates
+``make bench-warning`` simulates
 
-- unstable drives: the damping ratio becomes negative (speed, downhill, a tyre losing stiffness) with
+- unstable drives: the damping ratio becomes negative (speed, downhill, a failing tyre) with
   the steering wheel held; the clock starts when the true damping ratio is negative, the wheel has
   come to rest and the trailer swings by 3 deg/s or more: below that it is wind and road;
 - stable drives: slalom, lane changes, gusts, rough road, damping ratio above 0.03 throughout;
@@ -29,12 +29,12 @@ import numpy.typing as npt
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import warning_plant as plant  # noqa: E402
-from warning_baselines import DETECTORS  # noqa: E402
+import warning_plant as plant
+from warning_baselines import DETECTORS
 
-from swaywatch.core import Core, positions_of  # noqa: E402
-from swaywatch.drive import Channel, Drive  # noqa: E402
-from swaywatch.vehicle import Car, Trailer, Vehicle  # noqa: E402
+from swaywatch.core import Core, positions_of
+from swaywatch.drive import Channel, Drive
+from swaywatch.vehicle import Car, Trailer, Vehicle
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -223,9 +223,7 @@ def _unstable(rng: np.random.Generator) -> tuple[plant.Combination, plant.Course
     return c, course, kind, round(held * 100)
 
 
-def _stable_combination(
-    rng: np.random.Generator, speed: float, least: float
-) -> plant.Combination:
+def _stable_combination(rng: np.random.Generator, speed: float, least: float) -> plant.Combination:
     while True:
         c = combination(rng)
         if plant.damping_ratio(c, speed) > least:
@@ -467,8 +465,9 @@ def main() -> int:
         arguments.markdown.write_text(markdown(figures, "make bench-warning"))
     if arguments.output:
         arguments.output.parent.mkdir(parents=True, exist_ok=True)
-        drives = [replace(r).__dict__ for r in results if r.onset_s is not None or any(
-            r.false_s.values())]
+        drives = [
+            replace(r).__dict__ for r in results if r.onset_s is not None or any(r.false_s.values())
+        ]
         arguments.output.write_text(json.dumps({"figures": figures, "drives": drives}, indent=1))
     return 0
 

@@ -195,12 +195,7 @@ def _simulate(
                 + side[k, 0] * (lh1 + 0.3)
                 - m1 * lh1 * v * r
             )
-            rhs2 = (
-                -force[2] * b_f
-                - force[3] * b_r
-                - side[k, 1] * (lh2 - 0.3)
-                + m2 * lh2 * v * r
-            )
+            rhs2 = -force[2] * b_f - force[3] * b_r - side[k, 1] * (lh2 - 0.3) + m2 * lh2 * v * r
             dvy = inverse[0, 0] * rhs0 + inverse[0, 1] * rhs1 + inverse[0, 2] * rhs2
             dr = inverse[1, 0] * rhs0 + inverse[1, 1] * rhs1 + inverse[1, 2] * rhs2
             dq = inverse[2, 0] * rhs0 + inverse[2, 1] * rhs1 + inverse[2, 2] * rhs2

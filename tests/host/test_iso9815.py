@@ -77,7 +77,8 @@ def test_zero_damping_speed_is_that_of_the_plant(runs: list[DriveResult]) -> Non
     assert result.c1 < 0
     for speed, truth in ((result.zero, v_crit), (result.limit, v_05)):
         assert speed.value_m_s is not None
-        assert speed.low_m_s is not None and speed.high_m_s is not None
+        assert speed.low_m_s is not None
+        assert speed.high_m_s is not None
         assert speed.low_m_s < speed.value_m_s < speed.high_m_s
         # The line is straight, the true curve bends a little: 1 m/s beside the interval.
         assert speed.low_m_s - 1.0 < truth < speed.high_m_s + 1.0
@@ -98,7 +99,8 @@ def test_interval_covers_the_truth_as_often_as_it_says() -> None:
         ratio = 0.6 - 0.0175 * speed + rng.normal(0, error)
         coefficients, covariance, _ = _fit(speed, ratio, error**2)
         found = _crossing(0.0, coefficients, covariance, 1.96, (25.0, 31.0))
-        assert found.low_m_s is not None and found.high_m_s is not None
+        assert found.low_m_s is not None
+        assert found.high_m_s is not None
         inside += found.low_m_s < 0.6 / 0.0175 < found.high_m_s
     assert 0.92 < inside / trials < 0.98
 

@@ -126,7 +126,7 @@ def _fit(
     """Weighted line: coefficients, covariance, chi-square."""
     design = np.stack([np.ones_like(speed), speed], axis=1)
     normal = design.T @ (design / variance[:, None])
-    covariance = np.linalg.inv(normal)
+    covariance = np.linalg.inv(normal).astype(np.float64)
     coefficients = covariance @ (design.T @ (ratio / variance))
     residual = ratio - design @ coefficients
     return coefficients, covariance, float(np.sum(residual**2 / variance))
@@ -189,9 +189,7 @@ def evaluate(results: Sequence[DriveResult]) -> Evaluation:
     most = 0.1
     disturbance = 0.0
     if excess(0.0) > 0:
-        disturbance = (
-            float(optimize.brentq(excess, 0.0, most)) if excess(most) < 0 else most
-        )
+        disturbance = float(optimize.brentq(excess, 0.0, most)) if excess(most) < 0 else most
     variance = error**2 + (disturbance / amplitude) ** 2
     coefficients, covariance, _ = _fit(speed, ratio, variance)
     quantile = float(stats.t.ppf(0.975, freedom))
