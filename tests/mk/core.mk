@@ -13,8 +13,7 @@ $(ESTIMATOR_SO): tests/bench/estimator_shim.c $(ESTIMATOR_SOURCES) $(wildcard li
 
 .PHONY: bench-estimator bench-cortex
 bench-estimator: setup-test $(ESTIMATOR_SO)
-	@$(PY) tests/bench/estimator.py $(ESTIMATOR_SO) --report $(B)/bench/estimator.md \
-	    --readme README.md
+	@$(PY) tests/bench/estimator.py $(ESTIMATOR_SO) --report $(B)/bench/estimator.md
 bench:: bench-estimator bench-cortex
 test:: $(ESTIMATOR_SO)
 	@$(PY) tests/bench/estimator.py $(ESTIMATOR_SO) --quick >$(B)/bench/estimator-quick.md \
