@@ -295,9 +295,8 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     dx[0], dx[1], dx[2], dx[3] = vyd, r1d, rate, r2d
     # an observer keeps the state near the measured one, so that what is missing shows where and
     # when it acts instead of being carried on (innovation form of the prediction-error method)
-    if e[28] > 0.0:
-        dx[1] += e[28] * (ser[22] - r1)
-        dx[3] += e[28] * (ser[23] - r2)
+    dx[1] += e[28] * (ser[22] - r1)
+    dx[3] += e[28] * (ser[23] - r2)
     # roll and load transfer: second order behind the acceleration that the body feels
     dx[4] = x[10]
     dx[10] = e[20] * (e[20] * (ay1 - tilt - a_f1) - 2.0 * e[21] * x[10])

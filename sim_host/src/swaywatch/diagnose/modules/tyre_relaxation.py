@@ -8,7 +8,8 @@ from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
 from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import Run
 
-
+#: Shortest length worth a claim, where it is not 0.16 m.
+LEAST_M = {"all": 0.1}
 AXLES = ("car_front", "car_rear", "trailer")
 
 
@@ -33,7 +34,9 @@ EFFECTS = [
         source="Pacejka, first-order relaxation",
         parameters=(
             # shorter ones are too stiff for the step; on every axle at once even those are seen
-            Parameter("length_m", "m", 0.0, 0.13, 3.0, (0.4,), 0.02, 0.1 if axle == "all" else 0.16),
+            Parameter(
+                "length_m", "m", 0.0, 0.13, 3.0, (0.4,), 0.02, 0.1 if axle == "all" else 0.16
+            ),
         ),
         act=_act(axle),
         decided_by="step of slip at two speeds: the lag is a length, not a time",
