@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import sys
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,7 +50,12 @@ def impulse_run(speed_kmh: float, seed: int) -> DriveResult:
     }
     drive = Drive(f"run{speed_kmh:g}", (Path(f"run{speed_kmh:g}.blf"),), channels, 0)
     vehicle = reference_vehicle()
-    return DriveResult(drive, vehicle, analyze_drive(drive, vehicle), [], {}, [], [], [])
+    rest: dict[str, Any] = {
+        f.name: {} if f.name == "values" else []
+        for f in fields(DriveResult)
+        if f.name not in {"drive", "vehicle", "estimates"}
+    }
+    return DriveResult(drive, vehicle, analyze_drive(drive, vehicle), **rest)
 
 
 @pytest.fixture(scope="module")
