@@ -124,8 +124,13 @@ def predict_run(
         term.effect.act(plant, run, term.as_dict(), term.windows(index))
     if problem.observer > 0.0 and run.yaw_rates is not None:
         plant.scalar("observer", problem.observer)
-        plant.add_series("measured_car", run.yaw_rates[:, 0])
-        plant.add_series("measured_trailer", run.yaw_rates[:, 1])
+        for column, body in enumerate(("car", "trailer")):
+            true = run.yaw_rates[:, column]
+            for term in terms:
+                undo = term.effect.extra.get("undo")
+                if callable(undo) and term.effect.component == f"{body}_yaw_rate":
+                    true = undo(true, run, term.as_dict())
+            plant.add_series(f"measured_{body}", true)
     result = simulate(plant, fine=fine)
     return observe(result, run, terms)
 

@@ -27,6 +27,10 @@ def _observe(channels: tuple[str, ...]) -> Callable[[dict[str, Array], Run, Valu
     return observe
 
 
+def _undo(measured: Array, run: Run, values: Values) -> Array:
+    return shift(run.time, measured, -values["delay_s"])
+
+
 def _steering(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
     del windows
     plant.steer = shift(run.time, plant.steer, -values["delay_s"])
@@ -41,6 +45,7 @@ EFFECTS = [
         source="fault of the measurement",
         parameters=(_DELAY,),
         observe=_observe(channels),
+        extra={"undo": _undo},
         decided_by="a second sensor of the same quantity",
     )
     for group, channels in FAULT_CHANNELS.items()

@@ -20,6 +20,11 @@ def _observe(channels: tuple[str, ...]) -> Callable[[dict[str, Array], Run, Valu
     return observe
 
 
+def _undo(measured: Array, run: Run, values: Values) -> Array:
+    del run
+    return measured / values["factor"]
+
+
 def _steering(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
     del windows
     plant.steer = plant.steer / values["factor"]
@@ -40,6 +45,7 @@ EFFECTS = [
         source="fault of the measurement",
         parameters=(_FACTOR,),
         observe=_observe(channels),
+        extra={"undo": _undo},
         decided_by="a second sensor of the same quantity",
     )
     for group, channels in FAULT_CHANNELS.items()
