@@ -23,7 +23,7 @@
 #define SAMPLE_POINT_MILLI 875U
 
 #ifndef SLOW
-#define SLOW 3
+#define SLOW 8
 #endif
 /* The ECU is not given the processor when a frame is due so soon. */
 #define GUARD_NS INT64_C(200000)
