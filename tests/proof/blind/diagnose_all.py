@@ -17,7 +17,7 @@ from pathlib import Path
 
 import swaywatch
 
-LIMIT_S = 900.0
+LIMIT_S = 3600.0
 
 
 def package_digest() -> str:
