@@ -1,8 +1,8 @@
 """What else one could build: three usual detectors, on the same measured signals.
 
 Each takes the measured signals on a 100 Hz axis and returns the times at which it would warn (the
-first time of each episode; an episode ends after 2 s of silence). Their parameters are usual values,
-not tuned to the campaign.
+first time of each episode; an episode ends after 2 s of silence). Their parameters are
+usual values, not tuned to the campaign.
 """
 
 from __future__ import annotations
