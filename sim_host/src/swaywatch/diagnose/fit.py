@@ -98,16 +98,10 @@ class Problem:
         return [n for n in COMPARED if n in run.channels and not n.startswith(_VERTICAL)]
 
 
-def predict_run(
-    problem: Problem,
-    index: int,
-    terms: Sequence[Term],
-    nuisance: Array,
-    shared: Array,
-    *,
-    fine: bool = True,
-) -> dict[str, Array]:
-    """Channels of one run as the model with `terms` has them, shape (n,) each."""
+def plant_of(
+    problem: Problem, index: int, terms: Sequence[Term], nuisance: Array, shared: Array
+) -> PlantInput:
+    """What the plant needs to simulate one run with `terms`."""
     run = problem.runs[index]
     plant = PlantInput(
         period_s=1.0 / RATE_HZ,
@@ -131,8 +125,21 @@ def predict_run(
                 if callable(undo) and term.effect.component == f"{body}_yaw_rate":
                     true = undo(true, run, term.as_dict())
             plant.add_series(f"measured_{body}", true)
-    result = simulate(plant, fine=fine)
-    return observe(result, run, terms)
+    return plant
+
+
+def predict_run(
+    problem: Problem,
+    index: int,
+    terms: Sequence[Term],
+    nuisance: Array,
+    shared: Array,
+    *,
+    fine: bool = True,
+) -> dict[str, Array]:
+    """Channels of one run as the model with `terms` has them, shape (n,) each."""
+    plant = plant_of(problem, index, terms, nuisance, shared)
+    return observe(simulate(plant, fine=fine), problem.runs[index], terms)
 
 
 def observe(result: Array, run: Run, terms: Sequence[Term]) -> dict[str, Array]:
@@ -176,7 +183,9 @@ def residual(problem: Problem, index: int, outputs: Mapping[str, Array]) -> Arra
     """Normalised residuals of one run without their means, shape (n / BLOCK, channels)."""
     run = problem.runs[index]
     names = problem.channels(run)
-    e = block_mean(np.stack([run.channels[name] - outputs[name] for name in names], axis=1))
+    if "_means" not in run.simulated:
+        run.simulated["_means"] = block_mean(np.stack([run.channels[n] for n in names], axis=1))
+    e = run.simulated["_means"] - block_mean(np.stack([outputs[n] for n in names], axis=1))
     return np.asarray((e - e.mean(axis=0)) / np.array([scale(run, name) for name in names]))
 
 

@@ -37,8 +37,15 @@ def nrmse(values: Mapping[str, float]) -> float:
 
 def iso18571(run: Run, outputs: Mapping[str, Array]) -> float:
     """Mean ISO/TS 18571 score of the rated channels, 0 to 1 (curves rescaled to 10 kHz)."""
+    from dtwalign import backtrack, cost, window  # type: ignore[import-untyped]
     from objective_rating_metrics.rating import ISO18571
 
+    for function in (
+        backtrack._backtrack_jit,
+        cost._calc_cumsum_matrix_jit,
+        *(f for f in vars(window).values() if hasattr(f, "enable_caching")),
+    ):
+        function.enable_caching()  # the library compiles for ten seconds at every start
     scores = []
     for name in RATED:
         if name not in run.channels:

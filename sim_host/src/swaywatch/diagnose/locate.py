@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect, Window
-from swaywatch.diagnose.fit import Fit, Fitter
+from swaywatch.diagnose.fit import Fit, Fitter, observe, plant_of, residual
+from swaywatch.diagnose.plant import Trajectory, branch, trajectory
+from swaywatch.diagnose.runs import RATE_HZ
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
 
 PULSE_S = 1.0
+FADE = 8.0  # times the observer's time constant: the pulled combination forgets by e^-4
 
 
 @dataclass(frozen=True)
@@ -49,12 +52,30 @@ class Locator:
         self.fit = fit
         self.base: list[Array] = []
         self.nuisance: list[Array] = []
-        self.constant: list[Array] = []
+        self.paths: list[Trajectory] = []
         problem = fitter.problem
         for r in range(len(problem.runs)):
             base = fitter.evaluate(r, fit.terms, fit.nuisance[r], fit.shared)
             self.base.append(base)
             self.nuisance.append(fitter.nuisance_columns(r, fit, base))
+            plant = plant_of(problem, r, fit.terms, fit.nuisance[r], fit.shared)
+            self.paths.append(trajectory(plant, fine=fitter.fine))
+
+    def column(self, r: int, term: Term) -> Array:
+        """Residuals of a run with one more windowed term, simulated only while it can be seen."""
+        problem, fit, path = self.fitter.problem, self.fit, self.paths[r]
+        run, window = problem.runs[r], term.windows(r)[0]
+        n = run.time.size
+        first = int((window.start - run.time[0]) * RATE_HZ) // 2 * 2 - 2
+        first = min(max(first, 0), (n - 1) // 2 * 2)
+        last = n
+        if problem.observer > 0.0:
+            fades = int((window.stop - run.time[0] + FADE / problem.observer) * RATE_HZ)
+            last = min(n, max(fades, first + 2))
+        plant = plant_of(problem, r, (*fit.terms, term), fit.nuisance[r], fit.shared)
+        output = path.output.copy()
+        output[first:last] = branch(path, plant, first, last, fine=self.fitter.fine)
+        return residual(problem, r, observe(output, run, (*fit.terms, term))).ravel()
 
     def course(self, effect: Effect, ridge: float = 1e-3, pulse_s: float = PULSE_S) -> Course:
         """Least-squares amplitudes of pulses of one effect."""
@@ -70,10 +91,7 @@ class Locator:
                     values = [q.neutral for q in effect.parameters]
                     values[j] += p.scale
                     term = Term(effect, (edge[i], edge[i + 1], *values), (r,))
-                    e = self.fitter.evaluate(
-                        r, (*self.fit.terms, term), self.fit.nuisance[r], self.fit.shared
-                    )
-                    columns.append(e - self.base[r])
+                    columns.append(self.column(r, term) - self.base[r])
             a = np.stack(columns, axis=1)
             k = a.shape[1]
             full = np.hstack([a, self.nuisance[r]])

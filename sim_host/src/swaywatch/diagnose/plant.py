@@ -150,7 +150,12 @@ class PlantInput:
         self.series[name] = self.series.get(name, 0.0) + value
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+_FAST = {"contract", "arcp", "nsz"}
+#: A call of the derivative costs as much as its sums.
+_inlined = njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy", inline="always")
+
+
+@_inlined
 def _atan(x):  # type: ignore[no-untyped-def] # pragma: no cover
     """Arc tangent; the series is good to 1e-9 below 0.1."""
     if np.abs(x) < 0.1:
@@ -159,7 +164,7 @@ def _atan(x):  # type: ignore[no-untyped-def] # pragma: no cover
     return np.arctan(x)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@_inlined
 def _axle(stiffness, load, extra, side, shift, heave, slip, degression, mu_inv, out):  # type: ignore[no-untyped-def] # pragma: no cover
     """Lateral force of an axle from its two wheels; out: left, right force and load.
 
@@ -185,7 +190,7 @@ def _axle(stiffness, load, extra, side, shift, heave, slip, degression, mu_inv, 
     return total
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@_inlined
 def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-untyped-def] # noqa: PLR0915
     vy, r1, th, r2 = x[0], x[1], x[2], x[3]
     m1, iz1, lf, lr, lh = p[0], p[1], p[2], p[3], p[4]
@@ -324,54 +329,72 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     out[30], out[31], out[32], out[33] = w[2, 2], w[2, 3], w[3, 2], w[3, 3]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def _integrate(h, stride, vx, ax, steer, series, p, e, x0, y):  # type: ignore[no-untyped-def] # noqa: C901, PLR0912 # pragma: no cover
-    """Runge-Kutta 4; a stride of 2 samples takes the middle one at the third stage."""
-    n = vx.shape[0]
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _integrate(h, stride, first, n, vx, ax, steer, series, p, e, x0, y, keep):  # type: ignore[no-untyped-def] # noqa: C901 # pragma: no cover
+    """Runge-Kutta 4 over samples `first` to `n`; a stride of 2 takes the middle one at stage 3."""
     ns = series.shape[1]
-    x = np.zeros(_STATES)
-    x[:4] = x0
-    k = np.zeros((4, _STATES))
+    x = x0.copy()
+    k = np.zeros(_STATES)
     w = np.zeros((4, 4))
     scratch = np.zeros(y.shape[1])
-    mid = np.zeros(ns)
+    now = np.zeros(ns)
     tmp = np.zeros(_STATES)
-    step = h * stride
-    i = 0
+    total = np.zeros(_STATES)
+    i = first
     while i < n:
-        _derivative(x, vx[i], ax[i], steer[i], series[i], p, e, k[0], y[i], w)
-        if i + 1 >= n:
-            break
+        if keep.shape[0] > 0:
+            keep[i] = x
+        double = stride == 2 and i + 2 < n
+        step = 2.0 * h if double else h
         m = i + 1
-        last = i + stride
-        if stride == 2 and last < n:
-            vm, am, dm = vx[m], ax[m], steer[m]
-            for j in range(ns):
-                mid[j] = series[m, j]
-            step = 2.0 * h
-        else:
-            last = i + 1
-            vm, am, dm = 0.5 * (vx[i] + vx[m]), 0.5 * (ax[i] + ax[m]), 0.5 * (steer[i] + steer[m])
-            for j in range(ns):
-                mid[j] = 0.5 * (series[i, j] + series[m, j])
-            step = h
+        last = min(i + 2 if double else m, n - 1)
+        half = 1.0 if double else 0.5  # the middle is a sample, or between two of them
         for j in range(_STATES):
-            tmp[j] = x[j] + 0.5 * step * k[0, j]
-        _derivative(tmp, vm, am, dm, mid, p, e, k[1], scratch, w)
+            tmp[j] = x[j]
+            total[j] = 0.0
+        # one place of call, so that the compiler takes the derivative into the loop
+        for stage in range(4):
+            out = y[i] if stage == 0 else (y[m] if stage == 2 and double else scratch)
+            if stage in (0, 3):
+                at = i if stage == 0 else last
+                v, a, d = vx[at], ax[at], steer[at]
+                for j in range(ns):
+                    now[j] = series[at, j]
+            elif stage == 1 and m < n:
+                v = half * vx[m] + (1.0 - half) * vx[i]
+                a = half * ax[m] + (1.0 - half) * ax[i]
+                d = half * steer[m] + (1.0 - half) * steer[i]
+                for j in range(ns):
+                    now[j] = half * series[m, j] + (1.0 - half) * series[i, j]
+            _derivative(tmp, v, a, d, now, p, e, k, out, w)
+            weight = 1.0 if stage in (0, 3) else 2.0
+            ahead = step if stage == 2 else 0.5 * step
+            for j in range(_STATES):
+                total[j] += weight * k[j]
+                tmp[j] = x[j] + ahead * k[j]
+            if m >= n:
+                return
         for j in range(_STATES):
-            tmp[j] = x[j] + 0.5 * step * k[1, j]
-        if last == i + 2:
-            _derivative(tmp, vm, am, dm, mid, p, e, k[2], y[m], w)
-        else:
-            _derivative(tmp, vm, am, dm, mid, p, e, k[2], scratch, w)
-        for j in range(_STATES):
-            tmp[j] = x[j] + step * k[2, j]
-        _derivative(tmp, vx[last], ax[last], steer[last], series[last], p, e, k[3], scratch, w)
-        for j in range(_STATES):
-            x[j] += step / 6.0 * (k[0, j] + 2.0 * k[1, j] + 2.0 * k[2, j] + k[3, j])
+            x[j] += step / 6.0 * total[j]
             if not np.abs(x[j]) < 1e6:
                 return
         i = last
+
+
+@dataclass
+class Trajectory:
+    """A simulation from whose samples others can branch off.
+
+    Attributes
+    ----------
+    output
+        Shape (n, len(OUTPUT)); zeros after a divergence.
+    states
+        Full states at the samples that were stepped on, shape (n, states).
+    """
+
+    output: Array
+    states: Array
 
 
 def simulate(plant: PlantInput, *, fine: bool = True) -> Array:
@@ -380,14 +403,49 @@ def simulate(plant: PlantInput, *, fine: bool = True) -> Array:
     Not `fine` takes steps of two samples: half the time, up to 0.1 % off near the critical speed.
     """
     n = plant.speed.size
-    series = np.zeros((n, len(SERIES)))
+    result = np.zeros((n, len(OUTPUT)))
+    _run(plant, fine, (0, n), _start(plant), result, np.zeros((0, _STATES)))
+    return result
+
+
+def trajectory(plant: PlantInput, *, fine: bool = True) -> Trajectory:
+    """Run the plant and keep its states."""
+    n = plant.speed.size
+    found = Trajectory(np.zeros((n, len(OUTPUT))), np.zeros((n, _STATES)))
+    _run(plant, fine, (0, n), _start(plant), found.output, found.states)
+    return found
+
+
+def branch(
+    base: Trajectory, plant: PlantInput, start: int, stop: int, *, fine: bool = True
+) -> Array:
+    """Run the plant between two samples only, from a state of another simulation.
+
+    Returns
+    -------
+    Array
+        Outputs of samples `start` to `stop`, shape (stop - start, len(OUTPUT)). `start` is even.
+    """
+    result = np.zeros((plant.speed.size, len(OUTPUT)))
+    _run(plant, fine, (start, stop), base.states[start], result, np.zeros((0, _STATES)))
+    return result[start:stop]
+
+
+def _start(plant: PlantInput) -> Array:
+    state = np.zeros(_STATES)
+    state[:4] = plant.initial
+    return state
+
+
+def _run(
+    plant: PlantInput, fine: bool, span: tuple[int, int], state: Array, result: Array, keep: Array
+) -> None:
+    series = np.zeros((plant.speed.size, len(SERIES)))
     for name, value in plant.series.items():
         series[:, SERIES.index(name)] = value
-    result = np.zeros((n, len(OUTPUT)))
     lengths = [value for value in plant.scalars[_RELAXATION] if value > 0.0]
     stride = 1 if fine or (lengths and min(lengths) < SHORT_RELAXATION_M) else 2
     _integrate(
-        plant.period_s, stride, plant.speed, plant.acceleration, plant.steer, series,
-        plant.body, plant.scalars, plant.initial, result,
+        plant.period_s, stride, *span, plant.speed, plant.acceleration, plant.steer, series,
+        plant.body, plant.scalars, state, result, keep,
     )  # fmt: skip
-    return result
