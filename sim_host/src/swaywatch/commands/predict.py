@@ -19,7 +19,11 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--recording", required=True, type=Path, help="the run to predict")
     parser.add_argument(
         "--signals", type=Path, default=None,
-        help="signals.toml of the run (default: the one of the diagnosis)",
+        help="signals.toml of the run (default: beside the recording, else inside the model)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--simulation", type=Path, default=None,
+        help="your own simulation of this run; the diagnosed physics is a correction to it",
     )  # fmt: skip
     parser.add_argument("--out", required=True, type=Path, help="JSON file for the scores")
 
@@ -29,12 +33,21 @@ def run(args: argparse.Namespace) -> int:
     from swaywatch.diagnose.engine import write
     from swaywatch.diagnose.predict import predict
 
-    result = predict(args.model, args.recording, args.signals)
+    result = predict(args.model, args.recording, args.signals, args.simulation)
     args.out.parent.mkdir(parents=True, exist_ok=True)
     write(result, args.out)
+    print(f"roles: {result['signals']}")
     print(
         f"NRMSE baseline {result['baseline_nrmse']:.3f}, "
         f"diagnosed {result['diagnosed_nrmse']:.3f}; "
         f"ISO/TS 18571 {result['baseline_iso18571']:.3f} to {result['diagnosed_iso18571']:.3f}"
     )
+    if "diagnosed_with_windows_nrmse" in result:
+        times = ", ".join(f"{w['start']:.1f}-{w['stop']:.1f} s" for w in result["windows_found"])
+        print(
+            f"with windows found in the run ({times or 'none'}): "
+            f"NRMSE {result['diagnosed_with_windows_nrmse']:.3f}"
+        )
+    for note in result["notes"]:
+        print(f"note: {note}")
     return 0

@@ -12,9 +12,9 @@ import numpy as np
 
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.effect import Effect, library
-from swaywatch.diagnose.fit import COMPARED, Fit, Problem
+from swaywatch.diagnose.fit import COMPARED, Problem
+from swaywatch.diagnose.model import embedded, model_block
 from swaywatch.diagnose.page import page, write_page
-from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.remains import locate_rest
 from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.simulation import attach
@@ -76,6 +76,7 @@ def diagnose(
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(search.fitter, verdict.fit)
     result = _result(loaded, verdict, effects)
+    result["signals"] = embedded(signals)
     result["inputs"] = {
         "recordings": [str(path) for path in recordings],
         "vehicle": str(vehicle),
@@ -115,25 +116,6 @@ def _untestable(problem: Problem, effects: Sequence[Effect]) -> list[str]:
         if e.component in missing and e.kind == "measurement":
             found.append(f"{e.id} of {e.component}: not recorded")
     return found
-
-
-def model_block(problem: Problem, fit: Fit) -> dict[str, Any]:
-    """What `predict` needs: constants of the file and effects with raw values."""
-    return {
-        "vehicle": dict(zip(BODY, problem.body.tolist(), strict=True)),
-        "steering_ratio": problem.runs[0].steering_ratio,
-        "load_transfer": fit.shared.tolist(),
-        "terms": [
-            {
-                "id": t.effect.id,
-                "component": t.effect.component,
-                "form": t.effect.extra.get("form"),
-                "values": list(t.values),
-                "window_runs": list(t.window_runs),
-            }
-            for t in fit.terms
-        ],
-    }
 
 
 def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict[str, Any]:

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
-from swaywatch.diagnose.runs import BLOCK, RATE_HZ, Run, block_mean
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.fit import Problem
+from swaywatch.diagnose.runs import Run, block_mean
 
 Array = NDArray[np.float64]
 
@@ -60,57 +59,3 @@ def iso18571(run: Run, outputs: Mapping[str, Array]) -> float:
         )
         scores.append(float(rating.overall_rating()))
     return float(np.mean(scores)) if scores else float("nan")
-
-
-def first_seconds(problem: Problem, seconds: float) -> Problem:
-    """The problem with only the first seconds of each run."""
-    count = int(seconds * RATE_HZ) // BLOCK * BLOCK
-    runs = []
-    for run in problem.runs:
-        cut = min(count, run.time.size)
-        runs.append(
-            Run(
-                run.name,
-                run.time[:cut],
-                {k: v[:cut] for k, v in run.channels.items()},
-                run.positions,
-                run.steering_ratio,
-                run.noise,
-                run.speed[:cut],
-                run.acceleration[:cut],
-                run.steer[:cut],
-                run.scales,
-            )
-        )
-    return Problem(tuple(runs), problem.body)
-
-
-def start_values(problem: Problem, index: int, terms: tuple[Term, ...], shared: Array) -> Array:
-    """Steering offset and start values of a run, from its first five seconds only."""
-    one = first_seconds(Problem((problem.runs[index],), problem.body), 5.0)
-    constant = tuple(t for t in terms if not t.effect.windowed)
-    fit = Fitter(one).run(Fit(constant, np.zeros((1, 5)), shared), 6, free=0)
-    return np.asarray(fit.nuisance[0])
-
-
-def held_out(problem: Problem, fit: Fit) -> list[tuple[float, float]]:
-    """Each run predicted by what the other runs taught: (baseline, diagnosed) NRMSE.
-
-    Only effects without windows are carried over: windows belong to their run.
-    """
-    found = []
-    constant = tuple(t for t in fit.terms if not t.effect.windowed)
-    if not constant or len(problem.runs) < 2:
-        return []
-    for index in range(len(problem.runs)):
-        others = [r for r in range(len(problem.runs)) if r != index]
-        fitter = Fitter(problem)
-        taught = fitter.run(Fit(fit.terms, fit.nuisance, fit.shared), 5, runs=others)
-        terms = tuple(t for t in taught.terms if not t.effect.windowed)
-        pair = []
-        for model in ((), terms):
-            nuisance = start_values(problem, index, model, fit.shared)
-            outputs = predict_run(problem, index, model, nuisance, fit.shared)
-            pair.append(nrmse(errors(problem, index, outputs)))
-        found.append((pair[0], pair[1]))
-    return found

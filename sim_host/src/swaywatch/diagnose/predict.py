@@ -2,74 +2,320 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swaywatch.diagnose.data import load_with_body
-from swaywatch.diagnose.effect import Effect, library
-from swaywatch.diagnose.fit import predict_run
-from swaywatch.diagnose.judge import FIVE_PERCENT, errors, iso18571, nrmse, start_values
+from swaywatch.diagnose.effect import library
+from swaywatch.diagnose.fit import Fit, Problem, predict_run
+from swaywatch.diagnose.holdout import START_S, start_values, valued, values_of
+from swaywatch.diagnose.judge import FIVE_PERCENT, errors, iso18571, nrmse
+from swaywatch.diagnose.model import read_model, signals_for, terms_of
 from swaywatch.diagnose.plant import BODY
+from swaywatch.diagnose.runs import RATE_HZ, Run
+from swaywatch.diagnose.search import Search
+from swaywatch.diagnose.simulation import attach, roll_rates
 from swaywatch.diagnose.term import Term
 from swaywatch.errors import SwaywatchError
 
+Array = NDArray[np.float64]
 
-def terms_of(model: dict[str, Any], effects: Sequence[Effect]) -> tuple[Term, ...]:
-    """Terms of a model block, windows included."""
-    found = []
-    for entry in model.get("terms", []):
-        for effect in effects:
-            if (
-                effect.id == entry["id"]
-                and effect.component == entry["component"]
-                and (effect.windowed or effect.extra.get("form") == entry.get("form"))
-            ):
-                found.append(Term(effect, tuple(entry["values"]), tuple(entry["window_runs"])))
-                break
-        else:
-            raise SwaywatchError(
-                f"the model holds {entry['id']} at {entry['component']}, "
-                "which is not in the library"
-            )
-    return tuple(found)
+OBSERVER = 2.0  # 1/s, as in the search of the diagnosis
+#: Windows that cover this share of every diagnosed run are no windows: the effect is permanent.
+PERMANENT_SHARE = 0.9
+#: A window found in the predicted run counts if it acts at least this much of what was diagnosed,
+CLEAR_SHARE = 0.4
+#: at most this many times as much,
+CLEAR_MOST = 2.5
+#: and takes at least this share of the mismatch away.
+CLEAR_GAIN = 0.05
+PASSES = 3  # simulations after which an effect that reacts to the motion has settled
 
 
-def predict(model_file: Path, recording: Path, signals: Path | None = None) -> dict[str, Any]:
+def predict(
+    model_file: Path,
+    recording: Path,
+    signals: Path | None = None,
+    simulation: Path | None = None,
+) -> dict[str, Any]:
     """Baseline and diagnosed model against one run.
 
-    The steering offset and the start values come from the first five seconds of the run; windows
-    of the diagnosed runs are not carried over, for they belong to those runs.
+    Parameters
+    ----------
+    model_file
+        A diagnosis.json or a committed verdict.
+    recording
+        The run to predict, any format.
+    signals
+        Its role mapping (default: see `model.signals_for`).
+    simulation
+        The user's own simulation of this run; the diagnosed physics is then a correction to it.
 
     Returns
     -------
     dict
-        ``baseline_nrmse``, ``diagnosed_nrmse``, per channel, ISO/TS 18571, 5 % criterion.
+        ``baseline_nrmse``, ``diagnosed_nrmse`` (a pure prediction), per channel, ISO/TS 18571,
+        5 % criterion; ``diagnosed_with_windows_nrmse`` where the diagnosis holds windows (their
+        times are looked for in the run, so it is no prediction); what was taken from the run.
     """
-    try:
-        content = json.loads(model_file.read_text())
-    except (OSError, ValueError) as error:
-        raise SwaywatchError(f"{model_file}: not a diagnosis.json ({error})") from error
-    model = content.get("model") or {}
-    if "vehicle" not in model:
-        raise SwaywatchError(f"{model_file}: holds no model (verdict {content.get('verdict')!r})")
-    body = np.array([model["vehicle"][name] for name in BODY])
-    source = signals if signals is not None else Path(content["inputs"]["signals"])
-    problem = load_with_body(recording, source, body, float(model["steering_ratio"]))
-    terms = tuple(t for t in terms_of(model, library()) if not t.effect.windowed)
-    shared = np.array(model["load_transfer"])
-    result: dict[str, Any] = {"recording": recording.name, "windows_carried_over": False}
-    for word, used in (("baseline", ()), ("diagnosed", terms)):
-        nuisance = start_values(problem, 0, used, shared)
-        outputs = predict_run(problem, 0, used, nuisance, shared)
-        channel = errors(problem, 0, outputs)
-        result[f"{word}_nrmse"] = nrmse(channel)
-        result[f"{word}_nrmse_by_channel"] = channel
-        result[f"{word}_iso18571"] = iso18571(problem.runs[0], outputs)
-        result[f"{word}_within_5_percent"] = sorted(
-            name for name, value in channel.items() if value <= FIVE_PERCENT
+    content = read_model(model_file)
+    with signals_for(content, recording, signals) as (source, words):
+        problem, notes = _problem(content["model"], recording, source, simulation)
+    if not problem.channels(problem.runs[0]):
+        raise SwaywatchError(
+            f"{recording}: only steering and speed are recorded: nothing to score against"
         )
+    result: dict[str, Any] = {"recording": recording.name, "signals": words}
+    result["simulation"] = None if simulation is None else simulation.name
+    result["taken_from_recording"] = _taken(simulation)
+    terms = terms_of(content["model"]["terms"], library())
+    lasting, windowed = _split(terms, content["model"].get("runs", []), problem.runs[0])
+    result["effects_applied"] = [t.effect.name for t in lasting]
+    result["effects_in_windows"] = [t.effect.name for t in windowed]
+    shared = np.array(content["model"]["load_transfer"])
+    for word, used in (("baseline", ()), ("diagnosed", lasting)):
+        nuisance = start_values(problem, 0, _timeless(used), shared)
+        outputs = blind_run(problem, used, nuisance, shared)
+        result |= _scores(word, problem, outputs)
+    if windowed:
+        result |= _with_windows(problem, lasting, windowed, shared)
+    result["notes"] = notes + _remarks(content["model"], simulation, windowed, result)
     return result
+
+
+def _problem(
+    model: dict[str, Any], recording: Path, signals: Path, simulation: Path | None
+) -> tuple[Problem, list[str]]:
+    """The run with the model's constants, and its simulation or the calibration to one."""
+    body = np.array([model["vehicle"][name] for name in BODY])
+    problem = load_with_body(recording, signals, body, float(model["steering_ratio"]))
+    known = model.get("calibration")
+    calibration = terms_of(known["terms"], library()) if known else ()
+    if simulation is not None:
+        return attach(problem, [simulation], signals, calibration)
+    if known:
+        # without the user's simulation of this run, the plant calibrated to his others is nearest
+        shared = np.array(known["load_transfer"])
+        problem = replace(problem, calibration=calibration, start_shared=shared)
+        start = start_values(problem, 0, (), shared)
+        outputs = predict_run(problem, 0, (), start, shared)
+        problem.runs[0].simulated.update(roll_rates(outputs))
+    return problem, []
+
+
+def _taken(simulation: Path | None) -> list[str]:
+    """What the prediction knows of the run."""
+    if simulation is not None:
+        return [
+            "steering and speed (those of the simulation)",
+            "the offset of each channel (means are taken off before scoring)",
+        ]
+    return [
+        "steering wheel angle", "speed",
+        f"offset of the steering and start values: fitted to the first {START_S:.0f} s",
+        "the offset of each channel (means are taken off before scoring)",
+    ]  # fmt: skip
+
+
+def _timeless(terms: Sequence[Term]) -> tuple[Term, ...]:
+    return tuple(t for t in terms if not t.effect.windowed)
+
+
+def _split(
+    terms: Sequence[Term], runs: Sequence[dict[str, Any]], run: Run
+) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+    """Terms that last, and terms in true windows.
+
+    Windows that cover every diagnosed run from end to end become one over the predicted run.
+    """
+    lasting: list[Term] = []
+    windowed: list[Term] = []
+    for term in terms:
+        if not term.effect.windowed:
+            lasting.append(term)
+        elif runs and all(
+            _covered(term, index, float(entry["duration_s"])) >= PERMANENT_SHARE
+            for index, entry in enumerate(runs)
+        ):
+            lasting.append(_everywhere(term, run))
+        else:
+            windowed.append(term)
+    return tuple(lasting), tuple(windowed)
+
+
+def _covered(term: Term, index: int, duration_s: float) -> float:
+    """Share of a run inside the windows of a term (windows do not overlap)."""
+    inside = sum(
+        min(w.stop, duration_s) - max(w.start, 0.0)
+        for w in term.windows(index)
+        if w.stop > 0.0 and w.start < duration_s
+    )
+    return inside / max(duration_s, 1e-9)
+
+
+def _everywhere(term: Term, run: Run) -> Term:
+    """One window over a whole run, with the mean of the values by length."""
+    rows = np.array(term.values).reshape(-1, term.stride)
+    mean = np.average(rows[:, 2:], axis=0, weights=rows[:, 1] - rows[:, 0])
+    ends = (float(run.time[0]) - 1.0, float(run.time[-1]) + 1.0)
+    return Term(term.effect, (*ends, *(float(x) for x in mean)), (0,))
+
+
+def blind_run(
+    problem: Problem, terms: Sequence[Term], nuisance: Array, shared: Array
+) -> dict[str, Array]:
+    """Predict the run without its outputs: effects that react to the motion see the simulated one.
+
+    The run that the effects are given holds steering, speed and simulated channels, nothing else.
+    """
+    run = problem.runs[0]
+    inputs = {name: run.channels[name] for name in ("steering_wheel_angle", "speed")}
+    outputs = predict_run(problem, 0, _timeless(terms), nuisance, shared)
+    if len(_timeless(terms)) == len(terms):
+        return outputs
+    for _ in range(PASSES):
+        own = {k: v for k, v in run.simulated.items() if not k.startswith("_")}
+        unseen = replace(run, channels=inputs | outputs, simulated=own)
+        outputs = predict_run(replace(problem, runs=(unseen,)), 0, terms, nuisance, shared)
+    return outputs
+
+
+def _scores(word: str, problem: Problem, outputs: dict[str, Array]) -> dict[str, Any]:
+    channel = errors(problem, 0, outputs)
+    return {
+        f"{word}_nrmse": nrmse(channel),
+        f"{word}_nrmse_after_start": nrmse(_late(problem, outputs)),
+        f"{word}_nrmse_by_channel": channel,
+        f"{word}_iso18571": iso18571(problem.runs[0], outputs),
+        f"{word}_within_5_percent": sorted(
+            name for name, value in channel.items() if value <= FIVE_PERCENT
+        ),
+    }
+
+
+def _late(problem: Problem, outputs: dict[str, Array]) -> dict[str, float]:
+    """Errors after the part that the start values come from."""
+    run, at = problem.runs[0], int(START_S * RATE_HZ)
+    if run.time.size < 2 * at:
+        return {}
+    later = replace(
+        run,
+        time=run.time[at:],
+        channels={k: v[at:] for k, v in run.channels.items()},
+        correction={k: v[at:] for k, v in run.correction.items()},
+    )
+    cut = {k: v[at:] for k, v in outputs.items()}
+    return errors(replace(problem, runs=(later,)), 0, cut)
+
+
+def _with_windows(
+    problem: Problem, lasting: tuple[Term, ...], windowed: Sequence[Term], shared: Array
+) -> dict[str, Any]:
+    """The diagnosed model with its windowed effects where the run shows them clearly.
+
+    Times come from the run, values from the diagnosis. Labelled apart: it is no prediction.
+    """
+    timeless = _timeless(lasting)
+    nuisance = start_values(problem, 0, timeless, shared)
+    found: list[Term] = []
+    for term in windowed:
+        spans = find_windows(problem, (*lasting, *found), term, nuisance, shared)
+        if spans:
+            candidates = values_of(term, sorted(set(term.window_runs)))
+            used = (*lasting, *found)
+            found.append(valued(problem, 0, used, term.effect, spans, candidates, nuisance, shared))
+    outputs = predict_run(problem, 0, (*lasting, *found), nuisance, shared)
+    result = _scores("diagnosed_with_windows", problem, outputs)
+    result["windows_found"] = [
+        {
+            "id": term.effect.id, "component": term.effect.component,
+            "start": round(w.start, 2), "stop": round(w.stop, 2), "values": dict(w.values),
+        }
+        for term in found for w in term.windows(0)
+    ]  # fmt: skip
+    return result
+
+
+def find_windows(
+    problem: Problem, terms: tuple[Term, ...], term: Term, nuisance: Array, shared: Array
+) -> list[tuple[float, float]]:
+    """Times at which an effect acts in the run, by its own sign in the measured channels.
+
+    The amplitude is free while looking, so that a window counts only if what is seen there has the
+    size that was diagnosed.
+    """
+    from swaywatch.diagnose.locate import Locator
+
+    own = bool(problem.runs[0].correction)
+    seen = problem if own else replace(problem, observer=OBSERVER)
+    same = [
+        e for e in library()
+        if (e.id, e.component) == (term.effect.id, term.effect.component)
+    ]  # fmt: skip
+    search = Search(seen, same, lambda stage, share: None)
+    start = Fit(terms, nuisance[None, :], shared)
+    parent = search.fitter.run(start, 6, free=0)
+    plain = next((e for e in same if e.extra.get("form", "box") == "box"), same[0])
+    fit = search.windowed(parent, Locator(search.fitter, parent).course(plain))
+    if fit is None:
+        return []
+    fit = search.pruned(search.refined(fit))
+    if fit.chi2 > (1.0 - CLEAR_GAIN) * parent.chi2:
+        return []
+    usual = np.median([_size(w) for w in _sizes(term)])
+    rows = _sizes(fit.terms[-1])
+    spans = [
+        (w[0], w[1])
+        for w in rows
+        if CLEAR_SHARE * usual <= _size(w) <= CLEAR_MOST * usual and w[1] - w[0] > 0.5
+    ]
+    return sorted(spans)
+
+
+def _sizes(term: Term) -> list[list[float]]:
+    """Start, stop and distances from neutral of each window, for the amplitudes of the effect."""
+    rows = np.array(term.values).reshape(-1, term.stride)
+    found = []
+    for row in rows:
+        parts = [
+            float(value - p.neutral)
+            for value, p in zip(row[2:], term.effect.parameters, strict=True)
+            if p.name != "delay_s"
+        ]
+        found.append([float(row[0]), float(row[1]), *parts])
+    return found
+
+
+def _size(row: Sequence[float]) -> float:
+    return float(np.hypot.reduce(np.array(row[2:])))
+
+
+def _remarks(
+    model: dict[str, Any],
+    simulation: Path | None,
+    windowed: Sequence[Term],
+    result: dict[str, Any],
+) -> list[str]:
+    """Sentences a reader of the scores should know."""
+    notes = []
+    if not model["terms"]:
+        notes.append("the diagnosis claims no effect: both models are the same")
+    if model.get("calibration") and simulation is None:
+        notes.append(
+            "diagnosed against the user's simulation, but none of this run is given "
+            "(--simulation): the plant calibrated to the others is the baseline"
+        )
+    if windowed:
+        names = ", ".join(t.effect.name for t in windowed)
+        count = len(result["windows_found"])
+        notes.append(
+            f"{names}: acts in windows of the diagnosed runs, so it is not in diagnosed_nrmse; "
+            f"{count} window(s) of it found in this run (diagnosed_with_windows_nrmse, no "
+            "prediction: times come from the run)"
+        )
+    return notes

@@ -55,9 +55,20 @@ def clock_offset(run: Run, time: Array, steering: Array) -> tuple[float, float]:
 
 
 def attach(
-    problem: Problem, simulations: Sequence[Path], signals: Path
+    problem: Problem,
+    simulations: Sequence[Path],
+    signals: Path,
+    calibration: Sequence[Term] = (),
 ) -> tuple[Problem, list[str]]:
     """Pair each run with its simulation and make it the baseline.
+
+    Parameters
+    ----------
+    problem, simulations, signals
+        The runs and the simulations of them, in any order.
+    calibration
+        What fits the plant to simulations of this combination, if that is known already; else it
+        is fitted to these.
 
     Returns
     -------
@@ -91,10 +102,10 @@ def attach(
             for name, c in drives[best[2]].channels.items()
         }
         pairs.append((run, channels, shift))
-    return _corrected(problem, pairs, checks)
+    return _corrected(problem, pairs, checks, calibration)
 
 
-def _roll_rates(channels: dict[str, Array]) -> dict[str, Array]:
+def roll_rates(channels: dict[str, Array]) -> dict[str, Array]:
     """Load moved to the right by roll and its rate, from the simulation's wheel loads."""
     found = {}
     for body, prefix in (("car", ""), ("trailer", "trailer_")):
@@ -108,7 +119,10 @@ def _roll_rates(channels: dict[str, Array]) -> dict[str, Array]:
 
 
 def _corrected(
-    problem: Problem, pairs: Sequence[tuple[Run, dict[str, Array], float]], checks: list[str]
+    problem: Problem,
+    pairs: Sequence[tuple[Run, dict[str, Array], float]],
+    checks: list[str],
+    calibration: Sequence[Term],
 ) -> tuple[Problem, list[str]]:
     simulated = []
     for run, channels, _ in pairs:
@@ -122,17 +136,20 @@ def _corrected(
         simulated.append(twin)
     twin_problem = Problem(tuple(simulated), problem.body)
     fitter = Fitter(twin_problem)
-    terms = [Term(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED]
-    terms += [Term(e, (0.15,)) for e in RELAXATION if e.component != "all"]
-    terms += [Term(LOAD[0], (0.0,)), Term(SATURATION[0], (1.5,))]
     fit = fitter.run(fitter.start(), 6)
-    fit = fitter.run(Fit(tuple(terms), fit.nuisance, fit.shared), 15, shared_free=True)
+    if calibration:
+        fit = fitter.run(Fit(tuple(calibration), fit.nuisance, fit.shared), 10, free=0)
+    else:
+        terms = [Term(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED]
+        terms += [Term(e, (0.15,)) for e in RELAXATION if e.component != "all"]
+        terms += [Term(LOAD[0], (0.0,)), Term(SATURATION[0], (1.5,))]
+        fit = fitter.run(Fit(tuple(terms), fit.nuisance, fit.shared), 15, shared_free=True)
     runs = []
     share = []
     for index, (run, channels, _) in enumerate(pairs):
         own = predict_run(twin_problem, index, fit.terms, fit.nuisance[index], fit.shared)
         run.correction = {name: channels[name] - own[name] for name in own if name in channels}
-        run.simulated.update(_roll_rates(channels))
+        run.simulated.update(roll_rates(channels))
         run.speed, run.acceleration = simulated[index].speed, simulated[index].acceleration
         run.steer = simulated[index].steer
         for name in ("car_yaw_rate", "trailer_yaw_rate"):

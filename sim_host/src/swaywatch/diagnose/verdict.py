@@ -11,7 +11,8 @@ import numpy as np
 
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
-from swaywatch.diagnose.judge import errors, held_out, iso18571, nrmse
+from swaywatch.diagnose.holdout import held_out
+from swaywatch.diagnose.judge import errors, iso18571, nrmse
 from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
@@ -444,14 +445,7 @@ def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
     block: dict[str, Any] = {
         "baseline_nrmse": float(np.mean(before)),
         "diagnosed_nrmse": float(np.mean(after)),
-        "held_out_baseline_nrmse": None,
-        "held_out_diagnosed_nrmse": None,
         "iso18571_before": float(np.mean(iso_before)),
         "iso18571_after": float(np.mean(iso_after)),
     }
-    pairs = held_out(problem, verdict.fit)
-    if pairs:
-        block["held_out_baseline_nrmse"] = float(np.mean([p[0] for p in pairs]))
-        block["held_out_diagnosed_nrmse"] = float(np.mean([p[1] for p in pairs]))
-        block["held_out_runs"] = [list(p) for p in pairs]
-    return block
+    return block | held_out(problem, verdict.fit)

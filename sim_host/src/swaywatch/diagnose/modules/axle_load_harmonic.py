@@ -80,7 +80,8 @@ def _act_generator(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Win
     return act
 
 
-def _generator_effect(axle: str) -> Effect:
+def generator_effect(axle: str) -> Effect:
+    """The form of the effect whose load the car's own motion makes."""
     return Effect(
         id="axle_load_harmonic",
         component=axle,
@@ -138,7 +139,7 @@ def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
             if gain > 0.0 and rest < best[0]:
                 best = (rest, gain, float(delay))
         values += [start, stop, best[1], best[2]]
-    return Term(_generator_effect(axle), tuple(values), term.window_runs)
+    return Term(generator_effect(axle), tuple(values), term.window_runs)
 
 
 EFFECTS = [
