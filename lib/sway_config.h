@@ -3,6 +3,13 @@
 #ifndef SWAY_CONFIG_H
 #define SWAY_CONFIG_H
 
+/// Functions of a few instructions, which cost less than their call even where size is saved.
+#if defined(__GNUC__)
+#define SWAY_INLINE static inline __attribute__((always_inline))
+#else
+#define SWAY_INLINE static inline
+#endif
+
 /// Samples a channel's ring holds; the longest window. A power of two.
 /// 512 samples at 100 Hz hold 6 oscillations down to 1.2 Hz, 3 at 0.6 Hz, 2 at 0.4 Hz.
 #ifndef SWAY_RING_SAMPLES

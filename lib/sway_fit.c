@@ -29,7 +29,7 @@ static void fill_block(sway_fit_basis_t *basis, uint32_t block, q30_t z, bool ha
     const int32_t tau = (2 * (int32_t)block - span) * ((INT32_C(1) << 30) / span);
     const q30_t tau_z = {sway_wide_q30(z.re, tau), sway_wide_q30(z.im, tau)};
     put(basis, 0, block, z);
-    basis->column[2][block] = ONE_Q28;
+    basis->column[SWAY_FIT_MEAN][block] = ONE_Q28;
     basis->column[3][block] = tau / 4;
     put(basis, SWAY_FIT_TAU_RE, block, tau_z);
     if (harmonics) {
@@ -88,14 +88,23 @@ void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_p
     }
 }
 
+/* The product with the column of ones. */
+static sway_real_t sum_of(const int32_t *data, uint32_t n)
+{
+    int64_t sum = 0;
+    for (uint32_t b = 0; b < n; b++) {
+        sum += data[b];
+    }
+    return sway_real_int(sum);
+}
+
 sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, const int32_t *data)
 {
-    const int32_t *factor = basis->column[column];
-    int64_t sum = 0; // below 64 * 2^28 * 2^28 = 2^62
-    for (uint32_t b = 0; b < basis->blocks; b++) {
-        sum += sway_wide(factor[b], data[b]);
+    if (column == SWAY_FIT_MEAN) {
+        return sum_of(data, basis->blocks);
     }
-    return sway_real(sum, -SWAY_FIT_BITS);
+    /* below 64 * 2^28 * 2^28 = 2^62 */
+    return sway_real(sway_wide_dot(basis->column[column], data, basis->blocks), -SWAY_FIT_BITS);
 }
 
 static void gram_entry(sway_fit_basis_t *basis, uint32_t i, uint32_t j)
@@ -264,7 +273,9 @@ int32_t sway_fit_center(const int64_t *sums, uint32_t n, int32_t *data, int64_t 
         shift++;
     }
     for (uint32_t b = 0; b < n; b++) {
-        data[b] = (int32_t)((sums[b] - *mean) / (INT64_C(1) << shift));
+        const int64_t rest = sums[b] - *mean;
+        const int32_t size = (int32_t)((rest < 0 ? -rest : rest) >> shift);
+        data[b] = rest < 0 ? -size : size;
     }
     return shift;
 }

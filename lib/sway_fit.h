@@ -18,6 +18,7 @@
 #define SWAY_FIT_COLUMNS 10
 /// Linear parameters: columns 0..7.
 #define SWAY_FIT_LINEAR 8
+#define SWAY_FIT_MEAN 2
 #define SWAY_FIT_TAU_RE 8
 #define SWAY_FIT_TAU_IM 9
 /// Columns are Q28.

@@ -342,11 +342,7 @@ static uint32_t run_second_variance(sway_line_job_t *job, const sway_ring_t *rin
 
 static sway_real_t sum_of_squares(const int32_t *x, uint32_t n)
 {
-    int64_t sum = 0; // 64 * 2^56
-    for (uint32_t i = 0; i < n; i++) {
-        sum += (int64_t)x[i] * x[i];
-    }
-    return sway_real_int(sum);
+    return sway_real_int(sway_wide_dot(x, x, n)); // 64 * 2^56
 }
 
 /* Blocks that are data, less the parameters fitted to them. */
@@ -596,10 +592,7 @@ static void reject_outliers(sway_line_job_t *job, sway_line_data_t *data, const 
  * does not reach: by that much a slow disturbance has more power near the line than on average. */
 static sway_real_t inflation(const int32_t *residual, uint32_t n, sway_real_t squares)
 {
-    int64_t sum = 0;
-    for (uint32_t b = 1; b < n; b++) {
-        sum += (int64_t)residual[b] * residual[b - 1U];
-    }
+    const int64_t sum = sway_wide_dot(residual + 1, residual, n - 1U);
     const sway_real_t one = sway_real_int(1);
     const sway_real_t rho =
         sway_real_min(sway_real_div(sway_real_int(sum), squares), sway_real_ratio(95, 100));

@@ -14,6 +14,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "sway_config.h"
+
 #define SWAY_REAL_EXPONENT_MAX 100000
 
 typedef struct {
@@ -27,42 +29,150 @@ typedef struct {
     sway_real_t im;
 } sway_complex_t;
 
-/// value * 2^exponent, rounded to 31 bits.
-sway_real_t sway_real(int64_t value, int32_t exponent);
-/// The integer `value`, exact up to 31 bits.
-sway_real_t sway_real_int(int64_t value);
-/// numerator / denominator; 0 for a denominator of 0. E.g. sway_real_ratio(981, 100) = 9.81.
-sway_real_t sway_real_ratio(int64_t numerator, int64_t denominator);
+/// A number in one 64-bit word, mantissa below, exponent above. This is how numbers come back from
+/// functions: an ARM returns a word in registers but every structure through memory, which would
+/// make each sum and product half as slow again.
+typedef uint64_t sway_real_word_t;
 
-sway_real_t sway_real_add(sway_real_t a, sway_real_t b);
-sway_real_t sway_real_sub(sway_real_t a, sway_real_t b);
-sway_real_t sway_real_mul(sway_real_t a, sway_real_t b);
+SWAY_INLINE sway_real_word_t sway_real_to_word(sway_real_t a)
+{
+    return ((uint64_t)(uint32_t)a.e << 32) | (uint32_t)a.m;
+}
+
+SWAY_INLINE sway_real_t sway_real_of_word(sway_real_word_t word)
+{
+    sway_real_t a;
+    a.m = (int32_t)(uint32_t)word;
+    a.e = (int32_t)(uint32_t)(word >> 32);
+    return a;
+}
+
+/// The arithmetic itself; use the functions without `word` below.
+sway_real_word_t sway_real_word(int64_t value, int32_t exponent);
+sway_real_word_t sway_real_word_ratio(int64_t numerator, int64_t denominator);
+sway_real_word_t sway_real_word_add(sway_real_word_t a, sway_real_word_t b);
+sway_real_word_t sway_real_word_sub(sway_real_word_t a, sway_real_word_t b);
+sway_real_word_t sway_real_word_mul(sway_real_word_t a, sway_real_word_t b);
+sway_real_word_t sway_real_word_div(sway_real_word_t a, sway_real_word_t b);
+sway_real_word_t sway_real_word_scale(sway_real_word_t a, int32_t shift);
+sway_real_word_t sway_real_word_sqrt(sway_real_word_t a);
+sway_real_word_t sway_real_word_exp(sway_real_word_t a);
+sway_real_word_t sway_real_word_ln(sway_real_word_t a);
+sway_real_word_t sway_real_word_atan2(sway_real_word_t y, sway_real_word_t x);
+
+/// value * 2^exponent, rounded to 31 bits.
+SWAY_INLINE sway_real_t sway_real(int64_t value, int32_t exponent)
+{
+    return sway_real_of_word(sway_real_word(value, exponent));
+}
+
+/// The integer `value`, exact up to 31 bits.
+SWAY_INLINE sway_real_t sway_real_int(int64_t value)
+{
+    return sway_real_of_word(sway_real_word(value, 0));
+}
+
+/// numerator / denominator; 0 for a denominator of 0. E.g. sway_real_ratio(981, 100) = 9.81.
+SWAY_INLINE sway_real_t sway_real_ratio(int64_t numerator, int64_t denominator)
+{
+    return sway_real_of_word(sway_real_word_ratio(numerator, denominator));
+}
+
+SWAY_INLINE sway_real_t sway_real_add(sway_real_t a, sway_real_t b)
+{
+    return sway_real_of_word(sway_real_word_add(sway_real_to_word(a), sway_real_to_word(b)));
+}
+
+SWAY_INLINE sway_real_t sway_real_sub(sway_real_t a, sway_real_t b)
+{
+    return sway_real_of_word(sway_real_word_sub(sway_real_to_word(a), sway_real_to_word(b)));
+}
+
+SWAY_INLINE sway_real_t sway_real_mul(sway_real_t a, sway_real_t b)
+{
+    return sway_real_of_word(sway_real_word_mul(sway_real_to_word(a), sway_real_to_word(b)));
+}
+
 /// a / b; 0 where b is 0 (callers that can meet it test first).
-sway_real_t sway_real_div(sway_real_t a, sway_real_t b);
-sway_real_t sway_real_neg(sway_real_t a);
-sway_real_t sway_real_abs(sway_real_t a);
+SWAY_INLINE sway_real_t sway_real_div(sway_real_t a, sway_real_t b)
+{
+    return sway_real_of_word(sway_real_word_div(sway_real_to_word(a), sway_real_to_word(b)));
+}
+
+SWAY_INLINE sway_real_t sway_real_neg(sway_real_t a)
+{
+    a.m = -a.m; // never INT32_MIN: |m| < 2^31
+    return a;
+}
+
+SWAY_INLINE sway_real_t sway_real_abs(sway_real_t a)
+{
+    a.m = a.m < 0 ? -a.m : a.m;
+    return a;
+}
+
 /// a * 2^shift, exact.
-sway_real_t sway_real_scale(sway_real_t a, int32_t shift);
+SWAY_INLINE sway_real_t sway_real_scale(sway_real_t a, int32_t shift)
+{
+    return sway_real_of_word(sway_real_word_scale(sway_real_to_word(a), shift));
+}
+
 /// Square root; 0 for a <= 0.
-sway_real_t sway_real_sqrt(sway_real_t a);
+SWAY_INLINE sway_real_t sway_real_sqrt(sway_real_t a)
+{
+    return sway_real_of_word(sway_real_word_sqrt(sway_real_to_word(a)));
+}
+
 /// e^a, relative error below 1e-8 for |a| < 20; |a| is clipped to 60000.
-sway_real_t sway_real_exp(sway_real_t a);
+SWAY_INLINE sway_real_t sway_real_exp(sway_real_t a)
+{
+    return sway_real_of_word(sway_real_word_exp(sway_real_to_word(a)));
+}
+
 /// Natural logarithm; 0 for a <= 0. Absolute error below 3e-8.
-sway_real_t sway_real_ln(sway_real_t a);
+SWAY_INLINE sway_real_t sway_real_ln(sway_real_t a)
+{
+    return sway_real_of_word(sway_real_word_ln(sway_real_to_word(a)));
+}
+
 /// Sine and cosine of `a` in rad; |a| < 2^20, beyond it phase is lost and (0, 1) is returned.
 /// Absolute error below 5e-9 for |a| < 8.
 void sway_real_sincos(sway_real_t a, sway_real_t *sine, sway_real_t *cosine);
+
 /// Angle of (x, y) in (-pi, pi]; 0 for (0, 0). Absolute error below 2e-9.
-sway_real_t sway_real_atan2(sway_real_t y, sway_real_t x);
+SWAY_INLINE sway_real_t sway_real_atan2(sway_real_t y, sway_real_t x)
+{
+    return sway_real_of_word(sway_real_word_atan2(sway_real_to_word(y), sway_real_to_word(x)));
+}
 
 /// -1, 0 or 1 as a < b, a == b, a > b.
 int sway_real_compare(sway_real_t a, sway_real_t b);
-bool sway_real_less(sway_real_t a, sway_real_t b);
-bool sway_real_is_zero(sway_real_t a);
+
+SWAY_INLINE bool sway_real_less(sway_real_t a, sway_real_t b)
+{
+    return sway_real_compare(a, b) < 0;
+}
+
+SWAY_INLINE bool sway_real_is_zero(sway_real_t a)
+{
+    return a.m == 0;
+}
+
 /// -1, 0 or 1.
-int sway_real_sign(sway_real_t a);
-sway_real_t sway_real_min(sway_real_t a, sway_real_t b);
-sway_real_t sway_real_max(sway_real_t a, sway_real_t b);
+SWAY_INLINE int sway_real_sign(sway_real_t a)
+{
+    return (a.m > 0) - (a.m < 0);
+}
+
+SWAY_INLINE sway_real_t sway_real_min(sway_real_t a, sway_real_t b)
+{
+    return sway_real_less(b, a) ? b : a;
+}
+
+SWAY_INLINE sway_real_t sway_real_max(sway_real_t a, sway_real_t b)
+{
+    return sway_real_less(a, b) ? b : a;
+}
 
 /// a * scale rounded to the nearest integer, clipped to [low, high].
 /// E.g. sway_real_to_int(rad, 1000000, INT32_MIN, INT32_MAX) gives microradian.
@@ -71,7 +181,13 @@ int32_t sway_real_to_int(sway_real_t a, int32_t scale, int32_t low, int32_t high
 int64_t sway_real_to_int64(sway_real_t a, int32_t shift);
 
 /// pi, to 31 bits.
-sway_real_t sway_real_pi(void);
+SWAY_INLINE sway_real_t sway_real_pi(void)
+{
+    sway_real_t pi;
+    pi.m = 1686629713;
+    pi.e = -29;
+    return pi;
+}
 
 sway_complex_t sway_complex(sway_real_t re, sway_real_t im);
 sway_complex_t sway_complex_add(sway_complex_t a, sway_complex_t b);

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "sway_wide.h"
+
 /* Bounds of one slice: table entries (two Taylor series each) and rows (channels x bins products).
  */
 #define TABLE_SLICE 16U
@@ -28,8 +30,8 @@ static void add_sample(sway_spectrum_t *spectrum, uint32_t channel, uint32_t pha
     int64_t *im = spectrum->im[channel];
     uint32_t at = 0;
     for (uint32_t k = 0; k <= SWAY_BINS; k++) {
-        re[k] += (int64_t)x * spectrum->cosine[at];
-        im[k] += (int64_t)x * spectrum->sine[at];
+        re[k] += sway_wide(x, spectrum->cosine[at]);
+        im[k] += sway_wide(x, spectrum->sine[at]);
         at += phase;
         if (at >= spectrum->window) {
             at -= spectrum->window;

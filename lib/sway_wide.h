@@ -7,8 +7,10 @@
 
 #include <stdint.h>
 
+#include "sway_config.h"
+
 #if defined(__ARM_ARCH_6M__)
-static inline uint64_t sway_wide_unsigned(uint32_t a, uint32_t b)
+SWAY_INLINE uint64_t sway_wide_unsigned(uint32_t a, uint32_t b)
 {
     const uint32_t a_low = a & 0xFFFFU;
     const uint32_t a_high = a >> 16;
@@ -22,13 +24,13 @@ static inline uint64_t sway_wide_unsigned(uint32_t a, uint32_t b)
     return ((uint64_t)high << 32) | (second << 16) | (low & 0xFFFFU);
 }
 #else
-static inline uint64_t sway_wide_unsigned(uint32_t a, uint32_t b)
+SWAY_INLINE uint64_t sway_wide_unsigned(uint32_t a, uint32_t b)
 {
     return (uint64_t)a * b;
 }
 #endif
 
-static inline int64_t sway_wide(int32_t a, int32_t b)
+SWAY_INLINE int64_t sway_wide(int32_t a, int32_t b)
 {
 #if defined(__ARM_ARCH_6M__)
     /* two's complement: a negative factor counts 2^32 too much */
@@ -40,16 +42,62 @@ static inline int64_t sway_wide(int32_t a, int32_t b)
 #endif
 }
 
+/// Sum of a[i] b[i], |a| and |b| < 2^29, exact as long as it is below 2^63; n > 0.
+SWAY_INLINE int64_t sway_wide_dot(const int32_t *a, const int32_t *b, uint32_t n)
+{
+#if defined(__ARM_ARCH_6M__) && defined(__GNUC__)
+    /* The innermost loop of the estimator, a fifth of all it does. Compilers spill half of it to
+     * the stack: 41 instructions a product instead of 22. */
+    const int32_t *const end = a + n;
+    uint32_t low = 0;
+    uint32_t high = 0;
+    __asm__(".syntax unified\n"
+            "1: ldmia %[a]!, {r3}\n"
+            "ldmia %[b]!, {r4}\n"
+            "uxth r5, r3\n"
+            "uxth r6, r4\n"
+            "asrs r3, r3, #16\n"
+            "asrs r4, r4, #16\n"
+            "mov r8, r3\n"
+            "muls r3, r6, r3\n" // upper a, lower b
+            "muls r6, r5, r6\n" // lower parts
+            "muls r5, r4, r5\n" // lower a, upper b
+            "adds r3, r3, r5\n"
+            "mov r5, r8\n"
+            "muls r4, r5, r4\n" // upper parts
+            "adds %[high], %[high], r4\n"
+            "lsls r5, r3, #16\n"
+            "asrs r3, r3, #16\n"
+            "movs r4, #0\n"
+            "adds r6, r6, r5\n"
+            "adcs %[high], %[high], r3\n"
+            "adds %[low], %[low], r6\n"
+            "adcs %[high], %[high], r4\n"
+            "cmp %[a], %[end]\n"
+            "bne 1b\n"
+            : [a] "+l"(a), [b] "+l"(b), [low] "+l"(low), [high] "+l"(high)
+            : [end] "h"(end)
+            : "r3", "r4", "r5", "r6", "r8", "cc", "memory");
+    return (int64_t)(((uint64_t)high << 32) | low);
+#else
+    int64_t sum = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        sum += (int64_t)a[i] * b[i];
+    }
+    return sum;
+#endif
+}
+
 /// value / 2^30, rounded; |value| <= 2^61. Made positive first: right shifts of negative numbers
 /// are not portable.
-static inline int32_t sway_wide_round(int64_t value)
+SWAY_INLINE int32_t sway_wide_round(int64_t value)
 {
     const uint64_t positive = (uint64_t)(value + (INT64_C(1) << 62) + (INT64_C(1) << 29));
     return (int32_t)((int64_t)(positive >> 30) - (INT64_C(1) << 32));
 }
 
 /// a * b / 2^30, rounded, for |b| <= 2^30.
-static inline int32_t sway_wide_q30(int32_t a, int32_t b)
+SWAY_INLINE int32_t sway_wide_q30(int32_t a, int32_t b)
 {
     return sway_wide_round(sway_wide(a, b));
 }

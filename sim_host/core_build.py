@@ -49,7 +49,8 @@ def _declarations(headers: list[Path], include: list[Path]) -> str:
         ).stdout
     text = re.sub(r"\(uint32_t\)(\d+)U\b", r"\1", text)
     text = re.sub(r"\b(\d+)U?L?L?\b(?=\s*<<)", r"\1", text)
-    return re.sub(r"static inline[^{]*\{[^}]*\}", "", text)
+    text = text.replace("__attribute__((always_inline))", "")
+    return re.sub(r"static inline([^{;]*)\{[^}]*\}", r"\1;", text)
 
 
 def make_builder() -> cffi.FFI:
