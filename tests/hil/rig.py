@@ -217,21 +217,6 @@ class Plant:
         car = (float(x[1] + noise[0]), float(centre - m.lr1 * rate[1] + noise[1]))
         return car, (float(x[1] + x[2] + noise[2]), float(trailer + noise[3]))
 
-    def forces(self) -> list[tuple[int, bytes]]:
-        """Payloads of wheels and hitch."""
-        m, x, v = self.model, self.state, self.speed
-        front = m.cf1 * (self.steer / m.steering_ratio - (x[0] + m.lf1 * x[1]) / v)
-        rear = -m.cr1 * (x[0] - m.lr1 * x[1]) / v
-        rate = self.a @ x + self.b * self.steer
-        hitch = m.m1 * (rate[0] + v * x[1]) - front - rear
-        wheels = [
-            (f.CAR_WHEELS[i], struct.pack("<hH2x", round(force / 2 + n), 4900))
-            for i, (force, n) in enumerate(
-                zip((front, front, rear, rear), self.rng.standard_normal(4) * 10.0, strict=True)
-            )
-        ]
-        return [*wheels, (f.HITCH, f.pair(0.0, hitch))]
-
 
 Mutation = Callable[[list[bytes]], list[bytes]]
 
@@ -243,14 +228,11 @@ class Feeder(threading.Thread):
     with the plant and the time, and steers or brakes.
     """
 
-    def __init__(
-        self, bus: Bus, speed_m_s: float = 25.0, rate_hz: float = 100.0, forces: bool = False
-    ) -> None:
+    def __init__(self, bus: Bus, speed_m_s: float = 25.0, rate_hz: float = 100.0) -> None:
         super().__init__(daemon=True)
         self.bus = bus
         self.sender = f.Sender()
         self.plant = Plant(speed_m_s, 1.0 / rate_hz)
-        self.with_forces = forces
         self.mutate: Mutation = list
         self.driver: Callable[[Plant, float], None] = swing
         self.sent = 0
@@ -272,8 +254,6 @@ class Feeder(threading.Thread):
             self.plant.step()
             car, trailer = self.plant.motion()
             batch = self.sender.motion(self.plant.steer, self.plant.speed, car, trailer)
-            if self.with_forces:
-                batch += [self.sender.next(i, payload) for i, payload in self.plant.forces()]
             self.sent += sum(self.bus.send(frame) for frame in self.mutate(batch))
             self.periods += 1
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -14,69 +16,92 @@ import pytest
 import rig
 
 SECONDS = float(os.environ.get("HIL_SECONDS", "6"))
-DEG = 57.29577951308232
 
 
-def newest_alarm(bus: rig.Bus) -> int:
-    """State of the newest alarm frame."""
-    for seen in reversed(bus.seen):
-        if seen.can_id == f.ALARM:
-            return rig.alarm_state(seen)
-    return 0
+SCENARIO = """
+vehicle = "{vehicle}"
+duration_s = {seconds}
+speed_kmh = {speed}
+speed_control = true
+[[manoeuvre]]
+kind = "impulse"
+angle_deg = {angle}
+start_s = 2.0
+"""
+BRAKE = """
+[reaction]
+kind = "trailer_brake"
+at = "warning"
+force_n = 4000.0
+"""
 
 
-def impulse(plant: rig.Plant, time_s: float) -> None:
-    """A steering impulse at 4 s."""
-    phase = time_s - 4.0
-    plant.steer = 0.33 * float(np.sin(2 * np.pi * 0.67 * phase)) if 0 <= phase < 0.75 else 0.0
+def swaywatch(command: str, scenario: Path, *options: str) -> str:
+    """What `swaywatch COMMAND SCENARIO` on the bus prints."""
+    arguments = [sys.executable, "-m", "swaywatch.cli", command, str(scenario)]
+    arguments += ["--channel", rig.INTERFACE, *options]
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=240, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
-def drive(bus: rig.Bus, *, reacts: bool, seconds: float) -> tuple[float, float, int]:
-    """A car 14 km/h above its critical speed; the trailer brake listens to the ECU, or does not.
-
-    Returns the largest trailer yaw rate of the last two seconds (deg/s), the last speed (m/s), and
-    the highest alarm state.
-    """
-    feeder = rig.Feeder(bus, 25.0, 100.0, forces=True)
-    feeder.plant.set_speed(feeder.plant.v_crit + 4.0)
-    worst: list[float] = []
-    highest = 0
-
-    def driver(plant: rig.Plant, time_s: float) -> None:
-        nonlocal highest
-        impulse(plant, time_s)
-        worst.append(abs(float(plant.state[1] + plant.state[2])))
-        state = newest_alarm(bus)
-        highest = max(highest, state)
-        if reacts and state >= 3 and plant.speed > 20.0:
-            plant.set_speed(plant.speed - 2.5 / 100.0)
-
-    feeder.driver = driver
-    feeder.start()
-    time.sleep(seconds)
-    feeder.stop()
-    return max(worst[-200:]) * DEG, feeder.plant.speed, highest
+def number(pattern: str, text: str) -> float:
+    """The number that a pattern finds."""
+    found = re.search(pattern, text)
+    assert found, text
+    return float(found.group(1))
 
 
-def test_alarm_reaches_the_brake(bus, daemon, report):
-    """With the brake the swaying dies out, without it grows: the loop closes over the bus."""
-    grown, fast, _ = drive(bus, reacts=False, seconds=14.0)
+def scenario(folder: Path, speed_kmh: float, seconds: float, angle_deg: float, more: str) -> Path:
+    """A scenario as a file."""
+    text = SCENARIO.format(vehicle=rig.VEHICLE, seconds=seconds, speed=speed_kmh, angle=angle_deg)
+    file = folder / "drive.toml"
+    file.write_text(text + more)
+    return file
+
+
+def test_alarm_reaches_the_brake(daemon, report, tmp_path):
+    """9 km/h above v_crit: braked on the alarm the swaying dies out, else it grows."""
+    grown = swaywatch("hil", scenario(tmp_path, 132.0, 16.0, 6.0, ""))
     daemon.stop()
-    bus.seen.clear()
     fresh = rig.Daemon()
-    calm, slow, highest = drive(bus, reacts=True, seconds=20.0)
+    calm = swaywatch("hil", scenario(tmp_path, 132.0, 16.0, 6.0, BRAKE))
     counts = fresh.stop()
+    last = r"last second ([\d.]+) deg/s"
+    sent = int(number(r"(\d+) frames sent", calm))
     report.add(
-        "closed loop, 4 m/s above v_crit",
-        f"alarm state {highest}; without brake {grown:.1f} deg/s at {fast * 3.6:.0f} km/h, "
-        f"with brake {calm:.1f} deg/s at {slow * 3.6:.0f} km/h",
-        rig.told(counts, "estimates", "lost"),
+        "`swaywatch hil`, 9 km/h above v_crit",
+        f"warning at {number(r'warning at ([0-9.]+) s', calm):.1f} s, impulse at 2.0 s; "
+        f"at the end {number(last, grown):.1f} deg/s, with the trailer's brake "
+        f"{number(last, calm):.1f} deg/s",
+        f"sent {sent}, {rig.told(counts, 'accepted', 'lost', 'kernel_lost')}",
         "-",
     )
-    assert highest >= 3
-    assert slow < fast - 5.0
-    assert calm < grown / 2
-    assert counts["lost"] == 0
+    assert number(last, calm) < number(last, grown) / 2
+    assert number(r"([\d.]+) km/h at the end", calm) < 120.0
+    assert counts["accepted"] == sent
+    assert counts["lost"] == counts["kernel_lost"] == 0
+
+
+def test_feed(bus, daemon, report, tmp_path):
+    """`swaywatch feed` plays a drive; the ECU on the bus says its critical speed."""
+    before = daemon.counts()
+    told = swaywatch("feed", scenario(tmp_path, 100.0, 14.0, 12.0, ""))
+    time.sleep(0.2)
+    counts = rig.delta(before, daemon.counts())
+    sent = int(number(r"(\d+) frames sent", told))
+    raw = [s.data[2] | s.data[3] << 8 for s in bus.seen if s.can_id == f.MARGIN]
+    speeds = [0.01 * value for value in raw if value != 0xFFFF]
+    assert speeds, told
+    report.add(
+        f"`swaywatch feed`, {sent} frames in 14 s",
+        f"critical speed {np.median(speeds):.1f} km/h; feed {told.split('; ')[1].strip()}",
+        f"sent {sent}, {rig.told(counts, 'accepted', 'lost', 'kernel_lost')}",
+        "-",
+    )
+    assert counts["accepted"] == sent
+    assert "lost" not in counts
+    assert np.median(speeds) == pytest.approx(rig.Plant(28.0, 0.01).v_crit * 3.6, rel=0.02)
 
 
 @pytest.mark.parametrize("rate_hz", [100.0, 1000.0])

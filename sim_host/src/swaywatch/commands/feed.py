@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
         raise RecordingError(f"--speed {args.speed:g} must not be negative")
     frames = _frames(args)
     result = FeedResult()
-    with _open(args) as bus:
+    with open_bus(args) as bus:
         try:
             feed(frames, bus, speed=args.speed, result=result)
         finally:
@@ -73,7 +73,8 @@ def _frames(args: argparse.Namespace) -> Frames:
     return recording.frames
 
 
-def _open(args: argparse.Namespace) -> Any:
+def open_bus(args: argparse.Namespace) -> Any:
+    """The bus of ``--interface``, ``--channel`` and ``--bitrate``."""
     import can
 
     options: dict[str, Any] = {"interface": args.interface, "channel": args.channel}

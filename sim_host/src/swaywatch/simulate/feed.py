@@ -82,20 +82,21 @@ def feed(
         due = start
         if speed > 0.0:
             due = start + (int(frames.time_ns[k]) - first) * 1e-9 / speed
-            _wait(due, clock, sleep)
+            wait_until(due, clock, sleep)
         message = can.Message(
             arbitration_id=int(frames.identifier[k]),
             is_extended_id=bool(frames.extended[k]),
             data=bytes(frames.data[k, : frames.length[k]]),
             is_fd=int(frames.length[k]) > 8,
         )
-        _send(message, bus, retry_s, clock, sleep, result)
+        send(message, bus, retry_s, clock, sleep, result)
         result.sent += 1
         result.lateness_s.append(max(clock() - due, 0.0) if speed > 0.0 else 0.0)
     return result
 
 
-def _wait(due: float, clock: Callable[[], float], sleep: Callable[[float], None]) -> None:
+def wait_until(due: float, clock: Callable[[], float], sleep: Callable[[float], None]) -> None:
+    """Until a time of the clock: asleep, and awake at the end."""
     left = due - clock()
     if left > SPIN_S:
         sleep(left - SPIN_S)
@@ -103,7 +104,7 @@ def _wait(due: float, clock: Callable[[], float], sleep: Callable[[float], None]
         sleep(0.0)
 
 
-def _send(
+def send(
     message: Any,
     bus: Bus,
     retry_s: float,
@@ -111,6 +112,13 @@ def _send(
     sleep: Callable[[float], None],
     result: FeedResult,
 ) -> None:
+    """Send one message; a full buffer is waited for, up to ``retry_s``.
+
+    Raises
+    ------
+    RecordingError
+        It could not be sent.
+    """
     import can
 
     give_up = clock() + retry_s

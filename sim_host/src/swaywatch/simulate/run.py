@@ -42,6 +42,10 @@ def simulate_scenario(scenario: Scenario) -> tuple[Drive, Trace]:
 
 def simulate_plant(scenario: Scenario) -> Trace:
     """The plant with its driver, without sensors."""
+    if scenario.reaction:
+        raise ScenarioError(
+            f"{scenario.name} [reaction]: no ECU is here to react to; `swaywatch hil` has one"
+        )
     ratio = scenario.vehicle.car.steering_ratio
     driver = make_driver(
         Table(scenario.driver, f"{scenario.name} [driver]"), 1.0 / PLANT_RATE_HZ, ratio

@@ -30,6 +30,8 @@
     [timing]
     rate_hz = 100.0
     jitter_s = 0.0005
+
+``[reaction]``: see :mod:`swaywatch.simulate.closed_loop`.
 """
 
 from __future__ import annotations
@@ -61,7 +63,7 @@ class Scenario:
     ----------
     plan : steering, speed, wind and road over time, on the plant's time axis
     physics : effects that act all along
-    driver, sensors : tables that are read when the plant is known
+    driver, sensors, reaction : tables that are read when the plant is known
     """
 
     name: str
@@ -76,6 +78,7 @@ class Scenario:
     multibody: dict[str, Any] = field(repr=False)
     driver: dict[str, Any] = field(repr=False)
     sensors: dict[str, Any] = field(repr=False)
+    reaction: dict[str, Any] = field(repr=False)
     timing: Timing
 
     @property
@@ -133,6 +136,7 @@ def read_scenario(
         multibody=table.raw("multibody", {}),
         driver=table.raw("driver", {}),
         sensors=table.raw("sensors", {}),
+        reaction=table.raw("reaction", {}),
         timing=read_timing(table.table("timing")),
     )
     table.done()

@@ -1,0 +1,44 @@
+"""``swaywatch hil``: a scenario in real time on a bus, closed by the ECU that listens there."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``hil`` command."""
+    parser = subparsers.add_parser(
+        "hil",
+        help="hardware in the loop: drive a scenario in real time, react to the ECU's alarm",
+        description="Drive a scenario in real time over a CAN bus: the simulated combination sends "
+        "what its sensors measure (dbc/swaywatch.dbc), the ECU on the bus answers, and its alarm "
+        "brakes the trailer or slows the driver as [reaction] of the scenario says. The rate is "
+        "rate_hz of [timing]; see swaywatch.simulate.closed_loop.",
+    )
+    parser.add_argument("scenario", type=Path, help="the scenario, TOML")
+    parser.add_argument(
+        "--interface", default="socketcan", help="python-can interface (default: socketcan)"
+    )
+    parser.add_argument("--channel", default="vcan0", help="channel (default: vcan0)")
+    parser.add_argument("--bitrate", type=int, help="for interfaces that set it")
+    parser.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Drive one scenario."""
+    from swaywatch.commands.feed import open_bus
+    from swaywatch.simulate import load_scenario
+    from swaywatch.simulate.closed_loop import LoopResult, drive_closed_loop
+
+    scenario = load_scenario(args.scenario, args.seed)
+    result = LoopResult()
+    with open_bus(args) as bus:
+        try:
+            drive_closed_loop(scenario, bus, result=result)
+        except KeyboardInterrupt:
+            print("stopped")
+        finally:
+            print(result.summary())
+    return 0

@@ -1,0 +1,144 @@
+"""The closed loop of ``swaywatch hil``, with the ECU software on a bus in the same process."""
+
+from __future__ import annotations
+
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import can
+import pytest
+from conftest import DATA
+
+from swaywatch.cli import main
+from swaywatch.errors import ScenarioError
+from swaywatch.live import NodeFeed
+from swaywatch.simulate.closed_loop import LoopResult, drive_closed_loop
+from swaywatch.simulate.scenario import Scenario, read_scenario
+from swaywatch.vehicle import load_vehicle
+
+FOLDER = DATA / "practice" / "p01"
+REAR_AXLE_M = -1.383
+FAST = 132.0  # km/h, v_crit is 123.3
+
+
+def scenario(speed_kmh: float = FAST, **content: Any) -> Scenario:
+    base: dict[str, Any] = {
+        "vehicle": "vehicle.toml",
+        "duration_s": 16.0,
+        "speed_kmh": speed_kmh,
+        "speed_control": True,
+        "manoeuvre": [{"kind": "impulse", "angle_deg": 6.0, "start_s": 2.0}],
+    }
+    return read_scenario({**base, **content}, "test", FOLDER, "test.toml")
+
+
+class Clock:
+    """A clock that only sleeping moves."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += max(seconds, 1e-5)
+
+
+class EcuBus:
+    """A bus with the ECU software on it."""
+
+    def __init__(self, clock: Clock) -> None:
+        positions = {"car_lateral_acceleration": REAR_AXLE_M, "trailer_lateral_acceleration": 0.0}
+        self.clock = clock
+        self.ecu = NodeFeed(load_vehicle(FOLDER / "vehicle.toml"), positions)
+        self.answers: deque[can.Message] = deque()
+        self.times: list[float] = []
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        self.times.append(self.clock.now)
+        msg.timestamp = self.clock.now + 4e-6 * (len(self.times) % 16)
+        for identifier, data in self.ecu.receive(msg):
+            self.answers.append(
+                can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+            )
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        return self.answers.popleft() if self.answers else None
+
+
+def drive(plan: Scenario) -> tuple[LoopResult, EcuBus]:
+    clock = Clock()
+    bus = EcuBus(clock)
+    return drive_closed_loop(plan, bus, clock=clock, sleep=clock.sleep), bus
+
+
+def test_the_ecu_accepts_every_frame() -> None:
+    result, bus = drive(scenario(90.0, duration_s=4.0))
+    assert result.feed.sent == len(bus.times) == bus.ecu.counts.used
+    assert set(bus.ecu.faults().values()) == {0}
+    assert result.status_frames > 30
+
+
+def test_frames_withheld_are_counted_by_the_ecu() -> None:
+    _, whole = drive(scenario(90.0, duration_s=4.0))
+    _, bus = drive(scenario(90.0, duration_s=4.0, timing={"lost": 0.05}))
+    missing = len(whole.times) - len(bus.times)
+    assert missing > 100
+    # What is missing at the very end nobody can know: at most one frame of each message.
+    assert missing - 14 <= bus.ecu.faults()["lost"] <= missing
+
+
+@pytest.mark.parametrize(
+    "reaction",
+    [
+        {"kind": "trailer_brake", "force_n": 4000.0, "at": "warning"},
+        {"kind": "slow_down", "deceleration_m_s2": 3.0, "at": "warning"},
+    ],
+)
+def test_the_alarm_ends_the_swaying(reaction: dict[str, Any]) -> None:
+    """The same drive, above its critical speed, with and without an answer to the alarm."""
+    alone, _ = drive(scenario())
+    answered, _ = drive(scenario(reaction=reaction))
+    assert alone.reacted_s is None
+    assert answered.reacted_s is not None
+    assert answered.speed_m_s < alone.speed_m_s - 5.0
+    assert answered.swing_rad_s[-1] < 0.5 * alone.swing_rad_s[-1]
+
+
+def test_what_the_sensors_do_offline_they_do_in_the_loop() -> None:
+    """A frozen sensor is told by the ECU."""
+    sensors = {"trailer_yaw_rate": {"frozen_from_s": 3.0}}
+    slalom = [{"kind": "slalom", "angle_deg": 20.0}]
+    _, bus = drive(scenario(90.0, duration_s=9.0, sensors=sensors, manoeuvre=slalom))
+    assert bus.ecu.faults()["frozen"] > 0
+
+
+def test_a_trailer_brake_needs_a_speed_that_forces_can_change() -> None:
+    plan = scenario(speed_control=False, reaction={"kind": "trailer_brake"})
+    with pytest.raises(ScenarioError, match="speed_control = true"):
+        drive(plan)
+
+
+def test_a_reaction_needs_an_ecu(tmp_path: Path, capsys: Any) -> None:
+    text = f"""vehicle = "{FOLDER / "vehicle.toml"}"
+duration_s = 2.0
+speed_kmh = 90.0
+[reaction]
+kind = "slow_down"
+"""
+    file = tmp_path / "loop.toml"
+    file.write_text(text)
+    assert main(["simulate", str(file), "--out", str(tmp_path / "x.blf")]) == 1
+    assert "swaywatch hil" in capsys.readouterr().err
+    assert not (tmp_path / "x.blf").exists()
+
+
+def test_the_command_says_when_no_ecu_answers(tmp_path: Path, capsys: Any) -> None:
+    file = tmp_path / "loop.toml"
+    file.write_text(f'vehicle = "{FOLDER / "vehicle.toml"}"\nduration_s = 1.0\nspeed_kmh = 90.0\n')
+    assert main(["hil", str(file), "--interface", "virtual", "--channel", "swaywatch-hil"]) == 0
+    out = capsys.readouterr().out
+    assert "ECU: silent" in out
+    assert "frames sent" in out
