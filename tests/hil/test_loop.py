@@ -18,22 +18,16 @@ import rig
 SECONDS = float(os.environ.get("HIL_SECONDS", "6"))
 
 
-SCENARIO = """
-vehicle = "{vehicle}"
-duration_s = {seconds}
-speed_kmh = {speed}
-speed_control = true
+SCENARIO = f"""
+vehicle = "{rig.VEHICLE}"
+duration_s = 14.0
+speed_kmh = 100.0
 [[manoeuvre]]
 kind = "impulse"
-angle_deg = {angle}
+angle_deg = 12.0
 start_s = 2.0
 """
-BRAKE = """
-[reaction]
-kind = "trailer_brake"
-at = "warning"
-force_n = 4000.0
-"""
+EXAMPLE = rig.ROOT / "tests" / "data" / "scenarios" / "brake.toml"
 
 
 def swaywatch(command: str, scenario: Path, *options: str) -> str:
@@ -52,20 +46,17 @@ def number(pattern: str, text: str) -> float:
     return float(found.group(1))
 
 
-def scenario(folder: Path, speed_kmh: float, seconds: float, angle_deg: float, more: str) -> Path:
-    """A scenario as a file."""
-    text = SCENARIO.format(vehicle=rig.VEHICLE, seconds=seconds, speed=speed_kmh, angle=angle_deg)
-    file = folder / "drive.toml"
-    file.write_text(text + more)
-    return file
-
-
 def test_alarm_reaches_the_brake(daemon, report, tmp_path):
     """9 km/h above v_crit: braked on the alarm the swaying dies out, else it grows."""
-    grown = swaywatch("hil", scenario(tmp_path, 132.0, 16.0, 6.0, ""))
+    text = EXAMPLE.read_text()
+    alone = tmp_path / "alone.toml"
+    alone.write_text(
+        text[: text.index("[reaction]")].replace("../practice/p01", str(rig.VEHICLE.parent))
+    )
+    grown = swaywatch("hil", alone)
     daemon.stop()
     fresh = rig.Daemon()
-    calm = swaywatch("hil", scenario(tmp_path, 132.0, 16.0, 6.0, BRAKE))
+    calm = swaywatch("hil", EXAMPLE)
     counts = fresh.stop()
     last = r"last second ([\d.]+) deg/s"
     sent = int(number(r"(\d+) frames sent", calm))
@@ -86,7 +77,9 @@ def test_alarm_reaches_the_brake(daemon, report, tmp_path):
 def test_feed(bus, daemon, report, tmp_path):
     """`swaywatch feed` plays a drive; the ECU on the bus says its critical speed."""
     before = daemon.counts()
-    told = swaywatch("feed", scenario(tmp_path, 100.0, 14.0, 12.0, ""))
+    source = tmp_path / "drive.toml"
+    source.write_text(SCENARIO)
+    told = swaywatch("feed", source)
     time.sleep(0.2)
     counts = rig.delta(before, daemon.counts())
     sent = int(number(r"(\d+) frames sent", told))

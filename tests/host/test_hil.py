@@ -14,7 +14,7 @@ from swaywatch.cli import main
 from swaywatch.errors import ScenarioError
 from swaywatch.live import NodeFeed
 from swaywatch.simulate.closed_loop import LoopResult, drive_closed_loop
-from swaywatch.simulate.scenario import Scenario, read_scenario
+from swaywatch.simulate.scenario import Scenario, load_scenario, read_scenario
 from swaywatch.vehicle import load_vehicle
 
 FOLDER = DATA / "practice" / "p01"
@@ -105,6 +105,12 @@ def test_the_alarm_ends_the_swaying(reaction: dict[str, Any]) -> None:
     assert answered.reacted_s is not None
     assert answered.speed_m_s < alone.speed_m_s - 5.0
     assert answered.swing_rad_s[-1] < 0.5 * alone.swing_rad_s[-1]
+
+
+def test_the_example_brakes_in_time() -> None:
+    result, _ = drive(load_scenario(DATA / "scenarios" / "brake.toml"))
+    assert result.reacted_s is not None
+    assert result.swing_rad_s[-1] < 0.01
 
 
 def test_what_the_sensors_do_offline_they_do_in_the_loop() -> None:

@@ -384,7 +384,10 @@ def test_bad_campaigns_are_refused(tmp_path: Path, change: tuple[str, str], text
 
 # Examples and lists -------------------------------------------------------------------------------
 
-EXAMPLES = sorted((DATA / "scenarios").glob("*.toml"))
+EXAMPLES = sorted(
+    file for file in (DATA / "scenarios").glob("*.toml") if "[reaction]" not in file.read_text()
+)
+"""Those with a reaction are for `swaywatch hil`: tests/host/test_hil.py, tests/hil."""
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
