@@ -94,7 +94,8 @@ def test_steady_state_is_that_of_the_single_track() -> None:
 )
 def test_fit_finds_the_value(name: str, value: float) -> None:
     found = effect(name)
-    problem = synthetic((Term(found, (value,)),), seed=1)
+    rest = tuple(p.neutral for p in found.parameters[1:])
+    problem = synthetic((Term(found, (value, *rest)),), seed=1)
     fitter = Fitter(problem)
     start = fitter.start()
     term = Term(found, tuple(p.starts[0] for p in found.parameters))

@@ -518,8 +518,9 @@ PLANAR = (
 )  # fmt: skip
 VERTICAL = (damper_fade, damper_asymmetry, friction_reduction, roll_stiffness_change)
 WITH_SIMULATION = (
-    *VERTICAL, axle_load_harmonic, tyre_relaxation, hitch_friction, steering_compliance,
-    sensor_delay, sensor_gain, sensor_roll_gravity,
+    *VERTICAL, *VERTICAL, axle_load_harmonic, tyre_relaxation, tyre_stiffness_change,
+    hitch_friction, hitch_damping, steering_compliance, steering_free_play, trailer_aerodynamics,
+    crosswind_gust, road_bank, roll_steer, sensor_delay, sensor_gain, sensor_roll_gravity,
 )  # fmt: skip
 PAIRS = (
     steering_compliance, axle_load_harmonic, tyre_relaxation, hitch_friction, hitch_damping,

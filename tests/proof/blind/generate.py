@@ -35,7 +35,7 @@ Json = dict[str, Any]
 Plants = tuple[Multibody, Multibody]
 SUFFIXES = (".blf", ".mf4", ".asc", ".log")
 KINDS = ("clean", "planar", "simulation", "clean_simulation", "pair", "outside", "fault")
-SHARES = (0.12, 0.54, 0.13, 0.03, 0.09, 0.05, 0.04)
+SHARES = (0.12, 0.48, 0.18, 0.04, 0.09, 0.05, 0.04)
 PLANAR_FRACTION = 1.0 / len(effects.PLANAR)
 
 

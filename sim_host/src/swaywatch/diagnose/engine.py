@@ -12,7 +12,7 @@ import numpy as np
 
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.effect import Effect, library
-from swaywatch.diagnose.fit import COMPARED, Problem
+from swaywatch.diagnose.fit import COMPARED, OBSERVER, Problem
 from swaywatch.diagnose.model import embedded, model_block
 from swaywatch.diagnose.page import page, write_page
 from swaywatch.diagnose.remains import locate_rest
@@ -21,8 +21,6 @@ from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, describe, settle
 
 FORMAT = 1
-#: Pull of the yaw rates during the search, 1/s: half the angular frequency of sway.
-OBSERVER = 2.0
 
 
 def _silent(stage: str, share: float) -> None:
@@ -63,18 +61,18 @@ def diagnose(
     if loaded.problem is None:
         return _cannot(loaded)
     if simulations:
-        loaded.problem, notes = attach(loaded.problem, simulations, signals)
+        loaded.problem, observed, notes = attach(loaded.problem, simulations, signals)
         loaded.checks += notes
+    else:
+        observed = replace(loaded.problem, observer=OBSERVER)
     effects = library(extra)
     # Searched with an observer, so that nothing is amplified by the nearness of the critical speed;
     # settled and judged in free simulation.
-    observed = loaded.problem if simulations else replace(loaded.problem, observer=OBSERVER)
     search = Search(observed, effects, progress)
     verdict = decide(search, progress)
-    if not simulations:
-        settle(verdict, loaded.problem)
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(search.fitter, verdict.fit)
+    settle(verdict, loaded.problem)
     result = _result(loaded, verdict, effects)
     result["signals"] = embedded(signals)
     result["inputs"] = {
@@ -83,7 +81,7 @@ def diagnose(
         "signals": str(signals),
     }
     if report is not None:
-        write_page(page(result, search.problem, verdict.baseline, verdict.fit), report)
+        write_page(page(result, loaded.problem, verdict.baseline, verdict.fit), report)
     progress("done", 1.0)
     return result
 

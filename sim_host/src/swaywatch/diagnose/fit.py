@@ -16,6 +16,8 @@ from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
 
+#: Pull of the yaw rates during the search, 1/s: half the angular frequency of sway.
+OBSERVER = 2.0
 _COLUMN = {name: index for index, name in enumerate(OUTPUT)}
 _WHEELS = ("fl", "fr", "rl", "rr")
 RELATIVE_FLOOR = 0.003  # of a channel's RMS: what no planar model is better than
@@ -139,11 +141,12 @@ def predict_run(
 ) -> dict[str, Array]:
     """Channels of one run as the model with `terms` has them, shape (n,) each."""
     plant = plant_of(problem, index, terms, nuisance, shared)
-    return observe(simulate(plant, fine=fine), problem.runs[index], terms)
+    return observe(problem, index, simulate(plant, fine=fine), terms)
 
 
-def observe(result: Array, run: Run, terms: Sequence[Term]) -> dict[str, Array]:
+def observe(problem: Problem, index: int, result: Array, terms: Sequence[Term]) -> dict[str, Array]:
     """Sensors: plant outputs (n, len(OUTPUT)) to channels of the recording."""
+    run = problem.runs[index]
     col = {name: result[:, index] for name, index in _COLUMN.items()}
     car = run.positions.get("car_lateral_acceleration", 0.0)
     trailer = run.positions.get("trailer_lateral_acceleration", 0.0)
@@ -164,7 +167,8 @@ def observe(result: Array, run: Run, terms: Sequence[Term]) -> dict[str, Array]:
         out[f"trailer_wheel_lateral_force_{wheel}"] = col[f"trailer_lateral_{wheel}"]
         out[f"trailer_wheel_vertical_load_{wheel}"] = col[f"trailer_vertical_{wheel}"]
     out["hitch_vertical_force"] = np.zeros(result.shape[0])
-    for name, value in run.correction.items():
+    correction = run.observed if problem.observer > 0.0 else run.correction
+    for name, value in correction.items():
         out[name] = out[name] + value
     for term in terms:
         term.effect.observe(out, run, term.as_dict())

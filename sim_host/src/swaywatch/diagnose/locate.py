@@ -75,7 +75,7 @@ class Locator:
         plant = plant_of(problem, r, (*fit.terms, term), fit.nuisance[r], fit.shared)
         output = path.output.copy()
         output[first:last] = branch(path, plant, first, last, fine=self.fitter.fine)
-        return residual(problem, r, observe(output, run, (*fit.terms, term))).ravel()
+        return residual(problem, r, observe(problem, r, output, (*fit.terms, term))).ravel()
 
     def course(self, effect: Effect, ridge: float = 1e-3, pulse_s: float = PULSE_S) -> Course:
         """Least-squares amplitudes of pulses of one effect."""

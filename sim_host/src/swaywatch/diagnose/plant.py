@@ -66,6 +66,7 @@ SERIES = (
     "heave_car_front", "heave_car_rear", "heave_trailer_front", "heave_trailer_rear",  # N, both
     "friction",  # factor - 1 on the peak friction
     "measured_car", "measured_trailer",  # rad/s, yaw rates for the observer
+    "slip_car_front", "slip_car_rear", "slip_trailer_front", "slip_trailer_rear",  # rad
 )  # fmt: skip
 
 #: Columns of the result.
@@ -201,10 +202,10 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     hvy = vy - lh * r1
     vx2 = c * vx + s * hvy
     vy2 = -s * vx + c * hvy - lh2 * r2
-    sl_f = steer - _atan((vy + lf * r1) / vx) + e[11] * roll1
-    sl_r = -_atan((vy - lr * r1) / vx) + e[12] * roll1
-    sl_1 = -_atan((vy2 + lf2 * r2) / vx2) + e[13] * roll2
-    sl_2 = -_atan((vy2 - lr2 * r2) / vx2) + e[13] * roll2
+    sl_f = steer - _atan((vy + lf * r1) / vx) + e[11] * roll1 + ser[24]
+    sl_r = -_atan((vy - lr * r1) / vx) + e[12] * roll1 + ser[25]
+    sl_1 = -_atan((vy2 + lf2 * r2) / vx2) + e[13] * roll2 + ser[26]
+    sl_2 = -_atan((vy2 - lr2 * r2) / vx2) + e[13] * roll2 + ser[27]
     ef, er, e1, e2 = sl_f, sl_r, sl_1, sl_2
     if e[8] > 0.0:
         ef = x[6]

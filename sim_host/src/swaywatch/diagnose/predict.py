@@ -97,7 +97,8 @@ def _problem(
     known = model.get("calibration")
     calibration = terms_of(known["terms"], library()) if known else ()
     if simulation is not None:
-        return attach(problem, [simulation], signals, calibration)
+        free, _, checks = attach(problem, [simulation], signals, calibration)
+        return free, checks
     if known:
         # without the user's simulation of this run, the plant calibrated to his others is nearest
         shared = np.array(known["load_transfer"])

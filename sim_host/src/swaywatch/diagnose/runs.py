@@ -55,6 +55,8 @@ class Run:
         Standard deviation of the residual of each channel (filled on demand).
     correction
         What the user's own simulation has beyond the plant, by channel, shape (n,).
+    observed
+        The same with both under the observer: what is wrong where and when it is, not carried on.
     simulated
         Scratch of the modules.
     """
@@ -70,6 +72,7 @@ class Run:
     steer: Array = field(default_factory=lambda: np.zeros(0))
     scales: dict[str, float] = field(default_factory=dict)
     correction: dict[str, Array] = field(default_factory=dict)
+    observed: dict[str, Array] = field(default_factory=dict)
     simulated: dict[str, Array] = field(default_factory=dict)
 
     @cached_property
@@ -78,7 +81,7 @@ class Run:
         names = ("car_yaw_rate", "trailer_yaw_rate")
         if any(name not in self.channels for name in names):
             return None
-        rows = [self.channels[n] - self.correction.get(n, 0.0) for n in names]
+        rows = [self.channels[n] for n in names]
         return np.stack([low_pass(r - r.mean(), 5.0) for r in rows], axis=1)
 
     def prepare(self) -> Run:

@@ -68,7 +68,9 @@ class Search:
 
     def baseline(self) -> Fit:
         """Fit with nothing missing."""
-        return self.exact.run(self.cold, 8)
+        found = self.exact.run(self.cold, 8, shared_free=self.problem.free_start)
+        self.cold.shared = found.shared
+        return found
 
     def constant(self, parent: Fit, effect: Effect, frozen: Sequence[Array]) -> Fit | None:
         """Best fit of an effect without windows on top of a parent."""
@@ -211,7 +213,7 @@ class Search:
     def polish(self, fit: Fit) -> Fit:
         """Fit to the end, in the best form."""
         fit = self.pruned(self.refined(self.fitter.run(fit, 20, tolerance=1e-4)))
-        return self.exact.run(fit, 6, shared_free=True)
+        return self.exact.run(fit, 6, shared_free=self.problem.free_start)
 
     def linear_gain(self, locator: Locator, effect: Effect) -> float:
         """Drop of chi2 that a linear step of an effect without windows promises."""

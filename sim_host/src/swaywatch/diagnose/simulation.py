@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
+from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, predict_run
 from swaywatch.diagnose.modules.parameter_error import EFFECTS as PARAMETERS
 from swaywatch.diagnose.modules.tyre_load_sensitivity import EFFECTS as LOAD
 from swaywatch.diagnose.modules.tyre_relaxation import EFFECTS as RELAXATION
@@ -59,7 +59,7 @@ def attach(
     simulations: Sequence[Path],
     signals: Path,
     calibration: Sequence[Term] = (),
-) -> tuple[Problem, list[str]]:
+) -> tuple[Problem, Problem, list[str]]:
     """Pair each run with its simulation and make it the baseline.
 
     Parameters
@@ -73,7 +73,10 @@ def attach(
     Returns
     -------
     problem
-        With corrections in the runs and the calibrated constants.
+        With corrections in the runs and the constants calibrated in free simulation.
+    observed
+        The same under the observer: near the critical speed a free plant carries every small
+        difference on, and its correction with it; pulled to the simulation it does not.
     checks
         Sentences for the report.
     """
@@ -123,7 +126,7 @@ def _corrected(
     pairs: Sequence[tuple[Run, dict[str, Array], float]],
     checks: list[str],
     calibration: Sequence[Term],
-) -> tuple[Problem, list[str]]:
+) -> tuple[Problem, Problem, list[str]]:
     simulated = []
     for run, channels, _ in pairs:
         twin = Run(
@@ -135,20 +138,16 @@ def _corrected(
         twin.steer = low_pass(channels["steering_wheel_angle"], 10.0) / run.steering_ratio
         simulated.append(twin)
     twin_problem = Problem(tuple(simulated), problem.body)
-    fitter = Fitter(twin_problem)
-    fit = fitter.run(fitter.start(), 6)
-    if calibration:
-        fit = fitter.run(Fit(tuple(calibration), fit.nuisance, fit.shared), 10, free=0)
-    else:
-        terms = [Term(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED]
-        terms += [Term(e, (0.15,)) for e in RELAXATION if e.component != "all"]
-        terms += [Term(LOAD[0], (0.0,)), Term(SATURATION[0], (1.5,))]
-        fit = fitter.run(Fit(tuple(terms), fit.nuisance, fit.shared), 15, shared_free=True)
+    watched = Problem(tuple(simulated), problem.body, observer=OBSERVER)
+    close = _calibrated(watched, calibration, fixed=bool(calibration))
+    free = _calibrated(twin_problem, close.terms, fixed=bool(calibration))
     runs = []
     share = []
     for index, (run, channels, _) in enumerate(pairs):
-        own = predict_run(twin_problem, index, fit.terms, fit.nuisance[index], fit.shared)
+        own = predict_run(twin_problem, index, free.terms, free.nuisance[index], free.shared)
         run.correction = {name: channels[name] - own[name] for name in own if name in channels}
+        own = predict_run(watched, index, close.terms, close.nuisance[index], close.shared)
+        run.observed = {name: channels[name] - own[name] for name in own if name in channels}
         run.simulated.update(roll_rates(channels))
         run.speed, run.acceleration = simulated[index].speed, simulated[index].acceleration
         run.steer = simulated[index].steer
@@ -160,4 +159,23 @@ def _corrected(
         "the plant of the correction reproduces the yaw rates of the simulation within "
         f"{100.0 * max(share):.1f} %"
     )
-    return Problem(tuple(runs), problem.body, False, fit.terms, fit.nuisance, fit.shared), checks
+    free_problem, observed = (
+        Problem(tuple(runs), problem.body, False, f.terms, f.nuisance, f.shared, observer)
+        for f, observer in ((free, 0.0), (close, OBSERVER))
+    )
+    return free_problem, observed, checks
+
+
+def _calibrated(problem: Problem, start: Sequence[Term], *, fixed: bool) -> Fit:
+    """The plant fitted to the user's simulation, by constants that such simulations differ in."""
+    terms = tuple(start)
+    if not start:
+        terms = tuple(Term(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED)
+        terms += tuple(Term(e, (0.15,)) for e in RELAXATION if e.component != "all")
+        terms += (Term(LOAD[0], (0.0, 1.0)), Term(SATURATION[0], (1.5,)))
+    fitter = Fitter(problem, fine=False)
+    fit = fitter.run(fitter.start(), 6)
+    fit = Fit(terms, fit.nuisance, fit.shared)
+    if fixed:
+        return fitter.run(fit, 10, free=0)
+    return fitter.run(fit, 15, shared_free=True, tolerance=3e-3)

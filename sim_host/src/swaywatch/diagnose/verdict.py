@@ -169,7 +169,16 @@ def _third(search: Search, pairs: Sequence[Candidate]) -> list[Candidate]:
 
 
 def settle(verdict: Verdict, problem: Problem) -> None:
-    """Refit what was found in free simulation; kept where it converges nearby."""
+    """Refit what was found in free simulation; kept where it converges nearby.
+
+    Against a user's simulation only the start changes to that of the free correction: what is
+    small there is told by the observer alone.
+    """
+    if problem.start_nuisance is not None and problem.start_shared is not None:
+        nuisance, shared = problem.start_nuisance, problem.start_shared
+        verdict.baseline = replace(verdict.baseline, nuisance=nuisance, shared=shared)
+        verdict.fit = replace(verdict.fit, nuisance=nuisance, shared=shared)
+        return
     fitter = Fitter(problem)
     free = fitter.run(verdict.baseline, 8)
     verdict.baseline = replace(verdict.baseline, nuisance=free.nuisance)
