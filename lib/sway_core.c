@@ -15,6 +15,7 @@ void sway_core_defaults(sway_core_config_t *config)
     memset(config, 0, sizeof *config);
     config->sample_period_us = 10000;
     config->window_cycles_milli = 1700;
+    config->input_period_us = 10000;
     sway_alarm_defaults(&config->alarm);
 }
 
@@ -26,6 +27,7 @@ static sway_error_t init_parts(sway_core_t *core, const sway_core_config_t *conf
         grid.delay_us[i] = config->input_delay_us[i];
     }
     grid.max_wait_us = config->sample_period_us * 10;
+    grid.input_period_us = config->input_period_us;
     track.window_cycles_milli = config->window_cycles_milli;
     if (sway_grid_init(&core->grid, &grid) != SWAY_OK ||
         sway_track_init(&core->track, &track) != SWAY_OK) {
@@ -63,6 +65,7 @@ static void copy_faults(sway_core_t *core)
     fault[SWAY_FAULT_GAP] = core->grid.faults.gaps;
     fault[SWAY_FAULT_SINGULAR] = core->singular;
     fault[SWAY_FAULT_OVERRUN] = core->overrun;
+    fault[SWAY_FAULT_RATE] = core->grid.faults.off_rate;
 }
 
 /* Rows are taken from the grid as soon as they are ready: what they hold must not depend on when

@@ -38,6 +38,9 @@ typedef struct {
     int32_t window_cycles_milli; ///< window in oscillations x 1000: 1700 (1500 .. 6000)
     int32_t input_delay_us[SWAY_INPUT_COUNT]; ///< known delay of each input: its timestamps are
                                               ///< that much too late; +-500000
+    /// Nominal time between two samples of an input: 10000, the cycle of all messages of
+    /// swaywatch.dbc (1000 .. 100000; 0: any). See sway_grid_config_t.
+    int32_t input_period_us;
     sway_alarm_config_t alarm;
 } sway_core_config_t;
 

@@ -391,7 +391,8 @@ static void encode_faults_estimates(const sway_frames_source_t *source, uint8_t 
     const struct swaywatch_dbc_sway_faults_estimates_t m = {
         .fault_gap = count_u16(source->status->fault_count[SWAY_FAULT_GAP]),
         .fault_singular = count_u16(source->status->fault_count[SWAY_FAULT_SINGULAR]),
-        .fault_overrun = count_u16(source->status->fault_count[SWAY_FAULT_OVERRUN]),
+        .fault_overrun = count_u8(source->status->fault_count[SWAY_FAULT_OVERRUN]),
+        .fault_rate = count_u8(source->status->fault_count[SWAY_FAULT_RATE]),
     };
     (void)swaywatch_dbc_sway_faults_estimates_pack(data, &m, 8U);
 }

@@ -9,6 +9,10 @@
 /* An input this long silent is not waited for. */
 #define SILENT_US 1000000
 #define REFUSALS_TO_RESTART 16U
+/* Samples over which the rate of an input is averaged; percentages of the nominal interval. */
+#define RATE_SAMPLES 64
+#define RATE_LEAVE 6
+#define RATE_RETURN 4
 
 static const int32_t limits[SWAY_INPUT_COUNT] = {
     12600000, 5300000,  40000000, 5300000,  40000000, 1600000,  50000000, 50000000, 50000000,
@@ -47,6 +51,9 @@ static bool config_is_good(const sway_grid_config_t *config)
     if (!within(period, 1000, 100000) || !within(config->max_gap_us, period, JUMP_US) ||
         !within(config->max_speed_gap_us, period, RESTART_US) ||
         !within(config->max_wait_us, 0, period * (SWAY_GRID_ROWS - 2))) {
+        return false;
+    }
+    if (config->input_period_us != 0 && !within(config->input_period_us, 1000, 100000)) {
         return false;
     }
     for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
@@ -90,6 +97,8 @@ static void start_at(sway_grid_t *grid, int64_t time_us)
     for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
         grid->input[i].usable = false;
         grid->input[i].timed = false;
+        grid->input[i].silent = false;
+        grid->input[i].time_us = time_us;
     }
     memset(grid->filled, 0, sizeof grid->filled);
     memset(grid->valid, 0, sizeof grid->valid);
@@ -207,7 +216,7 @@ static void fill_rows(sway_grid_t *grid, sway_input_t input, const sway_grid_inp
     for (uint32_t i = 0; i < SWAY_GRID_ROWS && row <= now->time_us; i++) {
         const uint32_t slot = (grid->next_slot + i) & (SWAY_GRID_ROWS - 1U);
         if (row == now->time_us) {
-            put_row(grid, slot, input, now->value, span_valid || now->usable);
+            put_row(grid, slot, input, now->value, span_valid || (now->usable && !last->doubted));
         } else if (last->timed && row > last->time_us) {
             put_row(grid, slot, input, interpolate(last, now->time_us, now->value, row),
                     span_valid);
@@ -216,18 +225,60 @@ static void fill_rows(sway_grid_t *grid, sway_input_t input, const sway_grid_inp
     }
 }
 
-static void take(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value, bool usable)
+/* Whether the input has had no sample for too long at `time_us`. Such a gap is counted once. */
+static bool is_silent(sway_grid_t *grid, sway_input_t input, int64_t time_us)
 {
     sway_grid_input_t *in = &grid->input[input];
     const int32_t max_gap =
         input == SWAY_INPUT_SPEED ? grid->config.max_speed_gap_us : grid->config.max_gap_us;
-    const bool gap = in->timed && time_us - in->time_us > max_gap;
-    if (gap) {
+    const bool silent = in->seen && time_us - in->time_us > max_gap;
+    if (silent && !in->silent) {
+        in->silent = true;
         count(&grid->faults.gaps);
     }
-    const sway_grid_input_t now = {
-        .time_us = time_us, .value = value, .seen = in->seen, .timed = true, .usable = usable};
-    fill_rows(grid, input, &now, usable && in->timed && in->usable && !gap);
+    return silent;
+}
+
+/* `span` less the nearest multiple of the nominal interval, in us. */
+static int32_t off_nominal(int32_t nominal, int32_t span)
+{
+    const int32_t rest = 2 * span < 3 * nominal ? span - nominal : span % nominal;
+    return 2 * rest > nominal ? rest - nominal : rest;
+}
+
+/* Follows the rate of an input that has a sample at `time_us`. */
+static void watch_rate(sway_grid_t *grid, sway_grid_input_t *in, int64_t time_us)
+{
+    const int32_t nominal = grid->config.input_period_us;
+    const int64_t span = time_us - in->time_us;
+    if (nominal == 0 || !in->timed || 4 * span < 3 * nominal || span > SILENT_US) {
+        return;
+    }
+    const int32_t ahead = off_nominal(nominal, (int32_t)span) / 2 - in->drift; // below 2^16
+    const int32_t half = ahead < 0 ? -RATE_SAMPLES / 2 : RATE_SAMPLES / 2;
+    in->drift = (int16_t)(in->drift + (ahead + half) / RATE_SAMPLES);
+    const int32_t off = 200 * (in->drift < 0 ? -in->drift : in->drift);
+    if (!in->off_rate && off > RATE_LEAVE * nominal) {
+        in->off_rate = true;
+        count(&grid->faults.off_rate);
+    } else if (off < RATE_RETURN * nominal) {
+        in->off_rate = false;
+    }
+}
+
+static void take(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value, bool usable)
+{
+    sway_grid_input_t *in = &grid->input[input];
+    const bool gap = is_silent(grid, input, time_us);
+    watch_rate(grid, in, time_us);
+    sway_grid_input_t now = *in;
+    now.time_us = time_us;
+    now.value = value;
+    now.timed = true;
+    now.usable = usable && !in->off_rate;
+    now.doubted = false;
+    now.silent = false;
+    fill_rows(grid, input, &now, now.usable && in->timed && in->usable && !gap);
     *in = now;
 }
 
@@ -237,18 +288,21 @@ sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time
         time_us > SWAY_GRID_TIME_LIMIT) {
         return SWAY_ERROR_ARGUMENT;
     }
+    sway_grid_input_t *in = &grid->input[input];
     const int32_t low = is_unsigned(input) ? 0 : -limits[input];
     if (value < low || value > limits[input]) {
         count(&grid->faults.out_of_range);
+        in->usable = false;
         return SWAY_ERROR_RANGE;
     }
     const int64_t measured_us = time_us - grid->config.delay_us[input];
-    sway_grid_input_t *in = &grid->input[input];
     if (!accept_time(grid, in, measured_us)) {
+        in->usable = false;
+        in->doubted = true;
         return SWAY_ERROR_TIME;
     }
-    in->seen = true;
     take(grid, input, measured_us, value, true);
+    in->seen = true;
     return SWAY_OK;
 }
 
@@ -335,6 +389,9 @@ bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
 {
     if (grid == NULL || tick == NULL || !row_is_ready(grid)) {
         return false;
+    }
+    for (uint32_t i = 0; i < SWAY_INPUT_COUNT; i++) {
+        (void)is_silent(grid, (sway_input_t)i, grid->next_time_us);
     }
     const uint32_t slot = grid->next_slot;
     memset(tick, 0, sizeof *tick);

@@ -106,10 +106,12 @@ typedef struct {
     bool final;       ///< this pass makes the result
     bool changed;     ///< the result asks for another model
     bool converged;
-    uint32_t block;     ///< rows in a block
-    uint32_t head;      ///< ring slot after the newest row of the window
-    uint32_t used_mask; ///< channels that take part
-    sway_real_t half_s; ///< from the middle of the window to the middle of its last block
+    bool broken;           ///< amplitude or phase change within the window, before break_time_us
+    int64_t break_time_us; ///< where `broken`
+    uint32_t block;        ///< rows in a block
+    uint32_t head;         ///< ring slot after the newest row of the window
+    uint32_t used_mask;    ///< channels that take part
+    sway_real_t half_s;    ///< from the middle of the window to the middle of its last block
     sway_line_normal_t normal;
     sway_real_t covariance[3]; ///< of growth and omega times half_s
     sway_complex_t factor[2];  ///< block sum of the line, of 2f, by its value at the block's middle

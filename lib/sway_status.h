@@ -102,9 +102,10 @@ typedef enum {
     SWAY_FAULT_RANGE,    ///< samples outside their input's range
     SWAY_FAULT_TIME,     ///< timestamps before the last one of the same input
     SWAY_FAULT_INVALID,  ///< samples that the sender marked not valid
-    SWAY_FAULT_GAP,      ///< ticks of the grid for which a wanted input had no sample
+    SWAY_FAULT_GAP,      ///< times that an input was silent for too long
     SWAY_FAULT_SINGULAR, ///< estimates dropped because equations had no solution
     SWAY_FAULT_OVERRUN,  ///< estimates begun before the last one had been finished
+    SWAY_FAULT_RATE,     ///< times that an input's rate left the nominal one
     SWAY_FAULT_COUNT
 } sway_fault_t;
 

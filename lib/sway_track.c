@@ -46,6 +46,7 @@ static void empty(sway_track_t *track)
     track->lost = 0;
     track->past_count = 0;
     track->rows_to_hop = SEEK_HOP;
+    track->break_time_us = INT64_MIN;
 }
 
 sway_error_t sway_track_init(sway_track_t *track, const sway_track_config_t *config)
@@ -304,10 +305,24 @@ static bool tone_is_larger(const sway_track_t *track)
     return sway_real_less(sway_complex_norm(line), sway_complex_norm(tone));
 }
 
+/* Marks the windows that hold a break. Where it is, the first window that shows it tells best: it
+ * has just come in. */
+static void keep_break(sway_track_t *track)
+{
+    sway_line_t *line = &track->line;
+    const int64_t half_us = (int64_t)line->window_samples * track->config.sample_period_us / 2;
+    if (line->mid_time_us - half_us < track->break_time_us) {
+        line->flags |= SWAY_LINE_MISFIT;
+    } else if (track->job.broken) {
+        track->break_time_us = track->job.break_time_us;
+    }
+}
+
 static void take_line(sway_track_t *track)
 {
     const uint32_t bad = SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED;
     track->line = track->job.line;
+    keep_break(track);
     track->state = TRACK_IDLE;
     if ((track->line.flags & bad) == 0U) {
         track->locked = true;

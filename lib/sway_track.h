@@ -3,6 +3,8 @@
 /// Push every row of the grid, then call sway_track_run() a fixed number of times (at least
 /// SWAY_TRACK_SLICES) per row: each call is one bounded slice. Every window/16 rows an estimate
 /// starts; its result replaces the last one and `sequence` counts up.
+/// A break of the line (a step, an onset) that one window has shown clearly is in all windows until
+/// it has left them, though a damped line may fit some of them well: they are all flagged.
 /// Where the frequency has changed over the last window by more than 4 standard errors, the
 /// estimate takes that change as known (a chirp), so that a drifting line is not misread.
 #ifndef SWAY_TRACK_H
@@ -36,7 +38,8 @@ typedef struct {
     sway_spectrum_t spectrum;
     sway_seek_t seek;
     sway_line_job_t job;
-    sway_line_t line; ///< latest result
+    sway_line_t line;      ///< latest result
+    int64_t break_time_us; ///< windows that begin earlier hold a break of the line
     uint32_t sequence;
     uint32_t rows_to_hop; ///< rows until the next estimate is due
     uint32_t lost;        ///< estimates in a row that held no line

@@ -80,8 +80,8 @@ static void print_node_counts(void)
 {
     static const char *const frame_faults[SWAY_FRAME_FAULT_COUNT] = {
         "crc", "lost", "repeated", "late", "length", "timeout", "stuck", "frozen", "unknown_id"};
-    static const char *const core_faults[SWAY_FAULT_COUNT] = {"range", "time",     "invalid",
-                                                              "gap",   "singular", "overrun"};
+    static const char *const core_faults[SWAY_FAULT_COUNT] = {
+        "range", "time", "invalid", "gap", "singular", "overrun", "rate"};
     for (int i = 0; i < SWAY_FRAME_FAULT_COUNT; i++) {
         print_count(frame_faults[i], sway_node_fault(&ecu.node, (sway_frame_fault_t)i));
     }

@@ -138,6 +138,63 @@ static void bad_samples_are_counted_and_harm_nothing(void)
                             sway_core_status(&other)->axle[1].cornering_stiffness_n_per_rad);
 }
 
+/* What is done wrong with the car's yaw rate from 6 to 7 s of ten. */
+typedef enum { OUT_OF_RANGE, TIME_GOING_BACK, RATE_OFF, SILENT } wrong_t;
+
+static sway_error_t feed_wrong(wrong_t wrong, int64_t time_us, int32_t right)
+{
+    const int64_t into_us = time_us - 6000000;
+    if (into_us < 0 || into_us >= 1000000 || wrong == SILENT) {
+        const bool silent = into_us >= 0 && into_us < 1000000;
+        return silent ? SWAY_OK : sway_core_input(&core, SWAY_INPUT_CAR_YAW_RATE, time_us, right);
+    }
+    if (wrong == OUT_OF_RANGE) {
+        return sway_core_input(&core, SWAY_INPUT_CAR_YAW_RATE, time_us, 6000000);
+    }
+    if (wrong == TIME_GOING_BACK) {
+        return sway_core_input(&core, SWAY_INPUT_CAR_YAW_RATE, 5500000 - into_us / 10, right);
+    }
+    const int64_t slow_us = 6000000 + into_us / 10 * 11; // ten samples in the time of eleven
+    return slow_us >= 7000000 ? SWAY_OK
+                              : sway_core_input(&core, SWAY_INPUT_CAR_YAW_RATE, slow_us, right);
+}
+
+static void each_wrong_input_is_counted_marks_the_estimate_and_stops_nothing(void)
+{
+    static const sway_fault_t fault[] = {SWAY_FAULT_RANGE, SWAY_FAULT_TIME, SWAY_FAULT_RATE,
+                                         SWAY_FAULT_GAP};
+    for (int wrong = OUT_OF_RANGE; wrong <= SILENT; wrong++) {
+        uint32_t marked = 0;
+        uint32_t unmarked = 0;
+        uint32_t sequence = 0;
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&core, &config));
+        for (int64_t t = 0; t < 11000000; t += 10000) {
+            const double angle = 4.2 * (double)t * 1e-6;
+            const int32_t yaw = (int32_t)lround(1e5 * cos(angle));
+            TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_input(&core, SWAY_INPUT_SPEED, t, 25000));
+            TEST_ASSERT_EQUAL_INT(SWAY_OK,
+                                  sway_core_input(&core, SWAY_INPUT_TRAILER_YAW_RATE, t, yaw));
+            (void)feed_wrong((wrong_t)wrong, t, yaw);
+            drain(&core);
+            const sway_status_t *const status = sway_core_status(&core);
+            if (status->sequence != sequence && t > 4000000) {
+                TEST_ASSERT_BITS_HIGH(SWAY_VALID_LINE, status->valid);
+                TEST_ASSERT_INT_WITHIN(200, 668451, status->frequency_uhz);
+                /* from 0.9 s, when the mean of the rate tells, to the window's end */
+                const bool within = t > 6900000 && t < 8500000;
+                const bool clear = t < 6000000 || t > 10300000;
+                marked += within && (status->quality & SWAY_QUALITY_GAP) != 0U ? 1U : 0U;
+                unmarked += within && (status->quality & SWAY_QUALITY_GAP) == 0U ? 1U : 0U;
+                TEST_ASSERT_TRUE(!clear || (status->quality & SWAY_QUALITY_GAP) == 0U);
+            }
+            sequence = status->sequence;
+        }
+        TEST_ASSERT_TRUE(marked >= 8U);
+        TEST_ASSERT_EQUAL_UINT32(0, unmarked);
+        TEST_ASSERT_TRUE(sway_core_status(&core)->fault_count[fault[wrong]] >= 1U);
+    }
+}
+
 static void too_slow_keeps_the_last_result_marked_old(void)
 {
     test_plant_t plant = reference_plant(100);
@@ -208,6 +265,7 @@ int main(void)
     RUN_TEST(noise_free_stiffnesses_within_the_goals);
     RUN_TEST(results_do_not_depend_on_when_slices_run);
     RUN_TEST(bad_samples_are_counted_and_harm_nothing);
+    RUN_TEST(each_wrong_input_is_counted_marks_the_estimate_and_stops_nothing);
     RUN_TEST(too_slow_keeps_the_last_result_marked_old);
     RUN_TEST(a_standing_vehicle_says_nothing);
     RUN_TEST(bad_configurations_are_refused);

@@ -132,15 +132,37 @@ static void test_out_of_range_is_refused_and_counted(void)
     TEST_ASSERT_FALSE(sway_grid_tick(&grid, &tick));
 }
 
+static void test_a_value_out_of_range_is_no_data(void)
+{
+    for (int64_t t = 0; t <= 100000; t += 10000) {
+        put(SWAY_INPUT_TRAILER_YAW_RATE, t, 5);
+        if (t == 50000) {
+            TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE,
+                                  sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, t, INT32_MAX));
+        } else {
+            put(SWAY_INPUT_CAR_YAW_RATE, t, 9);
+        }
+    }
+    for (int64_t t = 0; t <= 100000; t += 10000) {
+        take_row(t);
+        TEST_ASSERT_EQUAL(t != 50000, is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+        TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
+    }
+}
+
 static void test_time_going_back_is_refused_and_the_next_is_taken(void)
 {
     put(SWAY_INPUT_CAR_YAW_RATE, 100000, 1);
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
                           sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 90000, 2));
     put(SWAY_INPUT_CAR_YAW_RATE, 110000, 3);
+    put(SWAY_INPUT_CAR_YAW_RATE, 120000, 4);
     TEST_ASSERT_EQUAL_UINT32(1, grid.faults.time_backward);
     take_row(110000);
     TEST_ASSERT_EQUAL_INT32(3, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+    TEST_ASSERT_FALSE_MESSAGE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE), "its clock is in doubt");
+    take_row(120000);
+    TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
 }
 
 static void test_a_clock_that_restarts_is_followed(void)
@@ -206,6 +228,110 @@ static void test_a_silent_input_is_waited_for_no_longer_than_configured(void)
     TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
 }
 
+static void test_silence_is_counted_while_it_lasts_and_once(void)
+{
+    for (int64_t t = 0; t <= 4000000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 5);
+        if (t < 300000 || (t >= 1000000 && t < 2000000)) {
+            put(SWAY_INPUT_TRAILER_YAW_RATE, t, 7);
+        }
+        while (sway_grid_tick(&grid, &tick)) {
+            TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+        }
+        const uint32_t before = t < 300000 ? 0 : t < 2000000 ? 1 : 2;
+        const bool settled = t % 1000000 > 500000;
+        TEST_ASSERT_TRUE(!settled || grid.faults.gaps == before);
+    }
+    TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
+    TEST_ASSERT_EQUAL_UINT32(2, grid.faults.gaps);
+}
+
+static void test_an_input_that_stays_away_after_a_restart_is_counted(void)
+{
+    put(SWAY_INPUT_CAR_YAW_RATE, 0, 5);
+    put(SWAY_INPUT_TRAILER_YAW_RATE, 0, 5);
+    (void)sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, INT64_C(3600000000), 1);
+    for (int64_t t = 10000; t < 500000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, INT64_C(3600000000) + t, 1);
+        while (sway_grid_tick(&grid, &tick)) {
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, grid.faults.restarts);
+    TEST_ASSERT_EQUAL_UINT32(1, grid.faults.gaps);
+}
+
+/* Yaw rates of both bodies, the car's every `period_us` with a jitter of a fifth of it and every
+ * `lost`-th frame lost; returns the rows of the last second in which the car's are not valid. */
+static int invalid_at_period(int64_t period_us, int lost)
+{
+    uint32_t seed = 1;
+    int invalid = 0;
+    int64_t car_us = 0;
+    for (int64_t t = 0, k = 0; t < 4000000; t += 10000) {
+        put(SWAY_INPUT_TRAILER_YAW_RATE, t, 7);
+        for (; car_us <= t; k++) {
+            seed = seed * 1664525U + 1013904223U;
+            car_us = k * period_us + (int64_t)(seed >> 16) * period_us / 5 / 65536;
+            if (lost == 0 || k % lost != 0) {
+                put(SWAY_INPUT_CAR_YAW_RATE, car_us, 5);
+            }
+        }
+        while (sway_grid_tick(&grid, &tick)) {
+            TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
+            invalid += tick.time_us >= 3000000 && !is_valid(SWAY_CHANNEL_CAR_YAW_RATE) ? 1 : 0;
+        }
+    }
+    return invalid;
+}
+
+static void watch_rates(void)
+{
+    sway_grid_config_t config = sway_grid_default(10000);
+    config.input_period_us = 10000;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+}
+
+static void test_a_rate_off_by_a_tenth_is_counted_and_no_data(void)
+{
+    static const int64_t wrong_us[] = {9000, 9091, 10900, 11000, 11111, 22000};
+    for (int i = 0; i < 6; i++) {
+        watch_rates();
+        TEST_ASSERT_INT_WITHIN(10, 95, invalid_at_period(wrong_us[i], 0));
+        TEST_ASSERT_EQUAL_UINT32(1, grid.faults.off_rate);
+    }
+}
+
+static void test_lost_frames_jitter_and_other_plain_rates_are_no_wrong_rate(void)
+{
+    static const int64_t right_us[] = {2500, 5000, 9700, 10000, 10300, 20000, 50000};
+    for (int i = 0; i < 7; i++) {
+        for (int lost = 0; lost <= 20; lost += 20) {
+            watch_rates();
+            TEST_ASSERT_EQUAL_INT(0,
+                                  right_us[i] > 30000 ? 0 : invalid_at_period(right_us[i], lost));
+            TEST_ASSERT_EQUAL_UINT32(0, grid.faults.off_rate);
+        }
+    }
+    setUp();
+    TEST_ASSERT_EQUAL_INT(0, invalid_at_period(11000, 0)); // no nominal rate, none to leave
+}
+
+static void test_a_rate_that_comes_back_is_data_again(void)
+{
+    watch_rates();
+    int64_t at = 0;
+    for (int k = 0; k < 900; k++) {
+        at += k >= 300 && k < 600 ? 11000 : 10000;
+        put(SWAY_INPUT_CAR_YAW_RATE, at, 5);
+        while (sway_grid_tick(&grid, &tick)) {
+        }
+        TEST_ASSERT_EQUAL(k < 300 || k > 800,
+                          k < 300 || (k > 800 && is_valid(SWAY_CHANNEL_CAR_YAW_RATE)));
+        TEST_ASSERT_EQUAL_UINT32(k < 300 ? 0 : 1, k < 500 && k >= 300 ? 1 : grid.faults.off_rate);
+        TEST_ASSERT_TRUE(k < 500 || k >= 600 || !is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+    }
+}
+
 static void test_not_valid_from_the_sender(void)
 {
     for (int64_t t = 0; t <= 100000; t += 10000) {
@@ -246,6 +372,9 @@ static void test_bad_configurations_are_refused(void)
     config = sway_grid_default(10000);
     config.delay_us[3] = 500001;
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
+    config = sway_grid_default(10000);
+    config.input_period_us = 999;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(NULL, &config));
 }
 
@@ -279,6 +408,12 @@ int main(void)
     RUN_TEST(test_one_wild_stamp_does_no_harm);
     RUN_TEST(test_a_pause_of_the_bus_restarts_without_a_flood_of_rows);
     RUN_TEST(test_a_silent_input_is_waited_for_no_longer_than_configured);
+    RUN_TEST(test_a_value_out_of_range_is_no_data);
+    RUN_TEST(test_silence_is_counted_while_it_lasts_and_once);
+    RUN_TEST(test_an_input_that_stays_away_after_a_restart_is_counted);
+    RUN_TEST(test_a_rate_off_by_a_tenth_is_counted_and_no_data);
+    RUN_TEST(test_lost_frames_jitter_and_other_plain_rates_are_no_wrong_rate);
+    RUN_TEST(test_a_rate_that_comes_back_is_data_again);
     RUN_TEST(test_not_valid_from_the_sender);
     RUN_TEST(test_speed_is_held_between_slow_messages);
     RUN_TEST(test_bad_configurations_are_refused);

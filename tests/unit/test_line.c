@@ -323,6 +323,46 @@ static void test_ratio_with_a_known_delay(void)
         sway_line_ratio(NULL, SWAY_CHANNEL_HITCH_FY, SWAY_CHANNEL_CAR_YAW_RATE, 0, &ratio));
 }
 
+static double step_s;
+static double step_by;
+
+static double stepped(double t, int c)
+{
+    return noisy(t, c) * (t > step_s ? step_by : 1.0);
+}
+
+static void test_a_step_is_told_from_its_entry_until_it_has_left(void)
+{
+    static const double by[] = {0.6, 1.5, 3.0};
+    for (int k = 0; k < 12; k++) {
+        int unmarked = 0;
+        int marked = 0;
+        uint32_t sequence = 0;
+        setUp();
+        step_s = 7.0 + 0.1 * k;
+        step_by = by[k % 3];
+        for (int i = 0; i < 1500; i++) {
+            feed(stepped, 1);
+            const sway_line_t *line = sway_track_line(&track);
+            const double half_s = 0.005 * line->window_samples;
+            const double from_mid_s = step_s - 1e-6 * (double)line->mid_time_us;
+            if (sway_track_sequence(&track) != sequence && i > 500) {
+                sequence = sway_track_sequence(&track);
+                const bool flagged =
+                    (line->flags & (SWAY_LINE_MISFIT | SWAY_LINE_NOT_CONVERGED)) != 0U;
+                if (from_mid_s < 0.65 * half_s && from_mid_s > -0.9 * half_s) {
+                    unmarked += flagged ? 0 : 1;
+                    marked += flagged ? 1 : 0;
+                } else if (fabs(from_mid_s) > 1.3 * half_s) {
+                    TEST_ASSERT_EQUAL_HEX32(0, line->flags);
+                }
+            }
+        }
+        TEST_ASSERT_EQUAL_INT(0, unmarked);
+        TEST_ASSERT_TRUE(marked >= 10);
+    }
+}
+
 static void test_a_restart_of_the_grid_forgets_the_past(void)
 {
     feed(noisy, 600);
@@ -463,6 +503,7 @@ int main(void)
     RUN_TEST(test_a_tone_of_the_driver_is_taken_apart);
     RUN_TEST(test_speed_and_its_slope);
     RUN_TEST(test_ratio_with_a_known_delay);
+    RUN_TEST(test_a_step_is_told_from_its_entry_until_it_has_left);
     RUN_TEST(test_a_restart_of_the_grid_forgets_the_past);
     RUN_TEST(test_result_does_not_depend_on_how_often_it_runs);
     RUN_TEST(test_rates_other_than_the_grid_do_no_harm);

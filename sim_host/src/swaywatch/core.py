@@ -298,7 +298,9 @@ class Core:
         alarm: Mapping[str, int] | None = None,
     ) -> None:
         self._core = ffi.new("sway_core_t *")
-        error = lib.sway_core_init(self._core, core_config(vehicle, positions_m, alarm))
+        config = core_config(vehicle, positions_m, alarm)
+        config.input_period_us = 0  # a recording has the rates that it has
+        error = lib.sway_core_init(self._core, config)
         if error != lib.SWAY_OK:
             raise VehicleError(f"{vehicle.path}: the core refuses this configuration ({error})")
 
