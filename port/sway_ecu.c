@@ -98,7 +98,10 @@ static void send(sway_ecu_t *ecu, sway_port_frame_t *frame)
 static void send_report(sway_ecu_t *ecu)
 {
     const bool safe = ecu->state == SWAY_ECU_SAFE;
-    const uint32_t cause = safe ? (uint32_t)ecu->cause : ecu->retained->cause;
+    const bool has_notice = ecu->notice != SWAY_ECU_NO_CAUSE;
+    const uint32_t cause = safe         ? (uint32_t)ecu->cause
+                           : has_notice ? (uint32_t)ecu->notice
+                                        : ecu->retained->cause;
     sway_port_frame_t frame;
     sway_ecu_fault_frame(&frame, ecu->state, cause, ecu->retained->address, ecu->retained->restarts,
                          ecu->report_counter);
@@ -116,6 +119,12 @@ void sway_ecu_fail(sway_ecu_t *ecu, sway_ecu_cause_t cause)
         ecu->cause = cause;
         ecu->report_due_us = ecu->now_us;
     }
+}
+
+void sway_ecu_warn(sway_ecu_t *ecu, sway_ecu_cause_t cause)
+{
+    ecu->notice = cause;
+    ecu->report_due_us = ecu->now_us;
 }
 
 static void start_node(sway_ecu_t *ecu)

@@ -31,8 +31,10 @@ typedef enum {
     SWAY_ECU_MEMORY = 33,     ///< self-test: RAM does not hold what is written
     SWAY_ECU_IMAGE = 34,      ///< self-test: the program's CRC is wrong
     SWAY_ECU_BLOCK = 48,      ///< 48 + sway_block_result_t: no usable parameters
+    SWAY_ECU_STORE_CUT = 56,  ///< power went while parameters were stored: the ones before are used
     SWAY_ECU_RESTARTS = 64,   ///< faulted again and again: stays safe until power is cycled
     SWAY_ECU_STATE = 65,      ///< the program's own state was overwritten
+    SWAY_ECU_CONTROLLER = 66, ///< clock or CAN controller did not start
 } sway_ecu_cause_t;
 
 /// Restarts by faults after which the ECU stays in the safe state.
@@ -55,7 +57,8 @@ typedef struct {
     sway_port_frame_t outgoing; ///< refused by port.send, offered again
     bool outgoing_waits;
     sway_ecu_state_t state;
-    sway_ecu_cause_t cause; ///< of the safe state
+    sway_ecu_cause_t cause;  ///< of the safe state
+    sway_ecu_cause_t notice; ///< told while running, if there is one
     sway_ecu_retained_t *retained;
     int64_t now_us;
     int64_t frame_us; ///< of the last frame received
@@ -78,6 +81,9 @@ sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_r
 
 /// Enters the safe state for a fault that the port's own start-up checks found.
 void sway_ecu_fail(sway_ecu_t *ecu, sway_ecu_cause_t cause);
+
+/// Tells `cause` in SwayFaultReport from now on, at once the first time; the ECU goes on running.
+void sway_ecu_warn(sway_ecu_t *ecu, sway_ecu_cause_t cause);
 
 /// Takes at most one frame, gives out what is due. False: there was nothing to do, the caller may
 /// sleep until the next frame.

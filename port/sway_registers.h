@@ -21,4 +21,12 @@ static inline void sway_register_write(uintptr_t address, uint32_t value)
 }
 #endif
 
+/// Keeps the compiler and the processor from moving memory accesses across it.
+static inline void sway_memory_barrier(void)
+{
+#if defined(__GNUC__)
+    __sync_synchronize();
+#endif
+}
+
 #endif

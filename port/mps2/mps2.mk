@@ -20,10 +20,10 @@ MPS2_MACHINE_m7 := mps2-an500
 MPS2_FLASH ?= 4M
 MPS2_RAM ?= 4M
 MPS2_STACK ?= 8K
-MPS2_START := $(addprefix $(MPS2_DIR)/,startup.c bench.c ../semihosting/semihosting.c)
+MPS2_START := $(addprefix $(MPS2_DIR)/,../cortex_m/startup.c bench.c ../semihosting/semihosting.c)
 MPS2_WARNINGS := -std=c99 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror
 MPS2_FLAGS := -O2 -g -mthumb -ffunction-sections -fdata-sections $(MPS2_WARNINGS) -I$(MPS2_DIR) \
-	-I$(MPS2_DIR)/../semihosting
+	-I$(MPS2_DIR)/../semihosting -I$(MPS2_DIR)/../cortex_m
 MPS2_LINK = -nostartfiles --specs=nano.specs -Wl,--gc-sections -T $(MPS2_DIR)/mps2.ld \
 	-Wl,--defsym=flash_size=$(MPS2_FLASH),--defsym=ram_size=$(MPS2_RAM) \
 	-Wl,--defsym=stack_size=$(MPS2_STACK)

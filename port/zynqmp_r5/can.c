@@ -1,6 +1,6 @@
+/* The CAN controller in the Zynq UltraScale+ (UG1085 chapter "CAN Controller"; the one of the
+ * Zynq-7000 is the same). */
 #include "can.h"
-
-#include <string.h>
 
 #include "sway_bit_timing.h"
 #include "sway_registers.h"
@@ -51,7 +51,7 @@ enum {
 #define DLC_SHIFT 28U
 
 #define START_POLLS 10000U
-#define BACKOFF_MAX_NS INT64_C(1000000000)
+#define FIFO_FRAMES 64U
 
 static uint32_t get(const can_t *can, uintptr_t offset)
 {
@@ -102,10 +102,14 @@ static void set_filters(const can_t *can)
     put(can, AFR, (1U << can->config.filters) - 1U);
 }
 
+/* No interrupt between the two: a frame would be stamped by one clock and timed by the other. */
 static void restart_stamps(can_t *can)
 {
+    const uint32_t enabled = get(can, IER);
+    put(can, IER, 0U);
     put(can, TSR, TSR_CLEAR);
     can->stamp_origin_ns = can->config.time_ns();
+    put(can, IER, enabled);
 }
 
 static bool join(can_t *can)
@@ -123,20 +127,9 @@ static bool join(can_t *can)
     return true;
 }
 
-static int64_t recovery_ns(const can_t *can)
-{
-    return INT64_C(128) * 11 * 1000000000 / (int64_t)can->config.bit_rate;
-}
-
 bool can_start(can_t *can, const can_config_t *config)
 {
-    if (config->filters > CAN_FILTERS || config->bit_rate == 0U || config->time_ns == NULL) {
-        return false;
-    }
-    memset(can, 0, sizeof *can);
-    can->config = *config;
-    can->backoff_ns = recovery_ns(can);
-    return join(can);
+    return can_prepare(can, config) && join(can);
 }
 
 /* --- receiving ------------------------------------------------------------------------------- */
@@ -169,24 +162,17 @@ static void take_frame(can_t *can)
     const uint32_t dlc = get(can, RX_DLC);
     const uint32_t data1 = get(can, RX_DATA1);
     const uint32_t data2 = get(can, RX_DATA2);
-    const uint32_t head = can->head;
     if ((id & (ID_REMOTE | ID_EXTENDED)) != 0U) {
         can->counters.remote_frames += 1U;
         return;
     }
-    if (head - can->tail >= CAN_RING) {
-        can->counters.overflows += 1U;
-        return;
-    }
-    sway_port_frame_t *frame = &can->ring[head % CAN_RING];
-    frame->time_us = stamp_ns(can, dlc & STAMP_MASK, can->config.time_ns()) / 1000;
-    frame->id = (uint16_t)(id >> ID_SHIFT);
-    frame->dlc = (uint8_t)((dlc >> DLC_SHIFT) > 8U ? 8U : dlc >> DLC_SHIFT);
-    unpack(frame->data, data1);
-    unpack(frame->data + 4, data2);
-    can->counters.received += 1U;
-    can->backoff_ns = recovery_ns(can); // the bus works
-    can->head = head + 1U;
+    sway_port_frame_t frame;
+    frame.time_us = stamp_ns(can, dlc & STAMP_MASK, can->config.time_ns()) / 1000;
+    frame.id = (uint16_t)(id >> ID_SHIFT);
+    frame.dlc = (uint8_t)((dlc >> DLC_SHIFT) > 8U ? 8U : dlc >> DLC_SHIFT);
+    unpack(frame.data, data1);
+    unpack(frame.data + 4, data2);
+    can_put(can, &frame);
 }
 
 static void count_errors(can_t *can)
@@ -200,13 +186,11 @@ static void count_errors(can_t *can)
     put(can, ESR, errors); // written ones clear
 }
 
+/* In reset until can_service() joins again: nothing half-sent is sent late. */
 static void leave_bus(can_t *can)
 {
-    can->counters.bus_offs += 1U;
     (void)reset_controller(can);
-    can->restart_ns = can->config.time_ns() + can->backoff_ns;
-    can->backoff_ns = can->backoff_ns * 2 > BACKOFF_MAX_NS ? BACKOFF_MAX_NS : can->backoff_ns * 2;
-    can->bus_off = true;
+    can_note_bus_off(can);
 }
 
 void can_interrupt(can_t *can)
@@ -219,8 +203,7 @@ void can_interrupt(can_t *can)
         can->counters.overflows += 1U;
     }
     put(can, ICR, cause & ~INT_RX_NOT_EMPTY);
-    /* At most one FIFO full a call: the handler's time is bounded. */
-    for (uint32_t i = 0; i < 64U && (cause & INT_RX_NOT_EMPTY) != 0U; i++) {
+    for (uint32_t i = 0; i < FIFO_FRAMES && (cause & INT_RX_NOT_EMPTY) != 0U; i++) {
         take_frame(can);
         put(can, ICR, INT_RX_NOT_EMPTY); // comes back at once if there is more
         cause = get(can, ISR);
@@ -249,17 +232,6 @@ void can_service(can_t *can)
     if (now_ns - can->stamp_origin_ns > half_turn_ns && !can_wants_interrupt(can)) {
         restart_stamps(can);
     }
-}
-
-bool can_receive(can_t *can, sway_port_frame_t *frame)
-{
-    const uint32_t tail = can->tail;
-    if (tail == can->head) {
-        return false;
-    }
-    *frame = can->ring[tail % CAN_RING];
-    can->tail = tail + 1U;
-    return true;
 }
 
 /* --- sending and state ----------------------------------------------------------------------- */

@@ -13,7 +13,8 @@ from pathlib import Path
 
 from machines import Outcome, frame_of, run
 
-TARGETS = ["x86", "mips", "m0plus", "m3", "m4f", "m7", "r5"]
+TARGETS = ["x86", "mips", "m0plus", "m3", "m4f", "m7", "r5", "stm32g4"]
+"""stm32g4: the program of that board on the host, on a model of its registers."""
 ESTIMATES_MIN = 20
 """Estimates that a case has to bring, so that more than silence is compared."""
 OSCILLATION_ID = "1A4#"

@@ -15,6 +15,9 @@ CORTEX_M = {
 }
 """Emulated boards; ARMv6-M code runs on the Cortex-M3 of the first."""
 
+ON_HOST = ("x86", "mips", "stm32g4")
+"""Programs of the host; stm32g4 is the program of that board on a model of its registers."""
+
 QUIET = ["-nographic", "-monitor", "none", "-serial", "none"]
 
 
@@ -34,7 +37,7 @@ class Outcome:
 def command(build: Path, target: str, arguments: list[str]) -> list[str]:
     """Return the command that runs a target's program with `arguments`."""
     image = str(build / f"replay_{target}.elf")
-    if target == "x86":
+    if target in ("x86", "stm32g4"):
         return [image, *arguments]
     if target == "mips":
         return ["qemu-mips-static", image, *arguments]
@@ -64,7 +67,7 @@ def run(build: Path, target: str, block: Path, recording: Path, name: str, *extr
     output.unlink(missing_ok=True)
     figures.unlink(missing_ok=True)
     arguments = [str(block), str(recording), str(output)]
-    if target not in ("x86", "mips"):
+    if target not in ON_HOST:
         arguments.append(str(figures))
     done = subprocess.run(
         command(build, target, [*arguments, *extra]),

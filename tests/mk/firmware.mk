@@ -13,14 +13,14 @@ FW_INCLUDE := -Ilib -Iport -Iport/replay -Iport/semihosting -I$(B)/codec -I$(KIS
 # kissfft is never asked to allocate: without its allocator there is no heap to link.
 FW_DEFINE := -DFIXED_POINT=32 -D'KISS_FFT_MALLOC(size)=NULL' -D'KISS_FFT_FREE(pointer)=((void)(pointer))'
 FW_WARN := -std=c99 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror
-FW_ECU := port/sway_ecu.c port/sway_block.c port/sway_checks.c
+FW_ECU := port/sway_ecu.c port/sway_block.c port/sway_checks.c port/sway_store.c
 FW_REPLAY := port/replay/candump.c port/replay/replay.c
 FW_EMBEDDED := -Os -g -ffunction-sections -fdata-sections -fstack-usage
 
 # NAME: compiler, flags, sources beyond lib/ and the ECU, how to link
-FW_CORTEX_M := port/mps2/startup.c port/mps2/bench.c port/mps2/figures.c port/mps2/main.c \
+FW_CORTEX_M := port/cortex_m/startup.c port/mps2/bench.c port/mps2/figures.c port/mps2/main.c \
     port/semihosting/semihosting.c
-FW_CORTEX_M_INCLUDE := -mthumb -Iport/mps2
+FW_CORTEX_M_INCLUDE := -mthumb -Iport/cortex_m -Iport/mps2
 FW_LINK_M = -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/mps2/mps2.ld \
     -Wl,--defsym=flash_size=80K,--defsym=ram_size=$(or $(FW_RAM_$(1)),80K),--defsym=stack_size=4608
 
@@ -50,7 +50,7 @@ $(foreach t,$(FW_M),$(eval FW_CC_$t := arm-none-eabi-gcc)\
 FW_CC_r5 := arm-none-eabi-gcc
 FW_START_r5 := image_start
 FW_FLAGS_r5 := -mcpu=cortex-r5 -mthumb -mfloat-abi=soft -Iport/zynqmp_r5 $(FW_EMBEDDED)
-FW_SOURCES_r5 := $(FW_REPLAY) port/sway_bit_timing.c port/zynqmp_r5/startup.S port/zynqmp_r5/r5.c \
+FW_SOURCES_r5 := $(FW_REPLAY) port/sway_bit_timing.c port/can.c port/zynqmp_r5/startup.S port/zynqmp_r5/r5.c \
     port/zynqmp_r5/can.c port/zynqmp_r5/main.c port/semihosting/semihosting.c
 FW_LINK_r5 := -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/zynqmp_r5/zynqmp_r5.ld
 
@@ -73,7 +73,7 @@ $(FW)/$(1)/codec.o: $(CODEC).c
 $(FW)/$(1)/kiss_fft.o: $(KISSFFT_DIR)/kiss_fft.h
 	@mkdir -p $$(@D)
 	@$$(FW_CC_$(1)) -std=gnu99 -w -DNDEBUG $$(FW_FLAGS_$(1)) $$(FW_DEFINE) -c $(KISSFFT_DIR)/kiss_fft.c -o $$@
-$(FW)/replay_$(1).elf: $$(FW_OBJECTS_$(1)) $(wildcard port/mps2/*.ld port/zynqmp_r5/*.ld)
+$(FW)/replay_$(1).elf: $$(FW_OBJECTS_$(1)) $(wildcard port/*/*.ld)
 	@echo "linking $$@"
 	@$$(FW_CC_$(1)) $$(FW_FLAGS_$(1)) $$(FW_OBJECTS_$(1)) $$(FW_LINK_$(1)) -Wl,-Map=$$@.map -o $$@
 	@$$(if $$(FW_START_$(1)),python3 tests/firmware/seal.py arm-none-eabi-objcopy $$@ $$(FW_START_$(1)))
@@ -82,7 +82,7 @@ endef
 $(foreach t,$(FW_TARGETS),$(eval $(call firmware_target,$(t))))
 
 # The ECU alone, for the table of sizes, optimised as a whole: a tenth less flash.
-FW_ECU_SOURCES := $(FW_COMMON) port/mps2/startup.c port/mps2/mailbox.c $(CODEC).c \
+FW_ECU_SOURCES := $(FW_COMMON) port/cortex_m/startup.c port/mps2/mailbox.c $(CODEC).c \
     $(KISSFFT_DIR)/kiss_fft.c
 FW_LTO := -flto=1 -fno-inline-small-functions -fno-ipa-cp -DNDEBUG -w
 $(FW)/ecu_%.elf: $(FW_ECU_SOURCES) $(wildcard lib/*.h port/*.h)
@@ -104,7 +104,7 @@ $(FW)/make_block: port/replay/make_block.c port/sway_block.c port/vehicle_file.c
 	@gcc $(FW_WARN) -O2 $(FW_INCLUDE) $(filter %.c,$^) $(B)/gcc/libsway.a -lm -o $@
 
 .PHONY: firmware firmware-test firmware-bench
-firmware: $(FW_TARGETS:%=$(FW)/replay_%.elf) $(FW_ECUS) $(FW)/a53.bin $(FW)/make_block
+firmware: $(FW_TARGETS:%=$(FW)/replay_%.elf) $(FW)/replay_stm32g4.elf $(FW_ECUS) $(FW)/a53.bin $(FW)/make_block
 
 # --- recordings and parameter blocks --------------------------------------------------------------
 # Three practice recordings as frames of dbc/swaywatch.dbc; for the tests their first 15 s.
@@ -130,7 +130,8 @@ $(foreach c,$(FW_CASES),$(eval $(call firmware_case,$(c))))
 # --- tests ----------------------------------------------------------------------------------------
 FW_SHORT := $(FW_CASES:%=$(FW)/cases/%.short.log)
 FW_WHOLE := $(FW_CASES:%=$(FW)/cases/%.log)
-firmware-test: setup-test firmware $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block)
+firmware-test: setup-test firmware $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block) board-images
+	@$(PY) tests/firmware/boards.py $(FW)
 	@$(PY) tests/firmware/identical.py $(FW) $(FW_SHORT)
 	@$(PY) tests/firmware/report.py $(FW) $(firstword $(FW_SHORT))
 	@$(FW)/soak 8

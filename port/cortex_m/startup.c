@@ -1,4 +1,4 @@
-/* From reset to main() on the ARM MPS2 images an385 (M3), an386 (M4F), an500 (M7).
+/* From reset to main() on a Cortex-M.
  *
  * main() runs on its own stack (PSP) with a no-access page under it; exceptions run on another
  * (MSP), so that a stack overflow can still be reported. */
@@ -17,6 +17,7 @@
 #define MPU_RBAR REGISTER(0xE000ED9CU)
 #define MPU_RASR REGISTER(0xE000EDA0U)
 
+extern uint32_t image_lowest[];
 extern uint32_t data_start[];
 extern uint32_t data_end[];
 extern uint32_t data_load[];
@@ -34,6 +35,9 @@ void fault_collect(const uint32_t *frame) __attribute__((used));
 void start(void) __attribute__((used));
 
 /* Region attributes: access permission at bit 24, execute-never bit 28, size 2^(n+1) at bit 1. */
+#ifndef MPU_FLASH_LOG2
+#define MPU_FLASH_LOG2 22U // how much flash is the program's and read only
+#endif
 #define MPU_ENABLE 1U
 #define MPU_SIZE(log2) ((uint32_t)((log2)-1U) << 1)
 #define MPU_NO_ACCESS (0U << 24)
@@ -49,14 +53,15 @@ static void mpu_region(uint32_t number, uint32_t base, uint32_t attributes)
     MPU_RASR = attributes | MPU_ENABLE;
 }
 
-/* A higher number wins where regions overlap: the two no-access pages come last. The vectors lie
- * in the page at NULL; the processor fetches them past the MPU. */
+/* A higher number wins where regions overlap: the two no-access pages come last. The vectors may
+ * lie in the page at NULL; the processor fetches them past the MPU. */
 static void mpu_start(void)
 {
     if (MPU_TYPE == 0U) {
         return;
     }
-    mpu_region(0U, 0U, MPU_READ_ONLY | MPU_NORMAL | MPU_SIZE(22U));
+    mpu_region(0U, (uint32_t)(uintptr_t)image_lowest,
+               MPU_READ_ONLY | MPU_NORMAL | MPU_SIZE(MPU_FLASH_LOG2));
     mpu_region(1U, 0x20000000U, MPU_READ_WRITE | MPU_NORMAL | MPU_EXECUTE_NEVER | MPU_SIZE(22U));
     mpu_region(2U, 0U, MPU_NO_ACCESS | MPU_EXECUTE_NEVER | MPU_SIZE(8U));
     mpu_region(3U, (uint32_t)(uintptr_t)stack_guard,
@@ -126,6 +131,10 @@ void fault_collect(const uint32_t *frame)
     fault_stop(cause, address);
 }
 
+/* A program that has an interrupt defines its function; any other interrupt is a fault. */
+void interrupt_tick(void) __attribute__((weak, alias("fault_entry")));
+void interrupt_21(void) __attribute__((weak, alias("fault_entry")));
+
 typedef void (*vector_t)(void);
 
 __attribute__((section(".vectors"), used)) static const vector_t vectors[48] = {
@@ -136,4 +145,6 @@ __attribute__((section(".vectors"), used)) static const vector_t vectors[48] = {
     fault_entry, // MemManage
     fault_entry, // BusFault
     fault_entry, // UsageFault
+    [15] = interrupt_tick,
+    [16 + 21] = interrupt_21,
 };

@@ -1,11 +1,13 @@
-/// can: driver of the CAN controller in the Zynq UltraScale+ (UG1085 chapter "CAN Controller";
-/// the one of the Zynq-7000 is the same).
+/// can: what every register-level driver of a CAN controller offers to the port on top of it.
+///
+/// A driver implements can_start() to can_receive_errors(); port/can.c has what is the same for
+/// all: the ring between interrupt and program, and the waiting time after a bus-off.
 ///
 /// can_interrupt() belongs into the interrupt of the controller; it moves frames from the
 /// controller's FIFO into a ring and counts errors. Everything else is called from one thread.
-/// Nothing waits for the controller except can_start(), for a bounded time.
-#ifndef SWAY_ZYNQMP_CAN_H
-#define SWAY_ZYNQMP_CAN_H
+/// Nothing waits for the controller except can_start() and can_service(), for a bounded time.
+#ifndef SWAY_CAN_H
+#define SWAY_CAN_H
 
 #include "sway_port.h"
 
@@ -20,7 +22,7 @@ typedef struct {
 
 typedef struct {
     uintptr_t base;
-    uint32_t clock_hz; ///< of the controller; its time stamps count it
+    uint32_t clock_hz; ///< of the controller
     uint32_t bit_rate;
     uint32_t sample_point_milli;
     can_filter_t filter[CAN_FILTERS];
@@ -59,20 +61,31 @@ typedef struct {
 /// Resets the controller, sets timing, filters and interrupts, and joins the bus. False: the bit
 /// rate cannot be made from the clock, or the controller does not answer.
 bool can_start(can_t *can, const can_config_t *config);
-/// The interrupt's handler; harmless when there is nothing to do.
+/// The interrupt's handler; harmless when there is nothing to do. Bounded: one FIFO full a call.
 void can_interrupt(can_t *can);
 /// True where the controller asks for its interrupt (for a machine without an interrupt
 /// controller).
 bool can_wants_interrupt(const can_t *can);
 /// Call now and then (each pass of the main loop): rejoins the bus after a bus-off, at first after
-/// the 128 times 11 bits that the standard wants, then after twice as long each time up to 1 s.
+/// the 128 times 11 bits that the standard wants, then after twice as long each time up to 1 s. A
+/// frame that is received ends the doubling.
 void can_service(can_t *can);
-bool can_receive(can_t *can, sway_port_frame_t *frame);
 /// False: the transmit FIFO is full or the controller is off the bus.
 bool can_send(can_t *can, const sway_port_frame_t *frame);
 can_state_t can_state(const can_t *can);
 /// The standard's two error counters.
 uint32_t can_transmit_errors(const can_t *can);
 uint32_t can_receive_errors(const can_t *can);
+
+/* --- port/can.c ------------------------------------------------------------------------------ */
+
+/// The oldest frame received; false: none.
+bool can_receive(can_t *can, sway_port_frame_t *frame);
+/// For drivers. Clears everything and takes over `config`; false: it cannot be right.
+bool can_prepare(can_t *can, const can_config_t *config);
+/// For drivers: a frame into the ring, or an overflow counted.
+void can_put(can_t *can, const sway_port_frame_t *frame);
+/// For drivers: the controller has left the bus. Counts it, sets `bus_off` and when to come back.
+void can_note_bus_off(can_t *can);
 
 #endif

@@ -1,0 +1,142 @@
+#include "program.h"
+
+#include "board.h"
+#include "flash.h"
+#include "stm32g474.h"
+#include "sway_store.h"
+
+static sway_ecu_t ecu;
+static can_t can;
+static uint32_t bus_offs_told;
+
+#ifndef SWAY_REGISTER_MODEL
+#define PARAMETERS ((const uint8_t *)(uintptr_t)STM32_FLASH_BANK2)
+#else
+extern const uint8_t model_flash[];
+#define PARAMETERS (&model_flash[0])
+#endif
+
+const sway_ecu_t *program_ecu(void)
+{
+    return &ecu;
+}
+
+const can_t *program_can(void)
+{
+    return &can;
+}
+
+/* --- parameters: the first two pages of the second bank --------------------------------------- */
+
+static bool store_erase(void *context, uint32_t slot)
+{
+    (void)context;
+    board_serve_watchdog();
+    return flash_erase(slot);
+}
+
+static bool store_write(void *context, uint32_t slot, const uint8_t *block, size_t size)
+{
+    (void)context;
+    return flash_write(slot, 0U, block, size);
+}
+
+static sway_store_t parameters(void)
+{
+    const sway_store_t store = {.slot = {PARAMETERS, PARAMETERS + STM32_FLASH_PAGE},
+                                .erase = store_erase,
+                                .write = store_write};
+    return store;
+}
+
+/* --- the ECU's port --------------------------------------------------------------------------- */
+
+static bool port_receive(void *context, sway_port_frame_t *frame)
+{
+    (void)context;
+    return can_receive(&can, frame);
+}
+
+static bool port_send(void *context, const sway_port_frame_t *frame)
+{
+    (void)context;
+    return can_send(&can, frame);
+}
+
+static int64_t port_time_us(void *context)
+{
+    (void)context;
+    return board_time_ns() / 1000;
+}
+
+static bool port_store(void *context, const uint8_t *block, size_t size)
+{
+    (void)context;
+    const sway_store_t store = parameters();
+    return sway_store_write(&store, block, size);
+}
+
+static void port_alive(void *context)
+{
+    (void)context;
+    board_serve_watchdog();
+}
+
+/* --- start and loop --------------------------------------------------------------------------- */
+
+static bool start_can(void)
+{
+    const can_config_t config = {
+        .base = STM32_FDCAN1,
+        .clock_hz = BOARD_HSE_HZ,
+        .bit_rate = PROGRAM_BIT_RATE,
+        .sample_point_milli = PROGRAM_SAMPLE_POINT_MILLI,
+        .filter = {{.wanted = 0x120, .mask = 0x7E0}, {.wanted = 0x6E0, .mask = 0x7FF}},
+        .filters = 2,
+        .time_ns = board_time_ns};
+    return can_start(&can, &config);
+}
+
+bool program_start(sway_ecu_retained_t *retained, sway_ecu_cause_t check)
+{
+    const sway_port_t port = {.receive = port_receive,
+                              .send = port_send,
+                              .time_us = port_time_us,
+                              .store = port_store,
+                              .alive = port_alive};
+    const sway_store_t store = parameters();
+    bool interrupted = false;
+    if (board_was_watchdog()) {
+        sway_ecu_note_fault(retained, SWAY_ECU_WATCHDOG, 0U);
+    }
+    if (!board_start() || !start_can()) {
+        return false;
+    }
+    bus_offs_told = 0U;
+    (void)sway_ecu_start(&ecu, &port, retained, sway_store_find(&store, &interrupted),
+                         SWAY_BLOCK_SIZE);
+    if (check != SWAY_ECU_NO_CAUSE) {
+        sway_ecu_fail(&ecu, check);
+    }
+    if (interrupted) {
+        sway_ecu_warn(&ecu, SWAY_ECU_STORE_CUT);
+    }
+    board_start_watchdog();
+    board_enable_interrupts();
+    return true;
+}
+
+bool program_pass(void)
+{
+    can_service(&can);
+    if (can.counters.bus_offs != bus_offs_told && !can.bus_off) {
+        bus_offs_told = can.counters.bus_offs;
+        sway_ecu_warn(&ecu, SWAY_ECU_BUS_OFF);
+    }
+    return sway_ecu_poll(&ecu);
+}
+
+void program_can_interrupt(void)
+{
+    can_interrupt(&can);
+}

@@ -1,0 +1,34 @@
+/// sway_store: the parameter block in two pages of flash, so that a power cut at any moment leaves
+/// one that is whole.
+///
+/// A new block always goes into the page that does not hold the newest good one. After a cut
+/// between erasing and writing, or in the middle of writing, the old block is still there; it is
+/// used, and the next start is told that a store was interrupted.
+#ifndef SWAY_STORE_H
+#define SWAY_STORE_H
+
+#include <stdbool.h>
+
+#include "sway_block.h"
+
+#define SWAY_STORE_SLOTS 2U
+
+typedef struct {
+    const uint8_t *slot[SWAY_STORE_SLOTS]; ///< SWAY_BLOCK_SIZE bytes of each can be read
+    /// All bytes of the slot are 0xFF afterwards; false: the flash says it did not work.
+    bool (*erase)(void *context, uint32_t slot);
+    /// Writes SWAY_BLOCK_SIZE bytes to the start of an erased slot.
+    bool (*write)(void *context, uint32_t slot, const uint8_t *block, size_t size);
+    void *context;
+} sway_store_t;
+
+/// The newest good block; where there is none a damaged one, so that sway_ecu_start() can say what
+/// is wrong with it, else an empty slot. `interrupted` (may be NULL): a store was not finished, and
+/// what is returned is the block from before it.
+const uint8_t *sway_store_find(const sway_store_t *store, bool *interrupted);
+
+/// Writes a block of SWAY_BLOCK_SIZE bytes and reads it back. False: nothing was stored, the old
+/// block is still there.
+bool sway_store_write(const sway_store_t *store, const uint8_t *block, size_t size);
+
+#endif

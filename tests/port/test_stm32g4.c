@@ -1,0 +1,550 @@
+/* port/stm32g4 against a model of the registers: clocks, CAN driver, flash, watchdog, and the
+ * whole program with its parameters. None of this has run on the part itself. */
+#include "board.h"
+#include "flash.h"
+#include "model_stm32g4.h"
+#include "port_test.h"
+#include "program.h"
+#include "stm32g474.h"
+#include "sway_registers.h"
+
+#define BIT_NS 2000
+#define RECOVERY_US (128 * 11 * BIT_NS / 1000)
+
+static can_t can;
+static sway_ecu_retained_t retained;
+
+void setUp(void)
+{
+    memset(model_flash, 0xFF, sizeof model_flash);
+    memset(&retained, 0, sizeof retained);
+    model_power_on();
+}
+
+void tearDown(void)
+{
+}
+
+static sway_port_frame_t frame_of(uint16_t id, uint8_t first)
+{
+    const sway_port_frame_t frame = {.id = id, .dlc = 8, .data = {first, 1, 2, 3, 4, 5, 6, 7}};
+    return frame;
+}
+
+static void start_driver(void)
+{
+    const can_config_t config = {.base = STM32_FDCAN1,
+                                 .clock_hz = BOARD_HSE_HZ,
+                                 .bit_rate = 500000,
+                                 .sample_point_milli = 875,
+                                 .filter = {{0x120, 0x7E0}, {0x6E0, 0x7FF}},
+                                 .filters = 2,
+                                 .time_ns = board_time_ns};
+    TEST_ASSERT_TRUE(board_start());
+    board_enable_interrupts();
+    TEST_ASSERT_TRUE(can_start(&can, &config));
+}
+
+static void serve(void)
+{
+    while (model_wants_interrupt()) {
+        can_interrupt(&can);
+    }
+}
+
+static void take(uint16_t id, uint8_t first)
+{
+    const sway_port_frame_t frame = frame_of(id, first);
+    TEST_ASSERT_TRUE(model_bus_frame(&frame, false, false));
+    serve();
+}
+
+/* --- clocks, pins, watchdog ------------------------------------------------------------------- */
+
+static void test_clock_is_168_mhz_and_counts_microseconds(void)
+{
+    TEST_ASSERT_TRUE(board_start());
+    TEST_ASSERT_EQUAL_UINT32(BOARD_CPU_HZ, model_cpu_hz());
+    const int64_t before = board_time_ns();
+    model_wait_us(12345);
+    TEST_ASSERT_EQUAL_INT64(12345000, board_time_ns() - before);
+    TEST_ASSERT_EQUAL_UINT32(2U << 22 | 2U << 24, model_read(STM32_GPIOA + GPIO_MODER));
+    TEST_ASSERT_EQUAL_HEX32(0x00099000, model_read(STM32_GPIOA + GPIO_AFRH));
+}
+
+static void test_clock_runs_on_over_its_32_bits(void)
+{
+    TEST_ASSERT_TRUE(board_start());
+    const int64_t start = board_time_ns();
+    int64_t waited = 0;
+    while (waited < INT64_C(3) << 32) {
+        model_wait_us(1000000007);
+        waited += 1000000007;
+        TEST_ASSERT_EQUAL_INT64(waited * 1000, board_time_ns() - start);
+    }
+}
+
+static void test_dead_crystal_is_found(void)
+{
+    model_dead_crystal = true;
+    TEST_ASSERT_FALSE(board_start());
+}
+
+static void test_watchdog_wants_half_a_second(void)
+{
+    TEST_ASSERT_TRUE(board_start());
+    board_start_watchdog();
+    model_wait_us(499000);
+    TEST_ASSERT_FALSE(model_watchdog_bit());
+    board_serve_watchdog();
+    model_wait_us(499000);
+    TEST_ASSERT_FALSE(model_watchdog_bit());
+    model_wait_us(2000);
+    TEST_ASSERT_TRUE(model_watchdog_bit());
+    model_restart();
+    TEST_ASSERT_TRUE(board_was_watchdog());
+    TEST_ASSERT_FALSE(board_was_watchdog());
+}
+
+/* --- CAN driver ------------------------------------------------------------------------------- */
+
+static void test_bit_timing(void)
+{
+    start_driver();
+    const uint32_t nbtp = model_read(STM32_FDCAN1 + 0x1C);
+    const uint32_t prescaler = (nbtp >> 16 & 511U) + 1U;
+    const uint32_t segment1 = (nbtp >> 8 & 255U) + 1U;
+    const uint32_t segment2 = (nbtp & 127U) + 1U;
+    TEST_ASSERT_EQUAL_UINT32(500000, BOARD_HSE_HZ / prescaler / (1U + segment1 + segment2));
+    TEST_ASSERT_EQUAL_UINT32(875, 1000U * (1U + segment1) / (1U + segment1 + segment2));
+    TEST_ASSERT_TRUE((nbtp >> 25) + 1U <= segment2);
+}
+
+static void test_impossible_bit_rate_is_refused(void)
+{
+    can_config_t config;
+    start_driver();
+    config = can.config;
+    config.bit_rate = 333333;
+    TEST_ASSERT_FALSE(can_start(&can, &config));
+}
+
+static void test_dead_controller_is_found(void)
+{
+    can_config_t config;
+    start_driver();
+    config = can.config;
+    model_dead_can = true;
+    TEST_ASSERT_FALSE(can_start(&can, &config));
+}
+
+static void test_filters_take_what_is_ours(void)
+{
+    start_driver();
+    for (uint16_t id = 0; id < 0x800U; id++) {
+        const sway_port_frame_t frame = frame_of(id, 0);
+        const bool ours = (id >= 0x120U && id <= 0x13FU) || id == 0x6E0U;
+        TEST_ASSERT_EQUAL(ours, model_bus_frame(&frame, false, false));
+        TEST_ASSERT_FALSE(model_bus_frame(&frame, true, false));
+        TEST_ASSERT_FALSE(model_bus_frame(&frame, false, true));
+        serve();
+    }
+    TEST_ASSERT_EQUAL_UINT32(33, can.counters.received);
+}
+
+static void test_no_filters_take_all_standard_frames(void)
+{
+    start_driver();
+    can_config_t config = can.config;
+    config.filters = 0;
+    TEST_ASSERT_TRUE(can_start(&can, &config));
+    const sway_port_frame_t frame = frame_of(0x7FF, 0);
+    TEST_ASSERT_TRUE(model_bus_frame(&frame, false, false));
+    TEST_ASSERT_FALSE(model_bus_frame(&frame, true, false));
+}
+
+static void test_frames_arrive_whole_and_in_order(void)
+{
+    start_driver();
+    for (unsigned i = 0; i < 3U; i++) {
+        const sway_port_frame_t frame = frame_of((uint16_t)(0x120U + i), (uint8_t)(0xA0U + i));
+        TEST_ASSERT_TRUE(model_bus_frame(&frame, false, false));
+    }
+    serve();
+    for (unsigned i = 0; i < 3U; i++) {
+        sway_port_frame_t frame;
+        TEST_ASSERT_TRUE(can_receive(&can, &frame));
+        const sway_port_frame_t wanted = frame_of((uint16_t)(0x120U + i), (uint8_t)(0xA0U + i));
+        TEST_ASSERT_EQUAL_HEX16(wanted.id, frame.id);
+        TEST_ASSERT_EQUAL_UINT8(8, frame.dlc);
+        TEST_ASSERT_EQUAL_MEMORY(wanted.data, frame.data, 8);
+    }
+    sway_port_frame_t none;
+    TEST_ASSERT_FALSE(can_receive(&can, &none));
+}
+
+static void test_lost_frames_are_counted(void)
+{
+    start_driver();
+    for (unsigned i = 0; i < 5U; i++) {
+        const sway_port_frame_t frame = frame_of(0x120, (uint8_t)i);
+        TEST_ASSERT_EQUAL(i < 3U, model_bus_frame(&frame, false, false));
+    }
+    serve();
+    TEST_ASSERT_EQUAL_UINT32(3, can.counters.received);
+    TEST_ASSERT_EQUAL_UINT32(1, can.counters.overflows);
+    for (unsigned i = 0; i < CAN_RING; i++) {
+        take(0x121, (uint8_t)i);
+    }
+    TEST_ASSERT_EQUAL_UINT32(CAN_RING, can.counters.received);
+    TEST_ASSERT_EQUAL_UINT32(4, can.counters.overflows);
+}
+
+/* The stamp is when the frame came, however late the interrupt and whatever turns over. */
+static void test_stamps_are_those_of_the_frames(void)
+{
+    start_driver();
+    for (int i = 0; i < 3000; i++) {
+        model_wait_us(40009);
+        const int64_t came_us = board_time_ns() / 1000;
+        const sway_port_frame_t frame = frame_of(0x120, 0);
+        TEST_ASSERT_TRUE(model_bus_frame(&frame, false, false));
+        model_wait_us(i % 700);
+        serve();
+        sway_port_frame_t got;
+        TEST_ASSERT_TRUE(can_receive(&can, &got));
+        TEST_ASSERT_EQUAL_INT64(came_us, got.time_us);
+    }
+}
+
+static void test_sending_keeps_the_order_and_says_when_full(void)
+{
+    start_driver();
+    model_bus_is_busy = true;
+    for (unsigned i = 0; i < 5U; i++) {
+        const sway_port_frame_t frame = frame_of((uint16_t)(0x1A0U + i), (uint8_t)i);
+        TEST_ASSERT_EQUAL(i < 3U, can_send(&can, &frame));
+    }
+    model_bus_is_busy = false;
+    for (unsigned i = 0; i < 3U; i++) {
+        sway_port_frame_t sent;
+        TEST_ASSERT_TRUE(model_bus_sent(&sent));
+        const sway_port_frame_t wanted = frame_of((uint16_t)(0x1A0U + i), (uint8_t)i);
+        TEST_ASSERT_EQUAL_HEX16(wanted.id, sent.id);
+        TEST_ASSERT_EQUAL_UINT8(8, sent.dlc);
+        TEST_ASSERT_EQUAL_MEMORY(wanted.data, sent.data, 8);
+    }
+    TEST_ASSERT_EQUAL_UINT32(3, can.counters.sent);
+}
+
+static void test_errors_are_counted_by_kind(void)
+{
+    start_driver();
+    for (uint32_t code = 1; code <= 6U; code++) {
+        for (uint32_t i = 0; i < code; i++) {
+            model_bus_error(code);
+            serve();
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, can.counters.stuff_errors);
+    TEST_ASSERT_EQUAL_UINT32(2, can.counters.form_errors);
+    TEST_ASSERT_EQUAL_UINT32(3, can.counters.ack_errors);
+    TEST_ASSERT_EQUAL_UINT32(4 + 5, can.counters.bit_errors);
+    TEST_ASSERT_EQUAL_UINT32(6, can.counters.crc_errors);
+}
+
+static void test_error_counters_and_states(void)
+{
+    start_driver();
+    TEST_ASSERT_EQUAL(CAN_ACTIVE, can_state(&can));
+    model_bus_counters(96, 3);
+    TEST_ASSERT_EQUAL(CAN_WARNING, can_state(&can));
+    TEST_ASSERT_EQUAL_UINT32(96, can_transmit_errors(&can));
+    TEST_ASSERT_EQUAL_UINT32(3, can_receive_errors(&can));
+    model_bus_counters(128, 0);
+    TEST_ASSERT_EQUAL(CAN_PASSIVE, can_state(&can));
+    model_bus_counters(256, 0);
+    TEST_ASSERT_EQUAL(CAN_BUS_OFF, can_state(&can));
+}
+
+/* Time from a bus-off until the driver has joined again. */
+static int64_t recovery_us(void)
+{
+    model_bus_counters(256, 0);
+    serve();
+    const int64_t start = model_time_us();
+    const sway_port_frame_t frame = frame_of(0x1A0, 0);
+    TEST_ASSERT_FALSE(can_send(&can, &frame));
+    while (can.bus_off) {
+        TEST_ASSERT_EQUAL(CAN_BUS_OFF, can_state(&can));
+        model_wait_us(10);
+        can_service(&can);
+    }
+    model_bus_counters(0, 0);
+    TEST_ASSERT_EQUAL(CAN_ACTIVE, can_state(&can));
+    TEST_ASSERT_TRUE(can_send(&can, &frame));
+    return model_time_us() - start;
+}
+
+static void test_bus_off_waits_longer_each_time_until_a_frame_comes(void)
+{
+    start_driver();
+    int64_t wanted = RECOVERY_US;
+    for (uint32_t i = 1; i <= 12U; i++) {
+        TEST_ASSERT_INT64_WITHIN(10, wanted, recovery_us());
+        TEST_ASSERT_EQUAL_UINT32(i, can.counters.bus_offs);
+        wanted = wanted * 2 > 1000000 ? 1000000 : wanted * 2;
+    }
+    take(0x120, 0);
+    TEST_ASSERT_INT64_WITHIN(10, RECOVERY_US, recovery_us());
+}
+
+static void test_bus_off_with_a_dead_controller_goes_on_trying(void)
+{
+    start_driver();
+    model_bus_counters(256, 0);
+    serve();
+    model_dead_can = true;
+    model_wait_us(RECOVERY_US);
+    can_service(&can);
+    TEST_ASSERT_TRUE(can.bus_off);
+    model_dead_can = false;
+    model_wait_us(2 * RECOVERY_US);
+    can_service(&can);
+    TEST_ASSERT_FALSE(can.bus_off);
+}
+
+/* --- flash ------------------------------------------------------------------------------------ */
+
+static void test_flash_erases_and_writes(void)
+{
+    uint8_t bytes[21];
+    for (unsigned i = 0; i < sizeof bytes; i++) {
+        bytes[i] = (uint8_t)(i + 1U);
+    }
+    memset(model_flash, 0, sizeof model_flash);
+    TEST_ASSERT_TRUE(flash_erase(1));
+    TEST_ASSERT_EQUAL_HEX8(0, model_flash[STM32_FLASH_PAGE - 1U]);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, model_flash[STM32_FLASH_PAGE]);
+    TEST_ASSERT_TRUE(flash_write(1, 8, bytes, sizeof bytes));
+    TEST_ASSERT_EQUAL_MEMORY(bytes, model_flash + STM32_FLASH_PAGE + 8, sizeof bytes);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, model_flash[STM32_FLASH_PAGE + 8U + sizeof bytes]);
+    TEST_ASSERT_EQUAL_HEX32(FLASH_CR_LOCK, model_read(STM32_FLASH + FLASH_CR) & FLASH_CR_LOCK);
+}
+
+static void test_flash_says_what_it_cannot(void)
+{
+    const uint8_t bytes[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+    TEST_ASSERT_FALSE(flash_erase(128));
+    TEST_ASSERT_FALSE(flash_write(0, 4, bytes, 8));
+    TEST_ASSERT_FALSE(flash_write(0, STM32_FLASH_PAGE, bytes, 8));
+    TEST_ASSERT_TRUE(flash_write(0, 0, bytes, 8));
+    TEST_ASSERT_FALSE(flash_write(0, 0, bytes, 8)); // not erased
+    TEST_ASSERT_TRUE(flash_erase(0));               // the error before does not stay
+    model_write_protected = true;
+    TEST_ASSERT_FALSE(flash_erase(0));
+    model_write_protected = false;
+    model_dead_flash = true;
+    TEST_ASSERT_FALSE(flash_erase(0));
+    TEST_ASSERT_FALSE(flash_write(0, 8, bytes, 8));
+}
+
+/* --- the whole program ------------------------------------------------------------------------ */
+
+static sway_port_frame_t last_sent;
+
+static bool pass(void)
+{
+    sway_port_frame_t sent;
+    while (model_wants_interrupt()) {
+        program_can_interrupt();
+    }
+    const bool busy = program_pass();
+    while (model_bus_sent(&sent)) {
+        last_sent = sent;
+    }
+    return busy;
+}
+
+static struct swaywatch_dbc_sway_parameter_reply_t ask(uint8_t command, uint16_t index,
+                                                       int32_t value)
+{
+    const sway_port_frame_t request = request_frame(command, index, value);
+    model_wait_us(1000);
+    memset(&last_sent, 0, sizeof last_sent);
+    TEST_ASSERT_TRUE(model_bus_frame(&request, false, false));
+    for (int i = 0; i < 100; i++) {
+        sway_port_frame_t sent;
+        while (model_wants_interrupt()) {
+            program_can_interrupt();
+        }
+        (void)program_pass();
+        while (model_bus_sent(&sent)) {
+            if (sent.id == SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID) {
+                return reply_of(&sent);
+            }
+        }
+    }
+    TEST_FAIL_MESSAGE("no reply");
+    return reply_of(&last_sent);
+}
+
+static struct swaywatch_dbc_sway_fault_report_t report(void)
+{
+    for (int i = 0; i < 1000; i++) {
+        sway_port_frame_t sent;
+        model_wait_us(10000);
+        (void)program_pass();
+        while (model_bus_sent(&sent)) {
+            if (sent.id == SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID) {
+                return report_of(&sent);
+            }
+        }
+    }
+    TEST_FAIL_MESSAGE("no report");
+    return report_of(&last_sent);
+}
+
+static void write_all(const sway_core_config_t *config)
+{
+    for (uint16_t i = 0; i < SWAY_BLOCK_WORDS; i++) {
+        int32_t value = 0;
+        (void)sway_block_get(config, i, &value);
+        TEST_ASSERT_EQUAL_UINT8(0, ask(WRITE, i, value).parameter_result);
+    }
+}
+
+static void test_program_takes_parameters_and_keeps_them(void)
+{
+    sway_core_config_t config = good_config();
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BLOCK + SWAY_BLOCK_EMPTY, report().fault_cause);
+    write_all(&config);
+    TEST_ASSERT_EQUAL_UINT8(0, ask(STORE, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RUNNING, report().ecu_state);
+    model_restart();
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, program_ecu()->state);
+    TEST_ASSERT_EQUAL_MEMORY(&config, &program_ecu()->config, sizeof config);
+    TEST_ASSERT_EQUAL_UINT8(0, report().fault_cause);
+}
+
+/* Whenever the power goes, the next start has the old parameters or the new ones, whole, and says
+ * when a store was cut. */
+static void test_power_cut_at_every_step_of_a_store(void)
+{
+    sway_core_config_t old_one = good_config();
+    const int steps = 1 + (int)((SWAY_BLOCK_SIZE + 7U) / 8U);
+    uint8_t block[SWAY_BLOCK_SIZE];
+    for (int cut = 0; cut <= steps; cut++) {
+        setUp();
+        sway_block_write(&old_one, 1, block);
+        memcpy(model_flash, block, sizeof block);
+        sway_block_write(&old_one, 2, block);
+        memcpy(model_flash + STM32_FLASH_PAGE, block, sizeof block);
+        TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+        TEST_ASSERT_EQUAL_UINT8(0, ask(WRITE, 0, 2000000).parameter_result);
+        model_cut_after = cut;
+        TEST_ASSERT_EQUAL_UINT8(cut < steps ? 3 : 0, ask(STORE, 0, 0).parameter_result);
+        TEST_ASSERT_EQUAL(cut < steps, model_power_is_off());
+        model_power_on();
+        TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+        TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, program_ecu()->state);
+        TEST_ASSERT_EQUAL_INT32(cut < steps ? 1955000 : 2000000,
+                                program_ecu()->config.vehicle.car.mass_g);
+        /* A cut before the erasure leaves the older block of the two: nothing was lost. */
+        const uint8_t told = cut > 0 && cut < steps ? SWAY_ECU_STORE_CUT : 0;
+        TEST_ASSERT_EQUAL_UINT8(told, report().fault_cause);
+    }
+}
+
+static void test_first_store_cut_leaves_the_safe_state(void)
+{
+    sway_core_config_t config = good_config();
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    write_all(&config);
+    model_cut_after = 3;
+    TEST_ASSERT_EQUAL_UINT8(3, ask(STORE, 0, 0).parameter_result);
+    model_power_on();
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, program_ecu()->state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BLOCK + SWAY_BLOCK_CRC, report().fault_cause);
+}
+
+static void test_program_reports_bus_off(void)
+{
+    uint8_t block[SWAY_BLOCK_SIZE];
+    sway_core_config_t config = good_config();
+    sway_block_write(&config, 1, block);
+    memcpy(model_flash, block, sizeof block);
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    TEST_ASSERT_EQUAL_UINT8(0, report().fault_cause);
+    model_bus_counters(256, 0);
+    while (model_wants_interrupt()) {
+        program_can_interrupt();
+    }
+    model_wait_us(RECOVERY_US);
+    (void)program_pass();
+    model_bus_counters(0, 0);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BUS_OFF, report().fault_cause);
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, program_ecu()->state);
+}
+
+static void test_program_serves_the_watchdog_and_reports_it(void)
+{
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    for (int i = 0; i < 100; i++) {
+        model_wait_us(400000);
+        (void)pass();
+    }
+    TEST_ASSERT_FALSE(model_watchdog_bit());
+    model_wait_us(600000); // the program hangs
+    TEST_ASSERT_TRUE(model_watchdog_bit());
+    model_restart();
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    TEST_ASSERT_EQUAL_UINT32(1, retained.restarts);
+    TEST_ASSERT_EQUAL_UINT32(SWAY_ECU_WATCHDOG, retained.cause);
+}
+
+static void test_failed_checks_and_dead_parts_end_safe(void)
+{
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_IMAGE));
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_SAFE, report().ecu_state);
+    model_power_on();
+    model_dead_crystal = true;
+    TEST_ASSERT_FALSE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    model_power_on();
+    model_dead_can = true;
+    TEST_ASSERT_FALSE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_clock_is_168_mhz_and_counts_microseconds);
+    RUN_TEST(test_clock_runs_on_over_its_32_bits);
+    RUN_TEST(test_dead_crystal_is_found);
+    RUN_TEST(test_watchdog_wants_half_a_second);
+    RUN_TEST(test_bit_timing);
+    RUN_TEST(test_impossible_bit_rate_is_refused);
+    RUN_TEST(test_dead_controller_is_found);
+    RUN_TEST(test_filters_take_what_is_ours);
+    RUN_TEST(test_no_filters_take_all_standard_frames);
+    RUN_TEST(test_frames_arrive_whole_and_in_order);
+    RUN_TEST(test_lost_frames_are_counted);
+    RUN_TEST(test_stamps_are_those_of_the_frames);
+    RUN_TEST(test_sending_keeps_the_order_and_says_when_full);
+    RUN_TEST(test_errors_are_counted_by_kind);
+    RUN_TEST(test_error_counters_and_states);
+    RUN_TEST(test_bus_off_waits_longer_each_time_until_a_frame_comes);
+    RUN_TEST(test_bus_off_with_a_dead_controller_goes_on_trying);
+    RUN_TEST(test_flash_erases_and_writes);
+    RUN_TEST(test_flash_says_what_it_cannot);
+    RUN_TEST(test_program_takes_parameters_and_keeps_them);
+    RUN_TEST(test_power_cut_at_every_step_of_a_store);
+    RUN_TEST(test_first_store_cut_leaves_the_safe_state);
+    RUN_TEST(test_program_reports_bus_off);
+    RUN_TEST(test_program_serves_the_watchdog_and_reports_it);
+    RUN_TEST(test_failed_checks_and_dead_parts_end_safe);
+    return UNITY_END();
+}
