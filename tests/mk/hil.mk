@@ -1,6 +1,6 @@
 # make hil: the daemon on a real kernel CAN, faults included (tests/hil).
 SYSTEM_TEST += /usr/bin/linux.uml=user-mode-linux /bin/busybox=busybox-static ip=iproute2 \
-    tc=iproute2 taskset=util-linux
+    tc=iproute2 taskset=util-linux qemu-system-x86_64=qemu-system-x86 cpio=cpio
 
 BUS_LOAD := $(B)/bus_load
 $(BUS_LOAD): tests/hil/bus_load.c $(B)/gcc/libsway.a
@@ -8,7 +8,14 @@ $(BUS_LOAD): tests/hil/bus_load.c $(B)/gcc/libsway.a
 	@gcc -std=c99 -D_GNU_SOURCE -Wall -Wextra -O2 -g $(DEFINE) $(INCLUDE) $< $(B)/gcc/libsway.a \
 	    -lm -o $@
 
-.PHONY: hil hil-bench
+# Beside vcan: two emulated controllers under Linux's own driver, in a Debian kernel of their own.
+KERNEL_DIR ?= $(B)/third_party/kernel
+.PHONY: hil hil-bench hil-controllers
+hil-controllers: setup-test $(SWAYWATCHD) $(BUS_LOAD)
+	@if [ -d $(KERNEL_DIR)/boot ] || tests/tools/fetch-kernel $(KERNEL_DIR); then \
+	    $(PY) tests/hil/controllers.py $(KERNEL_DIR); \
+	    else echo "hil-controllers: not run, no Debian kernel image could be fetched"; fi
+
 hil: setup-test $(SWAYWATCHD) $(BUS_LOAD)
 	@tests/hil/run -q
 
@@ -16,5 +23,5 @@ hil: setup-test $(SWAYWATCHD) $(BUS_LOAD)
 hil-bench: setup-test $(SWAYWATCHD) $(BUS_LOAD)
 	@HIL_SECONDS=60 tests/hil/run -q -k "load or latency or rate"
 
-test:: hil
+test:: hil hil-controllers
 bench:: hil-bench
