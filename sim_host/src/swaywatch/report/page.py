@@ -13,44 +13,18 @@ from swaywatch import __version__
 from swaywatch.analysis import AXLE_NAMES, DriveResult, Value
 from swaywatch.core import AXLES
 from swaywatch.report import figures
+from swaywatch.report.style import STYLE
 from swaywatch.report.words import REASON_WORDS, plus_minus, sentences, speed_used_m_s, verdict
 from swaywatch.roles import CHANNELS
 
 KMH = 3.6
-
-_STYLE = """
-:root { color-scheme: light; }
-body { font: 15px/1.5 Helvetica, Arial, sans-serif; color: #1f2937; margin: 0; background: #fff; }
-main { max-width: 1260px; margin: 0 auto; padding: 24px 28px 60px; }
-h1 { font-size: 26px; margin: 0 0 2px; }
-h2 { font-size: 20px; margin: 38px 0 6px; border-bottom: 2px solid #e5e7eb; padding-bottom: 4px; }
-h3 { font-size: 16px; margin: 26px 0 4px; }
-.meta, .note { color: #6b7280; font-size: 13px; }
-.verdict { border-left: 8px solid #9ca3af; background: #f9fafb; padding: 12px 18px;
-  margin: 14px 0; }
-.verdict.good { border-color: #3f9c5b; background: #f0f9f2; }
-.verdict.near { border-color: #e3a008; background: #fdf8e7; }
-.verdict.bad { border-color: #d64545; background: #fdf0f0; }
-.verdict p { font-size: 19px; font-weight: 600; margin: 0; }
-.verdict ul { margin: 8px 0 2px; padding-left: 20px; } .verdict li { margin: 3px 0; }
-table { border-collapse: collapse; margin: 8px 0 4px; font-size: 14px; }
-th, td { text-align: left; padding: 4px 14px 4px 0; border-bottom: 1px solid #e5e7eb;
-  vertical-align: top; } th { color: #4b5563; font-weight: 600; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; }
-.error { color: #b91c1c; font-weight: 600; } .warning { color: #b45309; font-weight: 600; }
-.info { color: #4b5563; } nav a { margin-right: 16px; }
-.state { display: inline-block; padding: 0 8px; border-radius: 3px; }
-.modebar { opacity: 0; } .js-plotly-plot:hover .modebar { opacity: 1; }
-.state-critical { color: #fff; }
-@media print { .js-plotly-plot { break-inside: avoid; } }
-"""
 
 
 def make_report(results: list[DriveResult]) -> str:
     """HTML of the report on one or several drives of one combination."""
     parts = [
         "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>",
-        f"<title>Sway report: {html.escape(_title(results))}</title><style>{_STYLE}</style>",
+        f"<title>Sway report: {html.escape(_title(results))}</title><style>{STYLE}</style>",
         f"<script>{plotly.offline.get_plotlyjs()}</script></head><body><main>",
         f"<h1>How far from instability, and why do we think so</h1>"
         f"<div class='meta'>{html.escape(_title(results))} &middot; vehicle "

@@ -1,0 +1,73 @@
+"""``swaywatch survey``: a folder of recordings over night."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``survey`` command."""
+    parser = subparsers.add_parser(
+        "survey",
+        help="over night: which recordings of a folder disagree with the model, where, why",
+        description="Analyse and diagnose every recording below a folder, and those of a "
+        "combination that disagree together. A vehicle.toml and a signals.toml beside a recording "
+        "(or above it) are taken before those given here. Started again, it goes on where it was.",
+    )
+    parser.add_argument("folder", type=Path, help="folder with recordings, at any depth")
+    parser.add_argument("--vehicle", type=Path, metavar="TOML", help="where none is nearer")
+    parser.add_argument("--signals", type=Path, metavar="TOML", help="where none is nearer")
+    parser.add_argument(
+        "--out", type=Path, default=Path("swaywatch-survey"), metavar="DIR",
+        help="folder for survey.html, survey.json and the pages (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--exclude", action="append", default=None, metavar="PATTERN",
+        help="file names to leave out (default: simulation*); may be repeated",
+    )  # fmt: skip
+    parser.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N",
+        help="processes at a time (default: one a core)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--limit", type=float, default=1800.0, metavar="S",
+        help="time limit of one analysis or diagnosis (default: %(default)s)",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace) -> int:
+    """Survey, tell each run as it comes, write the page."""
+    from swaywatch.errors import SwaywatchError
+    from swaywatch.recording.guard import must_exist, whole_file
+    from swaywatch.survey.page import count_words, make_page
+    from swaywatch.survey.plan import find_runs
+    from swaywatch.survey.work import Outcome, survey
+
+    if args.jobs < 1:
+        raise SwaywatchError(f"--jobs {args.jobs}; expected 1 or more")
+    for path in (args.vehicle, args.signals):
+        if path is not None:
+            must_exist(path, "TOML file")
+    exclude = ["simulation*"] if args.exclude is None else args.exclude
+    out = args.out.resolve()
+    runs = find_runs(args.folder.resolve(), args.vehicle, args.signals, exclude, out)
+    start, done = time.monotonic(), 0
+
+    def told(outcome: Outcome) -> None:
+        nonlocal done
+        done += 1
+        reason = f": {'; '.join(outcome.why)}" if outcome.why else ""
+        place = f"{done}/{len(runs)}" if done <= len(runs) else "together"
+        print(f"[{place}] {outcome.name}  {outcome.state}{reason}", flush=True)
+
+    alone, together = survey(runs, out, jobs=args.jobs, limit_s=args.limit, told=told)
+    took = f"{(time.monotonic() - start) / 60.0:.0f} min"
+    page = args.out / "survey.html"
+    with whole_file(page) as temporary:
+        temporary.write_text(make_page(str(args.folder), alone, together, took), encoding="utf-8")
+    print(f"{count_words(alone)}\n{page}")
+    return 0
