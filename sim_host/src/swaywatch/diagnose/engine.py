@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from swaywatch.diagnose.data import Loaded, load
+from swaywatch.diagnose.describe import describe
 from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.fit import COMPARED, OBSERVER, Problem
 from swaywatch.diagnose.model import embedded, model_block
@@ -18,7 +19,7 @@ from swaywatch.diagnose.page import page, write_page
 from swaywatch.diagnose.remains import locate_rest
 from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.simulation import attach
-from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, describe, settle
+from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, settle
 
 FORMAT = 1
 
@@ -130,6 +131,7 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
             "level_without": level(verdict.baseline),
             "level_with": level(verdict.fit),
             "level_clean": CLEAN,
+            "separation": verdict.separation,
             "ranking": [{"name": n, "level": v} for n, v in verdict.candidates],
         },
     }

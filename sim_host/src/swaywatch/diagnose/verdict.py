@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from swaywatch.diagnose.calibration import separation, stated
 from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
-from swaywatch.diagnose.holdout import held_out
-from swaywatch.diagnose.judge import errors, iso18571, nrmse
+from swaywatch.diagnose.fit import Fit, Fitter, Problem
 from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
@@ -23,6 +21,8 @@ CLEAN = 1.15
 PERFECT = 1.2
 #: Share of the mismatch that the correction of a user's simulation leaves.
 CORRECTION_SHARE = 0.01
+#: Share of what windows explain that their form (sharp edges, one size) leaves.
+WINDOW_FORM = 0.012
 #: Nor a second effect in windows below this one: windows fit the form of the first.
 SECOND_WINDOWED = 1.6
 #: A second effect must lower the level by this share.
@@ -63,6 +63,8 @@ class Verdict:
         For each claimed term.
     candidates
         Ranked alternatives (name, level).
+    separation
+        Distance of the best rival, see `calibration.separation`.
     notes
         What remains, for `unexplained`.
     """
@@ -73,17 +75,31 @@ class Verdict:
     equivalents: list[list[str]] = field(default_factory=list)
     confidence: list[float] = field(default_factory=list)
     candidates: list[tuple[str, float]] = field(default_factory=list)
+    separation: float = 0.0
     notes: list[dict[str, Any]] = field(default_factory=list)
 
 
 def noticeable(term: Term) -> bool:
-    """Tell whether an effect is large enough to be worth a claim."""
+    """Tell whether an effect is large enough to be worth a claim, and not at a bound of its fit."""
+    if not _inside(term):
+        return False
     if term.effect.windowed:
         return any(_window_noticeable(term, w) for w in range(len(term.window_runs)))
     for value, p in zip(term.values, term.effect.parameters, strict=True):
         if abs(value - p.neutral) >= p.minimum:
             return True
     return False
+
+
+def _inside(term: Term) -> bool:
+    """No value that is worth a claim lies at a bound, where no effect of its kind could be."""
+    for index, value in enumerate(term.values):
+        p = term.parameter(index)
+        if 0.0 < p.minimum < 1e6 and p.neutral not in (p.low, p.high):
+            room = 1e-3 * (p.high - p.low)
+            if not p.low + room < value < p.high - room:
+                return False
+    return True
 
 
 def _window_noticeable(term: Term, window: int) -> bool:
@@ -138,7 +154,7 @@ def decide(search: Search, progress: Progress) -> Verdict:
             pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
             pairs.sort(key=lambda c: c.level)
             pair = _choose(pairs)
-        if pair is not None and _worth_two(first.fit, pair.fit, clean):
+        if pair is not None and _worth_two(base, first.fit, pair.fit, clean):
             best, alternatives = pair, pairs
             ranked = [(_label(c.fit), level(c.fit)) for c in pairs] + ranked
             ranked.sort(key=lambda item: item[1])
@@ -213,9 +229,12 @@ def clean_level(search: Search, base: Fit) -> float:
     return CLEAN + (CORRECTION_SHARE * level(base) if own else 0.0)
 
 
-def _worth_two(one: Fit, two: Fit, clean: float) -> bool:
+def _worth_two(base: Fit, one: Fit, two: Fit, clean: float) -> bool:
     """A second effect is claimed only if the first leaves much and the second explains it."""
     added = two.terms[-1].effect
+    clean += (
+        WINDOW_FORM * max(level(base) - level(one), 0.0) * any(t.effect.windowed for t in one.terms)
+    )
     extra = clean - CLEAN
     if level(one) < extra + (SECOND_WINDOWED if added.windowed else PERFECT):
         return False
@@ -259,7 +278,7 @@ def _verdict(
 ) -> Verdict:
     fit = best.fit
     terms = sorted(fit.terms, key=lambda t: -_loss(search, fit, t))
-    fit = Fit(tuple(terms), fit.nuisance, fit.shared, fit.chi2, fit.count, fit.covariance)
+    fit = _ordered(fit, terms)
     reached = level(fit)
     limit = _limit(reached)
     equals = [c for c in alternatives if level(c.fit) <= limit and c is not best]
@@ -270,17 +289,15 @@ def _verdict(
         and not any(e in _key(c.fit) for group in equivalents for e in group)
     ]  # fmt: skip
     rival = others[0] if others else level(base)
-    sure = _confidence(level(base), reached, rival, clean_level(search, base))
-    confidence = []
-    for group in equivalents:
-        confidence.append(round(sure * (0.75 if group else 1.0), 3))
+    score = separation(level(base), reached, min(rival, level(base)))
+    confidence = [round(stated(score, shared=bool(group)), 3) for group in equivalents]
     kinds = {t.effect.kind for t in terms}
     word = {"physics": "missing_physics", "measurement": "measurement_fault"}.get(
         terms[0].effect.kind, "parameter_error"
     )
     if "physics" in kinds:
         word = "missing_physics"
-    result = Verdict(word, fit, base, equivalents, confidence, candidates=ranked[:8])
+    result = Verdict(word, fit, base, equivalents, confidence, ranked[:8], separation=score)
     more = clean_level(search, base) - CLEAN
     if reached > UNEXPLAINED + more:
         apart = (rival - CLEAN) / (reached - CLEAN)
@@ -324,137 +341,13 @@ def _loss(search: Search, fit: Fit, term: Term) -> float:
     return total
 
 
-def _confidence(base: float, reached: float, rival: float, clean: float) -> float:
-    """Strength of evidence between 0 and 0.98.
-
-    Two things count: how near the model comes to the noise, and how far behind the best rival is.
-    """
-    excess = max(reached - clean, 0.0) + 0.06
-    behind = max(rival - clean, 0.0) + 0.06
-    explained = 1.0 - excess / max(base - clean + 0.06, excess)
-    separation = math.log(max(behind / excess, 1.0))
-    score = 0.5 + 0.48 * (1.0 - math.exp(-separation / 0.6))
-    return round(float(min(score * (0.3 + 0.7 * explained), 0.98)), 3)
-
-
-def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> list[dict[str, Any]]:
-    """`effects` of diagnosis.json."""
-    if not verdict.fit.terms:
-        return []
-    fit_block = _fit_block(verdict, problem)
-    effects = []
-    at = 0
-    for index, term in enumerate(verdict.fit.terms):
-        effect = term.effect
-        covariance = verdict.fit.covariance
-        variances = np.diag(covariance) if covariance.size else np.zeros(0)
-        if len(variances) == sum(len(t.values) for t in verdict.fit.terms):
-            start = sum(len(t.values) for t in verdict.fit.terms[:index])
-            errors_ = np.sqrt(np.abs(variances[start : start + len(term.values)]))
-        else:
-            errors_ = np.zeros(len(term.values))
-        parameters, windows = _parameters(term, errors_, problem, level(verdict.fit))
-        entry: dict[str, Any] = {
-            "id": effect.id,
-            "parameters": parameters,
-            "component": signals.get(effect.component, effect.component),
-            "role": effect.component,
-            "windows": [[round(w["start"], 2), round(w["stop"], 2)] for w in windows],
-            "window_details": windows,
-            "lines": list(effect.lines),
-            "confidence": verdict.confidence[index],
-            "equivalent": sorted({name.split(":")[0] for name in verdict.equivalents[index]}),
-            "equivalent_details": verdict.equivalents[index],
-            "told_apart_by": effect.decided_by if verdict.equivalents[index] else "",
-            "equation": effect.equation,
-            "source": effect.source,
-            "kind": effect.kind,
-            "fit": fit_block,
-        }
-        if effect.id in ("sensor_delay", "sensor_gain", "sensor_roll_gravity"):
-            entry["channel"] = entry["component"]
-        elif effect.extra.get("side"):
-            entry["side"] = effect.extra["side"]
-            entry["axle"] = effect.component
-        elif effect.id == "parameter_error":
-            entry["parameter"] = effect.component
-        elif effect.id == "crosswind_gust":
-            entry["body"] = effect.component
-        elif effect.component in (
-            "car_front", "car_rear", "trailer", "trailer_front", "trailer_rear",
-        ):  # fmt: skip
-            entry["axle"] = effect.component
-        effects.append(entry)
-        at += len(term.values)
-    return effects
-
-
-def _interval(value: float, error: float, reached: float) -> dict[str, float]:
-    """Value with a 90 % interval; the noise is coloured and the model never exact."""
-    half = 1.645 * error * math.sqrt(max(reached, 1.0)) * 3.0 + 0.01 * abs(value)
-    return {"value": float(value), "low": float(value - half), "high": float(value + half)}
-
-
-def _parameters(
-    term: Term, errors_: Any, problem: Problem, reached: float
-) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    effect = term.effect
-    if not effect.windowed:
-        found = {}
-        low = effect.report(
-            {p.name: v for p, v in zip(effect.parameters, term.values, strict=True)}
-        )
-        for (name, value), raw, error in zip(low.items(), term.values, errors_, strict=False):
-            relative = error / max(abs(raw), 1e-12)
-            found[name] = _interval(value, abs(value) * relative, reached)
-        return found, []
-    windows = []
-    describe_window = effect.extra.get("describe")
-    for w, r in enumerate(term.window_runs):
-        at = w * term.stride
-        names = [p.name for p in effect.parameters]
-        details = dict(zip(names, term.values[at + 2 : at + term.stride], strict=True))
-        window = next(x for x in term.windows(r) if x.start == term.values[at])
-        if callable(describe_window):
-            details = describe_window(problem.runs[r], window)
-        windows.append(
-            {
-                "run": problem.runs[r].name,
-                "start": float(window.start),
-                "stop": float(window.stop),
-                **{k: float(v) for k, v in details.items()},
-            }
-        )
-    windows.sort(key=lambda w: (w["run"], w["start"]))
-    keys = [k for k in windows[0] if k not in ("run", "start", "stop")]
-    parameters = {}
-    for key in keys:
-        values = np.array([w[key] for w in windows])
-        spread = float(values.std()) if values.size > 1 else 0.05 * abs(float(values[0]))
-        centre = float(np.median(values))
-        parameters[key] = {
-            "value": centre, "low": centre - 1.645 * spread, "high": centre + 1.645 * spread,
-            "per_window": [float(v) for v in values],
-        }  # fmt: skip
-    return parameters, windows
-
-
-def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
-    before: list[float] = []
-    after: list[float] = []
-    iso_before: list[float] = []
-    iso_after: list[float] = []
-    for r in range(len(problem.runs)):
-        for fit, scores, iso in (
-            (verdict.baseline, before, iso_before), (verdict.fit, after, iso_after),
-        ):  # fmt: skip
-            outputs = predict_run(problem, r, fit.terms, fit.nuisance[r], fit.shared)
-            scores.append(nrmse(errors(problem, r, outputs)))
-            iso.append(iso18571(problem.runs[r], outputs))
-    block: dict[str, Any] = {
-        "baseline_nrmse": float(np.mean(before)),
-        "diagnosed_nrmse": float(np.mean(after)),
-        "iso18571_before": float(np.mean(iso_before)),
-        "iso18571_after": float(np.mean(iso_after)),
-    }
-    return block | held_out(problem, verdict.fit)
+def _ordered(fit: Fit, terms: Sequence[Term]) -> Fit:
+    """The fit with its terms, and their covariance, in another order."""
+    covariance = fit.covariance
+    sizes = [len(t.values) for t in fit.terms]
+    if covariance.shape[0] == sum(sizes):
+        starts = [sum(sizes[:i]) for i in range(len(sizes))]
+        place = {id(t): i for i, t in enumerate(fit.terms)}
+        order = [starts[place[id(t)]] + j for t in terms for j in range(len(t.values))]
+        covariance = covariance[np.ix_(order, order)]
+    return replace(fit, terms=tuple(terms), covariance=covariance)
