@@ -95,9 +95,14 @@ def _reported(term: Term, covariance: Array, reached: float) -> dict[str, Any]:
     jacobian = np.array(columns)
     errors_ = np.sqrt(np.abs(np.diag(jacobian.T @ covariance @ jacobian)))
     return {
-        key: interval(effect.id, value, value - neutral[key], float(error), reached)
+        key: interval(effect.id, value, _size(value, neutral[key]), float(error), reached)
         for (key, value), error in zip(found.items(), errors_, strict=True)
     }
+
+
+def _size(value: float, neutral: float) -> float:
+    """Distance from where the effect vanishes; of what vanishes towards infinity, the value."""
+    return value if abs(neutral) > 100.0 * abs(value) else value - neutral
 
 
 def _windows(term: Term, problem: Problem) -> list[dict[str, Any]]:

@@ -1,0 +1,156 @@
+"""Fit the maps of `diagnose/calibration.json` to generated cases whose answers are known.
+
+    python calibrate.py --set ANSWERS DIAGNOSES [--set ...] --seeds 101 202 --out calibration.json
+
+Never with the seed of the proof: the maps would be fitted to the cases they are judged on.
+
+Confidence: logistic regression of "the first name is right" on the separation that the diagnosis
+found (`evidence.separation`) and on whether it names equivalents. Intervals: the error of a
+parameter is taken as normal, its variance that of the fit times a common factor plus a share of
+the effect's size, one for each effect ("form": what the shape of a right model costs).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter, defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from score import judge, load, located, measured_harmonic, numbers
+
+Array = NDArray[np.float64]
+Json = dict[str, Any]
+PROOF_SEED = 20261121
+NINETY = 1.645
+MOST = 0.98
+FORM_PRIOR = 0.05  # typical form error of a reduced model, with a factor of e either way
+
+
+def pairs(answers: Path, diagnoses: Path) -> list[tuple[Json, Json]]:
+    """Answer and diagnosis of each case that has both."""
+    found = []
+    for path in sorted(answers.glob("*/answer.json")):
+        diagnosis = load(diagnoses / path.parent.name / "diagnosis.json")
+        answer = load(path)
+        if answer and diagnosis and "separation" in diagnosis.get("evidence", {}):
+            found.append((answer, diagnosis))
+    return found
+
+
+def verdicts(cases: list[tuple[Json, Json]]) -> tuple[Array, Array]:
+    """Columns (1, separation, -shared) and whether right, of every claim."""
+    rows, right = [], []
+    for answer, diagnosis in cases:
+        row = judge(answer, diagnosis)
+        if not row["claims"]:
+            continue
+        ids = [truth["id"] for truth in answer["effects"]]
+        shared = bool(diagnosis["effects"][0]["equivalent"])
+        rows.append((1.0, float(diagnosis["evidence"]["separation"]), -float(shared)))
+        right.append(float(row["first_id"] in ids))
+    return np.array(rows), np.array(right)
+
+
+def confidence(cases: list[tuple[Json, Json]]) -> Json:
+    """Logistic map, held to sensible values where there are few cases."""
+    columns, right = verdicts(cases)
+    centre, width = np.array([0.0, 1.0, 1.0]), np.array([3.0, 1.0, 1.0])
+
+    def cost(x: Array) -> float:
+        z = columns @ x
+        loss = np.logaddexp(0.0, z) - right * z
+        return float(loss.sum() + 0.5 * (((x - centre) / width) ** 2).sum())
+
+    best = minimize(cost, centre, method="Nelder-Mead").x
+    most = min(MOST, 1.0 - 1.0 / (len(right) + 2.0))
+    return {
+        "offset": round(float(best[0]), 3),
+        "slope": round(float(max(best[1], 0.1)), 3),
+        "shared": round(float(max(best[2], 0.0)), 3),
+        "most": round(most, 3),
+    }
+
+
+def deviations(cases: list[tuple[Json, Json]]) -> dict[str, list[tuple[float, float, float]]]:
+    """By effect: (error, standard error, size) of each parameter of a rightly named effect."""
+    found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
+    for answer, diagnosis in cases:
+        for truth, component in zip(answer["effects"], answer["components"], strict=True):
+            true = truth
+            if truth["id"] == "axle_load_harmonic":
+                true = truth | measured_harmonic(answer)
+            for effect in diagnosis["effects"]:
+                if effect["id"] != truth["id"] or not located(effect, truth, component):
+                    continue
+                for name, value in numbers(true).items():
+                    said = effect["parameters"].get(name)
+                    if said and "standard_error" in said:
+                        error = said["value"] - value
+                        found[truth["id"]].append(
+                            (error, said["standard_error"], abs(said["deviation"]))
+                        )
+    return dict(found)
+
+
+def intervals(found: dict[str, list[tuple[float, float, float]]]) -> Json:
+    """Factor on the errors of the fit, and share of the size for each effect."""
+    names = sorted(found)
+
+    def cost(x: Array) -> float:
+        noise, forms = np.exp(x[0]), np.exp(x[1:])
+        total = 0.5 * (x[0] - np.log(2.0)) ** 2
+        for name, form in zip(names, forms, strict=True):
+            error, se, size = np.array(found[name]).T
+            sigma = np.hypot(noise * se, form / NINETY * size) + 1e-12
+            # heavy tails: one wild case must not widen all intervals
+            z = (error / sigma) ** 2
+            total += float(np.sum(np.log(sigma) + 2.5 * np.log1p(z / 4.0)))
+            total += 0.5 * float(np.log(form / FORM_PRIOR)) ** 2
+        return total
+
+    start = np.concatenate([[np.log(2.0)], np.full(len(names), np.log(FORM_PRIOR))])
+    best = minimize(cost, start, method="L-BFGS-B").x
+    forms = {name: round(float(np.exp(x)), 4) for name, x in zip(names, best[1:], strict=True)}
+    return {
+        "noise": round(float(np.exp(best[0])), 3),
+        "form_other": round(float(np.median(list(forms.values()))), 4) if forms else FORM_PRIOR,
+        "form": forms,
+    }
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--set", nargs=2, type=Path, action="append", required=True)
+    parser.add_argument("--seeds", nargs="+", type=int, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    if PROOF_SEED in given.seeds:
+        sys.exit(f"{PROOF_SEED} is the seed of the proof: calibrate on others")
+    cases = [case for answers, diagnoses in given.set for case in pairs(answers, diagnoses)]
+    if not cases:
+        sys.exit("no case has both an answer and a diagnosis with its evidence")
+    found = deviations(cases)
+    table = {
+        "provenance": {
+            "command": "tests/proof/blind/calibrate.py",
+            "seeds": given.seeds,
+            "cases": len(cases),
+            "claims": len(verdicts(cases)[1]),
+            "parameters": dict(Counter({name: len(rows) for name, rows in found.items()})),
+        },
+        "confidence": confidence(cases),
+        "intervals": intervals(found),
+    }
+    given.out.write_text(json.dumps(table, indent=1) + "\n")
+    print(json.dumps(table, indent=1))
+
+
+if __name__ == "__main__":
+    main()
