@@ -52,7 +52,8 @@ def verdicts(cases: list[tuple[Json, Json]]) -> tuple[Array, Array]:
             continue
         ids = [truth["id"] for truth in answer["effects"]]
         shared = bool(diagnosis["effects"][0]["equivalent"])
-        rows.append((1.0, float(diagnosis["evidence"]["separation"]), -float(shared)))
+        score = float(diagnosis["evidence"]["separation"][0])
+        rows.append((1.0, score, -float(shared)))
         right.append(float(row["first_id"] in ids))
     return np.array(rows), np.array(right)
 

@@ -14,7 +14,7 @@ from typing import Any
 
 TABLE = Path(__file__).with_name("calibration.json")
 #: Share of what an effect explains that the form of a right model may leave.
-FORM_SHARE = 0.01
+FORM_SHARE = 0.002
 #: Differences of level below this share of it are chance.
 CHANCE_SHARE = 0.004
 NINETY = 1.645
@@ -34,7 +34,7 @@ def separation(base: float, reached: float, rival: float) -> float:
     one, of the best other one that is not its equal.
     """
     left = CHANCE_SHARE * reached + FORM_SHARE * max(base - reached, 0.0)
-    left += 0.1 * max(reached - 1.3, 0.0)
+    left += 0.2 * max(reached - 1.15, 0.0)
     return math.log(max(rival - reached, 0.01 * left) / left)
 
 

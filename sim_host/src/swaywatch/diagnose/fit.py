@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 #: Pull of the yaw rates during the search, 1/s: half the angular frequency of sway.
 OBSERVER = 2.0
+ADDED = ("_added_front", "_added_rear")  # sums of the car's axle loads, before any sensor
+HEAVE_N = 10.0  # axle loads (RMS over a run) well below it move no body
 _COLUMN = {name: index for index, name in enumerate(OUTPUT)}
 _WHEELS = ("fl", "fr", "rl", "rr")
 RELATIVE_FLOOR = 0.003  # of a channel's RMS: what no planar model is better than
@@ -167,6 +169,8 @@ def observe(problem: Problem, index: int, result: Array, terms: Sequence[Term]) 
         out[f"trailer_wheel_lateral_force_{wheel}"] = col[f"trailer_lateral_{wheel}"]
         out[f"trailer_wheel_vertical_load_{wheel}"] = col[f"trailer_vertical_{wheel}"]
     out["hitch_vertical_force"] = np.zeros(result.shape[0])
+    out[ADDED[0]] = col["vertical_fl"] + col["vertical_fr"]
+    out[ADDED[1]] = col["vertical_rl"] + col["vertical_rr"]
     correction = run.observed if problem.observer > 0.0 else run.correction
     for name, value in correction.items():
         out[name] = out[name] + value
@@ -190,7 +194,35 @@ def residual(problem: Problem, index: int, outputs: Mapping[str, Array]) -> Arra
     if "_means" not in run.simulated:
         run.simulated["_means"] = block_mean(np.stack([run.channels[n] for n in names], axis=1))
     e = run.simulated["_means"] - block_mean(np.stack([outputs[n] for n in names], axis=1))
+    if run.correction:
+        e = _without_heave(names, outputs, e)
     return np.asarray((e - e.mean(axis=0)) / np.array([scale(run, name) for name in names]))
+
+
+def _without_heave(names: Sequence[str], outputs: Mapping[str, Array], e: Array) -> Array:
+    """Residuals without what the bodies' heave and pitch make of an axle load that was added.
+
+    Beside a simulation with suspensions the planar plant knows the load that an effect puts on an
+    axle, not the vertical motion that answers it: that linear answer (the load and its first two
+    derivatives) is fitted to each vertical channel, so that only the rest counts.
+    """
+    columns: list[Array] = []
+    size = 0.0
+    for key in ADDED:
+        added = block_mean(outputs[key])
+        size += float(np.var(added))
+        if size > 0.01:
+            first = np.gradient(added)
+            columns += [added, first, np.gradient(first)]
+    if not columns:
+        return e
+    a = np.stack(columns, axis=1)
+    a = (a - a.mean(axis=0)) / (a.std(axis=0) + 1e-12)
+    at = [i for i, name in enumerate(names) if "vertical" in name]
+    e = e.copy()
+    share = size / (size + HEAVE_N**2)
+    e[:, at] -= share * (a @ np.linalg.lstsq(a, e[:, at], rcond=None)[0])
+    return e
 
 
 def roll_filter(acceleration: Array) -> Array:

@@ -20,7 +20,7 @@ CLEAN = 1.15
 #: Below it a second effect is not looked for.
 PERFECT = 1.2
 #: Share of the mismatch that the correction of a user's simulation leaves.
-CORRECTION_SHARE = 0.01
+CORRECTION_SHARE = 0.05
 #: Share of what windows explain that their form (sharp edges, one size) leaves.
 WINDOW_FORM = 0.012
 #: Nor a second effect in windows below this one: windows fit the form of the first.
@@ -64,7 +64,7 @@ class Verdict:
     candidates
         Ranked alternatives (name, level).
     separation
-        Distance of the best rival, see `calibration.separation`.
+        Of each claimed term: distance of the best explanation without it; see `calibration`.
     notes
         What remains, for `unexplained`.
     """
@@ -75,7 +75,7 @@ class Verdict:
     equivalents: list[list[str]] = field(default_factory=list)
     confidence: list[float] = field(default_factory=list)
     candidates: list[tuple[str, float]] = field(default_factory=list)
-    separation: float = 0.0
+    separation: list[float] = field(default_factory=list)
     notes: list[dict[str, Any]] = field(default_factory=list)
 
 
@@ -166,7 +166,7 @@ def decide(search: Search, progress: Progress) -> Verdict:
                 ranked = [(_label(c.fit), level(c.fit)) for c in three] + ranked
                 ranked.sort(key=lambda item: item[1])
     progress("judging", 0.92)
-    return _verdict(search, base, best, alternatives, ranked)
+    return _verdict(search, base, best, alternatives, accepted, ranked)
 
 
 def _third(search: Search, pairs: Sequence[Candidate]) -> list[Candidate]:
@@ -274,6 +274,7 @@ def _verdict(
     base: Fit,
     best: Candidate,
     alternatives: Sequence[Candidate],
+    singles: Sequence[Candidate],
     ranked: list[tuple[str, float]],
 ) -> Verdict:
     fit = best.fit
@@ -289,15 +290,22 @@ def _verdict(
         and not any(e in _key(c.fit) for group in equivalents for e in group)
     ]  # fmt: skip
     rival = others[0] if others else level(base)
-    score = separation(level(base), reached, min(rival, level(base)))
-    confidence = [round(stated(score, shared=bool(group)), 3) for group in equivalents]
+    scores = []
+    for term, group in zip(terms, equivalents, strict=True):
+        same = {term.effect.name, *group}
+        without = [level(c.fit) for c in (*alternatives, *singles) if not same & set(_key(c.fit))]
+        scores.append(separation(level(base), reached, min([level(base), *without])))
+    confidence = [
+        round(stated(score, shared=bool(group)), 3)
+        for score, group in zip(scores, equivalents, strict=True)
+    ]
     kinds = {t.effect.kind for t in terms}
     word = {"physics": "missing_physics", "measurement": "measurement_fault"}.get(
         terms[0].effect.kind, "parameter_error"
     )
     if "physics" in kinds:
         word = "missing_physics"
-    result = Verdict(word, fit, base, equivalents, confidence, ranked[:8], separation=score)
+    result = Verdict(word, fit, base, equivalents, confidence, ranked[:8], separation=scores)
     more = clean_level(search, base) - CLEAN
     if reached > UNEXPLAINED + more:
         apart = (rival - CLEAN) / (reached - CLEAN)
