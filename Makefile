@@ -22,7 +22,7 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 
 .PHONY: help setup setup-run setup-test lib codec clean lock
 help:
-	@echo "make run | test | setup | quick | lint | bench | hil | firmware-test | proof | clean"
+	@echo "make run | diagnosis | test | setup | quick | lint | bench | hil | firmware-test | proof | clean"
 
 # --- what the machine must have -------------------------------------------------------------------
 SYSTEM_RUN := gcc=gcc /usr/include/stdio.h=libc6-dev ar=binutils python3=python3 \
@@ -161,10 +161,16 @@ setup-run: $(VENV)/stamp-package
 setup-test: $(STAMP)/system-test $(VENV)/stamp-test $(VENV)/stamp-package $(UNITY_DIR)/unity.h
 
 DEMO := tests/data/practice/p03
-.PHONY: run
+.PHONY: run diagnosis
 run: setup-run
 	@$(VENV)/bin/swaywatch analyze $(DEMO)/run1.asc $(DEMO)/run2.asc \
 	    --vehicle $(DEMO)/vehicle.toml --signals $(DEMO)/signals.toml --out $(B)/run
+
+# The same drive against the simulation: where they differ, what the simulation left out.
+diagnosis: $(VENV)/stamp-test $(VENV)/stamp-package
+	@$(VENV)/bin/swaywatch diagnose $(DEMO)/run1.asc $(DEMO)/run2.asc \
+	    --vehicle $(DEMO)/vehicle.toml --signals $(DEMO)/signals.toml --out $(B)/diagnosis
+	@echo "$(B)/diagnosis/report.html"
 
 # --- tests ----------------------------------------------------------------------------------------
 # quick: under a minute; test: all of it. Fragments add to them.
