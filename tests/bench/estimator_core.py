@@ -87,6 +87,16 @@ class Estimate:
     second: NDArray[np.complex128]
     noise: Array
 
+    @property
+    def half_s(self) -> float:
+        """Half the length of the window."""
+        return self.rows / 2 / RATE_HZ
+
+    @property
+    def end_time(self) -> float:
+        """End of the window, in s."""
+        return self.mid_time + self.half_s
+
 
 def _estimate(common: Array, channel: Array) -> Estimate:
     return Estimate(

@@ -157,3 +157,6 @@ METHODS: dict[str, Callable[[Array], Result]] = {
     "matrix pencil": matrix_pencil,
     "ERA": era,
 }
+
+#: Methods that need some 10 ms a window.
+SLOW = ("matrix pencil", "ERA")
