@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "sway_break.h"
 #include "sway_wide.h"
 
 #define MAX_PASSES 8U
@@ -14,8 +15,6 @@
 #define MAX_EXPONENT 4
 /* A channel with less than 3/5 of its blocks is not used. */
 #define MAX_MISSING_FIFTHS 2U
-/* Parts of a window that are compared, shorter at its ends; at most SWAY_FIT_COLUMNS. */
-#define PARTS 10U
 
 enum {
     STATE_SUMS,
@@ -34,6 +33,7 @@ enum {
     STATE_SECOND,
     STATE_RESIDUALS,
     STATE_STEP,
+    STATE_BREAK,
     STATE_IDLE
 };
 
@@ -334,28 +334,11 @@ static uint32_t run_variance_harmonics(sway_line_job_t *job, const sway_ring_t *
     return STATE_SECOND_VARIANCE;
 }
 
-/* ---- does the line go through the window unchanged? ---------------------------------------- */
-
-/* Sums over the parts of the window, of all channels, each over its variance. In the pass that
- * makes the result the products of the columns have done their work when the residuals come; the
- * sums take their place. */
-enum {
-    PART_WEIGHT, // first: |parameter 0 + j parameter 1|^2
-    PART_RE,     // by part: residual times the line, and
-    PART_IM,     // times the line a quarter turn later
-    PART_ROWS
-};
-
-static void clear_parts(sway_line_job_t *job)
-{
-    memset(job->basis.gram, 0, PART_ROWS * sizeof job->basis.gram[0]);
-}
-
 static uint32_t run_second_variance(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
     sway_fit_second_variance(&job->system[1]);
-    clear_parts(job);
+    sway_break_clear(&job->basis);
     return STATE_CHANNELS;
 }
 
@@ -669,111 +652,18 @@ static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t varia
         sway_real_mul(sway_real_div(mean, rows), sway_line_unit((sway_channel_t)channel));
 }
 
-static uint32_t part_end(const sway_line_job_t *job, uint32_t part)
+static uint32_t run_break(sway_line_job_t *job, const sway_ring_t *ring)
 {
-    static const uint8_t end_16[PARTS] = {1, 2, 4, 6, 8, 10, 12, 14, 15, 16};
-    return end_16[part] * job->basis.blocks / 16U;
-}
-
-static void add_parts(sway_line_job_t *job, const sway_line_data_t *data, const int32_t *residual,
-                      sway_real_t variance)
-{
-    sway_real_t(*sum)[SWAY_FIT_COLUMNS] = job->basis.gram;
-    const sway_complex_t a = sway_complex(data->parameter[0], data->parameter[1]);
-    const sway_complex_t weighed = sway_complex_scale(a, sway_real_div(sway_real_int(1), variance));
-    sum[PART_WEIGHT][0] =
-        sway_real_add(sum[PART_WEIGHT][0], mac(sway_real_mul(a.re, weighed.re), a.im, weighed.im));
-    uint32_t b = 0;
-    for (uint32_t part = 0; part < PARTS; part++) {
-        int64_t re = 0; // below 8 * 2^29 * 2^28
-        int64_t im = 0;
-        for (; b < part_end(job, part); b++) {
-            re += sway_wide(residual[b], job->basis.column[0][b]);
-            im += sway_wide(residual[b], job->basis.column[1][b]);
-        }
-        const sway_real_t by_re = sway_real(re, -SWAY_FIT_BITS);
-        const sway_real_t by_im = sway_real(im, -SWAY_FIT_BITS);
-        sum[PART_RE][part] = mac(mac(sum[PART_RE][part], weighed.re, by_re), weighed.im, by_im);
-        sum[PART_IM][part] = sway_real_sub(mac(sum[PART_IM][part], weighed.re, by_im),
-                                           sway_real_mul(weighed.im, by_re));
-    }
-}
-
-/* Moments of the blocks first..last-1 about the middle of the window, each weighed by |z|^2. */
-static void part_moments(const sway_line_job_t *job, uint32_t first, uint32_t last,
-                         sway_real_t *moment)
-{
-    int64_t sum[3] = {0, 0, 0}; // below 64 * 2^28 * 2^28
-    for (uint32_t b = first; b < last; b++) {
-        const int32_t re = job->basis.column[0][b];
-        const int32_t im = job->basis.column[1][b];
-        const int32_t tau = job->basis.column[3][b];
-        const int32_t weight =
-            (int32_t)((sway_wide(re, re) + sway_wide(im, im)) / (INT64_C(1) << SWAY_FIT_BITS));
-        const int32_t turned = (int32_t)(sway_wide(weight, tau) / (INT64_C(1) << SWAY_FIT_BITS));
-        sum[0] += weight;
-        sum[1] += turned;
-        sum[2] += sway_wide(turned, tau) / (INT64_C(1) << SWAY_FIT_BITS);
-    }
-    for (int i = 0; i < 3; i++) {
-        moment[i] = sway_real(sum[i], -SWAY_FIT_BITS);
-    }
-}
-
-/* Information on a change of the line after block `at`, for unit weight of the channels: what the
- * line's own amplitude, phase, growth and frequency do not take up. */
-static sway_real_t change_information(const sway_line_job_t *job, uint32_t at,
-                                      const sway_real_t *all)
-{
-    sway_real_t tail[3];
-    part_moments(job, at, job->basis.blocks, tail);
-    const sway_real_t det = sway_real_sub(sway_real_mul(all[0], all[2]), square(all[1]));
-    const sway_real_t mixed = sway_real_mul(sway_real_mul(tail[0], tail[1]), all[1]);
-    const sway_real_t taken =
-        sway_real_sub(mac(sway_real_mul(square(tail[0]), all[2]), square(tail[1]), all[0]),
-                      sway_real_scale(mixed, 1));
-    return sway_real_sub(tail[0], sway_real_div(taken, det));
-}
-
-/* Where the line after some block differs from that before it, in amplitude or phase, by more than
- * a tenth and clearly (chi-square of 2 degrees of freedom above 20: 5e-5 in noise): the part before
- * the clearest break, or PARTS. A score test: the residuals of all channels added up in step with
- * their lines. */
-static uint32_t find_break(const sway_line_job_t *job)
-{
-    const sway_real_t weight = sway_real_scale(job->basis.gram[PART_WEIGHT][0], -1);
-    sway_real_t all[3];
-    sway_complex_t score = sway_complex(sway_real_int(0), sway_real_int(0));
-    sway_real_t clearest = sway_real_int(20);
-    uint32_t found = PARTS;
-    part_moments(job, 0, job->basis.blocks, all);
-    for (uint32_t part = 0; part + 1U < PARTS; part++) {
-        score = sway_complex_add(
-            score, sway_complex(job->basis.gram[PART_RE][part], job->basis.gram[PART_IM][part]));
-        const sway_real_t information =
-            sway_real_mul(weight, change_information(job, part_end(job, part), all));
-        const sway_real_t norm = sway_complex_norm(score);
-        const sway_real_t chi_2 = sway_real_div(norm, information);
-        const sway_real_t tenth = sway_real_mul(square(information), sway_real_ratio(1, 100));
-        if (sway_real_less(clearest, chi_2) && sway_real_less(tenth, norm)) {
-            clearest = chi_2;
-            found = part;
-        }
-    }
-    return found;
-}
-
-static void mark_break(sway_line_job_t *job)
-{
-    const uint32_t part = find_break(job);
-    job->broken = part < PARTS;
+    (void)ring;
+    const uint32_t block = sway_break_find(&job->basis);
+    job->broken = block > 0U;
     if (job->broken) {
-        /* the break lies before the end of the next part */
-        const int64_t blocks = 2 * (int64_t)part_end(job, part + 1U) - (int64_t)job->basis.blocks;
+        const int64_t halves = 2 * (int64_t)block - (int64_t)job->basis.blocks;
         job->line.flags |= SWAY_LINE_MISFIT;
         job->break_time_us =
-            job->line.mid_time_us + blocks * (int64_t)job->block * job->config.sample_period_us / 2;
+            job->line.mid_time_us + halves * (int64_t)job->block * job->config.sample_period_us / 2;
     }
+    return STATE_IDLE;
 }
 
 static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
@@ -806,7 +696,7 @@ static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
             job->normal.misfit = sway_real_add(job->normal.misfit, share);
         }
         job->normal.all = sway_real_add(job->normal.all, share);
-        add_parts(job, data, residual, variance);
+        sway_break_add(&job->basis, by_growth(data), variance, residual);
     }
     const sway_real_t unit = sway_real_scale(sway_line_unit((sway_channel_t)c), data->shift);
     job->line.channel[c].noise_rms = sway_real_mul(
@@ -948,7 +838,6 @@ static void finish(sway_line_job_t *job)
     /* by channels that make up more than half of what is known of omega */
     const bool misfit = sway_real_less(normal->all, sway_real_scale(normal->misfit, 1));
     line->flags |= misfit ? SWAY_LINE_MISFIT : 0U;
-    mark_break(job);
 }
 
 static uint32_t fail(sway_line_job_t *job)
@@ -970,7 +859,7 @@ static uint32_t run_final_step(sway_line_job_t *job, sway_real_t growth, sway_re
         return STATE_COLUMNS;
     }
     finish(job);
-    return STATE_IDLE;
+    return STATE_BREAK;
 }
 
 static uint32_t run_step(sway_line_job_t *job, const sway_ring_t *ring)
@@ -1009,7 +898,8 @@ bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring)
                                                [STATE_CHANNELS] = run_channel,
                                                [STATE_SECOND] = run_second,
                                                [STATE_RESIDUALS] = run_residuals,
-                                               [STATE_STEP] = run_step};
+                                               [STATE_STEP] = run_step,
+                                               [STATE_BREAK] = run_break};
     if (job->state >= STATE_IDLE) {
         return false;
     }

@@ -1,5 +1,5 @@
 # The estimator: its benchmark, its instruction counts, its fuzzers and proofs.
-ESTIMATOR_SOURCES := $(addprefix lib/sway_,real.c grid.c ring.c spectrum.c fit.c line.c line_read.c seek.c track.c)
+ESTIMATOR_SOURCES := $(addprefix lib/sway_,real.c grid.c ring.c spectrum.c fit.c break.c line.c line_read.c seek.c track.c)
 ESTIMATOR_SO := $(B)/bench/libestimator.so
 BENCH_PYTHON := $(wildcard tests/bench/estimator*.py)
 
@@ -37,7 +37,7 @@ CMSIS_INCLUDE := -isystem tests/bench/cmsis -isystem $(CMSIS)/Include -isystem $
 $(CMSIS)/Include/arm_math.h: tests/bench/cmsis/requirements.txt | $(VENV)/stamp-run
 	@mkdir -p $(CMSIS)
 	@echo "fetching CMSIS-DSP"
-	@$(PIP) download --no-deps --no-binary :all: --no-build-isolation --require-hashes -r $< \
+	@$(PY) -m pip download --quiet --disable-pip-version-check --no-deps --no-binary :all: --no-build-isolation --require-hashes -r $< \
 	    -d $(CMSIS)
 	@tar xzf $(CMSIS)/cmsisdsp-*.tar.gz --strip-components=1 -C $(CMSIS)
 	@touch $@

@@ -1,0 +1,121 @@
+#include "sway_break.h"
+
+#include <string.h>
+
+#include "sway_wide.h"
+
+/* Parts of a window, shorter at its ends; at most SWAY_FIT_COLUMNS. */
+#define PARTS 10U
+
+enum {
+    SUM_WEIGHT, // first: |line|^2 over the variance
+    SUM_RE,     // by part: residual times the line over the variance, and
+    SUM_IM,     // times the line a quarter turn later
+    SUM_ROWS
+};
+
+static sway_real_t square(sway_real_t a)
+{
+    return sway_real_mul(a, a);
+}
+
+/* sum + a b */
+static sway_real_t mac(sway_real_t sum, sway_real_t a, sway_real_t b)
+{
+    return sway_real_add(sum, sway_real_mul(a, b));
+}
+
+/* First block behind the part. */
+static uint32_t part_end(const sway_fit_basis_t *basis, uint32_t part)
+{
+    static const uint8_t end_16[PARTS] = {1, 2, 4, 6, 8, 10, 12, 14, 15, 16};
+    return end_16[part] * basis->blocks / 16U;
+}
+
+void sway_break_clear(sway_fit_basis_t *basis)
+{
+    memset(basis->gram, 0, SUM_ROWS * sizeof basis->gram[0]);
+}
+
+void sway_break_add(sway_fit_basis_t *basis, sway_complex_t line, sway_real_t variance,
+                    const int32_t *residual)
+{
+    sway_real_t(*sum)[SWAY_FIT_COLUMNS] = basis->gram;
+    const sway_complex_t weighed =
+        sway_complex_scale(line, sway_real_div(sway_real_int(1), variance));
+    sum[SUM_WEIGHT][0] = mac(mac(sum[SUM_WEIGHT][0], line.re, weighed.re), line.im, weighed.im);
+    uint32_t b = 0;
+    for (uint32_t part = 0; part < PARTS; part++) {
+        int64_t re = 0; // below 8 * 2^29 * 2^28
+        int64_t im = 0;
+        for (; b < part_end(basis, part); b++) {
+            re += sway_wide(residual[b], basis->column[0][b]);
+            im += sway_wide(residual[b], basis->column[1][b]);
+        }
+        const sway_real_t by_re = sway_real(re, -SWAY_FIT_BITS);
+        const sway_real_t by_im = sway_real(im, -SWAY_FIT_BITS);
+        sum[SUM_RE][part] = mac(mac(sum[SUM_RE][part], weighed.re, by_re), weighed.im, by_im);
+        sum[SUM_IM][part] = sway_real_sub(mac(sum[SUM_IM][part], weighed.re, by_im),
+                                          sway_real_mul(weighed.im, by_re));
+    }
+}
+
+/* Adds the moments of the blocks first..last-1 about the middle of the window, each weighed by
+ * |z|^2, to `moment`. */
+static void add_moments(const sway_fit_basis_t *basis, uint32_t first, uint32_t last,
+                        sway_real_t *moment)
+{
+    int64_t sum[3] = {0, 0, 0};
+    for (uint32_t b = first; b < last; b++) {
+        const int32_t re = basis->column[0][b];
+        const int32_t im = basis->column[1][b];
+        const int32_t tau = basis->column[3][b] / 16; // Q24
+        const int32_t weight =
+            (int32_t)((sway_wide(re, re) + sway_wide(im, im)) / (INT64_C(1) << SWAY_FIT_BITS));
+        const int64_t turned = sway_wide(weight, tau); // below 2^29 * 2^24
+        sum[0] += weight;
+        sum[1] += turned;
+        sum[2] += sway_wide((int32_t)(turned / (INT64_C(1) << 24)), tau);
+    }
+    moment[0] = sway_real_add(moment[0], sway_real(sum[0], -SWAY_FIT_BITS));
+    moment[1] = sway_real_add(moment[1], sway_real(sum[1], -SWAY_FIT_BITS - 24));
+    moment[2] = sway_real_add(moment[2], sway_real(sum[2], -SWAY_FIT_BITS - 24));
+}
+
+/* Information on a change where `tail` begins, for unit weight of the channels: what amplitude and
+ * phase, growth and frequency do not take up. */
+static sway_real_t change_information(const sway_real_t *tail, const sway_real_t *all)
+{
+    const sway_real_t det = sway_real_sub(sway_real_mul(all[0], all[2]), square(all[1]));
+    const sway_real_t mixed = sway_real_mul(sway_real_mul(tail[0], tail[1]), all[1]);
+    const sway_real_t taken =
+        sway_real_sub(mac(sway_real_mul(square(tail[0]), all[2]), square(tail[1]), all[0]),
+                      sway_real_scale(mixed, 1));
+    return sway_real_sub(tail[0], sway_real_div(taken, det));
+}
+
+uint32_t sway_break_find(const sway_fit_basis_t *basis)
+{
+    const sway_real_t weight = sway_real_scale(basis->gram[SUM_WEIGHT][0], -1);
+    const sway_real_t none = sway_real_int(0);
+    sway_real_t all[3] = {none, none, none};
+    sway_real_t tail[3] = {none, none, none};
+    sway_complex_t score = sway_complex(none, none);
+    sway_real_t clearest = sway_real_int(20);
+    uint32_t found = 0;
+    add_moments(basis, 0, basis->blocks, all);
+    for (uint32_t part = PARTS - 1U; part > 0U; part--) {
+        add_moments(basis, part_end(basis, part - 1U), part_end(basis, part), tail);
+        score = sway_complex_add(
+            score, sway_complex(basis->gram[SUM_RE][part], basis->gram[SUM_IM][part]));
+        const sway_real_t information = sway_real_mul(weight, change_information(tail, all));
+        const sway_real_t norm = sway_complex_norm(score);
+        const sway_real_t chi_2 = sway_real_div(norm, information);
+        const sway_real_t tenth = sway_real_mul(square(information), sway_real_ratio(1, 100));
+        if (sway_real_less(clearest, chi_2) && sway_real_less(tenth, norm)) {
+            clearest = chi_2;
+            found = part_end(basis, part);
+        }
+    }
+    return found;
+}
