@@ -442,7 +442,9 @@ sway_complex_t sway_stm_dominant(const sway_stm_roots_t *roots)
 sway_complex_t sway_stm_slope_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
 {
     /* f is analytic in s: a difference along one direction is enough. */
-    const sway_real_t step = MUL(sway_complex_abs(s), sway_real_ratio(1, 1000));
+    const bool at_rest = sway_real_is_zero(s.re) && sway_real_is_zero(s.im);
+    const sway_real_t size = at_rest ? sway_real_int(1) : sway_complex_abs(s);
+    const sway_real_t step = MUL(size, sway_real_ratio(1, 1000));
     const sway_complex_t up = sway_complex(ADD(s.re, step), s.im);
     const sway_complex_t down = sway_complex(SUB(s.re, step), s.im);
     const sway_complex_t difference =
