@@ -46,12 +46,11 @@ void sway_break_add(sway_fit_basis_t *basis, sway_complex_t line, sway_real_t va
     sum[SUM_WEIGHT][0] = mac(mac(sum[SUM_WEIGHT][0], line.re, weighed.re), line.im, weighed.im);
     uint32_t b = 0;
     for (uint32_t part = 0; part < PARTS; part++) {
-        int64_t re = 0; // below 8 * 2^29 * 2^28
-        int64_t im = 0;
-        for (; b < part_end(basis, part); b++) {
-            re += sway_wide(residual[b], basis->column[0][b]);
-            im += sway_wide(residual[b], basis->column[1][b]);
-        }
+        const uint32_t n = part_end(basis, part) - b;
+        /* below 8 * 2^29 * 2^28 */
+        const int64_t re = sway_wide_dot(residual + b, basis->column[0] + b, n);
+        const int64_t im = sway_wide_dot(residual + b, basis->column[1] + b, n);
+        b += n;
         const sway_real_t by_re = sway_real(re, -SWAY_FIT_BITS);
         const sway_real_t by_im = sway_real(im, -SWAY_FIT_BITS);
         sum[SUM_RE][part] = mac(mac(sum[SUM_RE][part], weighed.re, by_re), weighed.im, by_im);

@@ -36,4 +36,23 @@
 #error "SWAY_BINS: 3 to 16"
 #endif
 
+/// Most work in one call of sway_core_run(), in thousands of instructions of a Cortex-M0+ (about;
+/// other processors take fewer): 60 are 1.3 ms at 48 MHz.
+#ifndef SWAY_SLICE_COST
+#define SWAY_SLICE_COST 60
+#endif
+#if SWAY_SLICE_COST < 60 || SWAY_SLICE_COST > 1000
+#error "SWAY_SLICE_COST: 60 to 1000"
+#endif
+
+/// Most calls of sway_core_run() for each row of the grid. Their product is the most that a row
+/// costs; where estimates ask for more, they come later. Both change results (a little), so they
+/// must be alike on machines whose answers are compared.
+#ifndef SWAY_SLICES_PER_ROW
+#define SWAY_SLICES_PER_ROW 6
+#endif
+#if SWAY_SLICES_PER_ROW < 6 || SWAY_SLICES_PER_ROW > 200
+#error "SWAY_SLICES_PER_ROW: 6 to 200"
+#endif
+
 #endif

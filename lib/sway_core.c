@@ -8,7 +8,10 @@
 #define SPEED_OLD_US 1000000
 
 /* What is being done with the newest line. */
-enum { STAGE_IDLE, STAGE_IDENTIFY, STAGE_MODEL, STAGE_PUBLISH };
+enum { STAGE_IDLE, STAGE_IDENTIFY, STAGE_BEGIN_MODEL, STAGE_MODEL, STAGE_PUBLISH };
+
+/* Costs of the core's own slices: see SWAY_SLICE_COST. */
+enum { COST_ROW = 12, COST_BEGIN_MODEL = 32, COST_PART = 15, COST_PUBLISH = 40 };
 
 void sway_core_defaults(sway_core_config_t *config)
 {
@@ -68,19 +71,16 @@ static void copy_faults(sway_core_t *core)
     fault[SWAY_FAULT_RATE] = core->grid.faults.off_rate;
 }
 
-/* Rows are taken from the grid as soon as they are ready: what they hold must not depend on when
+/* Rows have to be worked on before newer samples come: what they hold must not depend on when
  * their slices run. */
-static void take_rows(sway_core_t *core)
+static void catch_up(sway_core_t *core, int64_t time_us)
 {
-    sway_tick_t tick;
-    while (sway_grid_tick(&core->grid, &tick)) {
-        while (core->rows == SWAY_CORE_ROWS) {
-            (void)sway_core_run(core);
+    if (time_us != core->input_us) {
+        while (sway_core_run(core)) {
         }
-        core->row[(core->first + core->rows) % SWAY_CORE_ROWS] = tick;
-        core->rows++;
+        core->input_us = time_us;
     }
-    copy_faults(core);
+    core->fed = true;
 }
 
 sway_error_t sway_core_input(sway_core_t *core, sway_input_t input, int64_t time_us, int32_t value)
@@ -88,16 +88,18 @@ sway_error_t sway_core_input(sway_core_t *core, sway_input_t input, int64_t time
     if (core == NULL) {
         return SWAY_ERROR_ARGUMENT;
     }
+    catch_up(core, time_us);
     const sway_error_t error = sway_grid_input(&core->grid, input, time_us, value);
-    take_rows(core);
+    copy_faults(core);
     return error;
 }
 
 void sway_core_invalid(sway_core_t *core, sway_input_t input, int64_t time_us)
 {
     if (core != NULL) {
+        catch_up(core, time_us);
         sway_grid_invalid(&core->grid, input, time_us);
-        take_rows(core);
+        copy_faults(core);
     }
 }
 
@@ -142,11 +144,7 @@ static void begin_line(sway_core_t *core)
     core->line = *sway_track_line(&core->track);
     core->identified =
         sway_identify_start(&core->identify, &core->config.vehicle, &core->line) == SWAY_OK;
-    if (core->identified) {
-        core->stage = STAGE_IDENTIFY;
-    } else {
-        begin_model(core);
-    }
+    core->stage = core->identified ? STAGE_IDENTIFY : STAGE_BEGIN_MODEL;
 }
 
 static bool line_is_usable(const sway_core_t *core)
@@ -171,27 +169,16 @@ static sway_real_t amplitude(const sway_core_t *core)
     return sway_complex_abs(core->line.channel[yaw_channel(core)].amplitude);
 }
 
-/* Yaw rate that the wheel's movement at the line would cause if it were slow. */
-static sway_real_t steered(const sway_core_t *core)
-{
-    const uint32_t bit = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
-    const sway_margin_model_t *const model = &core->margin.model;
-    if ((core->line.valid_mask & bit) == 0U || !model->has_steady) {
-        return sway_real_int(0);
-    }
-    const sway_complex_t wheel = core->line.channel[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].amplitude;
-    const sway_real_t ratio = sway_real_ratio(1000, core->config.vehicle.car.steering_ratio_milli);
-    const sway_real_t gain = sway_real_abs(model->steady.yaw_rate_gain_1_s);
-    return sway_real_mul(sway_real_mul(sway_complex_abs(wheel), ratio), gain);
-}
-
 /* Damping ratio that the free oscillation shows. */
 static sway_margin_damping_t signal_damping(const sway_core_t *core)
 {
     const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_GAP;
     sway_margin_damping_t damping;
     sway_line_damping(&core->line, &damping.ratio, &damping.se);
-    damping.se = sway_margin_signal_se(&core->unrest, damping.se, amplitude(core), steered(core));
+    damping.se = sway_margin_signal_se(&core->unrest, damping.se, amplitude(core));
+    if ((core->identify.quality & SWAY_QUALITY_MISFIT) != 0U) { // a gust or a swerve is in it
+        damping.se = sway_real_mul(damping.se, sway_real_ratio(3, 2));
+    }
     damping.usable =
         line_is_usable(core) && (core->identify.quality & bad) == 0U && has_inputs(core);
     return damping;
@@ -264,8 +251,7 @@ static void learn(sway_core_t *core, const sway_margin_damping_t *combined)
         combined->usable) {
         sway_line_damping(&core->line, &ratio, &se);
         sway_margin_learn_unrest(&core->unrest, core->time_us,
-                                 sway_real_sub(ratio, combined->ratio), amplitude(core),
-                                 steered(core));
+                                 sway_real_sub(ratio, combined->ratio), amplitude(core));
     }
 }
 
@@ -295,13 +281,58 @@ static void publish(sway_core_t *core)
     core->status.sequence++;
 }
 
-static void margin_slice(sway_core_t *core)
+/* The parts of an estimate come out within one row, so that nobody sees half of them. */
+static void publish_part(sway_core_t *core)
+{
+    if (core->part < SWAY_PUBLISH_PARTS) {
+        if (core->identified) {
+            sway_publish_part(&core->status, &core->identify, core->part);
+        }
+        core->part++;
+    } else {
+        publish(core);
+        core->part = 0;
+        core->stage = STAGE_IDLE;
+    }
+}
+
+/* --- slices ----------------------------------------------------------------------------------- */
+
+static uint32_t publish_cost(const sway_core_t *core)
+{
+    if (core->part == 0U && core->slices_due < SWAY_PUBLISH_PARTS) {
+        return 0; // not in what is left of this row
+    }
+    return core->part < SWAY_PUBLISH_PARTS ? (core->identified ? COST_PART : 1U) : COST_PUBLISH;
+}
+
+/* What the next slice costs, in SWAY_SLICE_COST's unit; 0: there is nothing to do. */
+static uint32_t next_cost(const sway_core_t *core)
+{
+    switch (core->stage) {
+    case STAGE_IDENTIFY:
+        return sway_identify_cost(&core->identify);
+    case STAGE_BEGIN_MODEL:
+        return COST_BEGIN_MODEL;
+    case STAGE_MODEL:
+        return sway_margin_cost(&core->margin);
+    case STAGE_PUBLISH:
+        return publish_cost(core);
+    default:
+        return sway_track_cost(&core->track);
+    }
+}
+
+static void run_next(sway_core_t *core)
 {
     switch (core->stage) {
     case STAGE_IDENTIFY:
         if (!sway_identify_run(&core->identify)) {
-            begin_model(core);
+            core->stage = STAGE_BEGIN_MODEL;
         }
+        break;
+    case STAGE_BEGIN_MODEL:
+        begin_model(core);
         break;
     case STAGE_MODEL:
         if (!sway_margin_run(&core->margin)) {
@@ -309,44 +340,55 @@ static void margin_slice(sway_core_t *core)
         }
         break;
     case STAGE_PUBLISH:
-        publish(core);
-        core->stage = STAGE_IDLE;
+        publish_part(core);
         break;
     default:
+        (void)sway_track_run(&core->track);
         begin_line(core);
         break;
     }
 }
 
-/* --- slices ----------------------------------------------------------------------------------- */
-
-static void begin_row(sway_core_t *core)
+static bool begin_row(sway_core_t *core)
 {
-    const sway_tick_t *const tick = &core->row[core->first];
-    sway_track_push(&core->track, tick);
-    core->time_us = tick->time_us;
-    if ((tick->valid_mask & SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)) != 0U) {
-        core->speed_mm_s = tick->value[SWAY_CHANNEL_SPEED];
-        core->speed_time_us = tick->time_us;
+    sway_tick_t tick;
+    if (!sway_grid_tick(&core->grid, &tick)) {
+        return false;
     }
-    core->first = (core->first + 1U) % SWAY_CORE_ROWS;
-    core->rows--;
-    core->slices_due = SWAY_CORE_LINE_SLICES + SWAY_CORE_MARGIN_SLICES;
+    sway_track_push(&core->track, &tick);
+    core->time_us = tick.time_us;
+    if ((tick.valid_mask & SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)) != 0U) {
+        core->speed_mm_s = tick.value[SWAY_CHANNEL_SPEED];
+        core->speed_time_us = tick.time_us;
+    }
+    core->slices_due = SWAY_SLICES_PER_ROW;
+    return true;
 }
 
 bool sway_core_run(sway_core_t *core)
 {
-    if (core->slices_due > 0U) {
-        core->slices_due--;
-        if (core->slices_due >= SWAY_CORE_MARGIN_SLICES) {
-            (void)sway_track_run(&core->track);
-        } else {
-            margin_slice(core);
+    uint32_t spent = 0;
+    if (core->slices_due == 0U) {
+        if (!core->fed || !begin_row(core)) {
+            core->fed = false;
+            return false;
         }
-    } else if (core->rows > 0U) {
-        begin_row(core);
+        spent = COST_ROW;
     }
-    return core->slices_due > 0U || core->rows > 0U;
+    core->slices_due--;
+    for (;;) {
+        const uint32_t cost = next_cost(core);
+        if (cost == 0U) {
+            core->slices_due = 0; // the row has no more to do
+            break;
+        }
+        if (spent + cost > SWAY_SLICE_COST) {
+            break;
+        }
+        spent += cost;
+        run_next(core);
+    }
+    return true;
 }
 
 const sway_status_t *sway_core_status(const sway_core_t *core)

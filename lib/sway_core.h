@@ -25,13 +25,6 @@
 #include "sway_track.h"
 #include "sway_vehicle.h"
 
-/// Slices that are run for each row of the grid: the estimator's, then identification and margin.
-#define SWAY_CORE_LINE_SLICES SWAY_TRACK_SLICES
-#define SWAY_CORE_MARGIN_SLICES 8
-
-/// Rows that may wait for their slices.
-#define SWAY_CORE_ROWS 4
-
 typedef struct {
     sway_vehicle_t vehicle;
     int32_t sample_period_us;    ///< of the grid: 10000 (5000 .. 20000)
@@ -47,9 +40,6 @@ typedef struct {
 typedef struct {
     sway_core_config_t config;
     sway_grid_t grid;
-    sway_tick_t row[SWAY_CORE_ROWS]; ///< waiting
-    uint32_t rows;                   ///< how many
-    uint32_t first;                  ///< slot of the oldest
     sway_track_t track;
     sway_line_t line; ///< the estimate that is being worked on
     sway_identify_t identify;
@@ -63,8 +53,11 @@ typedef struct {
     uint32_t sequence; ///< of the last line taken
     uint32_t singular;
     uint32_t overrun;
-    uint8_t slices_due;
+    int64_t input_us;   ///< of the newest sample
+    uint8_t slices_due; ///< of the row that was taken last
     uint8_t stage;
+    uint8_t part;    ///< of the status that is written next
+    bool fed;        ///< samples have come: a row may be ready
     bool identified; ///< identify holds results of this line
     bool modelled;   ///< margin holds results of this line
 } sway_core_t;
@@ -78,20 +71,22 @@ void sway_core_defaults(sway_core_config_t *config);
 sway_error_t sway_core_init(sway_core_t *core, const sway_core_config_t *config);
 
 /// One sample of one input in the unit of sway_input_t. SWAY_ERROR_RANGE and SWAY_ERROR_TIME are
-/// counted and the sample is dropped; everything else goes on unharmed. Short, unless
-/// sway_core_run() has been neglected for SWAY_CORE_ROWS rows: then their slices run here.
+/// counted and the sample is dropped; everything else goes on unharmed. Short, about 1,000
+/// instructions, if sway_core_run() has been called until false since the last sample of another
+/// time; if not, what is due is done first, with the same results.
 sway_error_t sway_core_input(sway_core_t *core, sway_input_t input, int64_t time_us, int32_t value);
 
 /// The sender says that it has no valid value now. Counted; the grid marks a gap there.
 void sway_core_invalid(sway_core_t *core, sway_input_t input, int64_t time_us);
 
-/// One bounded slice of the work that is due. True: more is due. Every row gets the same number of
-/// slices, before the next row is taken: results depend on the samples and their timestamps only,
-/// never on when or how often this is called.
+/// One slice of the work that is due, of at most SWAY_SLICE_COST; false: nothing was due. Every row
+/// of the grid makes up to SWAY_SLICES_PER_ROW slices due, and they are done before anything newer
+/// is looked at: results depend on the samples and their timestamps only, never on when this is
+/// called. Slices are nearly equal in cost while an estimate is being made, and none is longer.
 bool sway_core_run(sway_core_t *core);
 
 /// The newest status; valid for the life of the core, changes only inside sway_core_run() (and the
-/// fault counters inside sway_core_input()).
+/// fault counters inside sway_core_input()). Whole whenever sway_core_run() has returned false.
 const sway_status_t *sway_core_status(const sway_core_t *core);
 
 #endif

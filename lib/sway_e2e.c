@@ -1,15 +1,15 @@
 #include "sway_e2e.h"
 
-#define POLYNOMIAL 0x1DU
 #define TURN (SWAY_E2E_COUNTER_MAX + 1)
 
 static uint8_t crc_byte(uint8_t crc, uint8_t byte)
 {
+    /* remainders of four bits and as many zeros */
+    static const uint8_t table[16] = {0x00, 0x1D, 0x3A, 0x27, 0x74, 0x69, 0x4E, 0x53,
+                                      0xE8, 0xF5, 0xD2, 0xCF, 0x9C, 0x81, 0xA6, 0xBB};
     uint32_t r = (uint32_t)crc ^ (uint32_t)byte;
-    for (int32_t bit = 0; bit < 8; bit++) {
-        r = (r << 1) ^ ((r & 0x80U) != 0U ? POLYNOMIAL : 0U);
-    }
-    return (uint8_t)(r & 0xFFU);
+    r = ((r << 4) & 0xFFU) ^ table[r >> 4];
+    return (uint8_t)(((r << 4) & 0xFFU) ^ table[r >> 4]);
 }
 
 uint8_t sway_e2e_crc(uint32_t can_id, const uint8_t *data)

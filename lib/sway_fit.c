@@ -4,10 +4,7 @@
 
 #define ONE_Q28 (INT32_C(1) << SWAY_FIT_BITS)
 
-typedef struct {
-    int32_t re;
-    int32_t im;
-} q30_t;
+typedef sway_fit_q30_t q30_t;
 
 static q30_t q30_product(q30_t a, q30_t b)
 {
@@ -46,46 +43,57 @@ static q30_t to_q30(sway_complex_t z)
     return result;
 }
 
-/* Columns 6 and 7: a tone of constant size. */
-static void fill_tone(sway_fit_basis_t *basis, sway_real_t omega)
+/* Columns 6 and 7 are a tone of constant size, from the same end as the line. */
+static void begin_tone(sway_fit_walk_t *walk, sway_real_t half, sway_real_t omega)
 {
-    const sway_real_t half = sway_real_ratio((int64_t)basis->blocks - 1, 2);
-    const q30_t step = to_q30(sway_complex_unit(omega));
-    q30_t z = to_q30(sway_complex_unit(sway_real_neg(sway_real_mul(omega, half))));
-    for (uint32_t b = 0; b < basis->blocks; b++) {
-        put(basis, 6, b, z);
-        z = q30_product(z, step);
+    const sway_real_t forward = walk->backward ? sway_real_neg(omega) : omega;
+    walk->has_tone = omega.m != 0;
+    if (walk->has_tone) {
+        walk->tone_step = to_q30(sway_complex_unit(forward));
+        walk->tone = to_q30(sway_complex_unit(sway_real_neg(sway_real_mul(forward, half))));
     }
 }
 
-void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_pole_t *pole,
-                      bool harmonics)
+void sway_fit_begin(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_pole_t *pole)
 {
     /* From the end where |z| = 1 towards the other, so that |z| only falls. The angle at u blocks
      * from the middle is omega u + chirp u^2 / 2: the first step turns by
      * +-omega - chirp (half - 1/2), every step by chirp more than the one before. */
-    const bool backward = sway_real_sign(pole->growth) > 0;
+    sway_fit_walk_t *const walk = &basis->walk;
+    walk->backward = sway_real_sign(pole->growth) > 0;
+    walk->is_bent = pole->chirp.m != 0;
+    walk->done = 0;
     const sway_real_t half = sway_real_ratio((int64_t)blocks - 1, 2);
     const sway_real_t short_half = sway_real_ratio((int64_t)blocks - 2, 2);
     const sway_real_t decay = sway_real_neg(sway_real_abs(pole->growth));
-    const sway_real_t omega = backward ? sway_real_neg(pole->omega) : pole->omega;
+    const sway_real_t omega = walk->backward ? sway_real_neg(pole->omega) : pole->omega;
     const sway_real_t bow = sway_real_scale(sway_real_mul(half, pole->chirp), -1);
     const sway_real_t start = sway_real_mul(half, sway_real_sub(bow, omega));
     const sway_real_t first = sway_real_sub(omega, sway_real_mul(pole->chirp, short_half));
     const sway_real_t fall = sway_real_exp(decay);
-    const q30_t bend = to_q30(sway_complex_unit(pole->chirp));
-    q30_t step = to_q30(sway_complex_scale(sway_complex_unit(first), fall));
-    q30_t z = to_q30(sway_complex_unit(start));
+    walk->bend = to_q30(sway_complex_unit(pole->chirp));
+    walk->step = to_q30(sway_complex_scale(sway_complex_unit(first), fall));
+    walk->z = to_q30(sway_complex_unit(start));
+    begin_tone(walk, half, pole->forced);
     basis->blocks = blocks;
     basis->scale = sway_real_exp(sway_real_mul(decay, half));
-    for (uint32_t i = 0; i < blocks; i++) {
-        fill_block(basis, backward ? blocks - 1U - i : i, z, harmonics);
-        z = q30_product(z, step);
-        step = pole->chirp.m != 0 ? q30_product(step, bend) : step;
+}
+
+bool sway_fit_columns(sway_fit_basis_t *basis, uint32_t count, bool harmonics)
+{
+    sway_fit_walk_t *const walk = &basis->walk;
+    for (; count > 0U && walk->done < basis->blocks; count--) {
+        const uint32_t block = walk->backward ? basis->blocks - 1U - walk->done : walk->done;
+        fill_block(basis, block, walk->z, harmonics);
+        walk->z = q30_product(walk->z, walk->step);
+        walk->step = walk->is_bent ? q30_product(walk->step, walk->bend) : walk->step;
+        if (walk->has_tone) {
+            put(basis, 6, block, walk->tone);
+            walk->tone = q30_product(walk->tone, walk->tone_step);
+        }
+        walk->done++;
     }
-    if (pole->forced.m != 0) {
-        fill_tone(basis, pole->forced);
-    }
+    return walk->done < basis->blocks;
 }
 
 /* The product with the column of ones. */
@@ -247,9 +255,9 @@ void sway_fit_model(const sway_fit_basis_t *basis, const sway_real_t *parameter,
         if (((blocks >> b) & 1U) == 0U) {
             continue;
         }
-        int64_t sum = 0;
+        int64_t sum = p[SWAY_FIT_MEAN] * (ONE_Q28 / 16);
         for (uint32_t i = 0; i < n; i++) {
-            sum += p[i] * (basis->column[i][b] / 16);
+            sum += i == SWAY_FIT_MEAN ? 0 : p[i] * (basis->column[i][b] / 16);
         }
         model[b] = (int32_t)clip(sum / (INT64_C(1) << (24 + MODEL_FRACTION)), MODEL_BOUND);
     }

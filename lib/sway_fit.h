@@ -24,10 +24,30 @@
 /// Columns are Q28.
 #define SWAY_FIT_BITS 28
 
+/// A complex number in Q30.
+typedef struct {
+    int32_t re;
+    int32_t im;
+} sway_fit_q30_t;
+
+/// How far the columns are made. They are made from the end of the window where |z| = 1.
+typedef struct {
+    sway_fit_q30_t z;
+    sway_fit_q30_t step; ///< from one block to the next
+    sway_fit_q30_t bend; ///< of the step
+    sway_fit_q30_t tone; ///< columns 6 and 7, if they are a tone
+    sway_fit_q30_t tone_step;
+    uint32_t done; ///< blocks
+    bool backward; ///< from the last block on
+    bool is_bent;
+    bool has_tone;
+} sway_fit_walk_t;
+
 typedef struct {
     uint32_t blocks;
     sway_real_t scale; ///< e^(-|growth| (n-1)/2), so that |z| <= 1
     int32_t column[SWAY_FIT_COLUMNS][SWAY_FIT_BLOCKS];
+    sway_fit_walk_t walk;
     sway_real_t gram[SWAY_FIT_COLUMNS][SWAY_FIT_COLUMNS]; ///< products of columns, lower triangle
 } sway_fit_basis_t;
 
@@ -51,9 +71,11 @@ typedef struct {
     sway_real_t forced; ///< not 0: columns 6, 7 are a steady tone of this omega instead of 3f
 } sway_fit_pole_t;
 
-/// Makes the columns, 4 to 7 only if asked for; blocks 2..64.
-void sway_fit_columns(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_pole_t *pole,
-                      bool harmonics);
+/// Begins to make the columns over blocks 2..64.
+void sway_fit_begin(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_pole_t *pole);
+/// Makes them for up to `count` more blocks, columns 4 to 7 only if asked for; true while blocks
+/// are left.
+bool sway_fit_columns(sway_fit_basis_t *basis, uint32_t count, bool harmonics);
 /// Products of columns first..last with those up to themselves and with 8 and 9.
 /// sway_fit_gram(basis, 0, 3) makes what n = 4 needs; then (basis, 4, 5), (basis, 6, 7) what n = 8
 /// adds.

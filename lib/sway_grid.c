@@ -320,17 +320,18 @@ void sway_grid_invalid(sway_grid_t *grid, sway_input_t input, int64_t time_us)
     }
 }
 
-/* Inputs that the row waits for: speed is held instead, silent inputs are given up. */
-static uint32_t awaited(const sway_grid_t *grid)
+/* Whether the row waits for an input: speed is held instead, silent inputs are given up. */
+static bool is_waiting(const sway_grid_t *grid)
 {
-    uint32_t mask = 0;
+    const uint32_t filled = grid->filled[grid->next_slot];
     for (uint32_t i = 0; i < SWAY_INPUT_COUNT; i++) {
         const sway_grid_input_t *in = &grid->input[i];
-        if (in->timed && i != SWAY_INPUT_SPEED && grid->newest_time_us - in->time_us < SILENT_US) {
-            mask |= (uint32_t)1U << i;
+        if (((filled >> i) & 1U) == 0U && in->timed && i != SWAY_INPUT_SPEED &&
+            grid->newest_time_us - in->time_us < SILENT_US) {
+            return true;
         }
     }
-    return mask;
+    return false;
 }
 
 typedef struct {
@@ -365,8 +366,8 @@ static bool row_is_ready(const sway_grid_t *grid)
     if (!grid->running || grid->newest_time_us < grid->next_time_us) {
         return false;
     }
-    return (awaited(grid) & ~grid->filled[grid->next_slot]) == 0U ||
-           grid->newest_time_us - grid->next_time_us >= grid->config.max_wait_us;
+    return grid->newest_time_us - grid->next_time_us >= grid->config.max_wait_us ||
+           !is_waiting(grid);
 }
 
 static void add_channels(const sway_grid_t *grid, sway_tick_t *tick)

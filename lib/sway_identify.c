@@ -608,24 +608,40 @@ static void axle_step(sway_identify_t *id, int step)
     }
 }
 
+static const struct {
+    void (*run)(sway_identify_t *);
+    uint8_t cost; // about, see SWAY_SLICE_COST
+} STEPS[] = {
+    {car_slips, 27},
+    {trailer_slips, 25},
+    {find_hitch, 44},
+    {trailer_forces, 40},
+    {car_forces, 40},
+    {car_inertia, 40},
+    {trailer_inertia, 40},
+    {trailer_inertia_method_1, 44},
+    {trailer_inertia_method_2, 44},
+};
+
+#define COST_STIFFNESS 25
+#define COST_LOAD 25
+
+enum { STEP_COUNT = sizeof STEPS / sizeof STEPS[0], ALL = STEP_COUNT + 2 * SWAY_AXLE_COUNT };
+
+uint32_t sway_identify_cost(const sway_identify_t *id)
+{
+    if (id->step < STEP_COUNT) {
+        return STEPS[id->step].cost;
+    }
+    return (id->step - STEP_COUNT) % 2 == 0 ? COST_STIFFNESS : COST_LOAD;
+}
+
 bool sway_identify_run(sway_identify_t *id)
 {
-    static void (*const step[])(sway_identify_t *) = {
-        car_slips,
-        trailer_slips,
-        find_hitch,
-        trailer_forces,
-        car_forces,
-        car_inertia,
-        trailer_inertia,
-        trailer_inertia_method_1,
-        trailer_inertia_method_2,
-    };
-    enum { STEPS = sizeof step / sizeof step[0], ALL = STEPS + 2 * SWAY_AXLE_COUNT };
-    if (id->step < STEPS) {
-        step[id->step](id);
+    if (id->step < STEP_COUNT) {
+        STEPS[id->step].run(id);
     } else if (id->step < ALL) {
-        axle_step(id, id->step - STEPS);
+        axle_step(id, id->step - STEP_COUNT);
     }
     if (id->step < ALL) {
         id->step++;

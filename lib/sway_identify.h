@@ -58,6 +58,9 @@ typedef struct {
 sway_error_t sway_identify_start(sway_identify_t *identify, const sway_vehicle_t *vehicle,
                                  const sway_line_t *line);
 
+/// What the next slice costs about, in the unit of SWAY_SLICE_COST.
+uint32_t sway_identify_cost(const sway_identify_t *identify);
+
 /// One slice; true while more is to be done.
 bool sway_identify_run(sway_identify_t *identify);
 

@@ -11,6 +11,8 @@
 #define MAX_REFITS 3U
 /* Rounds of filling missing blocks in one pass. */
 #define FILL_ROUNDS 3U
+/* Blocks for which a slice makes the columns. */
+#define COLUMN_BLOCKS 24U
 /* |growth| from the middle to the end of the window: e^4 = 55. */
 #define MAX_EXPONENT 4
 /* A channel with less than 3/5 of its blocks is not used. */
@@ -19,6 +21,7 @@
 enum {
     STATE_SUMS,
     STATE_SPEED,
+    STATE_BEGIN,
     STATE_COLUMNS,
     STATE_FACTORS,
     STATE_GRAM,
@@ -30,8 +33,12 @@ enum {
     STATE_VARIANCE_HARMONICS,
     STATE_SECOND_VARIANCE,
     STATE_CHANNELS,
+    STATE_FILL,
+    STATE_NORMAL,
     STATE_SECOND,
     STATE_RESIDUALS,
+    STATE_NOISE,
+    STATE_RESULT,
     STATE_STEP,
     STATE_BREAK,
     STATE_IDLE
@@ -203,7 +210,7 @@ static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
         slot = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
     }
     if (4 * known < 3 * n || sum == 0) {
-        return STATE_COLUMNS;
+        return STATE_BEGIN;
     }
     /* slope per row = 2 moment / (n (n^2 - 1) / 3) */
     const sway_real_t per_row = sway_real_ratio(6 * moment, n * (n * n - 1));
@@ -216,7 +223,7 @@ static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
     if (sway_real_less(allowed, change)) {
         job->line.flags |= SWAY_LINE_SPEED_CHANGING;
     }
-    return STATE_COLUMNS;
+    return STATE_BEGIN;
 }
 
 /* ---- columns and their systems ------------------------------------------------------------ */
@@ -259,7 +266,7 @@ static sway_complex_t block_factor(const sway_line_job_t *job, int64_t harmonic)
                             sinh_complex(re, im));
 }
 
-static uint32_t run_columns(sway_line_job_t *job, const sway_ring_t *ring)
+static uint32_t run_begin(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
     memset(&job->normal, 0, sizeof job->normal);
@@ -269,7 +276,16 @@ static uint32_t run_columns(sway_line_job_t *job, const sway_ring_t *ring)
                                   .omega = per_block(job, job->line.omega_rad_s),
                                   .chirp = per_block(job, per_s2),
                                   .forced = per_block(job, job->config.forced_rad_s)};
-    sway_fit_columns(&job->basis, job->basis.blocks, &pole, needs_harmonics(job));
+    sway_fit_begin(&job->basis, job->basis.blocks, &pole);
+    return STATE_COLUMNS;
+}
+
+static uint32_t run_columns(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    if (sway_fit_columns(&job->basis, COLUMN_BLOCKS, needs_harmonics(job))) {
+        return STATE_COLUMNS;
+    }
     return job->final ? STATE_FACTORS : STATE_GRAM;
 }
 
@@ -415,18 +431,8 @@ static int32_t fill_missing(const sway_line_job_t *job, sway_line_data_t *data, 
 static void solve_channel(const sway_line_job_t *job, sway_line_data_t *data, uint32_t n,
                           sway_real_t *product)
 {
-    const sway_fit_system_t *system = &job->system[n == 4U ? 0 : 1];
     channel_products(job, data, n, product);
-    sway_fit_solve(system, product, data->parameter);
-    const uint32_t rounds = n == 4U ? FILL_ROUNDS : 1U;
-    for (uint32_t round = 0; round < rounds && data->missing != 0U; round++) {
-        if (fill_missing(job, data, n, product) < 4) {
-            break;
-        }
-        sway_fit_solve(system, product, data->parameter);
-    }
-    product[SWAY_FIT_TAU_RE] = sway_fit_product(&job->basis, SWAY_FIT_TAU_RE, data->sum);
-    product[SWAY_FIT_TAU_IM] = sway_fit_product(&job->basis, SWAY_FIT_TAU_IM, data->sum);
+    sway_fit_solve(&job->system[n == 4U ? 0 : 1], product, data->parameter);
 }
 
 static sway_real_t dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
@@ -532,21 +538,39 @@ static uint32_t run_channel(sway_line_job_t *job, const sway_ring_t *ring)
         return next_channel(job);
     }
     sway_line_data_t *data = &job->data[c];
+    job->columns = columns_of(job, data);
+    solve_channel(job, data, job->columns, job->product);
+    job->rounds_left = job->columns == 4U ? FILL_ROUNDS : 1U;
+    return data->missing != 0U ? STATE_FILL : STATE_NORMAL;
+}
+
+static uint32_t run_fill(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    sway_line_data_t *data = &job->data[job->channel];
+    if (fill_missing(job, data, job->columns, job->product) < 4) {
+        return STATE_NORMAL;
+    }
+    sway_fit_solve(&job->system[job->columns == 4U ? 0 : 1], job->product, data->parameter);
+    job->rounds_left--;
+    return job->rounds_left > 0U ? STATE_FILL : STATE_NORMAL;
+}
+
+static uint32_t run_normal(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    const uint32_t n = job->columns;
+    sway_line_data_t *data = &job->data[job->channel];
     sway_real_t *product = job->product;
-    const uint32_t n = columns_of(job, data);
-    solve_channel(job, data, n, product);
+    product[SWAY_FIT_TAU_RE] = sway_fit_product(&job->basis, SWAY_FIT_TAU_RE, data->sum);
+    product[SWAY_FIT_TAU_IM] = sway_fit_product(&job->basis, SWAY_FIT_TAU_IM, data->sum);
     const sway_real_t total = sum_of_squares(data->sum, job->basis.blocks);
     const sway_real_t rest = sway_real_sub(total, dot(data->parameter, product, n));
-    const sway_real_t variance = block_variance(job, data, n, rest, total);
-    if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U) {
-        add_normal(job, data, n, product, variance);
+    job->variance = block_variance(job, data, n, rest, total);
+    if ((job->used_mask & SWAY_CHANNEL_BIT(job->channel)) != 0U) {
+        add_normal(job, data, n, product, job->variance);
     }
-    if (!job->final) {
-        return next_channel(job);
-    }
-    job->columns = n;
-    job->variance = variance;
-    return STATE_SECOND;
+    return job->final ? STATE_SECOND : next_channel(job);
 }
 
 static uint32_t run_second(sway_line_job_t *job, const sway_ring_t *ring)
@@ -573,11 +597,32 @@ static int32_t median_magnitude(const int32_t *x, uint32_t n)
     return sorted[n / 2U];
 }
 
+/* Whether more than half of the blocks reach a ninth of the largest: then the median does, and no
+ * block is off. Saves sorting nearly always. */
+static bool is_even(const int32_t *residual, uint32_t n)
+{
+    int32_t largest = 0;
+    uint32_t reach = 0;
+    for (uint32_t b = 0; b < n; b++) {
+        const int32_t size = residual[b] < 0 ? -residual[b] : residual[b];
+        largest = size > largest ? size : largest;
+    }
+    const int32_t ninth = (largest + 8) / 9;
+    for (uint32_t b = 0; b < n; b++) {
+        const int32_t size = residual[b] < 0 ? -residual[b] : residual[b];
+        reach += size >= ninth ? 1U : 0U;
+    }
+    return 2U * reach > n;
+}
+
 /* Blocks more than 6 robust standard deviations off (an impulse, a wrong value) are taken out, at
  * most a fifth of the window; more than that is no impulse. */
 static void reject_outliers(sway_line_job_t *job, sway_line_data_t *data, const int32_t *residual)
 {
     const uint32_t n = job->basis.blocks;
+    if (is_even(residual, n)) {
+        return;
+    }
     const int64_t limit = 9 * (int64_t)median_magnitude(residual, n) + 2; // 1.48 * 6
     uint64_t wrong = 0;
     for (uint32_t b = 0; b < n; b++) {
@@ -652,58 +697,62 @@ static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t varia
         sway_real_mul(sway_real_div(mean, rows), sway_line_unit((sway_channel_t)channel));
 }
 
-static uint32_t run_break(sway_line_job_t *job, const sway_ring_t *ring)
+static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    const uint32_t block = sway_break_find(&job->basis);
-    job->broken = block > 0U;
-    if (job->broken) {
-        const int64_t halves = 2 * (int64_t)block - (int64_t)job->basis.blocks;
-        job->line.flags |= SWAY_LINE_MISFIT;
-        job->break_time_us =
-            job->line.mid_time_us + halves * (int64_t)job->block * job->config.sample_period_us / 2;
+    const sway_line_data_t *data = &job->data[job->channel];
+    int32_t *residual = job->residual;
+    sway_fit_model(&job->basis, data->parameter, job->columns, UINT64_MAX, residual);
+    for (uint32_t b = 0; b < job->basis.blocks; b++) {
+        residual[b] = data->sum[b] - residual[b]; // below 2^28 + 2^27
+        residual[b] = ((data->missing >> b) & 1U) != 0U ? 0 : residual[b];
     }
-    return STATE_IDLE;
+    return STATE_NOISE;
 }
 
-static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
+/* What a channel knows of omega, and whether its residual is noise. */
+static void add_share(sway_line_job_t *job, const sway_line_data_t *data, sway_real_t blow)
+{
+    const sway_complex_t o = by_omega(data);
+    const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
+    const sway_real_t share = sway_real_div(form(system->schur, o, o), job->variance);
+    const sway_real_t line =
+        sway_real_mul(square(job->basis.scale),
+                      sway_complex_norm(sway_complex(data->parameter[0], data->parameter[1])));
+    job->normal.inflated = mac(job->normal.inflated, share, blow);
+    /* correlated by more than 0.5, and more than 5 % of the line */
+    if (sway_real_less(sway_real_int(3), blow) &&
+        sway_real_less(sway_real_mul(line, sway_real_ratio(125, 100000)), job->variance)) {
+        job->normal.misfit = sway_real_add(job->normal.misfit, share);
+    }
+    job->normal.all = sway_real_add(job->normal.all, share);
+    sway_break_add(&job->basis, by_growth(data), job->variance, job->residual);
+}
+
+static uint32_t run_noise(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
     const uint32_t c = job->channel;
     const uint32_t n = job->basis.blocks;
-    sway_line_data_t *data = &job->data[c];
-    int32_t residual[SWAY_FIT_BLOCKS];
-    sway_fit_model(&job->basis, data->parameter, job->columns, UINT64_MAX, residual);
-    for (uint32_t b = 0; b < n; b++) {
-        residual[b] = data->sum[b] - residual[b]; // below 2^28 + 2^27
-        residual[b] = ((data->missing >> b) & 1U) != 0U ? 0 : residual[b];
-    }
-    const sway_real_t squares = sum_of_squares(residual, n);
-    const sway_real_t least = sway_real_int(0);
-    sway_real_t variance = block_variance(job, data, job->columns, squares, least);
-    const sway_real_t blow = inflation(residual, n, squares);
-    const sway_complex_t o = by_omega(data);
-    const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
+    const sway_line_data_t *data = &job->data[c];
+    const sway_real_t squares = sum_of_squares(job->residual, n);
+    const sway_real_t blow = inflation(job->residual, n, squares);
+    job->variance = block_variance(job, data, job->columns, squares, sway_real_int(0));
     if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U) {
-        const sway_real_t share = sway_real_div(form(system->schur, o, o), variance);
-        const sway_real_t line =
-            sway_real_mul(square(job->basis.scale),
-                          sway_complex_norm(sway_complex(data->parameter[0], data->parameter[1])));
-        job->normal.inflated = mac(job->normal.inflated, share, blow);
-        /* correlated by more than 0.5, and more than 5 % of the line */
-        if (sway_real_less(sway_real_int(3), blow) &&
-            sway_real_less(sway_real_mul(line, sway_real_ratio(125, 100000)), variance)) {
-            job->normal.misfit = sway_real_add(job->normal.misfit, share);
-        }
-        job->normal.all = sway_real_add(job->normal.all, share);
-        sway_break_add(&job->basis, by_growth(data), variance, residual);
+        add_share(job, data, blow);
     }
     const sway_real_t unit = sway_real_scale(sway_line_unit((sway_channel_t)c), data->shift);
     job->line.channel[c].noise_rms = sway_real_mul(
-        unit, sway_real_sqrt(sway_real_div(variance, sway_real_int((int64_t)job->block))));
-    variance = sway_real_mul(variance, blow);
-    put_result(job, c, variance);
-    reject_outliers(job, data, residual);
+        unit, sway_real_sqrt(sway_real_div(job->variance, sway_real_int((int64_t)job->block))));
+    job->variance = sway_real_mul(job->variance, blow);
+    return STATE_RESULT;
+}
+
+static uint32_t run_result(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    put_result(job, job->channel, job->variance);
+    reject_outliers(job, &job->data[job->channel], job->residual);
     return next_channel(job);
 }
 
@@ -856,10 +905,24 @@ static uint32_t run_final_step(sway_line_job_t *job, sway_real_t growth, sway_re
         job->changed = false;
         job->final = false;
         job->passes_left = REFIT_PASSES;
-        return STATE_COLUMNS;
+        return STATE_BEGIN;
     }
     finish(job);
     return STATE_BREAK;
+}
+
+static uint32_t run_break(sway_line_job_t *job, const sway_ring_t *ring)
+{
+    (void)ring;
+    const uint32_t block = sway_break_find(&job->basis);
+    job->broken = block > 0U;
+    if (job->broken) {
+        const int64_t halves = 2 * (int64_t)block - (int64_t)job->basis.blocks;
+        job->line.flags |= SWAY_LINE_MISFIT;
+        job->break_time_us =
+            job->line.mid_time_us + halves * (int64_t)job->block * job->config.sample_period_us / 2;
+    }
+    return STATE_IDLE;
 }
 
 static uint32_t run_step(sway_line_job_t *job, const sway_ring_t *ring)
@@ -877,32 +940,61 @@ static uint32_t run_step(sway_line_job_t *job, const sway_ring_t *ring)
     take_step(job, growth, omega);
     job->passes_left--;
     job->final = done || job->passes_left == 0U;
-    return STATE_COLUMNS;
+    return STATE_BEGIN;
+}
+
+/* With four columns these two take less. */
+enum { COST_CHANNEL_OF_4 = 8, COST_RESIDUALS_OF_4 = 22 };
+
+typedef struct {
+    uint32_t (*run)(sway_line_job_t *, const sway_ring_t *);
+    uint8_t cost; // about, see SWAY_SLICE_COST
+} slice_t;
+
+static const slice_t SLICES[STATE_IDLE] = {
+    [STATE_SUMS] = {run_sums, 16},
+    [STATE_SPEED] = {run_speed, 31},
+    [STATE_BEGIN] = {run_begin, 13},
+    [STATE_COLUMNS] = {run_columns, 27},
+    [STATE_FACTORS] = {run_factors, 27},
+    [STATE_GRAM] = {run_gram, 29},
+    [STATE_SYSTEM] = {run_system, 17},
+    [STATE_GRAM_HARMONICS] = {run_gram_harmonics, 23},
+    [STATE_GRAM_THIRD] = {run_gram_third, 29},
+    [STATE_FACTOR_HARMONICS] = {run_factor_harmonics, 25},
+    [STATE_CROSS_HARMONICS] = {run_cross_harmonics, 24},
+    [STATE_VARIANCE_HARMONICS] = {run_variance_harmonics, 19},
+    [STATE_SECOND_VARIANCE] = {run_second_variance, 14},
+    [STATE_CHANNELS] = {run_channel, 20},
+    [STATE_FILL] = {run_fill, 25},
+    [STATE_NORMAL] = {run_normal, 14},
+    [STATE_SECOND] = {run_second, 16},
+    [STATE_RESIDUALS] = {run_residuals, 38},
+    [STATE_NOISE] = {run_noise, 22},
+    [STATE_RESULT] = {run_result, 18},
+    [STATE_STEP] = {run_step, 10},
+    [STATE_BREAK] = {run_break, 33},
+};
+
+uint32_t sway_line_cost(const sway_line_job_t *job)
+{
+    if (job->state >= STATE_IDLE) {
+        return 1U;
+    }
+    if (job->state == STATE_CHANNELS && columns_of(job, &job->data[job->channel]) == 4U) {
+        return COST_CHANNEL_OF_4;
+    }
+    if (job->state == STATE_RESIDUALS && job->columns == 4U) {
+        return COST_RESIDUALS_OF_4;
+    }
+    return SLICES[job->state].cost;
 }
 
 bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring)
 {
-    typedef uint32_t (*slice_t)(sway_line_job_t *, const sway_ring_t *);
-    static const slice_t slices[STATE_IDLE] = {[STATE_SUMS] = run_sums,
-                                               [STATE_SPEED] = run_speed,
-                                               [STATE_COLUMNS] = run_columns,
-                                               [STATE_FACTORS] = run_factors,
-                                               [STATE_GRAM] = run_gram,
-                                               [STATE_SYSTEM] = run_system,
-                                               [STATE_GRAM_HARMONICS] = run_gram_harmonics,
-                                               [STATE_GRAM_THIRD] = run_gram_third,
-                                               [STATE_FACTOR_HARMONICS] = run_factor_harmonics,
-                                               [STATE_CROSS_HARMONICS] = run_cross_harmonics,
-                                               [STATE_VARIANCE_HARMONICS] = run_variance_harmonics,
-                                               [STATE_SECOND_VARIANCE] = run_second_variance,
-                                               [STATE_CHANNELS] = run_channel,
-                                               [STATE_SECOND] = run_second,
-                                               [STATE_RESIDUALS] = run_residuals,
-                                               [STATE_STEP] = run_step,
-                                               [STATE_BREAK] = run_break};
     if (job->state >= STATE_IDLE) {
         return false;
     }
-    job->state = slices[job->state](job, ring);
+    job->state = SLICES[job->state].run(job, ring);
     return job->state != STATE_IDLE;
 }

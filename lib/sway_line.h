@@ -102,9 +102,11 @@ typedef struct {
     uint32_t refits;
     sway_real_t product[SWAY_FIT_COLUMNS]; ///< columns times the data of that channel
     sway_real_t variance;                  ///< of its blocks
-    uint32_t columns; ///< linear columns of the channel whose result is being made
-    bool final;       ///< this pass makes the result
-    bool changed;     ///< the result asks for another model
+    uint32_t columns;                      ///< linear columns of that channel
+    uint32_t rounds_left;                  ///< of filling its missing blocks
+    int32_t residual[SWAY_FIT_BLOCKS];     ///< of that channel, in the pass that makes the result
+    bool final;   ///< this pass makes the result
+    bool changed; ///< the result asks for another model
     bool converged;
     bool broken;           ///< amplitude or phase change within the window, before break_time_us
     int64_t break_time_us; ///< where `broken`
@@ -131,7 +133,10 @@ void sway_line_init(sway_line_job_t *job);
 sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *config,
                              const sway_ring_t *ring, uint32_t window, sway_real_t omega_rad_s);
 
-/// One slice, at most about 90,000 instructions on a Cortex-M0+; true while more is to be done.
+/// What the next slice costs about, in the unit of SWAY_SLICE_COST.
+uint32_t sway_line_cost(const sway_line_job_t *job);
+
+/// One slice; true while more is to be done.
 /// Then job->line is the result.
 bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring);
 

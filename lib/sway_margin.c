@@ -180,11 +180,6 @@ static bool build_model(sway_margin_t *margin)
     if (sway_stm_from_vehicle(&margin->stm, &vehicle) != SWAY_OK) {
         return false;
     }
-    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
-        if (margin->stiffness[axle].started) {
-            set_axle(&margin->stm.body[axle / 2], axle % 2, &margin->stiffness[axle]);
-        }
-    }
     for (int body = 0; body < 2; body++) {
         margin->stm.body[body].yaw_inertia_kgm2 = margin->inertia[body].value.re;
     }
@@ -236,6 +231,16 @@ sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *ide
 /* A step returns true when it is done and the next one may begin. */
 typedef bool step_t(sway_margin_t *margin);
 
+static bool step_axles(sway_margin_t *margin)
+{
+    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
+        if (margin->stiffness[axle].started) {
+            set_axle(&margin->stm.body[axle / 2], axle % 2, &margin->stiffness[axle]);
+        }
+    }
+    return true;
+}
+
 /* The last roots are the start of the next; turned a little, so that a pair that was conjugate may
  * become two real roots. */
 static bool step_quartic(sway_margin_t *margin)
@@ -278,11 +283,31 @@ static bool is_small(sway_complex_t step, sway_real_t size)
     return sway_real_compare(sway_complex_norm(step), bound) <= 0;
 }
 
-/* Newton on f(s, v) = 0 at the present speed, in two slices an iteration. */
+/* A slope in two slices, `f` holding what the first has found. */
+static bool slope_s(const sway_margin_t *margin, sway_complex_t s, sway_real_t v, sway_complex_t *f)
+{
+    if (margin->count == 0U) {
+        *f = sway_stm_above_s(&margin->stm, s, v);
+        return false;
+    }
+    *f = sway_stm_slope_s(&margin->stm, s, v, *f);
+    return true;
+}
+
+static bool slope_v(const sway_margin_t *margin, sway_complex_t s, sway_real_t v, sway_complex_t *f)
+{
+    if (margin->count == 0U) {
+        *f = sway_stm_above_v(&margin->stm, s, v);
+        return false;
+    }
+    *f = sway_stm_slope_v(&margin->stm, s, v, *f);
+    return true;
+}
+
+/* Newton on f(s, v) = 0 at the present speed. */
 static bool step_root_slope(sway_margin_t *margin)
 {
-    margin->f_s = sway_stm_slope_s(&margin->stm, margin->next.root, margin->speed_m_s);
-    return true;
+    return slope_s(margin, margin->next.root, margin->speed_m_s, &margin->f_s);
 }
 
 static bool step_root(sway_margin_t *margin)
@@ -320,16 +345,9 @@ static bool step_critical(sway_margin_t *margin)
     return true;
 }
 
-/* A limit with derivatives: oscillatory, or static at s = 0. */
 static bool critical_is_wanted(const sway_margin_t *margin)
 {
-    return margin->next.kind == SWAY_VCRIT_FOUND || margin->next.kind == SWAY_VCRIT_DIVERGENCE;
-}
-
-/* Lags move an oscillatory limit only. */
-static bool limit_is_moved(const sway_margin_t *margin)
-{
-    return margin->next.kind == SWAY_VCRIT_FOUND && has_lag(margin);
+    return margin->next.kind == SWAY_VCRIT_FOUND;
 }
 
 static sway_complex_t at_limit(const sway_margin_t *margin)
@@ -340,18 +358,14 @@ static sway_complex_t at_limit(const sway_margin_t *margin)
 
 static bool step_critical_slope_s(sway_margin_t *margin)
 {
-    if (critical_is_wanted(margin)) {
-        margin->f_s = sway_stm_slope_s(&margin->stm, at_limit(margin), margin->next.v_crit_m_s);
-    }
-    return true;
+    return !critical_is_wanted(margin) ||
+           slope_s(margin, at_limit(margin), margin->next.v_crit_m_s, &margin->f_s);
 }
 
 static bool step_critical_slope_v(sway_margin_t *margin)
 {
-    if (critical_is_wanted(margin)) {
-        margin->f_v = sway_stm_slope_v(&margin->stm, at_limit(margin), margin->next.v_crit_m_s);
-    }
-    return true;
+    return !critical_is_wanted(margin) ||
+           slope_v(margin, at_limit(margin), margin->next.v_crit_m_s, &margin->f_v);
 }
 
 static sway_real_t limited(sway_real_t step, sway_real_t limit)
@@ -363,7 +377,7 @@ static sway_real_t limited(sway_real_t step, sway_real_t limit)
 static bool step_critical_newton(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
-    if (!limit_is_moved(margin)) {
+    if (!critical_is_wanted(margin) || !has_lag(margin)) {
         return true;
     }
     const sway_complex_t f =
@@ -391,7 +405,7 @@ static bool step_critical_newton(sway_margin_t *margin)
 static bool step_critical_range(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
-    if (limit_is_moved(margin)) {
+    if (critical_is_wanted(margin)) {
         if (sway_real_less(next->v_crit_m_s, sway_stm_speed_low())) {
             next->v_crit_m_s = sway_stm_speed_low();
             next->kind = SWAY_VCRIT_BELOW_RANGE;
@@ -406,12 +420,12 @@ static bool step_critical_range(sway_margin_t *margin)
 /* Slopes once more at the limit that was found, if it was far from where the search began. */
 static bool step_limit_slope_s(sway_margin_t *margin)
 {
-    return !(margin->far && limit_is_moved(margin)) || step_critical_slope_s(margin);
+    return !(margin->far && has_lag(margin)) || step_critical_slope_s(margin);
 }
 
 static bool step_limit_slope_v(sway_margin_t *margin)
 {
-    return !(margin->far && limit_is_moved(margin)) || step_critical_slope_v(margin);
+    return !(margin->far && has_lag(margin)) || step_critical_slope_v(margin);
 }
 
 /* Relative variances (1 % = 1) of the filtered quantity behind a parameter; 0 where it is fixed. */
@@ -489,16 +503,8 @@ static bool step_root_derivative(sway_margin_t *margin)
     return false;
 }
 
-/* Change of the damping ratio -Re s/|s| with the root: (ds_im re - ds_re im) im / |s|^3. A root
- * that does not oscillate has a ratio of 1 or -1 whatever its size. */
-static sway_real_t ratio_change(sway_complex_t s, sway_complex_t ds)
-{
-    const sway_real_t across = SUB(MUL(ds.im, s.re), MUL(ds.re, s.im));
-    const sway_real_t size = sway_complex_abs(s);
-    return DIV(MUL(DIV(across, size), DIV(s.im, size)), size);
-}
-
-/* Errors from the variances of the filtered quantities. */
+/* Errors from the variances of the filtered quantities; a lightly damped root's ratio changes by
+ * -Re ds/|s|. */
 static bool step_errors(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
@@ -511,13 +517,11 @@ static bool step_errors(sway_margin_t *margin)
         sway_real_t im;
         parameter_variance(margin, (sway_parameter_t)i, &re, &im);
         limit = ADD(limit, ADD(MUL(re, square(by.re)), MUL(im, square(by.im))));
-        damping = ADD(damping, ADD(MUL(re, square(ratio_change(next->root, ds))),
-                                   MUL(im, square(ratio_change(next->root, times_j(ds))))));
+        damping = ADD(damping, ADD(MUL(re, square(ds.re)), MUL(im, square(ds.im))));
         next->sensitivity_m_s[i] = by.re;
     }
     next->v_crit_se_m_s = critical_is_wanted(margin) ? sway_real_sqrt(limit) : sway_real_int(0);
-    /* Where two roots meet the derivatives have no bound; the ratio has. */
-    next->damping_ratio_se = sway_real_min(sway_real_sqrt(damping), sway_real_int(1));
+    next->damping_ratio_se = sway_real_sqrt(DIV(damping, sway_complex_norm(next->root)));
     if (margin->complete) {
         margin->turn = (uint8_t)((margin->turn + SWAY_MARGIN_TURN) % SWAY_PARAMETER_COUNT);
     }
@@ -525,21 +529,41 @@ static bool step_errors(sway_margin_t *margin)
     return true;
 }
 
-enum { STEP_COUNT = 14 };
-
-static step_t *const STEPS[STEP_COUNT] = {
-    step_quartic,         step_roots,          step_root_slope,       step_root,
-    step_root_derivative, step_critical,       step_critical_slope_s, step_critical_slope_v,
-    step_critical_newton, step_critical_range, step_limit_slope_s,    step_limit_slope_v,
-    step_sensitivity,     step_errors,
+/* What a slice of a step costs about, see SWAY_SLICE_COST. */
+static const struct {
+    step_t *run;
+    uint8_t cost;
+} STEPS[] = {
+    {step_axles, 8},
+    {step_quartic, 14},
+    {step_roots, 34},
+    {step_root_slope, 28},
+    {step_root, 30},
+    {step_root_derivative, 43},
+    {step_critical, 26},
+    {step_critical_slope_s, 28},
+    {step_critical_slope_v, 25},
+    {step_critical_newton, 29},
+    {step_critical_range, 2},
+    {step_limit_slope_s, 28},
+    {step_limit_slope_v, 25},
+    {step_sensitivity, 43},
+    {step_errors, 17},
 };
+
+enum { STEP_COUNT = sizeof STEPS / sizeof STEPS[0] };
+
+uint32_t sway_margin_cost(const sway_margin_t *margin)
+{
+    return margin->step < STEP_COUNT ? STEPS[margin->step].cost : 1U;
+}
 
 bool sway_margin_run(sway_margin_t *margin)
 {
     if (margin->step >= STEP_COUNT) {
         return false;
     }
-    if (STEPS[margin->step](margin)) {
+    if (STEPS[margin->step].run(margin)) {
         margin->step++;
         margin->count = 0;
     } else {
@@ -557,52 +581,38 @@ bool sway_margin_run(sway_margin_t *margin)
 /* What the model leaves out (roll, air, saturation) in the damping ratio, at the least. */
 #define MODEL_FLOOR_PPM 5000
 
-/* Amplitude noise of the road, rad/s: before any experience, least and most; the time over which it
- * is learnt, and the time that the value before any experience is worth. */
-#define UNREST_START_URAD_S 3000
+/* Amplitude noise of the road, rad/s: before any experience, least and most; and the time over
+ * which it is learnt. */
+#define UNREST_START_URAD_S 2000
 #define UNREST_LEAST_URAD_S 500
 #define UNREST_MOST_URAD_S 12000
 #define UNREST_TIME_US 20000000
-#define UNREST_START_US 6000000
-
-/* Amplitude that the driver's hand may add or take in one oscillation, over 2 pi, squared. */
-static sway_real_t square_of_hand(sway_real_t steered_rad_s)
-{
-    return square(MUL(steered_rad_s, sway_real_ratio(3, 4)));
-}
 
 sway_real_t sway_margin_signal_se(const sway_unrest_t *unrest, sway_real_t fit_se,
-                                  sway_real_t amplitude_rad_s, sway_real_t steered_rad_s)
+                                  sway_real_t amplitude_rad_s)
 {
     const sway_real_t start = square(ppm(UNREST_START_URAD_S));
-    const sway_real_t pushed = unrest->started ? unrest->variance : start;
-    const sway_real_t both = ADD(pushed, square_of_hand(steered_rad_s));
+    const sway_real_t variance = unrest->started ? unrest->variance : start;
     return sway_real_sqrt(
-        ADD(square(sway_real_scale(fit_se, 1)), DIV(both, square(amplitude_rad_s))));
+        ADD(square(sway_real_scale(fit_se, 1)), DIV(variance, square(amplitude_rad_s))));
 }
 
 void sway_margin_learn_unrest(sway_unrest_t *unrest, int64_t time_us, sway_real_t difference,
-                              sway_real_t amplitude_rad_s, sway_real_t steered_rad_s)
+                              sway_real_t amplitude_rad_s)
 {
     int64_t elapsed_us = time_us - unrest->time_us;
     unrest->time_us = time_us;
     if (!unrest->started) {
         unrest->started = true;
         unrest->variance = square(ppm(UNREST_START_URAD_S));
-        unrest->learnt_us = UNREST_START_US;
         return;
     }
     elapsed_us = elapsed_us > UNREST_TIME_US / 8 ? UNREST_TIME_US / 8 : elapsed_us;
-    unrest->learnt_us += (int32_t)elapsed_us;
-    unrest->learnt_us = unrest->learnt_us > UNREST_TIME_US ? UNREST_TIME_US : unrest->learnt_us;
-    const sway_real_t least = square(ppm(UNREST_LEAST_URAD_S));
     const sway_real_t most = square(ppm(UNREST_MOST_URAD_S));
-    const sway_real_t moved =
-        SUB(square(MUL(difference, amplitude_rad_s)), square_of_hand(steered_rad_s));
-    const sway_real_t seen = sway_real_max(sway_real_min(moved, most), sway_real_int(0));
-    const sway_real_t weight = sway_real_ratio(elapsed_us, unrest->learnt_us);
+    const sway_real_t seen = sway_real_min(square(MUL(difference, amplitude_rad_s)), most);
+    const sway_real_t weight = sway_real_ratio(elapsed_us, UNREST_TIME_US);
     unrest->variance = ADD(unrest->variance, MUL(weight, SUB(seen, unrest->variance)));
-    unrest->variance = sway_real_max(unrest->variance, least);
+    unrest->variance = sway_real_max(unrest->variance, square(ppm(UNREST_LEAST_URAD_S)));
 }
 
 sway_belief_t sway_margin_combine(const sway_margin_damping_t *model,

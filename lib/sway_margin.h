@@ -84,6 +84,9 @@ void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle);
 sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *identify,
                                int64_t time_us, sway_real_t speed_m_s);
 
+/// What the next slice costs about, in the unit of SWAY_SLICE_COST.
+uint32_t sway_margin_cost(const sway_margin_t *margin);
+
 /// One slice; true while more is to be done. Then margin->model is the result. Derivatives to the
 /// parameters change slowly: after the first time, SWAY_MARGIN_TURN of them are renewed each time.
 bool sway_margin_run(sway_margin_t *margin);
@@ -102,21 +105,16 @@ typedef struct {
 typedef struct {
     sway_real_t variance; ///< of the amplitude, (rad/s)^2
     int64_t time_us;
-    int32_t learnt_us; ///< how long it has been learnt, up to its memory
     bool started;
 } sway_unrest_t;
 
-/// Standard error of the signal's damping ratio: twice that of the fit, the unrest's, and the
-/// driver's. A hand that moves the wheel at the line's frequency, so that the yaw rate would follow
-/// with `steered_rad_s` if it were slow, adds up to 3/4 steered / amplitude to the damping ratio
-/// (1/2 for a plain oscillator; 0.55 to 0.9 for the mode of combinations, by their residues).
+/// Standard error of the signal's damping ratio: twice that of the fit, and the unrest's.
 sway_real_t sway_margin_signal_se(const sway_unrest_t *unrest, sway_real_t fit_se,
-                                  sway_real_t amplitude_rad_s, sway_real_t steered_rad_s);
+                                  sway_real_t amplitude_rad_s);
 
-/// Learns from the difference between the signal's damping ratio and the combined one, less what
-/// the driver's hand may have done.
+/// Learns from the difference between the signal's damping ratio and the combined one.
 void sway_margin_learn_unrest(sway_unrest_t *unrest, int64_t time_us, sway_real_t difference,
-                              sway_real_t amplitude_rad_s, sway_real_t steered_rad_s);
+                              sway_real_t amplitude_rad_s);
 
 /// Combined damping ratio. `disagrees` is set where the two differ beyond their errors.
 sway_belief_t sway_margin_combine(const sway_margin_damping_t *model,

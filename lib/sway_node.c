@@ -97,8 +97,22 @@ static void find_news(sway_node_t *node)
     }
 }
 
+bool sway_node_run(sway_node_t *node)
+{
+    if (!node->is_due) {
+        return false;
+    }
+    node->is_due = sway_core_run(&node->core);
+    if (sway_core_status(&node->core)->sequence != node->sequence) {
+        find_news(node);
+    }
+    return node->is_due;
+}
+
 void sway_node_time(sway_node_t *node, int64_t time_us)
 {
+    while (sway_node_run(node)) {
+    }
     advance(node, time_us);
     find_news(node);
 }
@@ -181,14 +195,6 @@ static sway_error_t feed(sway_node_t *node, int64_t time_us, const sway_sample_t
     return sway_core_input(&node->core, sample->input, time_us, sample->value);
 }
 
-static void work(sway_node_t *node)
-{
-    uint32_t slices = SWAY_NODE_SLICES;
-    while ((slices > 0U || node->core.rows > 0U) && sway_core_run(&node->core)) {
-        slices -= slices > 0U ? 1U : 0U;
-    }
-}
-
 static sway_error_t use(sway_node_t *node, sway_message_t message, int64_t time_us,
                         const uint8_t *data)
 {
@@ -204,7 +210,7 @@ static sway_error_t use(sway_node_t *node, sway_message_t message, int64_t time_
     node->message[message].accepted_us = time_us;
     node->message[message].state = (uint8_t)(frozen ? SWAY_MESSAGE_STUCK : SWAY_MESSAGE_GOOD);
     count(&node->accepted, 1U);
-    work(node);
+    node->is_due = true;
     return result;
 }
 
@@ -233,6 +239,8 @@ static sway_error_t judge(sway_node_t *node, int64_t time_us, uint32_t can_id, u
 sway_error_t sway_node_receive(sway_node_t *node, int64_t time_us, uint32_t can_id, uint8_t dlc,
                                const uint8_t *data)
 {
+    while (sway_node_run(node)) {
+    }
     advance(node, time_us);
     const sway_error_t result = judge(node, time_us, can_id, dlc, data);
     find_news(node);

@@ -2,7 +2,11 @@
 ///
 ///     sway_node_init(&node, &config);
 ///     on every frame received:  sway_node_receive(&node, time_us, can_id, dlc, data);
+///     then:                     while (sway_node_run(&node)) {}
 ///     then:                     while (sway_node_transmit(&node, &id, &dlc, data)) { send }
+///
+/// Receiving is short; the work is in sway_node_run(), in slices of at most SWAY_SLICE_COST. Other
+/// things may be done between any two calls, as long as they come in this order.
 ///
 /// Everything is driven by the timestamps of the frames, so the same frames give the same status
 /// frames on every machine, live or replayed. A port that can see the bus go silent calls
@@ -37,11 +41,6 @@
 #if SWAY_NODE_HEARTBEAT_US < 10000 || SWAY_NODE_HEARTBEAT_US > 1000000
 #error "SWAY_NODE_HEARTBEAT_US: 10000 to 1000000"
 #endif
-
-/// Slices of sway_core_run() done with each frame that is used, so that no frame takes much longer
-/// than another: a grid tick's slices are spread over the four messages that the judgement needs.
-/// Where fewer frames come, the rest is done before the next tick's.
-#define SWAY_NODE_SLICES ((1U + SWAY_CORE_LINE_SLICES + SWAY_CORE_MARGIN_SLICES + 3U) / 4U)
 
 /// Equal counters in a row that make a stuck one.
 #define SWAY_NODE_STUCK_REPEATS 3U
@@ -87,6 +86,7 @@ typedef struct {
     uint8_t counter[SWAY_OUTPUT_COUNT];        ///< of the next frame of each output
     int32_t alarm_sent;                        ///< what the last alarm frame said, lost inputs too
     bool started;
+    bool is_due; ///< sway_node_run() may have something to do
 } sway_node_t;
 
 /// Resets everything, fault counters included. Errors as sway_core_init(); `node` is not usable
@@ -95,8 +95,9 @@ sway_error_t sway_node_init(sway_node_t *node, const sway_core_config_t *config)
 
 /// One frame from the bus: `time_us` when it was received (any epoch, never going back by more than
 /// the bus's own jitter), `can_id` its identifier (of 11 bits; with bit 31 set for one of 29 bits,
-/// none of which is ours), `dlc` its length in bytes, `data` that many bytes. A share of the core's
-/// work that is due is done before return (SWAY_NODE_SLICES).
+/// none of which is ours), `dlc` its length in bytes, `data` that many bytes. Decodes, checks and
+/// stores. If sway_node_run() has not been called until false since the last frame, what is due is
+/// done first: the results are the same, only this call is long then.
 ///
 /// SWAY_OK: used. SWAY_ERROR_UNKNOWN_ID: not ours. SWAY_ERROR_FRAME: wrong length, CRC or counter.
 /// SWAY_ERROR_RANGE or SWAY_ERROR_TIME: one of its samples was refused by the core. All are
@@ -104,12 +105,15 @@ sway_error_t sway_node_init(sway_node_t *node, const sway_core_config_t *config)
 sway_error_t sway_node_receive(sway_node_t *node, int64_t time_us, uint32_t can_id, uint8_t dlc,
                                const uint8_t *data);
 
+/// One slice of the work that the last frame has made due; false: nothing was.
+bool sway_node_run(sway_node_t *node);
+
 /// Bus time goes on without a frame: finds messages that have timed out and lets the heartbeat
 /// beat. Times before the newest one are ignored.
 void sway_node_time(sway_node_t *node, int64_t time_us);
 
 /// The next status frame that is due: true, with its identifier, length (8) and 8 bytes; false:
-/// none is due. Call until false after each sway_node_receive() and sway_node_time().
+/// none is due. Call until false when sway_node_run() has returned false.
 bool sway_node_transmit(sway_node_t *node, uint32_t *can_id, uint8_t *dlc, uint8_t *data);
 
 /// Count of one fault of frames since start.

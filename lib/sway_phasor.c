@@ -36,7 +36,9 @@ void sway_phasor_add(sway_phasor_t *sum, const sway_phasor_t *term)
 {
     sum->value = sway_complex_add(sum->value, term->value);
     for (int i = 0; i < (int)SWAY_FROM_COUNT; i++) {
-        sum->slope[i] = sway_complex_add(sum->slope[i], term->slope[i]);
+        if (!is_zero(term->slope[i])) {
+            sum->slope[i] = sway_complex_add(sum->slope[i], term->slope[i]);
+        }
     }
     sum->known = sum->known && term->known;
 }

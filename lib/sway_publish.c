@@ -90,17 +90,18 @@ static void put_inertias(sway_status_t *status, const sway_identify_t *id)
     }
 }
 
-static void put_identification(sway_status_t *status, const sway_identify_t *id)
+void sway_publish_part(sway_status_t *status, const sway_identify_t *id, uint32_t part)
 {
-    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
-        if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle)) != 0U) {
-            put_axle(&status->axle[axle], &id->axle[axle]);
-        }
-        if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT_LOAD << (uint32_t)axle)) != 0U) {
-            put_load(&status->axle[axle], &id->axle[axle]);
-        }
+    if (part >= (uint32_t)SWAY_AXLE_COUNT) {
+        put_inertias(status, id);
+        return;
     }
-    put_inertias(status, id);
+    if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT << part)) != 0U) {
+        put_axle(&status->axle[part], &id->axle[part]);
+    }
+    if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT_LOAD << part)) != 0U) {
+        put_load(&status->axle[part], &id->axle[part]);
+    }
 }
 
 static void put_steady(sway_status_t *status, const sway_stm_static_t *steady)
@@ -170,7 +171,6 @@ void sway_publish(sway_status_t *status, const sway_publish_t *from)
     }
     if (from->identify != NULL) {
         valid |= from->identify->valid;
-        put_identification(status, from->identify);
     }
     if (from->model != NULL) {
         valid |= put_model(status, from);

@@ -21,8 +21,14 @@ typedef struct {
     sway_belief_t belief;
 } sway_publish_t;
 
-/// Writes everything but alarm, sequence and fault counters. What is not valid now keeps its last
-/// value and is marked old, if it ever was valid.
+/// Parts of what is identified: the axles and the inertias.
+#define SWAY_PUBLISH_PARTS ((uint32_t)SWAY_AXLE_COUNT + 1U)
+
+/// Writes one part (0..SWAY_PUBLISH_PARTS-1); all of them before sway_publish().
+void sway_publish_part(sway_status_t *status, const sway_identify_t *identify, uint32_t part);
+
+/// Writes all but those parts, alarm, sequence and fault counters. What is not valid now keeps its
+/// last value and is marked old, if it ever was valid.
 void sway_publish(sway_status_t *status, const sway_publish_t *from);
 
 #endif

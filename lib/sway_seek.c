@@ -59,6 +59,7 @@ sway_error_t sway_seek_start(sway_seek_t *seek, const sway_seek_config_t *config
     seek->points = rows / seek->block;
     seek->head = ring->head;
     seek->loaded = 0;
+    seek->transformed = false;
     memset(seek->power, 0, sizeof seek->power);
     return SWAY_OK;
 }
@@ -71,8 +72,9 @@ static void take_slope_out(int32_t *data, int64_t n)
         moment += data[b] * (2 * b - n + 1);
     }
     const int64_t spread = n * (n * n - 1) / 3;
+    const int64_t slope = moment / spread;
     for (int64_t b = 0; b < n; b++) {
-        data[b] -= (int32_t)(moment / spread * (2 * b - n + 1));
+        data[b] -= (int32_t)(slope * (2 * b - n + 1));
     }
 }
 
@@ -157,6 +159,16 @@ static void add_power(sway_seek_t *seek, int sign)
     }
 }
 
+static void add_powers(sway_seek_t *seek)
+{
+    add_power(seek, 1);
+    if (seek->loaded == 2U) {
+        add_power(seek, -1);
+    }
+    seek->loaded = 0;
+    seek->transformed = false;
+}
+
 static uint32_t take_channel(sway_seek_t *seek)
 {
     for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
@@ -171,6 +183,10 @@ static uint32_t take_channel(sway_seek_t *seek)
 bool sway_seek_run(sway_seek_t *seek, const sway_ring_t *ring)
 {
     const uint32_t loaded = seek->loaded;
+    if (seek->transformed) {
+        add_powers(seek);
+        return seek->pending_mask != 0U;
+    }
     if (loaded < 2U) {
         const uint32_t channel = take_channel(seek);
         if (channel < SWAY_CHANNELS) {
@@ -187,12 +203,8 @@ bool sway_seek_run(sway_seek_t *seek, const sway_ring_t *ring)
     }
     kiss_fft((kiss_fft_cfg)(void *)seek->state, (const kiss_fft_cpx *)(void *)seek->input,
              (kiss_fft_cpx *)(void *)seek->output);
-    add_power(seek, 1);
-    if (loaded == 2U) {
-        add_power(seek, -1);
-    }
-    seek->loaded = 0;
-    return seek->pending_mask != 0U;
+    seek->transformed = true;
+    return true;
 }
 
 sway_real_t sway_seek_offset(sway_real_t below, sway_real_t middle, sway_real_t above)

@@ -28,6 +28,7 @@ typedef struct {
     sway_seek_config_t config;
     uint32_t pending_mask;                ///< channels still to be transformed
     uint32_t loaded;                      ///< channels in the input: 0..2
+    bool transformed;                     ///< the output is there
     uint32_t block;                       ///< rows in a point
     uint32_t points;                      ///< points with data
     uint32_t head;                        ///< ring slot after the newest row when the search began
@@ -45,7 +46,8 @@ void sway_seek_init(sway_seek_t *seek);
 sway_error_t sway_seek_start(sway_seek_t *seek, const sway_seek_config_t *config,
                              const sway_ring_t *ring);
 
-/// One slice: one channel is loaded, or one pair transformed. True while more is to be done.
+/// One slice: one channel is loaded, one pair transformed, or its power added. True while more is
+/// to be done.
 bool sway_seek_run(sway_seek_t *seek, const sway_ring_t *ring);
 
 /// Angular frequency of the highest point in the band. False: there is no power in the band.

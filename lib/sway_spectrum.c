@@ -6,8 +6,8 @@
 
 /* Bounds of one slice: table entries (two Taylor series each) and rows (channels x bins products).
  */
-#define TABLE_SLICE 16U
-#define ROW_SLICE 6U
+#define TABLE_SLICE 8U
+#define ROW_SLICE 3U
 
 sway_error_t sway_spectrum_init(sway_spectrum_t *spectrum, uint32_t window)
 {

@@ -439,27 +439,47 @@ sway_complex_t sway_stm_dominant(const sway_stm_roots_t *roots)
 
 /* --- derivatives ------------------------------------------------------------------------------ */
 
-sway_complex_t sway_stm_slope_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
+/* f is analytic in s: a difference along one direction is enough. */
+static sway_real_t step_s(sway_complex_t s)
 {
-    /* f is analytic in s: a difference along one direction is enough. */
-    const bool at_rest = sway_real_is_zero(s.re) && sway_real_is_zero(s.im);
-    const sway_real_t size = at_rest ? sway_real_int(1) : sway_complex_abs(s);
-    const sway_real_t step = MUL(size, sway_real_ratio(1, 1000));
-    const sway_complex_t up = sway_complex(ADD(s.re, step), s.im);
-    const sway_complex_t down = sway_complex(SUB(s.re, step), s.im);
-    const sway_complex_t difference =
-        CSUB(sway_stm_characteristic(stm, up, v), sway_stm_characteristic(stm, down, v));
+    return MUL(sway_complex_abs(s), sway_real_ratio(1, 1000));
+}
+
+static sway_real_t step_v(sway_real_t v)
+{
+    return MUL(v, sway_real_ratio(1, 1000));
+}
+
+static sway_complex_t over_twice(sway_complex_t difference, sway_real_t step)
+{
     const sway_real_t twice = sway_real_scale(step, 1);
     return sway_complex(DIV(difference.re, twice), DIV(difference.im, twice));
 }
 
-sway_complex_t sway_stm_slope_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
+sway_complex_t sway_stm_above_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
 {
-    const sway_real_t step = MUL(v, sway_real_ratio(1, 1000));
-    const sway_complex_t difference = CSUB(sway_stm_characteristic(stm, s, ADD(v, step)),
-                                           sway_stm_characteristic(stm, s, SUB(v, step)));
-    const sway_real_t twice = sway_real_scale(step, 1);
-    return sway_complex(DIV(difference.re, twice), DIV(difference.im, twice));
+    s.re = ADD(s.re, step_s(s));
+    return sway_stm_characteristic(stm, s, v);
+}
+
+sway_complex_t sway_stm_slope_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v,
+                                sway_complex_t above)
+{
+    const sway_real_t step = step_s(s);
+    s.re = SUB(s.re, step);
+    return over_twice(CSUB(above, sway_stm_characteristic(stm, s, v)), step);
+}
+
+sway_complex_t sway_stm_above_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
+{
+    return sway_stm_characteristic(stm, s, ADD(v, step_v(v)));
+}
+
+sway_complex_t sway_stm_slope_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v,
+                                sway_complex_t above)
+{
+    const sway_real_t step = step_v(v);
+    return over_twice(CSUB(above, sway_stm_characteristic(stm, s, SUB(v, step))), step);
 }
 
 /* The field of `body` that a parameter is; `other` the body's index. */

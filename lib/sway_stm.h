@@ -90,10 +90,14 @@ sway_complex_t sway_stm_dominant(const sway_stm_roots_t *roots);
 /// Damping ratio -Re s/|s| (3.39); 0 for s = 0.
 sway_real_t sway_stm_damping_ratio(sway_complex_t s);
 
-/// df/ds at (s, v), from a central difference.
-sway_complex_t sway_stm_slope_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v);
-/// df/dv at (s, v).
-sway_complex_t sway_stm_slope_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v);
+/// f a little above (s, v) in s or in v: the first half of a central difference.
+sway_complex_t sway_stm_above_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v);
+sway_complex_t sway_stm_above_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v);
+/// df/ds and df/dv at (s, v), from `above` and f a little below.
+sway_complex_t sway_stm_slope_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v,
+                                sway_complex_t above);
+sway_complex_t sway_stm_slope_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v,
+                                sway_complex_t above);
 /// Change of f for +1 % of a parameter.
 sway_complex_t sway_stm_slope_parameter(const sway_stm_t *stm, sway_complex_t s, sway_real_t v,
                                         sway_parameter_t parameter);

@@ -8,7 +8,7 @@
 /* Estimates in a row without a line after which the search begins again. */
 #define LOST_LIMIT 3U
 
-enum { TRACK_IDLE, TRACK_SEEK, TRACK_LINE, TRACK_TONE_SEEK, TRACK_TONE };
+enum { TRACK_IDLE, TRACK_SEEK, TRACK_LINE, TRACK_TONE_SEEK, TRACK_TONE, TRACK_HELD };
 
 #define STEERING SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE)
 
@@ -68,6 +68,7 @@ void sway_track_push(sway_track_t *track, const sway_tick_t *tick)
         empty(track);
     }
     sway_ring_push(&track->ring, tick);
+    track->spectrum_first = true;
     if (track->spectrum.window > 0U) {
         sway_spectrum_push(&track->spectrum, &track->ring);
     }
@@ -240,7 +241,7 @@ static void start_estimate(sway_track_t *track)
                start_seek(track, STEERING)) {
         track->state = TRACK_TONE_SEEK;
     } else {
-        start_held_line(track);
+        track->state = TRACK_HELD;
     }
 }
 
@@ -259,7 +260,7 @@ static void run_tone_seek(sway_track_t *track)
         sway_line_start(&track->job, &tone, &track->ring, window, omega) == SWAY_OK) {
         track->state = TRACK_TONE;
     } else {
-        start_held_line(track);
+        track->state = TRACK_HELD;
     }
 }
 
@@ -280,7 +281,7 @@ static void take_tone(sway_track_t *track)
         sway_real_less(sway_real_abs(change), steady)) {
         track->forced_rad_s = tone->omega_rad_s;
     }
-    start_held_line(track);
+    track->state = TRACK_HELD;
 }
 
 /* The sliding sums follow the window when it has changed by more than a sixteenth. */
@@ -369,8 +370,34 @@ static void run_idle(sway_track_t *track)
 {
     if (track->rows_to_hop == 0U) {
         start_estimate(track);
-    } else if (spectrum_pending(track)) {
-        (void)sway_spectrum_run(&track->spectrum, &track->ring);
+    }
+}
+
+/* See SWAY_SLICE_COST. */
+enum { COST_START = 12, COST_HELD = 36, COST_SEEK = 60, COST_SPECTRUM = 41 };
+
+/* With each row the sums are filled by a slice, before the estimate goes on. */
+static bool spectrum_is_next(const sway_track_t *track)
+{
+    return track->spectrum_first && spectrum_pending(track);
+}
+
+uint32_t sway_track_cost(const sway_track_t *track)
+{
+    if (spectrum_is_next(track)) {
+        return COST_SPECTRUM;
+    }
+    switch (track->state) {
+    case TRACK_SEEK:
+    case TRACK_TONE_SEEK:
+        return COST_SEEK;
+    case TRACK_HELD:
+        return COST_HELD;
+    case TRACK_LINE:
+    case TRACK_TONE:
+        return sway_line_cost(&track->job);
+    default:
+        return track->rows_to_hop == 0U ? COST_START : 0U;
     }
 }
 
@@ -388,6 +415,11 @@ static void run_line(sway_track_t *track)
 
 bool sway_track_run(sway_track_t *track)
 {
+    if (spectrum_is_next(track)) {
+        (void)sway_spectrum_run(&track->spectrum, &track->ring);
+        track->spectrum_first = false;
+        return true;
+    }
     switch (track->state) {
     case TRACK_SEEK:
         run_seek(track);
@@ -399,11 +431,14 @@ bool sway_track_run(sway_track_t *track)
     case TRACK_TONE:
         run_line(track);
         break;
+    case TRACK_HELD:
+        start_held_line(track);
+        break;
     default:
         run_idle(track);
         break;
     }
-    return track->state != TRACK_IDLE || track->rows_to_hop == 0U || spectrum_pending(track);
+    return track->state != TRACK_IDLE || track->rows_to_hop == 0U || spectrum_is_next(track);
 }
 
 const sway_line_t *sway_track_line(const sway_track_t *track)

@@ -1,8 +1,8 @@
 /// sway_track: holds the dominant line: ring, sliding spectrum, search and estimates in one loop.
 ///
-/// Push every row of the grid, then call sway_track_run() a fixed number of times (at least
-/// SWAY_TRACK_SLICES) per row: each call is one bounded slice. Every window/16 rows an estimate
-/// starts; its result replaces the last one and `sequence` counts up.
+/// Push every row of the grid, then call sway_track_run() for work of a fixed cost per row, told by
+/// sway_track_cost(): each call is one bounded slice. Every window/16 rows an estimate starts, or
+/// when the last one is done; its result replaces the last one and `sequence` counts up.
 /// A break of the line (a step, an onset) that one window has shown clearly is in all windows until
 /// it has left them, though a damped line may fit some of them well: they are all flagged.
 /// Where the frequency has changed over the last window by more than 4 standard errors, the
@@ -14,8 +14,8 @@
 #include "sway_seek.h"
 #include "sway_spectrum.h"
 
-/// Slices per row that let every estimate end before the next starts.
-#define SWAY_TRACK_SLICES 8
+/// Slices per row that let every estimate end before the next starts, where nobody counts costs.
+#define SWAY_TRACK_SLICES 24
 
 typedef struct {
     int32_t sample_period_us;    ///< of the grid
@@ -45,6 +45,7 @@ typedef struct {
     uint32_t lost;        ///< estimates in a row that held no line
     uint32_t state;
     bool locked;
+    bool spectrum_first;      ///< a row has come since the sums were filled by a slice
     bool free;                ///< the line was there while the steering was quiet
     sway_real_t forced_rad_s; ///< the driver's tone, found for the estimate that follows; or 0
     sway_real_t omega_rad_s;  ///< start of the next estimate
@@ -62,6 +63,9 @@ sway_error_t sway_track_init(sway_track_t *track, const sway_track_config_t *con
 
 /// Takes one row of the grid. A row with `restart` empties the ring.
 void sway_track_push(sway_track_t *track, const sway_tick_t *tick);
+
+/// What the next slice costs about, in the unit of SWAY_SLICE_COST; 0: nothing is pending.
+uint32_t sway_track_cost(const sway_track_t *track);
 
 /// One bounded slice of pending work; true while more is pending.
 bool sway_track_run(sway_track_t *track);

@@ -42,7 +42,7 @@ SWAY_INLINE int64_t sway_wide(int32_t a, int32_t b)
 #endif
 }
 
-/// Sum of a[i] b[i], |a| and |b| < 2^29, exact as long as it is below 2^63; n > 0.
+/// Sum of a[i] b[i], |a| and |b| < 2^29, exact as long as it is below 2^63.
 SWAY_INLINE int64_t sway_wide_dot(const int32_t *a, const int32_t *b, uint32_t n)
 {
 #if defined(__ARM_ARCH_6M__) && defined(__GNUC__)
@@ -51,6 +51,9 @@ SWAY_INLINE int64_t sway_wide_dot(const int32_t *a, const int32_t *b, uint32_t n
     const int32_t *const end = a + n;
     uint32_t low = 0;
     uint32_t high = 0;
+    if (n == 0U) {
+        return 0;
+    }
     __asm__(".syntax unified\n"
             "1: ldmia %[a]!, {r3}\n"
             "ldmia %[b]!, {r4}\n"

@@ -276,19 +276,27 @@ static void take(sway_ecu_t *ecu, const sway_port_frame_t *frame)
     }
 }
 
-/* Everything that the node has to say, until the port has no room. */
-static void give(sway_ecu_t *ecu)
+/* One frame that is due: of the node, else the report. */
+static bool give(sway_ecu_t *ecu)
 {
     sway_port_frame_t frame;
     uint32_t id = 0;
-    while (!ecu->outgoing_waits && ecu->state == SWAY_ECU_RUNNING &&
-           sway_node_transmit(&ecu->node, &id, &frame.dlc, frame.data)) {
+    if (ecu->state == SWAY_ECU_RUNNING &&
+        sway_node_transmit(&ecu->node, &id, &frame.dlc, frame.data)) {
         frame.id = (uint16_t)id;
         send(ecu, &frame);
+        return true;
     }
-    if (!ecu->outgoing_waits && ecu->now_us >= ecu->report_due_us) {
+    if (ecu->now_us >= ecu->report_due_us) {
         send_report(ecu);
+        return true;
     }
+    return false;
+}
+
+static bool work(sway_ecu_t *ecu)
+{
+    return ecu->state == SWAY_ECU_RUNNING && sway_node_run(&ecu->node);
 }
 
 static void offer_again(sway_ecu_t *ecu)
@@ -321,14 +329,18 @@ bool sway_ecu_poll(sway_ecu_t *ecu)
         ecu->port.alive(ecu->port.context);
     }
     offer_again(ecu);
-    sway_port_frame_t frame;
-    const bool received = !ecu->outgoing_waits && ecu->port.receive(ecu->port.context, &frame);
-    if (received) {
-        take(ecu, &frame);
-    } else {
-        const int64_t now_us = ecu->port.time_us(ecu->port.context);
-        idle(ecu, now_us);
+    if (ecu->outgoing_waits) {
+        idle(ecu, ecu->port.time_us(ecu->port.context));
+        return false;
     }
-    give(ecu);
-    return received;
+    if (work(ecu) || give(ecu)) {
+        return true;
+    }
+    sway_port_frame_t frame;
+    if (ecu->port.receive(ecu->port.context, &frame)) {
+        take(ecu, &frame);
+        return true;
+    }
+    idle(ecu, ecu->port.time_us(ecu->port.context));
+    return give(ecu);
 }

@@ -85,8 +85,9 @@ void sway_ecu_fail(sway_ecu_t *ecu, sway_ecu_cause_t cause);
 /// Tells `cause` in SwayFaultReport from now on, at once the first time; the ECU goes on running.
 void sway_ecu_warn(sway_ecu_t *ecu, sway_ecu_cause_t cause);
 
-/// Takes at most one frame, gives out what is due. False: there was nothing to do, the caller may
-/// sleep until the next frame.
+/// Does one thing, the first of these that is due: one slice of work (at most SWAY_SLICE_COST), one
+/// frame sent, one frame received. False: there was nothing to do, the caller may sleep until the
+/// next frame.
 bool sway_ecu_poll(sway_ecu_t *ecu);
 
 /// For fault handlers: writes down what happened; reset the processor afterwards. Uses no stack to

@@ -20,10 +20,10 @@ typedef struct {
 } counts_t;
 
 static uint32_t began_at;
-static uint32_t call; // instructions of the frame at hand so far
+static uint32_t call; // instructions of the poll at hand so far
 static uint32_t row;  // of the 10 ms at hand
 static int64_t row_number;
-static counts_t frames;
+static counts_t polls[REPLAY_KINDS];
 static counts_t rows;
 
 static uint32_t bin_of(uint32_t instructions)
@@ -73,11 +73,11 @@ void figures_began(int64_t time_us)
     began_at = bench_now();
 }
 
-void figures_returned(bool is_finished)
+void figures_stopped(replay_did_t what)
 {
-    call += began_at == 0U ? 0U : bench_instructions(began_at, bench_now());
-    if (is_finished && began_at != 0U) {
-        add(&frames, call);
+    call += bench_instructions(began_at, bench_now());
+    if (what != REPLAY_NOT_DONE) {
+        add(&polls[what], call);
         row += call;
         call = 0;
     }
@@ -103,14 +103,28 @@ static void line(int32_t file, const char *name, int64_t value)
     (void)semihosting_write(file, text, at);
 }
 
+static void put(int32_t file, const char *name, const char *what, int64_t value)
+{
+    char text[32];
+    const size_t size = strlen(name);
+    memcpy(text, name, size);
+    memcpy(text + size, what, strlen(what) + 1U);
+    line(file, text, value);
+}
+
 void figures_write(const char *path, const sway_ecu_t *ecu)
 {
+    static const char *const names[REPLAY_KINDS] = {"", "work", "send", "receive"};
     const uint32_t stack = bench_stack_used();
     const int32_t file = semihosting_open(path, SEMIHOSTING_WRITE);
-    line(file, "frames", frames.count);
-    line(file, "instructions", (int64_t)frames.total);
-    line(file, "frame_median", quantile(&frames, 500));
-    line(file, "frame_longest", frames.longest);
+    uint64_t total = 0;
+    for (replay_did_t what = REPLAY_WORKED; what < REPLAY_KINDS; what++) {
+        total += polls[what].total;
+        put(file, names[what], "", polls[what].count);
+        put(file, names[what], "_median", quantile(&polls[what], 500));
+        put(file, names[what], "_longest", polls[what].longest);
+    }
+    line(file, "instructions", (int64_t)total);
     line(file, "rows", rows.count);
     line(file, "row_median", quantile(&rows, 500));
     line(file, "row_quiet", quantile(&rows, 30)); // before the first estimate

@@ -117,7 +117,7 @@ int main(void)
                                       .check = check,
                                       .alive = alive,
                                       .began = figures_began,
-                                      .returned = figures_returned};
+                                      .stopped = figures_stopped};
     semihosting_arguments(arguments, sizeof arguments);
     char *rest = arguments;
     const char *block_path = replay_word(&rest);

@@ -26,25 +26,13 @@ static sway_ecu_cause_t check(void)
     return SWAY_ECU_NO_CAUSE;
 }
 
-static void began(int64_t time_us)
-{
-    (void)time_us;
-}
-
-static void returned(bool is_finished)
-{
-    (void)is_finished;
-}
-
 int main(int argc, char **argv)
 {
     static const replay_machine_t machine = {.open = machine_open,
                                              .read = machine_read,
                                              .write = machine_write,
                                              .standard_output = STDOUT_FILENO,
-                                             .check = check,
-                                             .began = began,
-                                             .returned = returned};
+                                             .check = check};
     static sway_ecu_t ecu;
     static sway_ecu_retained_t retained;
     return replay_run(&ecu, &retained, &machine, argc > 1 ? argv[1] : "", argc > 2 ? argv[2] : "",

@@ -53,12 +53,27 @@ bool replay_next(replay_t *replay, sway_port_frame_t *frame)
     return false;
 }
 
+static void stop(const replay_t *replay, replay_did_t what)
+{
+    if (replay->machine->stopped != NULL) {
+        replay->machine->stopped(what);
+    }
+}
+
+static void go_on(const replay_t *replay)
+{
+    if (replay->machine->began != NULL) {
+        replay->machine->began(replay->time_us);
+    }
+}
+
 static bool replay_receive(void *context, sway_port_frame_t *frame)
 {
     replay_t *replay = context;
-    replay->machine->returned(true);
+    stop(replay, REPLAY_NOT_DONE);
     const bool received = replay_next(replay, frame);
-    replay->machine->began(replay->time_us);
+    replay->did = received ? REPLAY_RECEIVED : replay->did;
+    go_on(replay);
     return received;
 }
 
@@ -74,9 +89,10 @@ void replay_put(replay_t *replay, const sway_port_frame_t *frame)
 static bool replay_send(void *context, const sway_port_frame_t *frame)
 {
     replay_t *replay = context;
-    replay->machine->returned(false);
+    stop(replay, REPLAY_NOT_DONE);
     replay_put(replay, frame);
-    replay->machine->began(replay->time_us);
+    replay->did = REPLAY_SENT;
+    go_on(replay);
     return true;
 }
 
@@ -159,7 +175,10 @@ int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, const replay_mach
         sway_ecu_fail(ecu, cause);
     }
     while (!replay.is_done) {
+        replay.did = REPLAY_WORKED;
+        go_on(&replay);
         (void)sway_ecu_poll(ecu);
+        stop(&replay, replay.did);
     }
     return replay.failed ? 1 : 0;
 }

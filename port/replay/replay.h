@@ -7,6 +7,15 @@
 
 #include "sway_ecu.h"
 
+/// What one sway_ecu_poll() has done.
+typedef enum {
+    REPLAY_NOT_DONE, ///< it is not over yet
+    REPLAY_WORKED,
+    REPLAY_SENT,
+    REPLAY_RECEIVED,
+    REPLAY_KINDS
+} replay_did_t;
+
 /// Files and clock of the machine. A file is a number that `open` gave, negative: refused.
 typedef struct {
     int32_t (*open)(const char *path, bool write);
@@ -15,9 +24,10 @@ typedef struct {
     int32_t standard_output;
     sway_ecu_cause_t (*check)(void); ///< start-up checks of the machine
     void (*alive)(void *context);    ///< serves the watchdog; may be NULL
-    void (*began)(int64_t time_us);  ///< the ECU takes over from the port
-    void (*returned)(
-        bool is_finished); ///< it calls the port: it has finished with a frame, or sends one
+    /// Optional, for counting what the ECU costs: it goes on now, at this time of the recording, or
+    /// stops: it calls the port, or sway_ecu_poll() has returned and has done `what`.
+    void (*began)(int64_t time_us);
+    void (*stopped)(replay_did_t what);
 } replay_machine_t;
 
 typedef struct {
@@ -28,6 +38,7 @@ typedef struct {
     size_t at;
     size_t end;
     int64_t time_us;
+    replay_did_t did; ///< in this poll
     uint32_t lines_refused;
     bool failed;
     bool is_done;

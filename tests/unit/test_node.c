@@ -58,7 +58,10 @@ static sway_error_t send(sway_message_t m, int64_t time_us, int16_t first, int16
     fill(data, first, second);
     sway_e2e_protect(id, counter[m], data);
     counter[m] = sway_e2e_next(counter[m]);
-    return sway_node_receive(&node, time_us, id, 8, data);
+    const sway_error_t error = sway_node_receive(&node, time_us, id, 8, data);
+    while (sway_node_run(&node)) {
+    }
+    return error;
 }
 
 static uint32_t skip(sway_message_t m, uint32_t n)

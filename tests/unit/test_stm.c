@@ -86,6 +86,16 @@ static void modes_at_five_speeds(void)
     }
 }
 
+static sway_complex_t slope_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
+{
+    return sway_stm_slope_s(stm, s, v, sway_stm_above_s(stm, s, v));
+}
+
+static sway_complex_t slope_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
+{
+    return sway_stm_slope_v(stm, s, v, sway_stm_above_v(stm, s, v));
+}
+
 static double sensitivity(const sway_stm_t *stm, sway_parameter_t parameter)
 {
     sway_real_t v;
@@ -94,9 +104,9 @@ static double sensitivity(const sway_stm_t *stm, sway_parameter_t parameter)
     const sway_complex_t s = {sway_real_int(0), omega};
     sway_real_t d_omega;
     sway_real_t d_v;
-    TEST_ASSERT_EQUAL_INT(
-        SWAY_OK, sway_stm_shift(sway_stm_slope_s(stm, s, v), sway_stm_slope_v(stm, s, v),
-                                sway_stm_slope_parameter(stm, s, v, parameter), &d_omega, &d_v));
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_shift(slope_s(stm, s, v), slope_v(stm, s, v),
+                                                  sway_stm_slope_parameter(stm, s, v, parameter),
+                                                  &d_omega, &d_v));
     return value(d_v) * 3.6;
 }
 
@@ -277,9 +287,9 @@ static void relaxation_lowers_the_critical_speed(void)
         const sway_complex_t s = {sway_real_int(0), omega};
         sway_real_t d_omega;
         sway_real_t d_v;
-        TEST_ASSERT_EQUAL_INT(
-            SWAY_OK, sway_stm_shift(sway_stm_slope_s(&stm, s, v), sway_stm_slope_v(&stm, s, v),
-                                    sway_stm_characteristic(&stm, s, v), &d_omega, &d_v));
+        TEST_ASSERT_EQUAL_INT(SWAY_OK,
+                              sway_stm_shift(slope_s(&stm, s, v), slope_v(&stm, s, v),
+                                             sway_stm_characteristic(&stm, s, v), &d_omega, &d_v));
         omega = sway_real_add(omega, d_omega);
         v = sway_real_add(v, d_v);
     }

@@ -69,6 +69,8 @@ size_t core_replay(sway_node_t *node, const int64_t *time_us, const uint32_t *ca
         (void)sway_node_receive(node, time_us[*next], can_id[*next], length[*next],
                                 data + *next * width); /* refusals are counted by the node */
         (*next)++;
+        while (sway_node_run(node)) {
+        }
     }
     return written;
 }

@@ -44,7 +44,10 @@ class Node:
     def receive(self, time_us: int, identifier: int, extended: bool, data: bytes) -> int:
         """One frame from the bus; the core's error code (0: used)."""
         can_id = identifier | (_EXTENDED if extended else 0)
-        return int(lib.sway_node_receive(self._node, time_us, can_id, len(data), data))
+        error = int(lib.sway_node_receive(self._node, time_us, can_id, len(data), data))
+        while lib.sway_node_run(self._node):
+            pass
+        return error
 
     def advance(self, time_us: int) -> None:
         """Bus time goes on without a frame."""
