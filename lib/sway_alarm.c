@@ -10,13 +10,13 @@ void sway_alarm_defaults(sway_alarm_config_t *config)
     config->margin_hysteresis_mm_s = 556;
     config->notice_damping_ratio_ppm = 50000;
     config->damping_hysteresis_ppm = 15000;
-    config->minimum_amplitude_urad_s = 34907;
+    config->minimum_amplitude_urad_s = 43633;
     config->large_amplitude_urad_s = 139626;
     config->limit_amplitude_urad_s = 261799;
     config->critical_time_ms = 3000;
     config->hold_ms = 2000;
     config->minimum_speed_mm_s = 8333;
-    config->confidence_milli = 1000;
+    config->confidence_milli = 750;
 }
 
 sway_error_t sway_alarm_init(sway_alarm_t *alarm, const sway_alarm_config_t *config)
@@ -118,8 +118,8 @@ static uint32_t speed_reasons(const sway_alarm_t *alarm, const sway_alarm_input_
     if (margin < config->notice_margin_mm_s + (noticed ? config->margin_hysteresis_mm_s : 0)) {
         reasons |= SWAY_REASON_SMALL_MARGIN;
     }
-    /* Beyond two standard errors; a user's stiffness alone does not warn. */
-    if (input->is_identified && -margin > 2 * input->v_crit_se_mm_s) {
+    /* Beyond 2.5 standard errors; a user's stiffness alone does not warn. */
+    if (input->is_identified && -margin / 5 * 2 > input->v_crit_se_mm_s) {
         reasons |= SWAY_REASON_ABOVE_CRITICAL_SPEED;
         reasons |= input->is_static ? SWAY_REASON_STATIC : 0U;
     }

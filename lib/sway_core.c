@@ -169,16 +169,27 @@ static sway_real_t amplitude(const sway_core_t *core)
     return sway_complex_abs(core->line.channel[yaw_channel(core)].amplitude);
 }
 
+/* Yaw rate that the wheel's movement at the line would cause if it were slow. */
+static sway_real_t steered(const sway_core_t *core)
+{
+    const uint32_t bit = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
+    const sway_margin_model_t *const model = &core->margin.model;
+    if ((core->line.valid_mask & bit) == 0U || !model->has_steady) {
+        return sway_real_int(0);
+    }
+    const sway_complex_t wheel = core->line.channel[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].amplitude;
+    const sway_real_t ratio = sway_real_ratio(1000, core->config.vehicle.car.steering_ratio_milli);
+    const sway_real_t gain = sway_real_abs(model->steady.yaw_rate_gain_1_s);
+    return sway_real_mul(sway_real_mul(sway_complex_abs(wheel), ratio), gain);
+}
+
 /* Damping ratio that the free oscillation shows. */
 static sway_margin_damping_t signal_damping(const sway_core_t *core)
 {
     const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_GAP;
     sway_margin_damping_t damping;
     sway_line_damping(&core->line, &damping.ratio, &damping.se);
-    damping.se = sway_margin_signal_se(&core->unrest, damping.se, amplitude(core));
-    if ((core->identify.quality & SWAY_QUALITY_MISFIT) != 0U) { // a gust or a swerve is in it
-        damping.se = sway_real_mul(damping.se, sway_real_ratio(3, 2));
-    }
+    damping.se = sway_margin_signal_se(&core->unrest, damping.se, amplitude(core), steered(core));
     damping.usable =
         line_is_usable(core) && (core->identify.quality & bad) == 0U && has_inputs(core);
     return damping;
@@ -251,7 +262,8 @@ static void learn(sway_core_t *core, const sway_margin_damping_t *combined)
         combined->usable) {
         sway_line_damping(&core->line, &ratio, &se);
         sway_margin_learn_unrest(&core->unrest, core->time_us,
-                                 sway_real_sub(ratio, combined->ratio), amplitude(core));
+                                 sway_real_sub(ratio, combined->ratio), amplitude(core),
+                                 steered(core));
     }
 }
 

@@ -345,9 +345,16 @@ static bool step_critical(sway_margin_t *margin)
     return true;
 }
 
+/* A limit with derivatives: oscillatory, or static at s = 0. */
 static bool critical_is_wanted(const sway_margin_t *margin)
 {
-    return margin->next.kind == SWAY_VCRIT_FOUND;
+    return margin->next.kind == SWAY_VCRIT_FOUND || margin->next.kind == SWAY_VCRIT_DIVERGENCE;
+}
+
+/* Lags move an oscillatory limit only. */
+static bool limit_is_moved(const sway_margin_t *margin)
+{
+    return margin->next.kind == SWAY_VCRIT_FOUND && has_lag(margin);
 }
 
 static sway_complex_t at_limit(const sway_margin_t *margin)
@@ -377,7 +384,7 @@ static sway_real_t limited(sway_real_t step, sway_real_t limit)
 static bool step_critical_newton(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
-    if (!critical_is_wanted(margin) || !has_lag(margin)) {
+    if (!limit_is_moved(margin)) {
         return true;
     }
     const sway_complex_t f =
@@ -405,7 +412,7 @@ static bool step_critical_newton(sway_margin_t *margin)
 static bool step_critical_range(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
-    if (critical_is_wanted(margin)) {
+    if (limit_is_moved(margin)) {
         if (sway_real_less(next->v_crit_m_s, sway_stm_speed_low())) {
             next->v_crit_m_s = sway_stm_speed_low();
             next->kind = SWAY_VCRIT_BELOW_RANGE;
@@ -420,12 +427,12 @@ static bool step_critical_range(sway_margin_t *margin)
 /* Slopes once more at the limit that was found, if it was far from where the search began. */
 static bool step_limit_slope_s(sway_margin_t *margin)
 {
-    return !(margin->far && has_lag(margin)) || step_critical_slope_s(margin);
+    return !(margin->far && limit_is_moved(margin)) || step_critical_slope_s(margin);
 }
 
 static bool step_limit_slope_v(sway_margin_t *margin)
 {
-    return !(margin->far && has_lag(margin)) || step_critical_slope_v(margin);
+    return !(margin->far && limit_is_moved(margin)) || step_critical_slope_v(margin);
 }
 
 /* Relative variances (1 % = 1) of the filtered quantity behind a parameter; 0 where it is fixed. */
@@ -503,8 +510,16 @@ static bool step_root_derivative(sway_margin_t *margin)
     return false;
 }
 
-/* Errors from the variances of the filtered quantities; a lightly damped root's ratio changes by
- * -Re ds/|s|. */
+/* Change of the damping ratio -Re s/|s| with the root: (ds_im re - ds_re im) im / |s|^3. A root
+ * that does not oscillate has a ratio of 1 or -1 whatever its size. */
+static sway_real_t ratio_change(sway_complex_t s, sway_complex_t ds)
+{
+    const sway_real_t across = SUB(MUL(ds.im, s.re), MUL(ds.re, s.im));
+    const sway_real_t size = sway_complex_abs(s);
+    return DIV(MUL(DIV(across, size), DIV(s.im, size)), size);
+}
+
+/* Errors from the variances of the filtered quantities. */
 static bool step_errors(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
@@ -517,11 +532,13 @@ static bool step_errors(sway_margin_t *margin)
         sway_real_t im;
         parameter_variance(margin, (sway_parameter_t)i, &re, &im);
         limit = ADD(limit, ADD(MUL(re, square(by.re)), MUL(im, square(by.im))));
-        damping = ADD(damping, ADD(MUL(re, square(ds.re)), MUL(im, square(ds.im))));
+        damping = ADD(damping, ADD(MUL(re, square(ratio_change(next->root, ds))),
+                                   MUL(im, square(ratio_change(next->root, times_j(ds))))));
         next->sensitivity_m_s[i] = by.re;
     }
     next->v_crit_se_m_s = critical_is_wanted(margin) ? sway_real_sqrt(limit) : sway_real_int(0);
-    next->damping_ratio_se = sway_real_sqrt(DIV(damping, sway_complex_norm(next->root)));
+    /* Where two roots meet the derivatives have no bound; the ratio has. */
+    next->damping_ratio_se = sway_real_min(sway_real_sqrt(damping), sway_real_int(1));
     if (margin->complete) {
         margin->turn = (uint8_t)((margin->turn + SWAY_MARGIN_TURN) % SWAY_PARAMETER_COUNT);
     }
@@ -581,38 +598,52 @@ bool sway_margin_run(sway_margin_t *margin)
 /* What the model leaves out (roll, air, saturation) in the damping ratio, at the least. */
 #define MODEL_FLOOR_PPM 5000
 
-/* Amplitude noise of the road, rad/s: before any experience, least and most; and the time over
- * which it is learnt. */
-#define UNREST_START_URAD_S 2000
+/* Amplitude noise of the road, rad/s: before any experience, least and most; the time over which it
+ * is learnt, and the time that the value before any experience is worth. */
+#define UNREST_START_URAD_S 3000
 #define UNREST_LEAST_URAD_S 500
 #define UNREST_MOST_URAD_S 12000
 #define UNREST_TIME_US 20000000
+#define UNREST_START_US 6000000
+
+/* Amplitude that the driver's hand may add or take in one oscillation, over 2 pi, squared. */
+static sway_real_t square_of_hand(sway_real_t steered_rad_s)
+{
+    return square(MUL(steered_rad_s, sway_real_ratio(3, 4)));
+}
 
 sway_real_t sway_margin_signal_se(const sway_unrest_t *unrest, sway_real_t fit_se,
-                                  sway_real_t amplitude_rad_s)
+                                  sway_real_t amplitude_rad_s, sway_real_t steered_rad_s)
 {
     const sway_real_t start = square(ppm(UNREST_START_URAD_S));
-    const sway_real_t variance = unrest->started ? unrest->variance : start;
+    const sway_real_t pushed = unrest->started ? unrest->variance : start;
+    const sway_real_t both = ADD(pushed, square_of_hand(steered_rad_s));
     return sway_real_sqrt(
-        ADD(square(sway_real_scale(fit_se, 1)), DIV(variance, square(amplitude_rad_s))));
+        ADD(square(sway_real_scale(fit_se, 1)), DIV(both, square(amplitude_rad_s))));
 }
 
 void sway_margin_learn_unrest(sway_unrest_t *unrest, int64_t time_us, sway_real_t difference,
-                              sway_real_t amplitude_rad_s)
+                              sway_real_t amplitude_rad_s, sway_real_t steered_rad_s)
 {
     int64_t elapsed_us = time_us - unrest->time_us;
     unrest->time_us = time_us;
     if (!unrest->started) {
         unrest->started = true;
         unrest->variance = square(ppm(UNREST_START_URAD_S));
+        unrest->learnt_us = UNREST_START_US;
         return;
     }
     elapsed_us = elapsed_us > UNREST_TIME_US / 8 ? UNREST_TIME_US / 8 : elapsed_us;
+    unrest->learnt_us += (int32_t)elapsed_us;
+    unrest->learnt_us = unrest->learnt_us > UNREST_TIME_US ? UNREST_TIME_US : unrest->learnt_us;
+    const sway_real_t least = square(ppm(UNREST_LEAST_URAD_S));
     const sway_real_t most = square(ppm(UNREST_MOST_URAD_S));
-    const sway_real_t seen = sway_real_min(square(MUL(difference, amplitude_rad_s)), most);
-    const sway_real_t weight = sway_real_ratio(elapsed_us, UNREST_TIME_US);
+    const sway_real_t moved =
+        SUB(square(MUL(difference, amplitude_rad_s)), square_of_hand(steered_rad_s));
+    const sway_real_t seen = sway_real_max(sway_real_min(moved, most), sway_real_int(0));
+    const sway_real_t weight = sway_real_ratio(elapsed_us, unrest->learnt_us);
     unrest->variance = ADD(unrest->variance, MUL(weight, SUB(seen, unrest->variance)));
-    unrest->variance = sway_real_max(unrest->variance, square(ppm(UNREST_LEAST_URAD_S)));
+    unrest->variance = sway_real_max(unrest->variance, least);
 }
 
 sway_belief_t sway_margin_combine(const sway_margin_damping_t *model,

@@ -105,16 +105,21 @@ typedef struct {
 typedef struct {
     sway_real_t variance; ///< of the amplitude, (rad/s)^2
     int64_t time_us;
+    int32_t learnt_us; ///< how long it has been learnt, up to its memory
     bool started;
 } sway_unrest_t;
 
-/// Standard error of the signal's damping ratio: twice that of the fit, and the unrest's.
+/// Standard error of the signal's damping ratio: twice that of the fit, the unrest's, and the
+/// driver's. A hand that moves the wheel at the line's frequency, so that the yaw rate would follow
+/// with `steered_rad_s` if it were slow, adds up to 3/4 steered / amplitude to the damping ratio
+/// (1/2 for a plain oscillator; 0.55 to 0.9 for the mode of combinations, by their residues).
 sway_real_t sway_margin_signal_se(const sway_unrest_t *unrest, sway_real_t fit_se,
-                                  sway_real_t amplitude_rad_s);
+                                  sway_real_t amplitude_rad_s, sway_real_t steered_rad_s);
 
-/// Learns from the difference between the signal's damping ratio and the combined one.
+/// Learns from the difference between the signal's damping ratio and the combined one, less what
+/// the driver's hand may have done.
 void sway_margin_learn_unrest(sway_unrest_t *unrest, int64_t time_us, sway_real_t difference,
-                              sway_real_t amplitude_rad_s);
+                              sway_real_t amplitude_rad_s, sway_real_t steered_rad_s);
 
 /// Combined damping ratio. `disagrees` is set where the two differ beyond their errors.
 sway_belief_t sway_margin_combine(const sway_margin_damping_t *model,

@@ -442,7 +442,8 @@ sway_complex_t sway_stm_dominant(const sway_stm_roots_t *roots)
 /* f is analytic in s: a difference along one direction is enough. */
 static sway_real_t step_s(sway_complex_t s)
 {
-    return MUL(sway_complex_abs(s), sway_real_ratio(1, 1000));
+    const bool at_rest = sway_real_is_zero(s.re) && sway_real_is_zero(s.im);
+    return MUL(at_rest ? sway_real_int(1) : sway_complex_abs(s), sway_real_ratio(1, 1000));
 }
 
 static sway_real_t step_v(sway_real_t v)

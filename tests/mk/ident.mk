@@ -9,3 +9,18 @@ bench-warning: setup-test
 
 bench::
 	@$(WARNING) --drives 60 --hours 2
+
+# Every golden value of the reference beside what the core says; a miss fails.
+.PHONY: bench-golden
+$(B)/bench/golden: tests/bench/golden.c tests/unit/sway_test.h $(B)/gcc/libsway.a
+	@mkdir -p $(@D)
+	@echo "CC $@"
+	@gcc -std=c99 -Wall -Wextra -D_GNU_SOURCE $(CFLAGS_gcc) $(DEFINE) $(INCLUDE) -Itests/unit \
+	    $< $(B)/gcc/libsway.a -lm -o $@
+
+bench-golden: $(B)/bench/golden
+	@$< >$(B)/bench/golden.md || { cat $(B)/bench/golden.md; exit 1; }
+	@tail -n 1 $(B)/bench/golden.md
+
+test:: bench-golden
+bench:: bench-golden

@@ -81,9 +81,9 @@ static void little_margin_is_noticed_with_hysteresis(void)
 
 static void above_critical_speed_warns_beyond_its_error(void)
 {
-    input.speed_mm_s = 34900;
+    input.speed_mm_s = 35200; // 2.4 standard errors
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
-    input.speed_mm_s = 35100;
+    input.speed_mm_s = 35300;
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
     TEST_ASSERT_BITS_HIGH(SWAY_REASON_ABOVE_CRITICAL_SPEED, alarm_.reasons);
     TEST_ASSERT_BITS_LOW(SWAY_REASON_STATIC, alarm_.reasons);

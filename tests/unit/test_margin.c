@@ -160,6 +160,42 @@ static void modes_that_change_kind_are_followed(void)
     }
 }
 
+/* A car that is close to its static critical speed has two real roots, one of them near zero: the
+ * errors must stay errors of a ratio, and the limit has one, too. */
+static void an_overdamped_solo_car_has_errors_that_mean_something(void)
+{
+    vehicle.trailer.axles = 0;
+    vehicle.car.front_cornering_stiffness_n_per_rad = 185200;
+    vehicle.car.rear_cornering_stiffness_n_per_rad = 109300;
+    sway_margin_init(&margin, &vehicle);
+    run(NULL, 0, 60);
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_DIVERGENCE, margin.model.kind);
+    const double v_crit = value(margin.model.v_crit_m_s);
+    const double se = value(margin.model.v_crit_se_m_s);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * v_crit, -value(margin.model.steady.characteristic_speed_m_s),
+                              v_crit);
+    for (double part = 0.5; part < 1.4; part += 0.0625) {
+        run(NULL, 1000000, part * v_crit * 3.6);
+        TEST_ASSERT_TRUE(margin.model.has_model);
+        const double ratio = value(margin.model.damping_ratio);
+        TEST_ASSERT_TRUE(ratio >= -1 && ratio <= 1);
+        TEST_ASSERT_TRUE(value(margin.model.damping_ratio_se) >= 0);
+        TEST_ASSERT_TRUE(value(margin.model.damping_ratio_se) <= 1);
+    }
+    /* 10 % on each stiffness: v_crit by finite differences of the closed form. */
+    double variance = 0;
+    for (int axle = 0; axle < 2; axle++) {
+        sway_vehicle_t changed = vehicle;
+        int32_t *const field = axle == 0 ? &changed.car.front_cornering_stiffness_n_per_rad
+                                         : &changed.car.rear_cornering_stiffness_n_per_rad;
+        *field += *field / 1000;
+        sway_margin_init(&margin, &changed);
+        run(NULL, 0, 60);
+        variance += pow(100 * (value(margin.model.v_crit_m_s) - v_crit), 2);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance), se);
+}
+
 static sway_margin_damping_t damping(double ratio, double se, bool usable)
 {
     const sway_margin_damping_t result = {real(ratio), real(se), usable};
@@ -196,18 +232,22 @@ static void which_margin_is_believed(void)
 
 static void a_restless_road_widens_the_signals_error(void)
 {
-    sway_unrest_t unrest = {{0, 0}, 0, false};
-    const double before = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05)));
+    sway_unrest_t unrest = {{0, 0}, 0, 0, false};
+    const double before = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0)));
     for (int i = 1; i < 600; i++) {
-        sway_margin_learn_unrest(&unrest, 100000 * i, real(0.2), real(0.03));
+        sway_margin_learn_unrest(&unrest, 100000 * i, real(0.2), real(0.03), real(0));
     }
-    const double restless = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05)));
+    const double restless = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0)));
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.12, restless); // 0.2 * 0.03 / 0.05
     for (int i = 600; i < 2400; i++) {
-        sway_margin_learn_unrest(&unrest, 100000 * i, real(0.001), real(0.03));
+        sway_margin_learn_unrest(&unrest, 100000 * i, real(0.001), real(0.03), real(0));
     }
-    const double calm = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05)));
+    const double calm = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0)));
     TEST_ASSERT_TRUE(calm < before && before < restless);
+    /* A hand on the wheel: 0.02 rad/s of yaw rate would follow it, 0.05 rad/s swing. */
+    const double handled =
+        value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0.02)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, hypot(calm, 0.3), handled);
 }
 
 int main(void)
@@ -220,6 +260,7 @@ int main(void)
     RUN_TEST(without_enough_vehicle_data_there_is_no_model);
     RUN_TEST(missing_samples_stay_out_of_the_model);
     RUN_TEST(modes_that_change_kind_are_followed);
+    RUN_TEST(an_overdamped_solo_car_has_errors_that_mean_something);
     RUN_TEST(which_margin_is_believed);
     RUN_TEST(a_restless_road_widens_the_signals_error);
     return UNITY_END();

@@ -16,6 +16,7 @@ from swaywatch.core import Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
 from swaywatch.models.layout import Array
 from swaywatch.models.single_track import SingleTrack
+from swaywatch.reproduce import slalom
 from swaywatch.reproduce.page import (
     BLUE,
     COLOURS,
@@ -120,6 +121,7 @@ def make(workers: int | None = None) -> Chapter:
         _figure_argument(by_phase),
     ]
     _checks(chapter, by_amplitude, by_phase)
+    slalom.add_to(chapter, workers)
     _second_phase(chapter)
     _dampers(chapter, workers)
     return chapter
