@@ -153,8 +153,9 @@ def _figure(free: Sequence[Point], loaded: Sequence[Point], steered: Sequence[Po
     for row in (1, 2):
         plot.update_yaxes(title="normalised stiffness [1/rad]", row=row, col=1)
     for place, (what, row, col) in enumerate(
-        (("sway, F_zr,eff [kN]", 1, 1), ("sway, slip amplitude of the car's rear axle [deg]", 1, 2),
-         ("slalom, load varied, F_zr,eff [kN]", 2, 1), ("slalom, steering varied, slip [deg]", 2, 2))
+        (("sway, F_zr,eff [kN]", 1, 1), ("sway, slip amplitude of the axle [deg]", 1, 2),
+         ("slalom, load varied, F_zr,eff [kN]", 2, 1),
+         ("slalom, steering varied, slip [deg]", 2, 2))
     ):  # fmt: skip
         plot.update_xaxes(title=f"({'abcd'[place]}) {what}", row=row, col=col)
     return Figure(
