@@ -116,6 +116,18 @@ def _kinds() -> dict[str, ChannelKind]:
             "force of the trailer on the car at the ball, positive up (nose weight: negative)",
         ),
     ]
+    rows += [
+        ChannelKind(
+            f"wheel_speed_{wheel}",
+            "m/s",
+            0.0,
+            120.0,
+            None,
+            1e3,
+            f"car wheel {wheel.upper()}: circumferential speed (`diagnose` checks the yaw rate by it)",
+        )
+        for wheel in WHEELS
+    ]
     bodies = (("", "CAR", "car"), ("trailer_", "TRAILER", "trailer"))
     for prefix, body, text in bodies:
         for quantity, symbol, low, meaning in (
@@ -141,6 +153,7 @@ CHANNELS: dict[str, ChannelKind] = _kinds()
 """Every channel by name, in a fixed order."""
 
 WHEEL_ROLES = (
+    "wheel_speed",
     "wheel_lateral_force",
     "wheel_vertical_load",
     "trailer_wheel_lateral_force",

@@ -1,0 +1,230 @@
+"""From files to the moving parts of the runs of a car alone, and what is wrong with its signals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import medfilt
+
+from swaywatch.diagnose.runs import RATE_HZ, low_pass, on_grid, white_noise
+from swaywatch.diagnose.solo_effects import ACC, STEER, YAW
+from swaywatch.drive import Drive, load_drives
+from swaywatch.errors import RecordingError, SignalError
+from swaywatch.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+COMPARED = (YAW, ACC)
+LEAST_SPEED = 4.0  # m/s: below it slip angles say nothing
+SHORTEST_PART_S = 4.0
+LONGEST_PART_S = 60.0
+SMOOTH_HZ = 8.0
+SPIKE = 12.0  # times the usual step between neighbours
+LEAST_SPIKE = {STEER: 0.02, YAW: 0.1, ACC: 3.0}
+LEAST_EXCITATION = 0.02  # rad/s RMS of the yaw rate
+
+
+@dataclass
+class SoloRun:
+    """One recording on an even grid.
+
+    Attributes
+    ----------
+    time
+        Shape (n,), s.
+    channels
+        Cleaned, offsets at standstill taken off.
+    position_m
+        Of the lateral accelerometer ahead of the centre of gravity.
+    spikes
+        Channel to times of single samples that no motion makes.
+    offsets
+        Channel to what it shows at standstill.
+    flipped
+        Whether the steering had the sign opposite to the yaw rate.
+    """
+
+    name: str
+    time: Array
+    channels: dict[str, Array]
+    position_m: float
+    spikes: dict[str, list[float]] = field(default_factory=dict)
+    offsets: dict[str, float] = field(default_factory=dict)
+    flipped: bool = False
+    noise: dict[str, float] = field(default_factory=dict)
+    steps: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stretch of a run in motion: slice of its grid and the fold it is held out with."""
+
+    run: int
+    start: int
+    stop: int
+    fold: int
+
+    @property
+    def where(self) -> slice:
+        """Into the run's arrays."""
+        return slice(self.start, self.stop)
+
+
+@dataclass
+class SoloData:
+    """All of it, with sentences about the data."""
+
+    runs: list[SoloRun]
+    parts: list[Part]
+    vehicle: Vehicle
+    signals: dict[str, str]
+    checks: list[str] = field(default_factory=list)
+    cannot: list[str] = field(default_factory=list)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Compared channels that every run has."""
+        return tuple(c for c in COMPARED if all(c in run.channels for run in self.runs))
+
+
+def load_solo(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> SoloData:
+    """Read, clean, cut into parts.
+
+    Raises
+    ------
+    SwaywatchError
+        Steering, speed or every lateral channel is missing.
+    """
+    data = SoloData([], [], vehicle, {})
+    for number, drive in enumerate(load_drives(list(recordings), signals, join=False)):
+        data.signals.update({k: c.signal for k, c in drive.channels.items()})
+        data.checks += list(drive.remarks)
+        data.runs.append(_run(drive, number, recordings[number].name))
+    data.runs.sort(key=lambda run: run.name)
+    _signs(data)
+    _parts(data)
+    if not data.channels:
+        raise SignalError(
+            f"{recordings[0]}: neither {YAW} nor {ACC} is in every run; one of them is needed"
+        )
+    missing = [c for c in COMPARED if c not in data.channels]
+    data.checks += [f"not recorded: {c}; explanations that sit in it cannot be tested" for c in missing]
+    if not any("wheel_speed_fl" in run.channels for run in data.runs):
+        data.checks.append(
+            "without wheel speeds the gain of the yaw rate is checked against nothing but the model"
+        )
+    return data
+
+
+def _run(drive: Drive, number: int, name: str) -> SoloRun:
+    del number
+    channels = {k: (c.time_s, c.value) for k, c in drive.channels.items() if c.time_s.size > 1}
+    for need in (STEER, "speed"):
+        if need not in channels:
+            raise SignalError(f"{name}: no {need}; the model cannot be driven without it")
+    spikes = {}
+    for key in (STEER, *COMPARED):
+        if key in channels:
+            time, value = channels[key]
+            value, at = without_spikes(value, LEAST_SPIKE[key])
+            channels[key] = (time, value)
+            if at.size:
+                spikes[key] = [float(t) for t in time[at]]
+    time, values = on_grid(channels)
+    position = drive.channels[ACC].position_m if ACC in drive.channels else 0.0
+    run = SoloRun(name, time, values, position, spikes)
+    for key in COMPARED:
+        if key in channels:
+            run.steps[key] = _step(channels[key][1])
+            run.noise[key] = max(white_noise(values[key]), run.steps[key] / np.sqrt(12.0))
+    still = values["speed"] < 0.05
+    if np.count_nonzero(still) > RATE_HZ:
+        for key in COMPARED:
+            if key in values:
+                run.offsets[key] = float(np.mean(values[key][still]))
+                values[key] = values[key] - run.offsets[key]
+    return run
+
+
+def without_spikes(value: Array, least: float) -> tuple[Array, NDArray[np.int64]]:
+    """Replace single samples that leave both neighbours by far and come back at once.
+
+    Returns
+    -------
+    value
+        Shape (n,), with the mean of the neighbours in their place.
+    at
+        Their indices.
+    """
+    rest = value - medfilt(value, 3)
+    usual = float(np.median(np.abs(np.diff(value)))) + 1e-12
+    at = np.flatnonzero(np.abs(rest) > max(SPIKE * usual, least))
+    at = at[(at > 0) & (at < value.size - 1)]
+    cleaned = value.copy()
+    cleaned[at] = 0.5 * (value[at - 1] + value[at + 1])
+    return cleaned, at
+
+
+def _step(value: Array) -> float:
+    """Quantisation step: the smallest distance of different values that recurs."""
+    levels = np.unique(np.round(value, 9))
+    return float(np.median(np.diff(levels))) if 2 < levels.size < 400 else 0.0
+
+
+def _signs(data: SoloData) -> None:
+    """Steering positive to the left, like the yaw rate; a flip is said."""
+    for run in data.runs:
+        if YAW not in run.channels:
+            continue
+        fast = run.channels["speed"] > LEAST_SPEED
+        if np.count_nonzero(fast) < SHORTEST_PART_S * RATE_HZ:
+            continue
+        a, b = run.channels[STEER][fast], run.channels[YAW][fast]
+        run.flipped = bool(np.corrcoef(a, b)[0, 1] < -0.3)
+    if any(run.flipped for run in data.runs):
+        if not all(run.flipped for run in data.runs if YAW in run.channels):
+            names = ", ".join(run.name for run in data.runs if run.flipped)
+            raise RecordingError(
+                f"steering and yaw rate have opposite signs in {names} and the same in the other "
+                "runs: different vehicles or mappings"
+            )
+        for run in data.runs:
+            run.channels[STEER] = -run.channels[STEER]
+        data.checks.append(
+            f"{data.signals.get(STEER, STEER)} is positive to the right in the recording (the yaw "
+            "rate to the left): taken with the opposite sign; say sign = -1 in signals.toml"
+        )
+
+
+def _parts(data: SoloData) -> None:
+    """Stretches in motion; folds are runs, or consecutive stretches of a single run."""
+    for number, run in enumerate(data.runs):
+        moving = low_pass(run.channels["speed"], 1.0) > LEAST_SPEED
+        edges = np.flatnonzero(np.diff(np.r_[False, moving, False].astype(int)))
+        pieces = [
+            (a, b) for a, b in zip(edges[::2], edges[1::2], strict=True)
+            if b - a >= SHORTEST_PART_S * RATE_HZ
+        ]  # fmt: skip
+        kept = 0
+        for a, b in pieces:
+            lively = YAW not in run.channels or np.std(run.channels[YAW][a:b]) > LEAST_EXCITATION
+            if not lively:
+                continue
+            count = max(1, int(np.ceil((b - a) / (LONGEST_PART_S * RATE_HZ))))
+            ends = np.linspace(a, b, count + 1).astype(int)
+            for first, last in zip(ends[:-1], ends[1:], strict=True):
+                data.parts.append(Part(number, int(first), int(last), number))
+                kept += 1
+        if not kept:
+            data.cannot.append(
+                f"{run.name}: cannot say: no stretch of {SHORTEST_PART_S:.0f} s faster than "
+                f"{LEAST_SPEED:.0f} m/s with a yaw rate above {LEAST_EXCITATION} rad/s RMS"
+            )
+    if len({part.run for part in data.parts}) == 1 and len(data.parts) > 1:
+        data.parts = [
+            Part(p.run, p.start, p.stop, i % 5) for i, p in enumerate(data.parts)
+        ]

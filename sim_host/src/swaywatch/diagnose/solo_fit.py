@@ -1,0 +1,208 @@
+"""Fit of a car alone: simulate every part from its steering and speed, compare, refit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from swaywatch.diagnose.runs import BLOCK, RATE_HZ, block_mean, low_pass
+from swaywatch.diagnose.solo_car import SLOTS, CarInput, simulate
+from swaywatch.diagnose.solo_data import SMOOTH_HZ, Part, SoloData
+from swaywatch.diagnose.solo_effects import ACC, STEER, YAW, Number, SoloEffect
+
+Array = NDArray[np.float64]
+
+START_S = 1.0  # of each part, not compared: the start values settle
+MODEL_SHARE = 0.03  # of a channel's RMS: what no single-track model of a real car is better than
+_STIFFNESS = ("front_cornering_stiffness", "rear_cornering_stiffness")
+
+
+@dataclass(frozen=True)
+class SoloModel:
+    """A model: explanations with values, stiffnesses, steering offset of each run.
+
+    Attributes
+    ----------
+    values
+        By ``effect name / number``; and the stiffnesses by their names, where they are fitted.
+    steering_offset
+        Run to road-wheel angle, rad.
+    chi2, count
+        Sum of squared residuals over their scales, and their number.
+    """
+
+    effects: tuple[SoloEffect, ...]
+    values: dict[str, float]
+    steering_offset: dict[int, float]
+    chi2: float = np.inf
+    count: int = 0
+    errors: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def level(self) -> float:
+        """Mean squared residual over its scale."""
+        return self.chi2 / max(self.count, 1)
+
+    def of(self, effect: SoloEffect) -> dict[str, float]:
+        """Values of one effect by the names of its numbers."""
+        return {n.name: self.values[f"{effect.name}/{n.name}"] for n in effect.numbers}
+
+
+class SoloFitter:
+    """Everything that is needed to evaluate models of one set of runs."""
+
+    def __init__(self, data: SoloData) -> None:
+        self.data = data
+        car = data.vehicle.car
+        self.constants = {
+            "mass": car.mass, "yaw_inertia": car.yaw_inertia,
+            "front_axle_to_cog": car.front_axle_to_cog, "rear_axle_to_cog": car.rear_axle_to_cog,
+        }  # fmt: skip
+        self.given = {n: float(v) for n in _STIFFNESS if (v := getattr(car, n)) is not None}
+        typical = 12.0 * car.mass * 9.81 * 0.5  # N/rad per axle: 12 times its load
+        self.fitted = [
+            Number(n, "N/rad", typical, 0.05 * typical, 20.0 * typical, typical)
+            for n in _STIFFNESS if n not in self.given
+        ]  # fmt: skip
+        self.inputs = [self._inputs(run) for run in range(len(data.runs))]
+        self.scales = self._scales()
+
+    def _inputs(self, run: int) -> tuple[Array, Array, Array]:
+        channels = self.data.runs[run].channels
+        speed = low_pass(channels["speed"], 1.0, order=2)
+        steer = low_pass(channels[STEER], SMOOTH_HZ) / self.data.vehicle.car.steering_ratio
+        return speed, np.gradient(speed) * RATE_HZ, steer
+
+    def _scales(self) -> dict[str, float]:
+        found = {}
+        for name in self.data.channels:
+            values = [self.data.runs[p.run].channels[name][p.where] for p in self.data.parts]
+            spread = float(np.sqrt(np.mean([np.var(v) for v in values])))
+            noise = max(self.data.runs[p.run].noise[name] for p in self.data.parts)
+            found[name] = float(np.hypot(noise / np.sqrt(BLOCK), MODEL_SHARE * spread))
+        return found
+
+    def start(self, effects: Sequence[SoloEffect] = ()) -> SoloModel:
+        """Model before any fit."""
+        values = {n.name: n.start for n in self.fitted}
+        for effect in effects:
+            values |= {f"{effect.name}/{n.name}": n.start for n in effect.numbers}
+        return SoloModel(tuple(effects), values, dict.fromkeys(range(len(self.data.runs)), 0.0))
+
+    def outputs(self, model: SoloModel, part: Part) -> dict[str, Array]:
+        """Channels of one part as the model has them, and the state: shape (n,) each."""
+        run = self.data.runs[part.run]
+        speed, acceleration, steer = (x[part.where] for x in self.inputs[part.run])
+        time = run.time[part.where]
+        slots = SLOTS | self.constants | self.given
+        slots |= {n.name: model.values[n.name] for n in self.fitted}
+        first = float(run.channels[YAW][part.start]) if YAW in run.channels else 0.0
+        car = CarInput(
+            1.0 / RATE_HZ, speed, acceleration, steer + model.steering_offset.get(part.run, 0.0),
+            np.zeros(speed.size), slots, (0.0, first), part.run,
+            self.data.vehicle.car.steering_ratio,
+        )  # fmt: skip
+        for effect in model.effects:
+            effect.act(car, time, model.of(effect))
+        state = simulate(car)
+        result = {
+            YAW: state["yaw_rate"], "true_yaw_rate": state["yaw_rate"],
+            ACC: state["acceleration"] + run.position_m * state["yaw_acceleration"],
+            "lateral_velocity": state["lateral_velocity"],
+        }  # fmt: skip
+        for effect in model.effects:
+            effect.observe(result, time, model.of(effect))
+        return result
+
+    def residual(self, model: SoloModel, part: Part) -> Array:
+        """Over their scales, without their means, 10 Hz, flat."""
+        outputs = self.outputs(model, part)
+        skip = int(START_S * RATE_HZ)
+        rows = []
+        for name in self.data.channels:
+            measured = self.data.runs[part.run].channels[name][part.where]
+            e = block_mean(measured[skip:] - outputs[name][skip:])
+            rows.append((e - e.mean()) / self.scales[name])
+        return np.concatenate(rows)
+
+    def fit(self, model: SoloModel, parts: Sequence[Part], free: bool = True) -> SoloModel:
+        """Best values on the given parts; not `free`: steering offsets only."""
+        names, low, high, at, unit, known = [], [], [], [], [], []
+        if free:
+            numbers = [(n.name, n) for n in self.fitted]
+            numbers += [(f"{e.name}/{n.name}", n) for e in model.effects for n in e.numbers]
+            for key, n in numbers:
+                names.append(key)
+                low.append(n.low)
+                high.append(n.high)
+                at.append(min(max(model.values[key], n.low), n.high))
+                unit.append(max(abs(n.start), 0.02 * (n.high - n.low), 1e-6))
+                known.append(n.known)
+        runs = sorted({p.run for p in parts})
+        k = len(names)
+        low += [-0.1] * len(runs)
+        high += [0.1] * len(runs)
+        at += [model.steering_offset.get(r, 0.0) for r in runs]
+        unit += [0.01] * len(runs)
+
+        def build(x: Array) -> SoloModel:
+            values = model.values | {n: float(v) for n, v in zip(names, x[:k], strict=True)}
+            offsets = model.steering_offset | {
+                r: float(v) for r, v in zip(runs, x[k:], strict=True)
+            }
+            return SoloModel(model.effects, values, offsets)
+
+        def cost(x: Array) -> Array:
+            trial = build(x)
+            rows = [self.residual(trial, p) for p in parts]
+            # what is known of a number weighs like a few seconds of data
+            prior = [10.0 * (v - b[0]) / b[1] for v, b in zip(x[:k], known, strict=True) if b]
+            return np.nan_to_num(np.concatenate([*rows, prior]), nan=1e3, posinf=1e3, neginf=-1e3)
+
+        inside = np.clip(at, np.array(low) + 1e-9, np.array(high) - 1e-9)
+        found = least_squares(
+            cost, inside, bounds=(low, high), x_scale=unit, max_nfev=25, ftol=1e-5, xtol=1e-6,
+            diff_step=1e-3,
+        )  # fmt: skip
+        best = build(found.x)
+        rows = np.concatenate([self.residual(best, p) for p in parts])
+        # residuals at 10 Hz hang together: about a second of them is one independent observation
+        share = float(rows @ rows) / rows.size * RATE_HZ / BLOCK
+        variance = np.abs(np.diag(np.linalg.pinv(found.jac.T @ found.jac))) * share
+        errors = dict(zip(names, np.sqrt(variance[:k]).tolist(), strict=True))
+        return SoloModel(
+            best.effects, best.values, best.steering_offset, float(rows @ rows), rows.size, errors
+        )
+
+    def nrmse(self, model: SoloModel, parts: Sequence[Part]) -> dict[str, float]:
+        """RMS error of each channel over its standard deviation, offsets off, and their mean."""
+        skip = int(START_S * RATE_HZ)
+        found = {}
+        outputs = [self.outputs(model, p) for p in parts]
+        for name in self.data.channels:
+            wrong = spread = 0.0
+            for part, out in zip(parts, outputs, strict=True):
+                measured = block_mean(self.data.runs[part.run].channels[name][part.where][skip:])
+                e = measured - block_mean(out[name][skip:])
+                wrong += float(np.sum((e - e.mean()) ** 2))
+                spread += float(np.sum((measured - measured.mean()) ** 2))
+            found[name] = float(np.sqrt(wrong / (spread + 1e-12)))
+        found["all"] = float(np.sqrt(np.mean(np.square(list(found.values())))))
+        return found
+
+    def held_out(self, model: SoloModel) -> list[tuple[int, SoloModel, dict[str, float]]]:
+        """Each fold predicted by what the others taught; its steering offset is its own."""
+        found = []
+        for fold in sorted({p.fold for p in self.data.parts}):
+            ours = [p for p in self.data.parts if p.fold == fold]
+            others = [p for p in self.data.parts if p.fold != fold]
+            if not others:
+                continue
+            taught = self.fit(model, others)
+            taught = self.fit(taught, ours, free=False)
+            found.append((fold, taught, self.nrmse(taught, ours)))
+        return found
