@@ -124,7 +124,7 @@ def _kinds() -> dict[str, ChannelKind]:
             120.0,
             None,
             1e3,
-            f"car wheel {wheel.upper()}: circumferential speed (`diagnose` checks the yaw rate by it)",
+            f"car wheel {wheel.upper()}: circumferential speed, a check of the yaw rate",
         )
         for wheel in WHEELS
     ]

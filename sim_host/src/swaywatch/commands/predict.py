@@ -39,9 +39,13 @@ def run(args: argparse.Namespace) -> int:
     print(f"roles: {result['signals']}")
     print(
         f"NRMSE baseline {result['baseline_nrmse']:.3f}, "
-        f"diagnosed {result['diagnosed_nrmse']:.3f}; "
-        f"ISO/TS 18571 {result['baseline_iso18571']:.3f} to {result['diagnosed_iso18571']:.3f}"
+        f"diagnosed {result['diagnosed_nrmse']:.3f}"
     )
+    if result["baseline_iso18571"] is not None:
+        print(
+            f"ISO/TS 18571 baseline {result['baseline_iso18571']:.3f}, "
+            f"diagnosed {result['diagnosed_iso18571']:.3f}"
+        )
     if "diagnosed_with_windows_nrmse" in result:
         times = ", ".join(f"{w['start']:.1f}-{w['stop']:.1f} s" for w in result["windows_found"])
         print(

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from swaywatch.diagnose.critical import stability
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.describe import describe
 from swaywatch.diagnose.effect import Effect, library
@@ -19,7 +20,10 @@ from swaywatch.diagnose.page import page, write_page
 from swaywatch.diagnose.remains import locate_rest
 from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.simulation import attach
+from swaywatch.diagnose.solo import diagnose_solo
 from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, settle
+from swaywatch.errors import RecordingError
+from swaywatch.vehicle import load_vehicle
 
 FORMAT = 1
 
@@ -58,6 +62,13 @@ def diagnose(
     dict
         The content of diagnosis.json.
     """
+    believed = load_vehicle(vehicle)
+    if believed.trailer is None:
+        if simulations:
+            raise RecordingError(
+                f"{vehicle}: no [trailer]: a car alone is compared with our own model only"
+            )
+        return diagnose_solo(recordings, believed, signals, progress, report)
     loaded = load(recordings, vehicle, signals)
     if loaded.problem is None:
         return _cannot(loaded)
@@ -75,6 +86,7 @@ def diagnose(
         verdict.notes = locate_rest(search.fitter, verdict.fit)
     settle(verdict, loaded.problem)
     result = _result(loaded, verdict, effects)
+    result["stability"] = stability(loaded.problem, verdict.fit.terms, verdict.fit.shared)
     result["signals"] = embedded(signals)
     result["inputs"] = {
         "recordings": [str(path) for path in recordings],

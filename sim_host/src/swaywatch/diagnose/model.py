@@ -69,8 +69,23 @@ def terms_of(entries: Sequence[dict[str, Any]], effects: Sequence[Effect]) -> tu
                 f"the model holds {entry['id']} at {entry['component']}, "
                 "which is not in the library"
             )
-        found.append(Term(effect, tuple(entry["values"]), tuple(entry["window_runs"])))
+        found.append(Term(effect, _values(effect, entry), tuple(entry["window_runs"])))
     return tuple(found)
+
+
+def _values(effect: Effect, entry: dict[str, Any]) -> tuple[float, ...]:
+    """Values of an entry; parameters that a module has gained since then are neutral."""
+    values = [float(v) for v in entry["values"]]
+    want = len(effect.parameters)
+    if effect.windowed:
+        if len(values) != (2 + want) * len(entry["window_runs"]):
+            raise SwaywatchError(f"the model's windows of {effect.name} do not fit the library")
+        return tuple(values)
+    if len(values) > want:
+        raise SwaywatchError(
+            f"the model holds {len(values)} values of {effect.name}; the library knows {want}"
+        )
+    return (*values, *(p.neutral for p in effect.parameters[len(values) :]))
 
 
 def _generator(axle: str) -> Effect:

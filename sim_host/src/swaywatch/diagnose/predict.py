@@ -20,6 +20,7 @@ from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import RATE_HZ, Run
 from swaywatch.diagnose.search import Search
 from swaywatch.diagnose.simulation import attach, roll_rates
+from swaywatch.diagnose.solo import predict_solo
 from swaywatch.diagnose.term import Term
 from swaywatch.errors import SwaywatchError
 
@@ -64,6 +65,10 @@ def predict(
         times are looked for in the run, so it is no prediction); what was taken from the run.
     """
     content = read_model(model_file)
+    if content["model"].get("kind") == "solo":
+        if simulation is not None:
+            raise SwaywatchError(f"{model_file}: a car alone: --simulation is not for it")
+        return predict_solo(content, recording, signals)
     with signals_for(content, recording, signals) as (source, words):
         problem, notes = _problem(content["model"], recording, source, simulation)
     if not problem.channels(problem.runs[0]):

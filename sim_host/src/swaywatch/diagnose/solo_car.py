@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.plant import GRAVITY, SHAPE
+from swaywatch.diagnose.plant import GRAVITY, SHAPE, _atan
 
 Array = NDArray[np.float64]
 
@@ -81,8 +81,8 @@ def _slope(x, vx, ax, steer, tilt, p, dx, out):  # type: ignore[no-untyped-def] 
     moved = m * ax * p[10] / base
     load_f = max(static_f - moved - p[11] * vx * vx, 0.1 * static_f)
     load_r = max(static_r + moved - p[12] * vx * vx, 0.1 * static_r)
-    slip_f = steer - np.arctan((x[0] + lf * x[1]) / vx)
-    slip_r = -np.arctan((x[0] - lr * x[1]) / vx)
+    slip_f = steer - _atan((x[0] + lf * x[1]) / vx)
+    slip_r = -_atan((x[0] - lr * x[1]) / vx)
     used_f = x[2] if p[8] > 0.0 else slip_f
     used_r = x[3] if p[9] > 0.0 else slip_r
     weak = 1.0 / (1.0 + p[13] * (ax / GRAVITY) ** 2)
@@ -98,25 +98,35 @@ def _slope(x, vx, ax, steer, tilt, p, dx, out):  # type: ignore[no-untyped-def] 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _integrate(h, vx, ax, steer, tilt, p, start, y):  # type: ignore[no-untyped-def] # pragma: no cover
+    """Runge-Kutta 4 over two samples at a time; the one between is met at the middle stages."""
+    n = vx.shape[0]
     x = np.zeros(4)
     x[:2] = start
     k = np.zeros((4, 4))
-    scratch = np.zeros(y.shape[1])
-    for i in range(vx.shape[0]):
+    tmp = np.zeros(4)
+    step = 2.0 * h
+    i = 0
+    while True:
         _slope(x, vx[i], ax[i], steer[i], tilt[i], p, k[0], y[i])
-        if i + 1 == vx.shape[0]:
-            break
-        vm, am = 0.5 * (vx[i] + vx[i + 1]), 0.5 * (ax[i] + ax[i + 1])
-        dm, tm = 0.5 * (steer[i] + steer[i + 1]), 0.5 * (tilt[i] + tilt[i + 1])
-        _slope(x + 0.5 * h * k[0], vm, am, dm, tm, p, k[1], scratch)
-        _slope(x + 0.5 * h * k[1], vm, am, dm, tm, p, k[2], scratch)
-        _slope(
-            x + h * k[2], vx[i + 1], ax[i + 1], steer[i + 1], tilt[i + 1], p, k[3], scratch
-        )
-        x += h / 6.0 * (k[0] + 2.0 * k[1] + 2.0 * k[2] + k[3])
+        if i + 1 >= n:
+            return
+        m, last = i + 1, min(i + 2, n - 1)
         for j in range(4):
+            tmp[j] = x[j] + 0.5 * step * k[0, j]
+        _slope(tmp, vx[m], ax[m], steer[m], tilt[m], p, k[1], y[m])
+        for j in range(4):
+            tmp[j] = x[j] + 0.5 * step * k[1, j]
+        _slope(tmp, vx[m], ax[m], steer[m], tilt[m], p, k[2], y[m])
+        if last == m:
+            return
+        for j in range(4):
+            tmp[j] = x[j] + step * k[2, j]
+        _slope(tmp, vx[last], ax[last], steer[last], tilt[last], p, k[3], y[last])
+        for j in range(4):
+            x[j] += step / 6.0 * (k[0, j] + 2.0 * k[1, j] + 2.0 * k[2, j] + k[3, j])
             if not np.abs(x[j]) < 1e4:
                 return
+        i = last
 
 
 def simulate(car: CarInput) -> dict[str, Array]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ SHORTEST_PART_S = 4.0
 LONGEST_PART_S = 60.0
 SMOOTH_HZ = 8.0
 SPIKE = 12.0  # times the usual step between neighbours
+AGREE = 0.3  # the neighbours of a spike differ by less than this share of it
 LEAST_SPIKE = {STEER: 0.02, YAW: 0.1, ACC: 3.0}
 LEAST_EXCITATION = 0.02  # rad/s RMS of the yaw rate
 
@@ -103,7 +105,7 @@ def load_solo(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> So
     for number, drive in enumerate(load_drives(list(recordings), signals, join=False)):
         data.signals.update({k: c.signal for k, c in drive.channels.items()})
         data.checks += list(drive.remarks)
-        data.runs.append(_run(drive, number, recordings[number].name))
+        data.runs.append(_run(drive, recordings[number].name))
     data.runs.sort(key=lambda run: run.name)
     _signs(data)
     _parts(data)
@@ -112,7 +114,9 @@ def load_solo(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> So
             f"{recordings[0]}: neither {YAW} nor {ACC} is in every run; one of them is needed"
         )
     missing = [c for c in COMPARED if c not in data.channels]
-    data.checks += [f"not recorded: {c}; explanations that sit in it cannot be tested" for c in missing]
+    data.checks += [
+        f"not recorded: {c}; explanations that sit in it cannot be tested" for c in missing
+    ]
     if not any("wheel_speed_fl" in run.channels for run in data.runs):
         data.checks.append(
             "without wheel speeds the gain of the yaw rate is checked against nothing but the model"
@@ -120,34 +124,35 @@ def load_solo(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> So
     return data
 
 
-def _run(drive: Drive, number: int, name: str) -> SoloRun:
-    del number
+def _run(drive: Drive, name: str) -> SoloRun:
     channels = {k: (c.time_s, c.value) for k, c in drive.channels.items() if c.time_s.size > 1}
     for need in (STEER, "speed"):
         if need not in channels:
             raise SignalError(f"{name}: no {need}; the model cannot be driven without it")
     spikes = {}
-    for key in (STEER, *COMPARED):
-        if key in channels:
-            time, value = channels[key]
-            value, at = without_spikes(value, LEAST_SPIKE[key])
-            channels[key] = (time, value)
-            if at.size:
-                spikes[key] = [float(t) for t in time[at]]
+    for key in (k for k in (STEER, *COMPARED) if k in channels):
+        time, value = channels[key]
+        value, at = without_spikes(value, LEAST_SPIKE[key])
+        channels[key] = (time, value)
+        if at.size:
+            spikes[key] = [float(t) for t in time[at]]
     time, values = on_grid(channels)
     position = drive.channels[ACC].position_m if ACC in drive.channels else 0.0
     run = SoloRun(name, time, values, position, spikes)
-    for key in COMPARED:
-        if key in channels:
-            run.steps[key] = _step(channels[key][1])
-            run.noise[key] = max(white_noise(values[key]), run.steps[key] / np.sqrt(12.0))
-    still = values["speed"] < 0.05
-    if np.count_nonzero(still) > RATE_HZ:
-        for key in COMPARED:
-            if key in values:
-                run.offsets[key] = float(np.mean(values[key][still]))
-                values[key] = values[key] - run.offsets[key]
+    for key in (k for k in COMPARED if k in channels):
+        run.steps[key] = _step(channels[key][1])
+        run.noise[key] = max(white_noise(values[key]), run.steps[key] / np.sqrt(12.0))
+    _take_offsets_off(run)
     return run
+
+
+def _take_offsets_off(run: SoloRun) -> None:
+    """What the sensors show while the car stands."""
+    still = run.channels["speed"] < 0.05
+    if np.count_nonzero(still) > RATE_HZ:
+        for key in (k for k in COMPARED if k in run.channels):
+            run.offsets[key] = float(np.mean(run.channels[key][still]))
+            run.channels[key] = run.channels[key] - run.offsets[key]
 
 
 def without_spikes(value: Array, least: float) -> tuple[Array, NDArray[np.int64]]:
@@ -164,6 +169,7 @@ def without_spikes(value: Array, least: float) -> tuple[Array, NDArray[np.int64]
     usual = float(np.median(np.abs(np.diff(value)))) + 1e-12
     at = np.flatnonzero(np.abs(rest) > max(SPIKE * usual, least))
     at = at[(at > 0) & (at < value.size - 1)]
+    at = at[np.abs(value[at + 1] - value[at - 1]) < AGREE * np.abs(rest[at])]
     cleaned = value.copy()
     cleaned[at] = 0.5 * (value[at - 1] + value[at + 1])
     return cleaned, at
@@ -216,7 +222,7 @@ def _parts(data: SoloData) -> None:
                 continue
             count = max(1, int(np.ceil((b - a) / (LONGEST_PART_S * RATE_HZ))))
             ends = np.linspace(a, b, count + 1).astype(int)
-            for first, last in zip(ends[:-1], ends[1:], strict=True):
+            for first, last in pairwise(ends):
                 data.parts.append(Part(number, int(first), int(last), number))
                 kept += 1
         if not kept:
@@ -225,6 +231,4 @@ def _parts(data: SoloData) -> None:
                 f"{LEAST_SPEED:.0f} m/s with a yaw rate above {LEAST_EXCITATION} rad/s RMS"
             )
     if len({part.run for part in data.parts}) == 1 and len(data.parts) > 1:
-        data.parts = [
-            Part(p.run, p.start, p.stop, i % 5) for i, p in enumerate(data.parts)
-        ]
+        data.parts = [Part(p.run, p.start, p.stop, i % 5) for i, p in enumerate(data.parts)]

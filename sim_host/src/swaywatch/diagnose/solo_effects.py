@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,9 @@ class SoloEffect:
     ----------
     id, component, kind
         As in `effect.Effect`.
+    usual
+        Every real car has it to some extent: the search starts with all of these and takes away
+        what is not needed.
     numbers
         Free numbers.
     act
@@ -74,6 +77,7 @@ class SoloEffect:
     decided_by: str = ""
     lines: tuple[str, ...] = ("f",)
     windows: tuple[tuple[int, float, float], ...] = field(default=())
+    usual: bool = False
 
     @property
     def name(self) -> str:
@@ -167,8 +171,11 @@ _FAULT = "fault of the measurement"
 _SECOND = "a second sensor of the same quantity"
 
 
-def effects(channels: tuple[str, ...]) -> list[SoloEffect]:
-    """Every explanation that the recorded channels can test."""
+def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]:
+    """Every explanation that the recorded channels can test.
+
+    `fast`: the runs are fast enough for lift and drive force to matter.
+    """
     found = [
         SoloEffect(
             "tyre_saturation", "all", "physics", "F = mu F_z sin(1.35 atan(C a/(1.35 mu F_z)))",
@@ -179,11 +186,11 @@ def effects(channels: tuple[str, ...]) -> list[SoloEffect]:
         ),
         *(
             SoloEffect(
-                "tyre_saturation", f"car_{axle}", "physics", "as above, one axle",
-                "Pacejka's characteristic",
-                (Number("peak_friction", "-", np.inf, 0.3, 5.0, 1.2),),
+                "tyre_saturation", f"car_{axle}", "physics",
+                "F = mu F_z sin(1.35 atan(C a/(1.35 mu F_z)))", "Pacejka's characteristic",
+                (Number("peak_friction", "-", np.inf, 0.3, 5.0, 1.2, (1.1, 0.4)),),
                 _friction(f"peak_friction_inverse_{axle}"), rank=2,
-                decided_by="wheel forces", lines=("f", "3f"),
+                decided_by="wheel forces", lines=("f", "3f"), usual=True,
             )
             for axle in ("front", "rear")
         ),
@@ -195,41 +202,43 @@ def effects(channels: tuple[str, ...]) -> list[SoloEffect]:
             decided_by="wheel forces and loads", lines=("f", "3f"),
         ),
         SoloEffect(
-            "tyre_relaxation", "all", "physics", "length/v da'/dt + a' = a", "lag of a rolling tyre",
-            (Number("length_m", "m", 0.0, 0.02, 3.0, 0.4),),
+            "tyre_relaxation", "all", "physics", "length/v da'/dt + a' = a",
+            "lag of a rolling tyre", (Number("length_m", "m", 0.0, 0.02, 3.0, 0.4, (0.4, 0.3)),),
             _slot("relaxation_front", "relaxation_rear"), rank=2,
-            decided_by="steering angle at the wheel and wheel forces",
+            decided_by="steering angle at the wheel and wheel forces", usual=True,
         ),
         SoloEffect(
             "longitudinal_load_transfer", "car", "physics",
             "axle loads move by m a_x h / l; stiffness in proportion", "balance of pitch moments",
-            (Number("cog_height_m", "m", 0.0, 0.0, 1.5, 0.5),), _slot("cog_height"), rank=2,
-            decided_by="axle loads", lines=("broadband",),
+            (Number("cog_height_m", "m", 0.0, 0.0, 1.5, 0.5, (0.5, 0.15)),), _slot("cog_height"),
+            rank=2, decided_by="axle loads", lines=("broadband",), usual=True,
         ),
         SoloEffect(
             "combined_slip", "car_rear", "physics",
             "rear stiffness falls by 1/(1 + k (a_x/g)^2)", "drive and brake force of the rear axle",
-            (Number("k", "-", 0.0, 0.0, 20.0, 0.5),), _slot("combined_slip"), rank=3,
-            decided_by="wheel torques", lines=("broadband",),
+            (Number("k", "-", 0.0, 0.0, 20.0, 0.5, (0.0, 1.0)),), _slot("combined_slip"), rank=3,
+            decided_by="wheel torques", lines=("broadband",), usual=fast,
         ),
         SoloEffect(
             "car_aerodynamics", "car", "physics", "axle load falls by coefficient v^2",
             "lift of a car body",
             (
-                Number("front_n_per_m2_s2", "N s2/m2", 0.0, -2.0, 2.0, 0.1),
-                Number("rear_n_per_m2_s2", "N s2/m2", 0.0, -2.0, 2.0, 0.1),
+                Number("front_n_per_m2_s2", "N s2/m2", 0.0, -2.0, 2.0, 0.1, (0.0, 0.3)),
+                Number("rear_n_per_m2_s2", "N s2/m2", 0.0, -2.0, 2.0, 0.1, (0.0, 0.3)),
             ),
             _lift, rank=3, decided_by="axle loads or ride heights at speed", lines=("mean",),
+            usual=fast,
         ),
         SoloEffect(
             "parameter_error", "car.yaw_inertia", "parameter", "true = factor x value of the file",
-            "the user's file", (_FACTOR,), _slot("yaw_inertia", factor=True), rank=4,
-            decided_by="measuring the value",
+            "the user's file", (replace(_FACTOR, known=(1.0, 0.1)),),
+            _slot("yaw_inertia", factor=True), rank=4, decided_by="measuring the value", usual=True,
         ),
         SoloEffect(
             "parameter_error", "car.steering_ratio", "parameter",
-            "true = factor x value of the file", "the user's file", (_FACTOR,), _ratio, rank=4,
-            decided_by="road-wheel angle measured at the wheel",
+            "true = factor x value of the file", "the user's file",
+            (replace(_FACTOR, known=(1.0, 0.1)),), _ratio, rank=4,
+            decided_by="road-wheel angle measured at the wheel", usual=True,
         ),
         SoloEffect(
             "sensor_gain", "speed", "measurement", "measured = factor x true", _FAULT,
@@ -237,7 +246,8 @@ def effects(channels: tuple[str, ...]) -> list[SoloEffect]:
         ),
         SoloEffect(
             "sensor_delay", STEER, "measurement", "measured(t) = true(t - delay)", _FAULT,
-            (_LAG,), _steering_delay, rank=5, decided_by=_SECOND,
+            (replace(_LAG, known=(0.0, 0.03)),), _steering_delay, rank=5, decided_by=_SECOND,
+            usual=True,
         ),
         SoloEffect(
             "steering_free_play", "steering", "physics", "backlash of the column", "gap",
@@ -270,12 +280,13 @@ def effects(channels: tuple[str, ...]) -> list[SoloEffect]:
                     Number("roll_damping", "-", 0.35, 0.05, 1.5, 0.35, (0.35, 0.15)),
                 ),
                 observe=_roll, rank=0, decided_by="roll angle or roll rate by an inertial unit",
+                usual=True,
             ),
             SoloEffect(
                 "parameter_error", f"{ACC}.position", "parameter",
                 "the accelerometer sits shift_m ahead of where signals.toml says",
-                "the user's file", (Number("shift_m", "m", 0.0, -2.5, 2.5, 0.3),),
-                observe=_position, rank=3, decided_by="a tape measure", lines=("f",),
+                "the user's file", (Number("shift_m", "m", 0.0, -2.5, 2.5, 0.3, (0.0, 0.6)),),
+                observe=_position, rank=3, decided_by="a tape measure", lines=("f",), usual=True,
             ),
         ]  # fmt: skip
     return found

@@ -63,10 +63,12 @@ class SoloFitter:
             "front_axle_to_cog": car.front_axle_to_cog, "rear_axle_to_cog": car.rear_axle_to_cog,
         }  # fmt: skip
         self.given = {n: float(v) for n in _STIFFNESS if (v := getattr(car, n)) is not None}
-        typical = 12.0 * car.mass * 9.81 * 0.5  # N/rad per axle: 12 times its load
+        # start of the fit: 10 and 16 times the axle load, a car that understeers
+        load = car.mass * 9.81 / (car.front_axle_to_cog + car.rear_axle_to_cog)
+        starts = (10.0 * load * car.rear_axle_to_cog, 16.0 * load * car.front_axle_to_cog)
         self.fitted = [
-            Number(n, "N/rad", typical, 0.05 * typical, 20.0 * typical, typical)
-            for n in _STIFFNESS if n not in self.given
+            Number(n, "N/rad", at, 0.05 * at, 20.0 * at, at)
+            for n, at in zip(_STIFFNESS, starts, strict=True) if n not in self.given
         ]  # fmt: skip
         self.inputs = [self._inputs(run) for run in range(len(data.runs))]
         self.scales = self._scales()
@@ -129,8 +131,10 @@ class SoloFitter:
             rows.append((e - e.mean()) / self.scales[name])
         return np.concatenate(rows)
 
-    def fit(self, model: SoloModel, parts: Sequence[Part], free: bool = True) -> SoloModel:
-        """Best values on the given parts; not `free`: steering offsets only."""
+    def fit(
+        self, model: SoloModel, parts: Sequence[Part], *, free: bool = True, steps: int = 12
+    ) -> SoloModel:
+        """Best values on the given parts, in at most `steps` steps; not `free`: offsets only."""
         names, low, high, at, unit, known = [], [], [], [], [], []
         if free:
             numbers = [(n.name, n) for n in self.fitted]
@@ -165,14 +169,15 @@ class SoloFitter:
 
         inside = np.clip(at, np.array(low) + 1e-9, np.array(high) - 1e-9)
         found = least_squares(
-            cost, inside, bounds=(low, high), x_scale=unit, max_nfev=25, ftol=1e-5, xtol=1e-6,
+            cost, inside, bounds=(low, high), x_scale=unit, max_nfev=steps, ftol=1e-3, xtol=1e-5,
             diff_step=1e-3,
         )  # fmt: skip
         best = build(found.x)
         rows = np.concatenate([self.residual(best, p) for p in parts])
         # residuals at 10 Hz hang together: about a second of them is one independent observation
         share = float(rows @ rows) / rows.size * RATE_HZ / BLOCK
-        variance = np.abs(np.diag(np.linalg.pinv(found.jac.T @ found.jac))) * share
+        jacobian = np.asarray(found.jac)
+        variance = np.abs(np.diag(np.linalg.pinv(jacobian.T @ jacobian))) * share
         errors = dict(zip(names, np.sqrt(variance[:k]).tolist(), strict=True))
         return SoloModel(
             best.effects, best.values, best.steering_offset, float(rows @ rows), rows.size, errors
@@ -202,7 +207,7 @@ class SoloFitter:
             others = [p for p in self.data.parts if p.fold != fold]
             if not others:
                 continue
-            taught = self.fit(model, others)
-            taught = self.fit(taught, ours, free=False)
+            taught = self.fit(model, others, steps=4)
+            taught = self.fit(taught, ours, free=False, steps=4)
             found.append((fold, taught, self.nrmse(taught, ours)))
         return found

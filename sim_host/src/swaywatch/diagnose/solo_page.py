@@ -1,0 +1,153 @@
+"""The report of a diagnosis of a car alone: one self-contained HTML page."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from swaywatch.diagnose.page import document, effects_table, figure_html, table
+from swaywatch.diagnose.runs import low_pass
+from swaywatch.diagnose.solo_effects import ACC, YAW
+from swaywatch.diagnose.solo_fit import SoloFitter, SoloModel
+
+LABELS = {YAW: "yaw rate, rad/s", ACC: "lateral acceleration, m/s²"}
+MEASURED, BEFORE, AFTER = "#777", "#d62728", "#1f77b4"
+
+
+def before_after(
+    fitter: SoloFitter, baseline: SoloModel, model: SoloModel, run: int
+) -> go.Figure | None:
+    """Measured channels of a run with both models, its parts one after another."""
+    data = fitter.data
+    parts = [p for p in data.parts if p.run == run]
+    if not parts:
+        return None
+    figure = make_subplots(
+        len(data.channels), 1, shared_xaxes=True, vertical_spacing=0.06,
+        subplot_titles=[LABELS[c] for c in data.channels],
+    )  # fmt: skip
+    for row, channel in enumerate(data.channels, start=1):
+        for number, part in enumerate(parts):
+            measured = data.runs[run].channels[channel][part.where]
+            time = data.runs[run].time[part.where]
+            lines = [("measured", measured, MEASURED)]
+            for label, used, colour in (
+                ("single-track model, nothing else", baseline, BEFORE),
+                ("with what is claimed", model, AFTER),
+            ):
+                values = fitter.outputs(used, part)[channel]
+                lines.append((label, values + float(np.mean(measured - values)), colour))
+            for label, values, colour in lines:
+                figure.add_scatter(
+                    x=time[::2], y=values[::2], name=label, row=row, col=1,
+                    line={"color": colour, "width": 1.2}, legendgroup=label,
+                    showlegend=row == 1 and number == 0,
+                )  # fmt: skip
+    figure.update_layout(title=data.runs[run].name, height=260 * len(data.channels))
+    figure.update_xaxes(title_text="time in s", row=len(data.channels), col=1)
+    return figure
+
+
+def turns(fitter: SoloFitter, model: SoloModel) -> go.Figure | None:
+    """Acceleration against speed times yaw rate plus side-slip rate of the model: where 1:1 ends."""
+    data = fitter.data
+    if not all(c in data.channels for c in (YAW, ACC)):
+        return None
+    figure = go.Figure()
+    widest = 0.0
+    for number, run in enumerate(data.runs):
+        xs, ys = [], []
+        for part in (p for p in data.parts if p.run == number):
+            outputs = fitter.outputs(model, part)
+            rate = np.gradient(outputs["lateral_velocity"]) * 100.0
+            true = run.channels["speed"][part.where] * run.channels[YAW][part.where] + rate
+            xs.append(low_pass(true, 1.5)[::10])
+            ys.append(low_pass(run.channels[ACC][part.where], 1.5)[::10])
+        if xs:
+            x, y = np.concatenate(xs), np.concatenate(ys)
+            widest = max(widest, float(np.max(np.abs(x))))
+            figure.add_scatter(x=x, y=y, mode="markers", name=run.name, marker={"size": 4})
+    figure.add_scatter(
+        x=[-widest, widest], y=[-widest, widest], mode="lines", name="1 : 1",
+        line={"color": "#000", "dash": "dash", "width": 1},
+    )  # fmt: skip
+    figure.update_layout(
+        title="Lateral acceleration as measured against speed × yaw rate + dv<sub>y</sub>/dt "
+        "(v<sub>y</sub> of the model)",
+        xaxis_title="v r + dv_y/dt, m/s²", yaxis_title="measured, m/s²", height=460,
+    )  # fmt: skip
+    return figure
+
+
+def _quantities(result: dict[str, Any]) -> str:
+    rows = [
+        [name.replace("_", " "), f"{q['value']:.3g}", f"{q['low']:.3g} to {q['high']:.3g}", q["how"]]
+        for name, q in result["quantities"].items()
+    ]
+    head = ["quantity", "value", "90 % interval", "how"]
+    return table(head, rows) if rows else ""
+
+
+def _relations(result: dict[str, Any]) -> str:
+    rows = []
+    for entry in result["relations"]:
+        runs = "; ".join(f"{name}: {value:.3g}" for name, value in entry["per_run"].items())
+        rows.append(
+            [
+                entry["name"], f"{entry['value']:.3f} {entry['unit']}", runs,
+                f"{entry['residual']:.0%}", entry["meaning"],
+            ]
+        )  # fmt: skip
+    return table(["relation", "all runs", "by run", "left over", "what it means"], rows)
+
+
+def _fits(result: dict[str, Any], fitter: SoloFitter, *models: SoloModel) -> str:
+    scores = [fitter.nrmse(m, fitter.data.parts) for m in models]
+    rows = [
+        [f"NRMSE, {LABELS.get(c, c)}", *(f"{s[c]:.3f}" for s in scores)]
+        for c in fitter.data.channels
+    ]
+    left_out = result["evidence"]["held_out_nrmse"]
+    rows.append(["NRMSE of left-out parts, all channels", *(f"{v:.3f}" for v in left_out)])
+    return table(["figure", "before", "after"], rows)
+
+
+def solo_page(
+    result: dict[str, Any], fitter: SoloFitter, baseline: SoloModel, model: SoloModel
+) -> str:
+    """The whole page."""
+    evidence = result["evidence"]
+    parts = [
+        f"<p class=v>Verdict: <b>{html.escape(result['verdict'].replace('_', ' '))}</b></p>",
+        "<p>A car without a trailer. Left-out runs are predicted with an NRMSE of "
+        f"{evidence['held_out_nrmse'][0]:.3f} by the single-track model with fitted stiffnesses "
+        f"alone and {evidence['held_out_nrmse'][1]:.3f} with what is claimed.</p>",
+        "<h2>What, and how much</h2>", effects_table(result), _quantities(result),
+        "<h2>Where: relations from measured signals alone</h2>", _relations(result),
+    ]  # fmt: skip
+    cloud = turns(fitter, model)
+    if cloud is not None:
+        parts.append(figure_html(cloud))
+    parts += ["<h2>Before and after</h2>", _fits(result, fitter, baseline, model)]
+    for run in range(len(fitter.data.runs)):
+        figure = before_after(fitter, baseline, model, run)
+        if figure is not None:
+            parts.append(figure_html(figure))
+    alone = [[x["name"], f"{x['level']:.2f}"] for x in evidence["ranking"]]
+    parts += [
+        "<h2>Each explanation alone</h2>",
+        f"<p>Mean squared mismatch; {evidence['level_without']:.2f} with none of them, "
+        f"{evidence['level_with']:.2f} with all that is claimed.</p>",
+        table(["explanation", "mismatch with it"], alone),
+        "<h2>Looked for and not needed</h2>",
+        *(f"<p>{html.escape(text)}</p>" for text in evidence["dropped"]),
+        "<h2>What remains</h2>",
+        *(f"<p>{html.escape(note['reason'])}</p>" for note in result["unexplained"]),
+        "<h2>Checks</h2>",
+        *(f"<p>{html.escape(check)}</p>" for check in result["checks"]),
+    ]
+    return document("Diagnosis of a car", parts)
