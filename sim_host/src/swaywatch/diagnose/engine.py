@@ -94,7 +94,8 @@ def diagnose(
         "signals": str(signals),
     }
     if report is not None:
-        write_page(page(result, loaded.problem, verdict.baseline, verdict.fit), report)
+        text = page(result, loaded.problem, verdict.baseline, verdict.fit, loaded.vehicle)
+        write_page(text, report)
     progress("done", 1.0)
     return result
 

@@ -165,12 +165,13 @@ class SoloFitter:
             rows = [self.residual(trial, p) for p in parts]
             # what is known of a number weighs like a few seconds of data
             prior = [10.0 * (v - b[0]) / b[1] for v, b in zip(x[:k], known, strict=True) if b]
-            return np.nan_to_num(np.concatenate([*rows, prior]), nan=1e3, posinf=1e3, neginf=-1e3)
+            e = np.concatenate([*rows, prior])
+            return np.asarray(np.nan_to_num(e, nan=1e3, posinf=1e3, neginf=-1e3))
 
         inside = np.clip(at, np.array(low) + 1e-9, np.array(high) - 1e-9)
         found = least_squares(
             cost, inside, bounds=(low, high), x_scale=unit, max_nfev=steps, ftol=1e-3, xtol=1e-5,
-            diff_step=1e-3,
+            diff_step=[1e-3] * len(at),
         )  # fmt: skip
         best = build(found.x)
         rows = np.concatenate([self.residual(best, p) for p in parts])

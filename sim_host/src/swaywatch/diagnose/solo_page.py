@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from swaywatch.diagnose.page import document, effects_table, figure_html, table
+from swaywatch.diagnose.page import document, effects_table, figure_html, headline, table
 from swaywatch.diagnose.runs import low_pass
 from swaywatch.diagnose.solo_effects import ACC, YAW
 from swaywatch.diagnose.solo_fit import SoloFitter, SoloModel
@@ -53,7 +53,7 @@ def before_after(
 
 
 def turns(fitter: SoloFitter, model: SoloModel) -> go.Figure | None:
-    """Acceleration against speed times yaw rate plus side-slip rate of the model: where 1:1 ends."""
+    """Acceleration against speed times yaw rate plus the model's side-slip rate."""
     data = fitter.data
     if not all(c in data.channels for c in (YAW, ACC)):
         return None
@@ -85,7 +85,12 @@ def turns(fitter: SoloFitter, model: SoloModel) -> go.Figure | None:
 
 def _quantities(result: dict[str, Any]) -> str:
     rows = [
-        [name.replace("_", " "), f"{q['value']:.3g}", f"{q['low']:.3g} to {q['high']:.3g}", q["how"]]
+        [
+            name.replace("_", " "),
+            f"{q['value']:.3g}",
+            f"{q['low']:.3g} to {q['high']:.3g}",
+            q["how"],
+        ]
         for name, q in result["quantities"].items()
     ]
     head = ["quantity", "value", "90 % interval", "how"]
@@ -122,7 +127,7 @@ def solo_page(
     """The whole page."""
     evidence = result["evidence"]
     parts = [
-        f"<p class=v>Verdict: <b>{html.escape(result['verdict'].replace('_', ' '))}</b></p>",
+        headline(result),
         "<p>A car without a trailer. Left-out runs are predicted with an NRMSE of "
         f"{evidence['held_out_nrmse'][0]:.3f} by the single-track model with fitted stiffnesses "
         f"alone and {evidence['held_out_nrmse'][1]:.3f} with what is claimed.</p>",
