@@ -106,6 +106,16 @@ static bool is_growing(const sway_alarm_t *alarm, const sway_alarm_input_t *inpu
     return input->belief == SWAY_BELIEF_BOTH || alarm->growing_us >= period_us(input);
 }
 
+/* What a user's stiffness alone says does not warn. */
+static bool is_above_critical(const sway_alarm_t *alarm, const sway_alarm_input_t *input)
+{
+    const sway_real_t limit = micro(alarm->config.limit_amplitude_urad_s);
+    const bool at_limit = input->has_swing && sway_real_compare(input->amplitude_rad_s, limit) >= 0;
+    const int64_t sure_milli = at_limit ? alarm->config.confidence_milli : 2500;
+    const int64_t excess_mm_s = (int64_t)input->speed_mm_s - input->v_crit_mm_s;
+    return input->is_identified && excess_mm_s * 1000 > sure_milli * input->v_crit_se_mm_s;
+}
+
 static uint32_t speed_reasons(const sway_alarm_t *alarm, const sway_alarm_input_t *input)
 {
     const sway_alarm_config_t *const config = &alarm->config;
@@ -118,8 +128,7 @@ static uint32_t speed_reasons(const sway_alarm_t *alarm, const sway_alarm_input_
     if (margin < config->notice_margin_mm_s + (noticed ? config->margin_hysteresis_mm_s : 0)) {
         reasons |= SWAY_REASON_SMALL_MARGIN;
     }
-    /* Beyond 2.5 standard errors; a user's stiffness alone does not warn. */
-    if (input->is_identified && -margin / 5 * 2 > input->v_crit_se_mm_s) {
+    if (is_above_critical(alarm, input)) {
         reasons |= SWAY_REASON_ABOVE_CRITICAL_SPEED;
         reasons |= input->is_static ? SWAY_REASON_STATIC : 0U;
     }

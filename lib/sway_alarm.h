@@ -2,7 +2,9 @@
 ///
 /// A state is entered at once and left downwards only when nothing has asked for it for `hold_ms`.
 /// Growth seen in the signals alone, against or without a model, must last one oscillation before
-/// it warns: a gust that builds up an oscillation looks like growth for as long.
+/// it warns: a gust that builds up an oscillation looks like growth for as long. A speed above the
+/// critical one warns beyond 2.5 standard errors; at once beyond `confidence_milli` of them where
+/// the swing has reached the limit amplitude, however it came there.
 #ifndef SWAY_ALARM_H
 #define SWAY_ALARM_H
 
@@ -35,11 +37,12 @@ typedef struct {
     int32_t v_crit_se_mm_s;
     sway_margin_damping_t damping; ///< combined
     sway_belief_t belief;
-    bool has_oscillation; ///< the fields below are meaningful
+    bool has_swing; ///< `amplitude_rad_s` is meaningful: there is a line, free or forced
+    sway_real_t amplitude_rad_s; ///< trailer yaw rate at `mid_time_us`
+    bool has_oscillation;        ///< it is free, and the fields below are meaningful
     sway_real_t growth_1_s;
     sway_real_t growth_se_1_s;
     sway_real_t omega_rad_s;
-    sway_real_t amplitude_rad_s; ///< trailer yaw rate at `mid_time_us`
     int64_t mid_time_us;
 } sway_alarm_input_t;
 

@@ -237,12 +237,15 @@ static void raise_alarm(sway_core_t *core, const sway_publish_t *from)
     input.v_crit_se_mm_s = core->status.v_crit_se_mm_s;
     input.damping = from->combined;
     input.belief = from->belief;
+    input.has_swing = line_is_usable(core) && has_inputs(core);
     input.has_oscillation = from->signal.usable;
+    if (input.has_swing) {
+        input.amplitude_rad_s = amplitude(core);
+    }
     if (from->signal.usable) {
         input.growth_1_s = line->growth_1_s;
         input.growth_se_1_s = line->growth_se_1_s;
         input.omega_rad_s = line->omega_rad_s;
-        input.amplitude_rad_s = amplitude(core);
         input.mid_time_us = line->mid_time_us;
     }
     sway_alarm_update(&core->alarm, &input);

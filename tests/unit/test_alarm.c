@@ -89,6 +89,17 @@ static void above_critical_speed_warns_beyond_its_error(void)
     TEST_ASSERT_BITS_LOW(SWAY_REASON_STATIC, alarm_.reasons);
 }
 
+static void at_the_limit_amplitude_a_probable_excess_warns(void)
+{
+    input.speed_mm_s = 34500; // 1 standard error
+    input.has_swing = true;
+    input.amplitude_rad_s = real(0.2);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    input.amplitude_rad_s = real(0.27);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+    TEST_ASSERT_BITS_HIGH(SWAY_REASON_ABOVE_CRITICAL_SPEED, alarm_.reasons);
+}
+
 static void a_users_stiffness_alone_does_not_warn(void)
 {
     input.is_identified = false;
@@ -179,6 +190,7 @@ int main(void)
     RUN_TEST(off_without_speed_or_knowledge);
     RUN_TEST(little_margin_is_noticed_with_hysteresis);
     RUN_TEST(above_critical_speed_warns_beyond_its_error);
+    RUN_TEST(at_the_limit_amplitude_a_probable_excess_warns);
     RUN_TEST(a_users_stiffness_alone_does_not_warn);
     RUN_TEST(a_static_limit_is_named);
     RUN_TEST(a_decaying_swing_is_noticed_only_when_slow);
