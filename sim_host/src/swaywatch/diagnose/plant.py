@@ -40,6 +40,7 @@ SCALARS = (
     "steering_flexibility",  # rad/N, road-wheel angle per front lateral force (Eq. 5.3)
     "free_play",  # rad at the road wheel, half gap, lost against the lateral force
     "hitch_friction",  # Nm
+    "hitch_sticking",  # rad/s, articulation rate below which dry friction is not yet full
     "hitch_damping",  # Nms/rad
     "aero_side",  # -
     "aero_yaw",  # -
@@ -89,6 +90,7 @@ SHORT_RELAXATION_M = 0.4  # below it two samples are too long a step
 #: as the wheel loads of the practice recordings show them; roll gain from these, a roll radius of
 #: gyration of 0.57 m and a track of 1.55 m: m h / (I omega^2)) and of a caravan, 8.4 deg per g.
 _TYPICAL = {
+    "hitch_sticking": 0.01,
     "transfer_car_front": 435.0, "transfer_car_rear": 356.0,
     "transfer_trailer_front": 420.0, "transfer_trailer_rear": 390.0,
     "roll_gain_car": 0.0115, "roll_gain_trailer": 0.0150,
@@ -198,39 +200,39 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     m2, iz2, lf2, lr2, lh2 = p[7], p[8], p[9], p[10], p[11]
     s, c = np.sin(th), np.cos(th)
     a_f1, a_f2 = x[4], x[5]
-    roll1, roll2 = e[18] * x[12], e[19] * x[13]
+    roll1, roll2 = e[19] * x[12], e[20] * x[13]
     hvy = vy - lh * r1
     vx2 = c * vx + s * hvy
     vy2 = -s * vx + c * hvy - lh2 * r2
-    sl_f = steer - _atan((vy + lf * r1) / vx) + e[11] * roll1 + ser[24]
-    sl_r = -_atan((vy - lr * r1) / vx) + e[12] * roll1 + ser[25]
-    sl_1 = -_atan((vy2 + lf2 * r2) / vx2) + e[13] * roll2 + ser[26]
-    sl_2 = -_atan((vy2 - lr2 * r2) / vx2) + e[13] * roll2 + ser[27]
+    sl_f = steer - _atan((vy + lf * r1) / vx) + e[12] * roll1 + ser[24]
+    sl_r = -_atan((vy - lr * r1) / vx) + e[13] * roll1 + ser[25]
+    sl_1 = -_atan((vy2 + lf2 * r2) / vx2) + e[14] * roll2 + ser[26]
+    sl_2 = -_atan((vy2 - lr2 * r2) / vx2) + e[14] * roll2 + ser[27]
     ef, er, e1, e2 = sl_f, sl_r, sl_1, sl_2
-    if e[8] > 0.0:
-        ef = x[6]
     if e[9] > 0.0:
-        er = x[7]
+        ef = x[6]
     if e[10] > 0.0:
+        er = x[7]
+    if e[11] > 0.0:
         e1, e2 = x[8], x[9]
     cf = p[5] * (1.0 + ser[0])
-    mu_inv = e[6] / (1.0 + ser[21])
+    mu_inv = e[7] / (1.0 + ser[21])
     if e[0] != 0.0:
         ef = ef / (1.0 + e[0] * cf * (1.0 + ser[4] / p[14]))
     if e[1] > 0.0:
         ef = ef - e[1] * np.tanh(cf * ef / 50.0)
     # Fig. 6-3 of the dissertation: the extra load sits on the left while the yaw rate is negative
     side = -1.0 if r1 < 0.0 else 1.0
-    ff = _axle(cf, p[14], ser[4], side, e[14] * a_f1 + ser[13], ser[17], ef, e[7], mu_inv, w[0])
+    ff = _axle(cf, p[14], ser[4], side, e[15] * a_f1 + ser[13], ser[17], ef, e[8], mu_inv, w[0])
     fr = _axle(
         p[6] * (1.0 + ser[1]),
         p[15],
         ser[5],
         side,
-        e[15] * a_f1 + ser[14],
+        e[16] * a_f1 + ser[14],
         ser[18],
         er,
-        e[7],
+        e[8],
         mu_inv,
         w[1],
     )
@@ -239,10 +241,10 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
         p[16],
         ser[6],
         side,
-        e[16] * a_f2 + ser[15],
+        e[17] * a_f2 + ser[15],
         ser[19],
         e1,
-        e[7],
+        e[8],
         mu_inv,
         w[2],
     )
@@ -251,10 +253,10 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
         p[17],
         ser[7],
         side,
-        e[17] * a_f2 + ser[16],
+        e[18] * a_f2 + ser[16],
         ser[20],
         e2,
-        e[7],
+        e[8],
         mu_inv,
         w[3],
     )
@@ -265,14 +267,14 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     n1 = ser[9]
     y2 = ser[10] + m2 * tilt
     n2 = ser[11]
-    if e[4] != 0.0 or e[5] != 0.0:
+    if e[5] != 0.0 or e[6] != 0.0:
         q = 0.5 * AIR_DENSITY * vx2 * vx2 * TRAILER_AREA * _atan(vy2 / vx2)
-        y2 -= q * e[4]
-        n2 -= q * e[5]
+        y2 -= q * e[5]
+        n2 -= q * e[6]
     rate = r2 - r1
-    mh = e[3] * rate
+    mh = e[4] * rate
     if e[2] != 0.0:
-        mh += e[2] * np.tanh(rate / 0.01)
+        mh += e[2] * np.tanh(rate / e[3])
     tt = t1 + t2 + y2
     fc = ff * np.cos(steer)
     ahx = ax - vy * r1 + lh * r1 * r1
@@ -301,23 +303,23 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     dx[0], dx[1], dx[2], dx[3] = vyd, r1d, rate, r2d
     # an observer keeps the state near the measured one, so that what is missing shows where and
     # when it acts instead of being carried on (innovation form of the prediction-error method)
-    dx[1] += e[28] * (ser[22] - r1)
-    dx[3] += e[28] * (ser[23] - r2)
+    dx[1] += e[29] * (ser[22] - r1)
+    dx[3] += e[29] * (ser[23] - r2)
     # roll and load transfer: second order behind the acceleration that the body feels
     dx[4] = x[10]
-    dx[10] = e[20] * (e[20] * (ay1 - tilt - a_f1) - 2.0 * e[21] * x[10])
+    dx[10] = e[21] * (e[21] * (ay1 - tilt - a_f1) - 2.0 * e[22] * x[10])
     dx[5] = x[11]
-    dx[11] = e[22] * (e[22] * (a2y - tilt - a_f2) - 2.0 * e[23] * x[11])
+    dx[11] = e[23] * (e[23] * (a2y - tilt - a_f2) - 2.0 * e[24] * x[11])
     # the roll that steers may be damped otherwise than the load transfer
     dx[12], dx[13], dx[14], dx[15] = 0.0, 0.0, 0.0, 0.0
-    if e[11] != 0.0 or e[12] != 0.0 or e[13] != 0.0:
+    if e[12] != 0.0 or e[13] != 0.0 or e[14] != 0.0:
         dx[12], dx[13] = x[14], x[15]
-        dx[14] = e[24] * (e[24] * (ay1 - tilt - x[12]) - 2.0 * e[25] * x[14])
-        dx[15] = e[26] * (e[26] * (a2y - tilt - x[13]) - 2.0 * e[27] * x[15])
-    dx[6] = (sl_f - x[6]) * vx / max(e[8], 1e-3) if e[8] > 0.0 else 0.0
-    dx[7] = (sl_r - x[7]) * vx / max(e[9], 1e-3) if e[9] > 0.0 else 0.0
-    dx[8] = (sl_1 - x[8]) * vx / max(e[10], 1e-3) if e[10] > 0.0 else 0.0
-    dx[9] = (sl_2 - x[9]) * vx / max(e[10], 1e-3) if e[10] > 0.0 else 0.0
+        dx[14] = e[25] * (e[25] * (ay1 - tilt - x[12]) - 2.0 * e[26] * x[14])
+        dx[15] = e[27] * (e[27] * (a2y - tilt - x[13]) - 2.0 * e[28] * x[15])
+    dx[6] = (sl_f - x[6]) * vx / max(e[9], 1e-3) if e[9] > 0.0 else 0.0
+    dx[7] = (sl_r - x[7]) * vx / max(e[10], 1e-3) if e[10] > 0.0 else 0.0
+    dx[8] = (sl_1 - x[8]) * vx / max(e[11], 1e-3) if e[11] > 0.0 else 0.0
+    dx[9] = (sl_2 - x[9]) * vx / max(e[11], 1e-3) if e[11] > 0.0 else 0.0
     out[0], out[1], out[2], out[3] = vy, r1, th, r2
     out[4], out[5], out[6], out[7] = w[0, 0], w[0, 1], w[1, 0], w[1, 1]
     out[8], out[9] = t1, t2
