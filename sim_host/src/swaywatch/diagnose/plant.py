@@ -55,6 +55,7 @@ SCALARS = (
     "roll_frequency_trailer", "roll_damping_trailer",
     "steer_frequency_car", "steer_damping_car", "steer_frequency_trailer", "steer_damping_trailer",
     "observer",  # 1/s, pull of the yaw rates to the measured ones (0: free simulation)
+    "bank_unsensed",  # 1: the accelerations are those of the motion, without gravity's part
 )  # fmt: skip
 
 #: Slots that are functions of time.
@@ -262,7 +263,7 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     )
     tilt = 0.0
     if ser[12] != 0.0:
-        tilt = GRAVITY * np.sin(ser[12])
+        tilt = -GRAVITY * np.sin(ser[12])  # ISO 8855: positive with the left side high
     y1 = ser[8] + m1 * tilt
     n1 = ser[9]
     y2 = ser[10] + m2 * tilt
@@ -325,7 +326,8 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     out[8], out[9] = t1, t2
     out[10], out[11], out[12], out[13] = w[0, 2], w[0, 3], w[1, 2], w[1, 3]
     out[14], out[15] = c * px - s * py, s * px + c * py
-    out[16], out[17] = ay1 - tilt, a2y - tilt
+    sensed = tilt * (1.0 - e[30])
+    out[16], out[17] = ay1 - sensed, a2y - sensed
     out[18], out[19], out[20], out[21] = r1d, r2d, roll1, roll2
     out[22], out[23], out[24], out[25] = ef, er, e1, e2
     out[26], out[27], out[28], out[29] = w[2, 0], w[2, 1], w[3, 0], w[3, 1]

@@ -26,6 +26,9 @@ WORTH = 3.0  # a windowed effect is fitted if its linear course comes this near 
 #: A term stays only if leaving it out raises chi2 by this share.
 KEEP_SHARE = 0.02
 
+#: Forms of a windowed effect that its windows are looked for with; others refine them.
+FIRST_FORMS = ("box", "box_motion")
+
 Progress = Callable[[str, float], None]
 
 
@@ -273,7 +276,7 @@ class Search:
             gains = [(self.linear_gain(locator, e), i) for i, e in enumerate(constant)]
             gains.sort(reverse=True)
             constant = [constant[i] for _, i in gains[:SHORT_LIST]]
-        windowed = [e for e in open_ if e.windowed and e.extra.get("form", "box") == "box"]
+        windowed = [e for e in open_ if e.windowed and e.extra.get("form", "box") in FIRST_FORMS]
         found: list[Candidate] = []
         with ThreadPoolExecutor(WORKERS) as pool:
             courses = list(pool.map(locator.course, windowed))

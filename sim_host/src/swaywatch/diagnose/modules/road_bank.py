@@ -12,9 +12,10 @@ from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import Run
 
 
-def _act(shape: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(shape: str, sensing: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
+        plant.scalar("bank_unsensed", 1.0 if sensing else 0.0)
         for window in windows:
             angle = np.radians(window.values["angle_deg"])
             plant.add_series("bank", angle * SHAPES[shape](window, run.time))
@@ -27,14 +28,16 @@ EFFECTS = [
         id="road_bank",
         component="road",
         kind="physics",
-        equation=f"m g sin(angle) on both bodies, {shape.replace('_', ' ')} in time",
-        source="gravity in road axes; an accelerometer sees the specific force",
+        equation=f"-m g sin(angle) on both bodies, {shape.replace('_', ' ')} in time",
+        source="ISO 8855 (positive: left side high); an accelerometer sees the specific force",
         parameters=(Parameter("angle_deg", "deg", 0.0, -15.0, 15.0, (1.0,), 0.05, 0.1),),
-        act=_act(shape),
+        act=_act(shape, sensing),
         windowed=True,
         lines=("mean", "broadband"),
         decided_by="height profile of the road",
-        extra={"form": shape},
+        extra={"form": shape + sensing},
     )
     for shape in SHAPES
+    # inertial units with an attitude filter take gravity's part out
+    for sensing in ("", "_motion")
 ]
