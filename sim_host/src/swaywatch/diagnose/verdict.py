@@ -149,7 +149,8 @@ def decide(search: Search, progress: Progress) -> Verdict:
         pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
         pairs.sort(key=lambda c: c.level)
         pair = _choose(pairs)
-        if pair is not None and level(pair.fit) > REMAINS:
+        exact = search.problem.free_start  # a correction is not: no use in searching on
+        if pair is not None and exact and level(pair.fit) > REMAINS:
             pairs = search.swap(pair) + pairs
             pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
             pairs.sort(key=lambda c: c.level)
@@ -159,7 +160,7 @@ def decide(search: Search, progress: Progress) -> Verdict:
             ranked = [(_label(c.fit), level(c.fit)) for c in pairs] + ranked
             ranked.sort(key=lambda item: item[1])
             progress("three effects", 0.85)
-            three = _third(search, pairs) if level(pair.fit) > REMAINS else []
+            three = _third(search, pairs) if exact and level(pair.fit) > REMAINS else []
             third = _choose(three)
             if third is not None and level(third.fit) < THIRD_SHARE * level(pair.fit):
                 best, alternatives = third, three

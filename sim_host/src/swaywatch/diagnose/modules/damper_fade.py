@@ -15,6 +15,7 @@ from scipy.signal import hilbert
 
 from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
 from swaywatch.diagnose.plant import PlantInput
+from swaywatch.diagnose.roll import ROLL_PARAMETERS, carried, changes
 from swaywatch.diagnose.runs import Run
 
 #: Load moved by the dampers of one axle over the rate of the body's whole load transfer.
@@ -73,6 +74,26 @@ def _observe(axle: str) -> Callable[[dict[str, Array], Run, Values], None]:
     return observe
 
 
+def _act_whole(side: float) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+    """Dampers of all wheels of the trailer: its roll itself is damped less."""
+
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del windows
+        shift = run.simulated.get("shift_trailer", np.zeros(run.time.size))
+        share = 1.0 if side == 0.0 else 0.5
+        left = 1.0 - share * (1.0 - values["factor"])
+        transfer, roll = changes(shift, values, damping=left)
+        lost = (1.0 - values["factor"]) * ROLL_DAMPING_S * rate_of(run, "trailer")
+        for end in ("front", "rear"):
+            plant.add_series(f"shift_trailer_{end}", 0.25 * transfer)
+            plant.add_series(f"slip_trailer_{end}", carried(roll, run.speed, values))
+            if side:
+                plant.add_series(f"heave_trailer_{end}", -0.5 * side * values["heave"] * lost)
+        side_effect(plant, run, values)
+
+    return act
+
+
 def _report(values: Values) -> dict[str, float]:
     return {"factor": values["factor"]}
 
@@ -103,5 +124,26 @@ EFFECTS = [
         extra={"needs_simulation": True, "form": side, "side": side},
     )
     for axle in OTHER
+    for side in SIDES
+] + [
+    Effect(
+        id="damper_fade",
+        component="trailer",
+        kind="physics",
+        equation="phi'' + factor 2 z w phi' + w^2 phi = M: load transfer and slip follow the roll",
+        source="Table 6-1; balance of roll moments",
+        parameters=(
+            (_FACTOR, *_HITCH, *ROLL_PARAMETERS)
+            if side == "both"
+            else (_FACTOR, *_HITCH, *ROLL_PARAMETERS, _HEAVE)
+        ),
+        act=_act_whole(SIDES[side]),
+        observe=_observe("trailer"),
+        lines=("f", "2f"),
+        needs=("wheel_vertical_load_fl", "hitch_vertical_force"),
+        decided_by="damper force or suspension travel",
+        report=_report,
+        extra={"needs_simulation": True, "form": side, "side": side},
+    )
     for side in SIDES
 ]

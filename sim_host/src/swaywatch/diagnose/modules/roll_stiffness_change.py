@@ -10,41 +10,25 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.signal import bilinear, hilbert, lfilter
+from scipy.signal import hilbert
 
 from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
 from swaywatch.diagnose.modules.damper_fade import STIFFNESS, side_effect
 from swaywatch.diagnose.plant import PlantInput
-from swaywatch.diagnose.runs import RATE_HZ, Run
-
-
-def changes(shift: Array, values: Values) -> tuple[Array, Array]:
-    """Change of the load transfer and of the roll (in newtons of static transfer). Shapes (n,).
-
-    With s^2 + 2 z w s + w^2 = 0 the body's roll, its transfer is that of spring and damper,
-    (2 z w s + w^2) roll; the moment that rolls the body is the same before and after.
-    """
-    w, z = values["roll_frequency_rad_s"], values["roll_damping"]
-    old = np.array([1.0, 2.0 * z * w, w * w])
-    new = np.array([1.0, 2.0 * z * w, values["factor"] * w * w])
-    below = np.polymul(new, old[1:])
-    transfer = lfilter(*bilinear(np.polymul(new[1:], old), below, RATE_HZ), shift) - shift
-    rolled = lfilter(*bilinear(w * w * old, below, RATE_HZ), shift)
-    before = lfilter(*bilinear([w * w], old[1:], RATE_HZ), shift)
-    return np.asarray(transfer), np.asarray(rolled - before)
+from swaywatch.diagnose.roll import ROLL_PARAMETERS, carried, changes
+from swaywatch.diagnose.runs import Run
 
 
 def _act(body: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         shift = run.simulated.get(f"shift_{body}", np.zeros(run.time.size))
-        transfer, roll = changes(shift, values)
+        transfer, roll = changes(shift, values, stiffness=values["factor"])
         moved = values["moved_share"] * shift
         plant.add_series(f"shift_{body}_front", 0.25 * transfer + 0.5 * moved)
         plant.add_series(f"shift_{body}_rear", 0.25 * transfer - 0.5 * moved)
-        rate = np.gradient(roll) * RATE_HZ / run.speed
-        plant.add_series(f"slip_{body}_front", values["sideways_m_per_n"] * rate)
-        plant.add_series(f"slip_{body}_rear", values["sideways_m_per_n"] * rate)
+        for end in ("front", "rear"):
+            plant.add_series(f"slip_{body}_{end}", carried(roll, run.speed, values))
         side_effect(plant, run, values)
 
     return act
@@ -92,9 +76,7 @@ EFFECTS = [
         parameters=(
             Parameter("factor", "-", 1.0, 0.3, 4.0, (1.2, 0.85), 0.02, 0.05),
             Parameter("moved_share", "-", 0.0, -0.9, 0.9, (0.0,), 0.002, 1e9),
-            Parameter("sideways_m_per_n", "m/N", 0.0, -1e-4, 1e-4, (0.0,), 1e-6, 1e9),
-            Parameter("roll_frequency_rad_s", "rad/s", 11.0, 6.0, 20.0, (11.0,), 0.2, 1e9),
-            Parameter("roll_damping", "-", 0.25, 0.05, 0.8, (0.25,), 0.02, 1e9),
+            *ROLL_PARAMETERS,
             Parameter("hitch_in_phase", "-", 0.0, -1.0, 1.0, (0.0,), 1e-3, 1e9),
             Parameter("hitch_quadrature", "-", 0.0, -1.0, 1.0, (0.0,), 1e-3, 1e9),
             STIFFNESS,
