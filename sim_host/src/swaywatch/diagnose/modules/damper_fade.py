@@ -1,7 +1,9 @@
 """Damper fade, against the user's own simulation of a body with suspension.
 
 A weak damper at one axle moves roll moment from it to the body's other axle, in phase with the
-roll rate. Weak on one side only, it lifts and drops the axle's sum at the yaw frequency as well.
+roll rate. Weak on one side only, it lifts and drops the axle's sum at the yaw frequency as well:
+the body heaves until its springs carry what the damper no longer does, and below the frequency of
+heave the axle's sum is the inertia of that heave, against the force that was lost.
 How much load a whole damper pair carries per rate of load transfer (`ROLL_DAMPING_S`) was taken
 from the practice case with a known fade.
 """
@@ -57,7 +59,7 @@ def _act(axle: str, side: float) -> Callable[[PlantInput, Run, Values, Sequence[
         plant.add_series(f"shift_{OTHER[axle]}", 0.5 * share * lost)
         side_effect(plant, run, values)
         if side:
-            plant.add_series(f"heave_{axle}", -side * values["heave"] * lost)
+            plant.add_series(f"heave_{axle}", side * values["heave"] * lost)
 
     return act
 
@@ -88,7 +90,7 @@ def _act_whole(side: float) -> Callable[[PlantInput, Run, Values, Sequence[Windo
             plant.add_series(f"shift_trailer_{end}", 0.25 * transfer)
             plant.add_series(f"slip_trailer_{end}", carried(roll, run.speed, values))
             if side:
-                plant.add_series(f"heave_trailer_{end}", -0.5 * side * values["heave"] * lost)
+                plant.add_series(f"heave_trailer_{end}", 0.5 * side * values["heave"] * lost)
         side_effect(plant, run, values)
 
     return act
