@@ -17,7 +17,7 @@ from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.fit import COMPARED, OBSERVER, Problem
 from swaywatch.diagnose.model import embedded, model_block
 from swaywatch.diagnose.page import page, write_page
-from swaywatch.diagnose.remains import locate_rest
+from swaywatch.diagnose.remains import locate_rest, suspicious
 from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
@@ -84,6 +84,10 @@ def diagnose(
     verdict = decide(search, progress)
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(search.fitter, verdict.fit)
+    elif len(verdict.fit.terms) > 1 and all(
+        t.effect.kind == "parameter" for t in verdict.fit.terms
+    ):
+        verdict.notes = suspicious(search.fitter, verdict.baseline)
     settle(verdict, loaded.problem)
     result = _result(loaded, verdict, effects)
     result["stability"] = stability(loaded.problem, verdict.fit.terms, verdict.fit.shared)

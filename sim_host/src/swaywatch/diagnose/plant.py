@@ -23,6 +23,9 @@ GRAVITY = 9.81
 AIR_DENSITY = 1.2
 SHAPE = 1.35  # of the saturating characteristic, Pacejka's C
 TRAILER_AREA = 5.0  # m2, reference area of `trailer_aerodynamics`
+#: Lag of the state of a shorter relaxation; the rest of its slip comes through at once, so that the
+#: delay at the frequencies of sway is that of the length itself and the step stays stable.
+SHORTEST_LAG_M = 0.15
 
 #: Constants of the combination, in the order the kernel reads them.
 BODY = (
@@ -211,11 +214,12 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
     sl_2 = -_atan((vy2 - lr2 * r2) / vx2) + e[14] * roll2 + ser[27]
     ef, er, e1, e2 = sl_f, sl_r, sl_1, sl_2
     if e[9] > 0.0:
-        ef = x[6]
+        ef = sl_f + min(e[9] / SHORTEST_LAG_M, 1.0) * (x[6] - sl_f)
     if e[10] > 0.0:
-        er = x[7]
+        er = sl_r + min(e[10] / SHORTEST_LAG_M, 1.0) * (x[7] - sl_r)
     if e[11] > 0.0:
-        e1, e2 = x[8], x[9]
+        part = min(e[11] / SHORTEST_LAG_M, 1.0)
+        e1, e2 = sl_1 + part * (x[8] - sl_1), sl_2 + part * (x[9] - sl_2)
     cf = p[5] * (1.0 + ser[0])
     mu_inv = e[7] / (1.0 + ser[21])
     if e[0] != 0.0:
@@ -317,10 +321,10 @@ def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-unt
         dx[12], dx[13] = x[14], x[15]
         dx[14] = e[25] * (e[25] * (ay1 - tilt - x[12]) - 2.0 * e[26] * x[14])
         dx[15] = e[27] * (e[27] * (a2y - tilt - x[13]) - 2.0 * e[28] * x[15])
-    dx[6] = (sl_f - x[6]) * vx / max(e[9], 1e-3) if e[9] > 0.0 else 0.0
-    dx[7] = (sl_r - x[7]) * vx / max(e[10], 1e-3) if e[10] > 0.0 else 0.0
-    dx[8] = (sl_1 - x[8]) * vx / max(e[11], 1e-3) if e[11] > 0.0 else 0.0
-    dx[9] = (sl_2 - x[9]) * vx / max(e[11], 1e-3) if e[11] > 0.0 else 0.0
+    dx[6] = (sl_f - x[6]) * vx / max(e[9], SHORTEST_LAG_M) if e[9] > 0.0 else 0.0
+    dx[7] = (sl_r - x[7]) * vx / max(e[10], SHORTEST_LAG_M) if e[10] > 0.0 else 0.0
+    dx[8] = (sl_1 - x[8]) * vx / max(e[11], SHORTEST_LAG_M) if e[11] > 0.0 else 0.0
+    dx[9] = (sl_2 - x[9]) * vx / max(e[11], SHORTEST_LAG_M) if e[11] > 0.0 else 0.0
     out[0], out[1], out[2], out[3] = vy, r1, th, r2
     out[4], out[5], out[6], out[7] = w[0, 0], w[0, 1], w[1, 0], w[1, 1]
     out[8], out[9] = t1, t2

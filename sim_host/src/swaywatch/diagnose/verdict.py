@@ -27,6 +27,8 @@ WINDOW_FORM = 0.012
 SECOND_WINDOWED = 1.6
 #: A second effect must lower the level by this share.
 SECOND_SHARE = 0.04
+#: Beside a correction or windows, whose form is not exact, by this one.
+SECOND_BESIDE = 0.25
 #: A third effect must lower it to this share: two are rare enough.
 THIRD_SHARE = 0.5
 SHORTEST_WINDOW_S = 0.6
@@ -241,7 +243,8 @@ def _worth_two(base: Fit, one: Fit, two: Fit, clean: float) -> bool:
         return False
     excess_one, excess_two = level(one) - clean + 0.15, level(two) - clean + 0.15
     windows = [sum(len(t.window_runs) for t in fit.terms) for fit in (one, two)]
-    share = SECOND_SHARE + 0.01 * max(windows[1] - windows[0], 0)
+    share = SECOND_SHARE if extra == 0.0 else SECOND_BESIDE
+    share += 0.01 * max(windows[1] - windows[0], 0)
     return level(two) < (1.0 - share) * level(one) and excess_two < 0.5 * excess_one
 
 

@@ -8,8 +8,8 @@ from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
 from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import Run
 
-#: Shortest length worth a claim, where it is not 0.16 m.
-LEAST_M = {"all": 0.1}
+#: Shortest length worth a claim, of one axle and of all at once.
+LEAST_M = (0.05, 0.04)
 AXLES = ("car_front", "car_rear", "trailer")
 
 
@@ -20,7 +20,7 @@ def _act(component: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]]
         del run, windows
         for axle in axles:
             slot = f"relaxation_{axle}"
-            plant.scalar(slot, max(plant.get(slot) + values["length_m"], 0.13))
+            plant.scalar(slot, plant.get(slot) + values["length_m"])
 
     return act
 
@@ -33,10 +33,7 @@ EFFECTS = [
         equation="(length/v) dF_y/dt + F_y = C alpha",
         source="Pacejka, first-order relaxation",
         parameters=(
-            # shorter ones are too stiff for the step; on every axle at once even those are seen
-            Parameter(
-                "length_m", "m", 0.0, 0.13, 3.0, (0.4,), 0.02, 0.1 if axle == "all" else 0.16
-            ),
+            Parameter("length_m", "m", 0.0, 0.0, 3.0, (0.4,), 0.02, LEAST_M[axle == "all"]),
         ),
         act=_act(axle),
         decided_by="step of slip at two speeds: the lag is a length, not a time",
