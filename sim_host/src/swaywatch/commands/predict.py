@@ -38,8 +38,7 @@ def run(args: argparse.Namespace) -> int:
     write(result, args.out)
     print(f"roles: {result['signals']}")
     print(
-        f"NRMSE baseline {result['baseline_nrmse']:.3f}, "
-        f"diagnosed {result['diagnosed_nrmse']:.3f}"
+        f"NRMSE baseline {result['baseline_nrmse']:.3f}, diagnosed {result['diagnosed_nrmse']:.3f}"
     )
     if result["baseline_iso18571"] is not None:
         print(

@@ -67,6 +67,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def figure_html(figure: go.Figure) -> str:
     """A figure in the page's look; the page holds plotly once."""
+    figure.update_annotations(font_size=12)
     figure.update_layout(
         template="plotly_white", width=WIDTH, hovermode="x unified",
         font={"family": "Helvetica, Arial, sans-serif", "size": 12, "color": "#1f2937"},
@@ -109,10 +110,7 @@ def effects_table(result: Mapping[str, Any]) -> str:
     """Ranked explanations with values, times, confidence, equivalents."""
     rows = []
     for rank, effect in enumerate(result["effects"], start=1):
-        values = "; ".join(
-            f"{k} {v['value']:.4g} ({v['low']:.4g} to {v['high']:.4g})"
-            for k, v in effect["parameters"].items()
-        )
+        values = "; ".join(_value(k, v) for k, v in effect["parameters"].items())
         windows = "; ".join(
             f"{w['run']} {w['start']:.1f}–{w['stop']:.1f} s" for w in effect["window_details"]
         )
@@ -131,6 +129,14 @@ def effects_table(result: Mapping[str, Any]) -> str:
         "would do as well", "model",
     ]  # fmt: skip
     return table(head, rows) if rows else "<p>No effect is claimed.</p>"
+
+
+def _value(name: str, value: Mapping[str, Any]) -> str:
+    """A parameter with its interval; of one in several windows, each window's."""
+    each = value.get("per_window", [])
+    if len(each) > 1:
+        return f"{name} {', '.join(f'{v:.4g}' for v in each)} (window by window)"
+    return f"{name} {value['value']:.4g} ({value['low']:.4g} to {value['high']:.4g})"
 
 
 def where(problem: Problem, index: int, result: Mapping[str, Any]) -> go.Figure:
@@ -280,12 +286,25 @@ def estimates(
                 line={"color": colour, "width": 1.2}, marker={"size": 3}, legendgroup=label,
                 showlegend=row == 1,
             )  # fmt: skip
+    for row in range(1, len(_ESTIMATES) + 1):
+        figure.update_yaxes(range=_usual(figure, row), row=row, col=1)
     figure.update_layout(
         title=f"{run.name}: what the estimator makes of the recording and of both simulations",
         height=640, margin={"l": 60, "r": 20, "t": 70, "b": 40},
     )  # fmt: skip
     figure.update_xaxes(title_text="time, s", row=len(_ESTIMATES), col=1)
     return figure
+
+
+def _usual(figure: go.Figure, row: int) -> list[float] | None:
+    """Range of nine tenths of the estimates, so that a few at a start do not hide the rest."""
+    axis = "y" if row == 1 else f"y{row}"
+    values = np.concatenate([np.asarray(t.y, float) for t in figure.data if t.yaxis == axis])
+    values = values[np.isfinite(values)]
+    if values.size < 10:
+        return None
+    low, high = np.quantile(values, [0.05, 0.95])
+    return [float(low - 0.4 * (high - low)), float(high + 0.4 * (high - low))]
 
 
 def _scores(result: Mapping[str, Any]) -> str:
@@ -332,10 +351,9 @@ def _stability(result: Mapping[str, Any]) -> str:
     block = result.get("stability") or {}
     if not block:
         return ""
-    rows = [
-        ["as believed (vehicle.toml)", _speed(block["v_crit_baseline_km_h"])],
-        ["with everything that is claimed", _speed(block["v_crit_diagnosed_km_h"])],
-    ]
+    rows = [["as believed (vehicle.toml)", _speed(block["v_crit_baseline_km_h"])]]
+    if block["without"]:
+        rows.append(["with everything that is claimed", _speed(block["v_crit_diagnosed_km_h"])])
     rows += [[f"claimed, but {n} left out", _speed(v)] for n, v in block["without"].items()]
     text = table(["critical speed of the plant", "km/h"], rows)
     text += f"<p class=note>Kick: {html.escape(block['kick'])}; effects in windows act for good."
