@@ -307,14 +307,15 @@ static bool tone_is_larger(const sway_track_t *track)
 }
 
 /* Marks the windows that hold a break. Where it is, the first window that shows it tells best: it
- * has just come in. */
+ * has just come in. While the driver steers, what comes in is no step but lasts; such a window marks
+ * itself only, for what it says of the place is not reliable. */
 static void keep_break(sway_track_t *track)
 {
     sway_line_t *line = &track->line;
     const int64_t half_us = (int64_t)line->window_samples * track->config.sample_period_us / 2;
     if (line->mid_time_us - half_us < track->break_time_us) {
         line->flags |= SWAY_LINE_MISFIT;
-    } else if (track->job.broken) {
+    } else if (track->job.broken && (line->flags & SWAY_LINE_FORCED) == 0U) {
         track->break_time_us = track->job.break_time_us;
     }
 }
