@@ -20,6 +20,7 @@ from swaywatch.diagnose.solo_effects import ACC, YAW, SoloEffect, bank_effect, e
 from swaywatch.diagnose.solo_fit import SoloFitter, SoloModel
 from swaywatch.diagnose.solo_relations import (
     Finding,
+    bank_angles,
     banked,
     relations,
     roll_per_acceleration,
@@ -176,10 +177,10 @@ def search(fitter: SoloFitter, everything: Sequence[SoloEffect], progress: Progr
         model = rest
     model = fitter.fit(model, parts)
     reached = _mean_held_out(fitter, model)
-    claims.sort(key=lambda claim: -claim.level_without)
     for i, claim in enumerate(claims):
         progress("equivalents", 0.7 + 0.25 * (i + 1) / len(claims))
         claim.equals = _equals(fitter, model, claim, everything)
+    claims.sort(key=lambda claim: -claim.level_without)
     return SoloVerdict(baseline, model, claims, (before, reached), ranking, dropped)
 
 
@@ -189,6 +190,8 @@ def _equals(
     """Explanations that do as well in its place."""
     taken = {e.name for e in model.effects}
     rest = _without(fitter, model, claim.effect)
+    # what it is worth in the company that is left
+    claim.level_without, claim.held_out_without = rest.level, _mean_held_out(fitter, rest)
     if rest.level < (1.0 + EQUAL) * model.level:
         return []
     found = []
@@ -294,7 +297,7 @@ def _effect(fitter: SoloFitter, verdict: SoloVerdict, claim: Claim) -> dict[str,
     worse = before / after - 1.0
     if np.isnan(worse):
         worse = claim.level_without / verdict.model.level - 1.0
-    sure = 0.5 + 0.45 * (1.0 - float(np.exp(-8.0 * worse)))
+    sure = 0.5 + 0.45 * (1.0 - float(np.exp(-8.0 * max(worse, 0.0))))
     if claim.equals:
         sure *= 0.6
     folds = [m for _, m, _ in fitter.held_out(verdict.model)]
@@ -355,12 +358,12 @@ def _spikes(data: SoloData, channel: str) -> dict[str, Any]:
 
 
 def _quantities(fitter: SoloFitter, verdict: SoloVerdict) -> dict[str, Any]:
-    """What an independent instrument could have measured, from relations near the model's."""
+    """What an independent instrument could have measured, from single relations."""
     data = fitter.data
     if not all(c in data.channels for c in (YAW, ACC)):
         return {}
-    extra, parts = [], []
     banks = [w for e in verdict.model.effects for w in e.windows]
+    extra, parts = [], []
     for part in data.parts:
         outputs = fitter.outputs(verdict.model, part)
         run = data.runs[part.run]
@@ -370,19 +373,34 @@ def _quantities(fitter: SoloFitter, verdict: SoloVerdict) -> dict[str, Any]:
         rate = np.gradient(outputs["lateral_velocity"]) * RATE_HZ
         extra.append(rate + run.position_m * np.gradient(outputs["true_yaw_rate"]) * RATE_HZ)
         parts.append((part.run, part.where))
+    found = {}
     values = np.degrees(roll_per_acceleration(data, extra, parts))
-    if not values.size:
-        return {}
-    half = 1.645 * float(np.std(values)) / np.sqrt(max(values.size - 1, 1))
-    middle = float(np.median(values))
-    return {
-        "roll_per_lateral_acceleration_deg_per_m_s2": {
+    if values.size:
+        half = 1.645 * float(np.std(values)) / np.sqrt(max(values.size - 1, 1))
+        middle = float(np.median(values))
+        found["roll_per_lateral_acceleration_deg_per_m_s2"] = {
             "value": middle, "low": middle - half, "high": middle + half,
             "per_part": values.tolist(),
             "how": "(a_y measured / (v r + dv_y/dt) - 1) / g in each part; true if nothing but "
             "the roll of the body makes the difference",
-        }
-    }  # fmt: skip
+        }  # fmt: skip
+    for number, (run_number, start, stop) in enumerate(banks, start=1):
+        roll = (
+            np.radians(found["roll_per_lateral_acceleration_deg_per_m_s2"]["value"])
+            if (found)
+            else 0.0
+        )
+        angles = bank_angles(data.runs[run_number], start, stop, roll)
+        if angles.size > 1:
+            half = 1.645 * float(np.std(angles)) / np.sqrt(angles.size - 1)
+            middle = float(np.mean(angles))
+            found[f"road_bank_{number}_deg"] = {
+                "value": middle, "low": middle - half, "high": middle + half,
+                "how": f"{data.runs[run_number].name}, {max(start, 0.0):.0f} s to "
+                f"{min(stop, data.runs[run_number].time[-1]):.0f} s: (v r - a_y / (1 + g roll)) / "
+                "g in stretches of 2 s; positive pulls to the left",
+            }  # fmt: skip
+    return found
 
 
 def solo_block(fitter: SoloFitter, verdict: SoloVerdict) -> dict[str, Any]:

@@ -97,7 +97,8 @@ def _turn(data: SoloData) -> Finding:
     return _slope(
         rows, "lateral acceleration / (speed x yaw rate)", "-",
         "1 in a turn without bank or roll; above 1: roll lets the accelerometer see gravity, or a "
-        "gain of one of the three",
+        "gain of one of the three; in quick manoeuvres the rate of the side-slip shifts it by some "
+        "per cent",
     )  # fmt: skip
 
 
@@ -200,6 +201,18 @@ def banked(data: SoloData, ratio: float) -> tuple[tuple[int, float, float], ...]
 
 
 EVER = 1e6  # s: a stretch that was there before the recording began or goes on after it
+
+
+def bank_angles(run: SoloRun, start: float, stop: float, roll: float) -> Array:
+    """Bank of a stretch in pieces of 2 s away from its ends, deg; `roll` in rad per m/s2."""
+    inside = (run.time > max(start, 0.0) + 2.0) & (run.time < min(stop, run.time[-1]) - 2.0)
+    turn = run.channels["speed"] * run.channels[YAW]
+    rest = (turn - run.channels[ACC] / (1.0 + GRAVITY * roll))[inside]
+    count = rest.size // int(2.0 * RATE_HZ)
+    if not count:
+        return np.zeros(0)
+    pieces = rest[: count * int(2.0 * RATE_HZ)].reshape(count, -1).mean(axis=1)
+    return np.asarray(np.degrees(np.arcsin(np.clip(pieces / GRAVITY, -1.0, 1.0))))
 
 
 def roll_per_acceleration(
