@@ -33,7 +33,7 @@ SECOND_BESIDE = 0.25
 THIRD_SHARE = 0.5
 SHORTEST_WINDOW_S = 0.6
 #: A first effect must lower the level by this share.
-FIRST_SHARE = 0.01
+FIRST_SHARE = 0.015
 #: Above this level a verdict says that something unexplained remains.
 REMAINS = 1.7
 #: Above this one nothing is claimed firmly.
@@ -93,6 +93,12 @@ def noticeable(term: Term) -> bool:
     return False
 
 
+def _too_small(ranked: Sequence[Candidate], first: Candidate) -> bool:
+    """Something too small to claim explains it better than the first that could be claimed."""
+    top = ranked[0]
+    return _inside(top.fit.terms[-1]) and level(first.fit) > _limit(level(top.fit))
+
+
 def _inside(term: Term) -> bool:
     """No value that is worth a claim lies at a bound, where no effect of its kind could be."""
     for index, value in enumerate(term.values):
@@ -134,6 +140,8 @@ def decide(search: Search, progress: Progress) -> Verdict:
     ranked = [(_label(c.fit), level(c.fit)) for c in singles]
     accepted = [c for c in singles if noticeable(c.fit.terms[-1])]
     first = _choose(accepted)
+    if first is not None and _too_small(singles, first):
+        first = None
     if first is None or not _worth_one(base, first.fit):
         cleared = Verdict("consistent", base, base, candidates=ranked[:8])
         if level(base) > REMAINS:

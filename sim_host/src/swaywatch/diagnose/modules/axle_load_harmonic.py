@@ -89,7 +89,7 @@ def generator_effect(axle: str) -> Effect:
         equation="F_z = F_z0 + gain (q/mean(q) - 1)(t - delay), q: square of the yaw rate",
         source="Eq. 6.1 and 6.2, Fig. 6-3",
         parameters=(
-            Parameter("gain_n", "N", 0.0, 0.0, LARGEST_N, (500.0,), 20.0, 60.0),
+            Parameter("gain_n", "N", 0.0, 0.0, LARGEST_N, (500.0,), 20.0, 40.0),
             Parameter("delay_s", "s", 0.0, -0.3, 3.0, (0.1,), 0.01),
         ),
         act=_act_generator(axle),
@@ -150,8 +150,8 @@ EFFECTS = [
         equation="F_z = F_z0 + amplitude cos(2 phi + phase), phi: phase of the lateral force",
         source="section 4.4.2 and 6.2",
         parameters=(
-            Parameter("in_phase_n", "N", 0.0, -LARGEST_N, LARGEST_N, (300.0,), 20.0, 60.0),
-            Parameter("quadrature_n", "N", 0.0, -LARGEST_N, LARGEST_N, (0.0,), 20.0, 60.0),
+            Parameter("in_phase_n", "N", 0.0, -LARGEST_N, LARGEST_N, (300.0,), 20.0, 40.0),
+            Parameter("quadrature_n", "N", 0.0, -LARGEST_N, LARGEST_N, (0.0,), 20.0, 40.0),
         ),
         act=_act(axle),
         windowed=True,

@@ -22,7 +22,7 @@ def _steering(plant: PlantInput, run: Run, values: Values, windows: Sequence[Win
     plant.steer = plant.steer / values["factor"]
 
 
-_FACTOR = Parameter("factor", "-", 1.0, 0.4, 2.5, (1.05,), 0.005, 0.01)
+_FACTOR = Parameter("factor", "-", 1.0, 0.4, 2.5, (1.05,), 0.005, 0.006)
 
 EFFECTS = [
     Effect(

@@ -27,7 +27,7 @@ def _report(values: Values) -> dict[str, float]:
 
 #: Roll is not recorded: its frequency and damping are fitted with the coefficient.
 _PARAMETERS = (
-    Parameter("coefficient", "rad/rad", 0.0, -1.0, 1.0, (0.05, -0.05), 0.005, 0.01),
+    Parameter("coefficient", "rad/rad", 0.0, -1.0, 1.0, (0.05, -0.05), 0.005, 0.002),
     Parameter("roll_frequency_rad_s", "rad/s", 13.0, 4.0, 40.0, (12.0,), 0.2, 1e9),
     Parameter("roll_damping", "-", 0.112, 0.03, 1.5, (0.3,), 0.02, 1e9),
 )

@@ -10,7 +10,7 @@ from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
 from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import FAULT_CHANNELS, Run
 
-_DELAY = Parameter("delay_s", "s", 0.0, -0.02, 0.4, (0.02,), 0.002, 0.004)
+_DELAY = Parameter("delay_s", "s", 0.0, -0.02, 0.4, (0.02,), 0.002, 0.003)
 
 
 def shift(time: Array, value: Array, delay: float) -> Array:

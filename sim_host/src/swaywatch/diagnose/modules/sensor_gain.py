@@ -8,7 +8,7 @@ from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
 from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import FAULT_CHANNELS, Run
 
-_FACTOR = Parameter("factor", "-", 1.0, 0.3, 3.0, (1.05,), 0.005, 0.01)
+_FACTOR = Parameter("factor", "-", 1.0, 0.3, 3.0, (1.05,), 0.005, 0.006)
 
 
 def _observe(channels: tuple[str, ...]) -> Callable[[dict[str, Array], Run, Values], None]:

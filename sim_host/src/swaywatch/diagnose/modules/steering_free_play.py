@@ -41,7 +41,7 @@ def _dead(plant: PlantInput, run: Run, v: Values, windows: Sequence[Window]) -> 
     plant.steer = dead_zone(plant.steer, np.radians(0.5 * v["gap_deg"]) / run.steering_ratio)
 
 
-_GAP = Parameter("gap_deg", "deg", 0.0, 0.0, 30.0, (0.6, 2.0, 5.0), 0.1, 0.15)
+_GAP = Parameter("gap_deg", "deg", 0.0, 0.0, 30.0, (0.6, 2.0, 5.0), 0.1, 0.1)
 
 EFFECTS = [
     Effect(

@@ -23,7 +23,7 @@ EFFECTS = [
         equation="Y = -c_s q A beta, N = -c_n q A (1 m) beta, q = rho v^2 / 2, A = 5 m2",
         source="quasi-steady aerodynamics",
         parameters=(
-            Parameter("side_force_coefficient", "-", 0.0, 0.0, 12.0, (1.0,), 0.05, 0.1),
+            Parameter("side_force_coefficient", "-", 0.0, 0.0, 12.0, (1.0,), 0.05, 0.06),
             Parameter("yaw_moment_coefficient", "-", 0.0, -5.0, 10.0, (0.5,), 0.05, 0.1),
         ),
         act=_act,
