@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 from collections import defaultdict
@@ -70,7 +71,8 @@ def per_run(windows: Any) -> dict[str, list[list[float]]]:
     for item in windows or []:
         if isinstance(item, dict):
             run = item.get("run", 0)
-            run = f"run{run + 1}" if isinstance(run, int) else plain(run).split("_")[0]
+            number = run + 1 if isinstance(run, int) else re.sub(r"\D", "", str(run)) or 1
+            run = f"run{number}"
             start = next((item[key] for key in ("start", "start_s") if key in item), 0.0)
             stop = next((item[key] for key in ("stop", "end", "stop_s") if key in item), start)
             out[run].append([float(start), float(stop)])
