@@ -105,6 +105,11 @@ void sway_core_invalid(sway_core_t *core, sway_input_t input, int64_t time_us)
 
 /* --- one line to one status ------------------------------------------------------------------- */
 
+static const sway_line_t *line_of(const sway_core_t *core)
+{
+    return sway_track_line(&core->track);
+}
+
 static int32_t speed_now(const sway_core_t *core)
 {
     return core->time_us - core->speed_time_us > SPEED_OLD_US ? -1 : core->speed_mm_s;
@@ -118,14 +123,15 @@ static void count(uint32_t *counter)
 static void begin_model(sway_core_t *core)
 {
     const int32_t speed = speed_now(core);
-    const sway_identify_t *const identify = core->identified ? &core->identify : NULL;
+    const sway_identify_t *const identify = core->identified ? &core->track.work.identify : NULL;
     core->modelled = false;
     core->stage = STAGE_PUBLISH;
     if (speed < 0) {
         return;
     }
     const sway_real_t speed_m_s = sway_real_ratio(speed, 1000);
-    if (sway_margin_start(&core->margin, identify, core->line.mid_time_us, speed_m_s) == SWAY_OK) {
+    if (sway_margin_start(&core->margin, identify, line_of(core)->mid_time_us, speed_m_s) ==
+        SWAY_OK) {
         core->modelled = true;
         core->stage = STAGE_MODEL;
     }
@@ -141,16 +147,15 @@ static void begin_line(sway_core_t *core)
         count(&core->overrun);
     }
     core->sequence = sequence;
-    core->line = *sway_track_line(&core->track);
-    core->identified =
-        sway_identify_start(&core->identify, &core->config.vehicle, &core->line) == SWAY_OK;
+    core->identified = sway_identify_start(&core->track.work.identify, &core->config.vehicle,
+                                           line_of(core)) == SWAY_OK;
     core->stage = core->identified ? STAGE_IDENTIFY : STAGE_BEGIN_MODEL;
 }
 
 static bool line_is_usable(const sway_core_t *core)
 {
     const uint32_t bad = SWAY_QUALITY_NO_OSCILLATION | SWAY_QUALITY_SEEKING;
-    return (core->identify.quality & bad) == 0U;
+    return (core->track.work.identify.quality & bad) == 0U;
 }
 
 static sway_channel_t yaw_channel(const sway_core_t *core)
@@ -161,12 +166,12 @@ static sway_channel_t yaw_channel(const sway_core_t *core)
 
 static bool has_inputs(const sway_core_t *core)
 {
-    return (core->line.valid_mask & SWAY_CHANNEL_BIT(yaw_channel(core))) != 0U;
+    return (line_of(core)->valid_mask & SWAY_CHANNEL_BIT(yaw_channel(core))) != 0U;
 }
 
 static sway_real_t amplitude(const sway_core_t *core)
 {
-    return sway_complex_abs(core->line.channel[yaw_channel(core)].amplitude);
+    return sway_complex_abs(line_of(core)->channel[yaw_channel(core)].amplitude);
 }
 
 /* Yaw rate that the wheel's movement at the line would cause if it were slow. */
@@ -174,10 +179,11 @@ static sway_real_t steered(const sway_core_t *core)
 {
     const uint32_t bit = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
     const sway_margin_model_t *const model = &core->margin.model;
-    if ((core->line.valid_mask & bit) == 0U || !model->has_steady) {
+    if ((line_of(core)->valid_mask & bit) == 0U || !model->has_steady) {
         return sway_real_int(0);
     }
-    const sway_complex_t wheel = core->line.channel[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].amplitude;
+    const sway_complex_t wheel =
+        line_of(core)->channel[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].amplitude;
     const sway_real_t ratio = sway_real_ratio(1000, core->config.vehicle.car.steering_ratio_milli);
     const sway_real_t gain = sway_real_abs(model->steady.yaw_rate_gain_1_s);
     return sway_real_mul(sway_real_mul(sway_complex_abs(wheel), ratio), gain);
@@ -188,10 +194,10 @@ static sway_margin_damping_t signal_damping(const sway_core_t *core)
 {
     const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_GAP;
     sway_margin_damping_t damping;
-    sway_line_damping(&core->line, &damping.ratio, &damping.se);
+    sway_line_damping(line_of(core), &damping.ratio, &damping.se);
     damping.se = sway_margin_signal_se(&core->unrest, damping.se, amplitude(core), steered(core));
     damping.usable =
-        line_is_usable(core) && (core->identify.quality & bad) == 0U && has_inputs(core);
+        line_is_usable(core) && (core->track.work.identify.quality & bad) == 0U && has_inputs(core);
     return damping;
 }
 
@@ -205,7 +211,7 @@ static sway_margin_damping_t model_damping(const sway_core_t *core)
 
 static uint32_t quality_of(const sway_core_t *core, bool disagrees)
 {
-    uint32_t quality = core->identify.quality;
+    uint32_t quality = core->track.work.identify.quality;
     if (speed_now(core) < 0) {
         quality |= SWAY_QUALITY_NO_SPEED;
     } else if (speed_now(core) < core->config.alarm.minimum_speed_mm_s) {
@@ -223,7 +229,7 @@ static uint32_t quality_of(const sway_core_t *core, bool disagrees)
 static void raise_alarm(sway_core_t *core, const sway_publish_t *from)
 {
     const sway_margin_model_t *const model = &core->margin.model;
-    const sway_line_t *const line = &core->line;
+    const sway_line_t *const line = line_of(core);
     sway_alarm_input_t input;
     memset(&input, 0, sizeof input);
     input.time_us = from->time_us;
@@ -261,9 +267,9 @@ static void learn(sway_core_t *core, const sway_margin_damping_t *combined)
     const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_GAP;
     sway_real_t ratio;
     sway_real_t se;
-    if (line_is_usable(core) && (core->identify.quality & bad) == 0U && has_inputs(core) &&
-        combined->usable) {
-        sway_line_damping(&core->line, &ratio, &se);
+    if (line_is_usable(core) && (core->track.work.identify.quality & bad) == 0U &&
+        has_inputs(core) && combined->usable) {
+        sway_line_damping(line_of(core), &ratio, &se);
         sway_margin_learn_unrest(&core->unrest, core->time_us,
                                  sway_real_sub(ratio, combined->ratio), amplitude(core),
                                  steered(core));
@@ -276,8 +282,8 @@ static void publish(sway_core_t *core)
     sway_publish_t from;
     memset(&from, 0, sizeof from);
     const sway_margin_damping_t model = model_damping(core);
-    from.line = line_is_usable(core) ? &core->line : NULL;
-    from.identify = core->identified ? &core->identify : NULL;
+    from.line = line_is_usable(core) ? line_of(core) : NULL;
+    from.identify = core->identified ? &core->track.work.identify : NULL;
     from.model = core->modelled ? &core->margin.model : NULL;
     from.time_us = core->time_us;
     from.speed_mm_s = speed_now(core);
@@ -289,7 +295,8 @@ static void publish(sway_core_t *core)
     if ((from.quality & SWAY_QUALITY_SINGULAR) != 0U) {
         count(&core->singular);
     }
-    core->status.window_ms = core->line.window_samples * (core->config.sample_period_us / 100) / 10;
+    core->status.window_ms =
+        line_of(core)->window_samples * (core->config.sample_period_us / 100) / 10;
     sway_publish(&core->status, &from);
     raise_alarm(core, &from);
     copy_faults(core);
@@ -301,7 +308,7 @@ static void publish_part(sway_core_t *core)
 {
     if (core->part < SWAY_PUBLISH_PARTS) {
         if (core->identified) {
-            sway_publish_part(&core->status, &core->identify, core->part);
+            sway_publish_part(&core->status, &core->track.work.identify, core->part);
         }
         core->part++;
     } else {
@@ -326,7 +333,7 @@ static uint32_t next_cost(const sway_core_t *core)
 {
     switch (core->stage) {
     case STAGE_IDENTIFY:
-        return sway_identify_cost(&core->identify);
+        return sway_identify_cost(&core->track.work.identify);
     case STAGE_BEGIN_MODEL:
         return COST_BEGIN_MODEL;
     case STAGE_MODEL:
@@ -342,7 +349,7 @@ static void run_next(sway_core_t *core)
 {
     switch (core->stage) {
     case STAGE_IDENTIFY:
-        if (!sway_identify_run(&core->identify)) {
+        if (!sway_identify_run(&core->track.work.identify)) {
             core->stage = STAGE_BEGIN_MODEL;
         }
         break;

@@ -41,8 +41,6 @@ typedef struct {
     sway_core_config_t config;
     sway_grid_t grid;
     sway_track_t track;
-    sway_line_t line; ///< the estimate that is being worked on
-    sway_identify_t identify;
     sway_margin_t margin;
     sway_unrest_t unrest;
     sway_alarm_t alarm;
@@ -58,7 +56,7 @@ typedef struct {
     uint8_t stage;
     uint8_t part;    ///< of the status that is written next
     bool fed;        ///< samples have come: a row may be ready
-    bool identified; ///< identify holds results of this line
+    bool identified; ///< track.work.identify holds results of this line
     bool modelled;   ///< margin holds results of this line
 } sway_core_t;
 

@@ -19,6 +19,7 @@
 #define MAX_MISSING_FIFTHS 2U
 
 enum {
+    STATE_IDLE,
     STATE_SUMS,
     STATE_SPEED,
     STATE_BEGIN,
@@ -41,7 +42,7 @@ enum {
     STATE_RESULT,
     STATE_STEP,
     STATE_BREAK,
-    STATE_IDLE
+    STATE_COUNT
 };
 
 static sway_real_t square(sway_real_t a)
@@ -64,12 +65,6 @@ static uint32_t count_bits(uint64_t mask)
     return n;
 }
 
-void sway_line_init(sway_line_job_t *job)
-{
-    memset(job, 0, sizeof *job);
-    job->state = STATE_IDLE;
-}
-
 /* Rows per block: at most SWAY_FIT_BLOCKS blocks, few rows left over at the old end. */
 static uint32_t block_rows(uint32_t window)
 {
@@ -87,18 +82,27 @@ static uint32_t block_rows(uint32_t window)
 }
 
 sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *config,
-                             const sway_ring_t *ring, uint32_t window, sway_real_t omega_rad_s)
+                             const sway_ring_t *ring, uint32_t window, sway_real_t omega_rad_s,
+                             sway_line_t *line)
 {
-    if (job == NULL || config == NULL || ring == NULL || config->sample_period_us <= 0 ||
-        window < SWAY_WINDOW_MIN || window > SWAY_WINDOW_MAX || omega_rad_s.m <= 0) {
+    if (job == NULL || config == NULL || ring == NULL || line == NULL ||
+        config->sample_period_us <= 0 || window < SWAY_WINDOW_MIN || window > SWAY_WINDOW_MAX ||
+        omega_rad_s.m <= 0) {
         return SWAY_ERROR_ARGUMENT;
     }
     if (ring->filled < window) {
         return SWAY_ERROR_NO_DATA;
     }
     const sway_real_t row_s = sway_real_ratio(config->sample_period_us, 1000000);
-    memset(&job->line, 0, sizeof job->line);
+    memset(line, 0, sizeof *line);
+    job->line = line;
     job->config = *config;
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        job->data[c].harmonics = (config->harmonics_mask & SWAY_CHANNEL_BIT(c)) != 0U;
+        job->data[c].missing = 0;
+        job->data[c].lost = 0;
+        job->data[c].seen = false;
+    }
     job->state = STATE_SUMS;
     job->channel = 0;
     job->passes_left = MAX_PASSES;
@@ -112,20 +116,29 @@ sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *con
     job->basis.blocks = window / job->block;
     const uint32_t rows = job->basis.blocks * job->block;
     job->half_s = sway_real_mul(row_s, sway_real_ratio((int64_t)(rows - job->block), 2));
-    job->line.window_samples = (int32_t)rows;
-    job->line.mid_time_us =
+    job->line->window_samples = (int32_t)rows;
+    job->line->mid_time_us =
         ring->newest_time_us - (int64_t)(rows - 1U) * config->sample_period_us / 2;
-    job->line.omega_rad_s = omega_rad_s;
-    job->line.valid_mask =
+    job->line->omega_rad_s = omega_rad_s;
+    job->line->valid_mask =
         ring->present_mask & config->result_mask & (SWAY_CHANNEL_BIT(SWAY_CHANNELS) - 1U);
     return SWAY_OK;
+}
+
+uint32_t sway_line_harmonics(const sway_line_job_t *job)
+{
+    uint32_t mask = 0;
+    for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
+        mask |= job->data[c].harmonics ? SWAY_CHANNEL_BIT(c) : 0U;
+    }
+    return mask;
 }
 
 /* ---- block sums -------------------------------------------------------------------------- */
 
 static uint32_t oldest_slot(const sway_line_job_t *job)
 {
-    return (job->head - (uint32_t)job->line.window_samples) & (SWAY_RING_SAMPLES - 1U);
+    return (job->head - (uint32_t)job->line->window_samples) & (SWAY_RING_SAMPLES - 1U);
 }
 
 static void sum_channel(sway_line_job_t *job, const sway_ring_t *ring, uint32_t channel)
@@ -137,7 +150,7 @@ static void sum_channel(sway_line_job_t *job, const sway_ring_t *ring, uint32_t 
     data->shift = sway_fit_center(sums, blocks, data->sum, &data->removed);
     data->lost = count_bits(data->missing);
     if (5U * data->lost > MAX_MISSING_FIFTHS * blocks) {
-        job->line.valid_mask &= ~SWAY_CHANNEL_BIT(channel);
+        job->line->valid_mask &= ~SWAY_CHANNEL_BIT(channel);
     }
 }
 
@@ -164,17 +177,17 @@ static sway_real_t unrest(const sway_line_job_t *job, sway_channel_t channel)
 static uint32_t after_sums(sway_line_job_t *job)
 {
     const uint32_t steering = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
-    if ((job->line.valid_mask & steering) != 0U) {
+    if ((job->line->valid_mask & steering) != 0U) {
         const sway_real_t quiet = sway_real_ratio(job->config.steering_quiet_urad, 1000000);
         if (sway_real_less(quiet, unrest(job, SWAY_CHANNEL_STEERING_WHEEL_ANGLE))) {
-            job->line.flags |= SWAY_LINE_FORCED;
+            job->line->flags |= SWAY_LINE_FORCED;
         }
     }
-    job->used_mask = job->line.valid_mask & job->config.channel_mask;
+    job->used_mask = job->line->valid_mask & job->config.channel_mask;
     for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
         if ((job->config.channel_mask & SWAY_CHANNEL_BIT(c)) != 0U && job->data[c].lost > 0U &&
             job->data[c].seen) {
-            job->line.flags |= SWAY_LINE_GAP;
+            job->line->flags |= SWAY_LINE_GAP;
         }
     }
     job->channel = 0;
@@ -198,15 +211,16 @@ static uint32_t run_sums(sway_line_job_t *job, const sway_ring_t *ring)
 
 static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
 {
-    const int64_t n = job->line.window_samples;
+    const int64_t n = job->line->window_samples;
     uint32_t slot = oldest_slot(job);
     int64_t sum = 0;
     int64_t moment = 0; // below 2^13 * 2^17 * 2^14
     int64_t known = 0;
     for (int64_t i = 0; i < n; i++) {
-        sum += ring->speed_mm_s[slot];
-        moment += (int64_t)ring->speed_mm_s[slot] * (2 * i - n + 1);
-        known += (ring->valid[slot] >> SWAY_CHANNEL_SPEED) & 1U;
+        const int32_t speed_mm_s = (int32_t)(ring->speed[slot] / 2U);
+        sum += speed_mm_s;
+        moment += (int64_t)speed_mm_s * (2 * i - n + 1);
+        known += ring->speed[slot] & 1U;
         slot = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
     }
     if (4 * known < 3 * n || sum == 0) {
@@ -214,14 +228,14 @@ static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
     }
     /* slope per row = 2 moment / (n (n^2 - 1) / 3) */
     const sway_real_t per_row = sway_real_ratio(6 * moment, n * (n * n - 1));
-    job->line.speed_m_s = sway_real_ratio(sum, 1000 * n);
-    job->line.speed_slope_m_s2 = sway_real_div(sway_real_mul(per_row, sway_real_int(1000)),
-                                               sway_real_int(job->config.sample_period_us));
+    job->line->speed_m_s = sway_real_ratio(sum, 1000 * n);
+    job->line->speed_slope_m_s2 = sway_real_div(sway_real_mul(per_row, sway_real_int(1000)),
+                                                sway_real_int(job->config.sample_period_us));
     const sway_real_t change = sway_real_abs(sway_real_mul(per_row, sway_real_int(n)));
     const sway_real_t allowed = sway_real_mul(
         sway_real_ratio(sum, n), sway_real_ratio(job->config.speed_change_milli, 1000));
     if (sway_real_less(allowed, change)) {
-        job->line.flags |= SWAY_LINE_SPEED_CHANGING;
+        job->line->flags |= SWAY_LINE_SPEED_CHANGING;
     }
     return STATE_BEGIN;
 }
@@ -259,8 +273,8 @@ static sway_complex_t sinh_complex(sway_real_t re, sway_real_t im)
 static sway_complex_t block_factor(const sway_line_job_t *job, int64_t harmonic)
 {
     const sway_real_t times = sway_real_ratio(harmonic, 2 * (int64_t)job->block);
-    const sway_real_t re = sway_real_mul(per_block(job, job->line.growth_1_s), times);
-    const sway_real_t im = sway_real_mul(per_block(job, job->line.omega_rad_s), times);
+    const sway_real_t re = sway_real_mul(per_block(job, job->line->growth_1_s), times);
+    const sway_real_t im = sway_real_mul(per_block(job, job->line->omega_rad_s), times);
     const sway_real_t m = sway_real_int((int64_t)job->block);
     return sway_complex_div(sinh_complex(sway_real_mul(re, m), sway_real_mul(im, m)),
                             sinh_complex(re, im));
@@ -272,8 +286,8 @@ static uint32_t run_begin(sway_line_job_t *job, const sway_ring_t *ring)
     memset(&job->normal, 0, sizeof job->normal);
     job->channel = 0;
     const sway_real_t per_s2 = per_block(job, job->config.chirp_rad_s2);
-    const sway_fit_pole_t pole = {.growth = per_block(job, job->line.growth_1_s),
-                                  .omega = per_block(job, job->line.omega_rad_s),
+    const sway_fit_pole_t pole = {.growth = per_block(job, job->line->growth_1_s),
+                                  .omega = per_block(job, job->line->omega_rad_s),
                                   .chirp = per_block(job, per_s2),
                                   .forced = per_block(job, job->config.forced_rad_s)};
     sway_fit_begin(&job->basis, job->basis.blocks, &pole);
@@ -490,7 +504,7 @@ static void measure_second(sway_line_job_t *job, uint32_t channel, sway_real_t v
                            sway_real_t *product)
 {
     sway_line_data_t *data = &job->data[channel];
-    sway_line_channel_t *result = &job->line.channel[channel];
+    sway_line_channel_t *result = &job->line->channel[channel];
     sway_real_t full[SWAY_FIT_LINEAR];
     for (uint32_t i = 4; i < SWAY_FIT_LINEAR && job->columns == 4U; i++) {
         product[i] = sway_fit_product(&job->basis, i, data->sum);
@@ -521,7 +535,7 @@ static uint32_t columns_of(const sway_line_job_t *job, const sway_line_data_t *d
 
 static uint32_t next_channel(sway_line_job_t *job)
 {
-    const uint32_t mask = job->final ? job->line.valid_mask : job->used_mask;
+    const uint32_t mask = job->final ? job->line->valid_mask : job->used_mask;
     job->channel++;
     while (job->channel < SWAY_CHANNELS && (mask & SWAY_CHANNEL_BIT(job->channel)) == 0U) {
         job->channel++;
@@ -533,7 +547,7 @@ static uint32_t run_channel(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
     const uint32_t c = job->channel;
-    const uint32_t mask = job->final ? job->line.valid_mask : job->used_mask;
+    const uint32_t mask = job->final ? job->line->valid_mask : job->used_mask;
     if ((mask & SWAY_CHANNEL_BIT(c)) == 0U) {
         return next_channel(job);
     }
@@ -669,7 +683,7 @@ static sway_real_t variance_along(const sway_line_job_t *job, const sway_line_da
 static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t variance)
 {
     const sway_line_data_t *data = &job->data[channel];
-    sway_line_channel_t *result = &job->line.channel[channel];
+    sway_line_channel_t *result = &job->line->channel[channel];
     const sway_real_t unit = sway_real_scale(sway_line_unit((sway_channel_t)channel), data->shift);
     const sway_complex_t a = sway_complex(data->parameter[0], data->parameter[1]);
     const sway_real_t size = sway_complex_abs(a);
@@ -742,7 +756,7 @@ static uint32_t run_noise(sway_line_job_t *job, const sway_ring_t *ring)
         add_share(job, data, blow);
     }
     const sway_real_t unit = sway_real_scale(sway_line_unit((sway_channel_t)c), data->shift);
-    job->line.channel[c].noise_rms = sway_real_mul(
+    job->line->channel[c].noise_rms = sway_real_mul(
         unit, sway_real_sqrt(sway_real_div(job->variance, sway_real_int((int64_t)job->block))));
     job->variance = sway_real_mul(job->variance, blow);
     return STATE_RESULT;
@@ -819,18 +833,18 @@ static void take_step(sway_line_job_t *job, sway_real_t growth, sway_real_t omeg
     }
     const sway_real_t steepest = sway_real_div(sway_real_int(MAX_EXPONENT), job->half_s);
     const sway_real_t new_growth =
-        sway_real_add(job->line.growth_1_s, sway_real_div(growth, job->half_s));
+        sway_real_add(job->line->growth_1_s, sway_real_div(growth, job->half_s));
     const sway_real_t new_omega =
-        sway_real_add(job->line.omega_rad_s, sway_real_div(omega, job->half_s));
-    job->line.growth_1_s = clamp(new_growth, sway_real_neg(steepest), steepest);
-    job->line.omega_rad_s = clamp(new_omega, hertz(job->config.frequency_min_mhz, 70),
-                                  hertz(job->config.frequency_max_mhz, 130));
+        sway_real_add(job->line->omega_rad_s, sway_real_div(omega, job->half_s));
+    job->line->growth_1_s = clamp(new_growth, sway_real_neg(steepest), steepest);
+    job->line->omega_rad_s = clamp(new_omega, hertz(job->config.frequency_min_mhz, 70),
+                                   hertz(job->config.frequency_max_mhz, 130));
 }
 
 static bool stands_out(const sway_line_job_t *job)
 {
     for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
-        const sway_line_channel_t *channel = &job->line.channel[c];
+        const sway_line_channel_t *channel = &job->line->channel[c];
         const sway_real_t bar = sway_real_mul(square(channel->amplitude_se), sway_real_int(64));
         if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U && channel->amplitude_se.m > 0 &&
             sway_real_less(bar, sway_complex_norm(channel->amplitude))) {
@@ -852,12 +866,12 @@ static bool second_is_large(const sway_line_channel_t *channel)
 /* The line stands out, lies in the band, is known to a tenth and turns at least once. */
 static bool is_oscillation(const sway_line_job_t *job)
 {
-    const sway_real_t omega = job->line.omega_rad_s;
+    const sway_real_t omega = job->line->omega_rad_s;
     const sway_real_t tenth = sway_real_mul(omega, sway_real_ratio(1, 10));
     const sway_real_t turn = sway_real_mul(omega, job->half_s); // pi for a whole one
     return stands_out(job) && !sway_real_less(omega, hertz(job->config.frequency_min_mhz, 100)) &&
            !sway_real_less(hertz(job->config.frequency_max_mhz, 100), omega) &&
-           !sway_real_less(tenth, job->line.omega_se_rad_s) &&
+           !sway_real_less(tenth, job->line->omega_se_rad_s) &&
            !sway_real_less(turn, sway_real_pi());
 }
 
@@ -867,14 +881,14 @@ static bool is_nonlinear(const sway_line_job_t *job)
     bool any = false;
     for (int i = 0; i < 2; i++) {
         any = any || ((job->used_mask & SWAY_CHANNEL_BIT(yaw[i])) != 0U &&
-                      second_is_large(&job->line.channel[yaw[i]]));
+                      second_is_large(&job->line->channel[yaw[i]]));
     }
     return any;
 }
 
 static void finish(sway_line_job_t *job)
 {
-    sway_line_t *line = &job->line;
+    sway_line_t *line = job->line;
     const sway_line_normal_t *normal = &job->normal;
     const sway_real_t blow = sway_real_div(normal->inflated, normal->all);
     const sway_real_t growth_2 = sway_real_mul(job->covariance[0], blow);
@@ -891,7 +905,7 @@ static void finish(sway_line_job_t *job)
 
 static uint32_t fail(sway_line_job_t *job)
 {
-    job->line.flags |= SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED;
+    job->line->flags |= SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED;
     return STATE_IDLE;
 }
 
@@ -918,9 +932,9 @@ static uint32_t run_break(sway_line_job_t *job, const sway_ring_t *ring)
     job->broken = block > 0U;
     if (job->broken) {
         const int64_t halves = 2 * (int64_t)block - (int64_t)job->basis.blocks;
-        job->line.flags |= SWAY_LINE_MISFIT;
-        job->break_time_us =
-            job->line.mid_time_us + halves * (int64_t)job->block * job->config.sample_period_us / 2;
+        job->line->flags |= SWAY_LINE_MISFIT;
+        job->break_time_us = job->line->mid_time_us +
+                             halves * (int64_t)job->block * job->config.sample_period_us / 2;
     }
     return STATE_IDLE;
 }
@@ -951,7 +965,7 @@ typedef struct {
     uint8_t cost; // about, see SWAY_SLICE_COST
 } slice_t;
 
-static const slice_t SLICES[STATE_IDLE] = {
+static const slice_t SLICES[STATE_COUNT] = {
     [STATE_SUMS] = {run_sums, 16},
     [STATE_SPEED] = {run_speed, 31},
     [STATE_BEGIN] = {run_begin, 13},
@@ -978,8 +992,8 @@ static const slice_t SLICES[STATE_IDLE] = {
 
 uint32_t sway_line_cost(const sway_line_job_t *job)
 {
-    if (job->state >= STATE_IDLE) {
-        return 1U;
+    if (job->state >= STATE_COUNT) {
+        return 0U;
     }
     if (job->state == STATE_CHANNELS && columns_of(job, &job->data[job->channel]) == 4U) {
         return COST_CHANNEL_OF_4;
@@ -992,7 +1006,7 @@ uint32_t sway_line_cost(const sway_line_job_t *job)
 
 bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring)
 {
-    if (job->state >= STATE_IDLE) {
+    if (job->state == STATE_IDLE || job->state >= STATE_COUNT) {
         return false;
     }
     job->state = SLICES[job->state].run(job, ring);

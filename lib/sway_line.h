@@ -65,6 +65,7 @@ typedef struct {
     int32_t steering_quiet_urad; ///< see sway_track_config_t
     int32_t speed_change_milli;
     uint32_t result_mask;     ///< channels that get a result
+    uint32_t harmonics_mask;  ///< channels that had 2f and 3f in their model last time
     sway_real_t forced_rad_s; ///< omega of a tone of the driver that is to be taken apart; or 0
     sway_real_t chirp_rad_s2; ///< known change of omega, |chirp| (window / 2)^2 <= 1 rad; or 0
 } sway_line_config_t;
@@ -93,9 +94,10 @@ typedef struct {
     bool harmonics; ///< 2f and 3f are in the model
 } sway_line_data_t;
 
-/// State of one estimate; contents are private. Lives on between estimates.
+/// State of one estimate; contents are private. Nothing of it is needed for the next one.
 typedef struct {
     sway_line_config_t config;
+    sway_line_t *line; ///< the result in the making
     uint32_t state;
     uint32_t channel;
     uint32_t passes_left;
@@ -105,8 +107,8 @@ typedef struct {
     uint32_t columns;                      ///< linear columns of that channel
     uint32_t rounds_left;                  ///< of filling its missing blocks
     int32_t residual[SWAY_FIT_BLOCKS];     ///< of that channel, in the pass that makes the result
-    bool final;   ///< this pass makes the result
-    bool changed; ///< the result asks for another model
+    bool final;                            ///< this pass makes the result
+    bool changed;                          ///< the result asks for another model
     bool converged;
     bool broken;           ///< amplitude or phase change within the window, before break_time_us
     int64_t break_time_us; ///< where `broken`
@@ -121,23 +123,23 @@ typedef struct {
     sway_fit_basis_t basis;
     sway_fit_system_t system[2]; ///< one line; with 2f and 3f
     sway_line_data_t data[SWAY_CHANNELS];
-    sway_line_t line;
 } sway_line_job_t;
-
-/// Clears a job before its first use.
-void sway_line_init(sway_line_job_t *job);
 
 /// Begins an estimate over the newest `window` rows (SWAY_WINDOW_MIN..SWAY_WINDOW_MAX) from a start
 /// frequency, good to about half a bin (1/window). SWAY_ERROR_ARGUMENT; SWAY_ERROR_NO_DATA (the
 /// ring holds fewer rows). The rows must stay in the ring for the first SWAY_CHANNELS + 1 slices.
+/// `line` is written from now on; it is the result when sway_line_run() has returned false.
 sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *config,
-                             const sway_ring_t *ring, uint32_t window, sway_real_t omega_rad_s);
+                             const sway_ring_t *ring, uint32_t window, sway_real_t omega_rad_s,
+                             sway_line_t *line);
+
+/// Channels that have 2f and 3f in their model, for the next configuration.
+uint32_t sway_line_harmonics(const sway_line_job_t *job);
 
 /// What the next slice costs about, in the unit of SWAY_SLICE_COST.
 uint32_t sway_line_cost(const sway_line_job_t *job);
 
 /// One slice; true while more is to be done.
-/// Then job->line is the result.
 bool sway_line_run(sway_line_job_t *job, const sway_ring_t *ring);
 
 /// Damping ratio -growth/sqrt(growth^2 + omega^2) and its standard error.

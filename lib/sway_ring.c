@@ -19,8 +19,9 @@ void sway_ring_push(sway_ring_t *ring, const sway_tick_t *tick)
         }
         ring->sample[c][slot] = value;
     }
-    ring->speed_mm_s[slot] = tick->value[SWAY_CHANNEL_SPEED];
-    ring->valid[slot] = valid;
+    ring->speed[slot] =
+        2U * (uint32_t)tick->value[SWAY_CHANNEL_SPEED] + ((valid >> SWAY_CHANNEL_SPEED) & 1U);
+    ring->valid[slot] = (uint16_t)(valid & UINT16_MAX);
     ring->present_mask = tick->present_mask;
     ring->newest_time_us = tick->time_us;
     ring->head = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);

@@ -11,8 +11,8 @@
 
 typedef struct {
     int32_t sample[SWAY_CHANNELS][SWAY_RING_SAMPLES];
-    int32_t speed_mm_s[SWAY_RING_SAMPLES];
-    uint32_t valid[SWAY_RING_SAMPLES]; ///< valid_mask of each row
+    uint32_t speed[SWAY_RING_SAMPLES]; ///< twice the speed in mm/s, plus 1 where it is valid
+    uint16_t valid[SWAY_RING_SAMPLES]; ///< valid_mask of the channels
     uint32_t present_mask;
     uint32_t head;   ///< slot of the next row
     uint32_t filled; ///< rows held, at most SWAY_RING_SAMPLES

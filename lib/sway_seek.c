@@ -19,25 +19,29 @@ typedef char state_fits[sizeof(struct kiss_fft_state) + (SWAY_SEEK_POINTS - 1) *
                             : -1];
 typedef char complex_fits[sizeof(kiss_fft_cpx) == sizeof(int64_t) ? 1 : -1];
 
-void sway_seek_init(sway_seek_t *seek)
+/* 2^31 cos(2 pi i / 64) for any i, from a quarter turn. */
+static int32_t cosine(uint32_t i)
 {
-    /* As kiss_fft_alloc() does, with integers: 64 points are three stages of radix 4. */
+    static const int32_t quarter[SWAY_SEEK_POINTS / 4 + 1] = {
+        2147483647, 2137142927, 2106220352, 2055013723, 1984016189, 1893911494,
+        1785567396, 1660027308, 1518500250, 1362349204, 1193077991, 1012316784,
+        821806413,  623381598,  418953276,  210490206,  0};
+    const uint32_t at = i % SWAY_SEEK_POINTS;
+    const uint32_t half = at <= SWAY_SEEK_POINTS / 2U ? at : SWAY_SEEK_POINTS - at;
+    return half <= SWAY_SEEK_POINTS / 4U ? quarter[half] : -quarter[SWAY_SEEK_POINTS / 2U - half];
+}
+
+/* As kiss_fft_alloc() does, with integers: 64 points are three stages of radix 4. */
+static void make_state(sway_seek_t *seek)
+{
     static const int factors[] = {4, 16, 4, 4, 4, 1};
     struct kiss_fft_state *state = (struct kiss_fft_state *)(void *)seek->state;
-    memset(seek, 0, sizeof *seek);
     state->nfft = SWAY_SEEK_POINTS;
     state->inverse = 0;
     memcpy(state->factors, factors, sizeof factors);
-    kiss_fft_cpx *twiddle = state->twiddles;
-    const sway_real_t step =
-        sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int(SWAY_SEEK_POINTS));
-    for (int i = 0; i < SWAY_SEEK_POINTS; i++) {
-        const sway_complex_t unit =
-            sway_complex_unit(sway_real_mul(step, sway_real_int(-(int64_t)i)));
-        const int64_t re = sway_real_to_int64(unit.re, 31);
-        const int64_t im = sway_real_to_int64(unit.im, 31);
-        twiddle[i].r = (int32_t)(re > INT32_MAX ? INT32_MAX : re < -INT32_MAX ? -INT32_MAX : re);
-        twiddle[i].i = (int32_t)(im > INT32_MAX ? INT32_MAX : im < -INT32_MAX ? -INT32_MAX : im);
+    for (uint32_t i = 0; i < SWAY_SEEK_POINTS; i++) {
+        state->twiddles[i].r = cosine(i);
+        state->twiddles[i].i = cosine(i + SWAY_SEEK_POINTS / 4U); // -sin
     }
 }
 
@@ -52,6 +56,7 @@ sway_error_t sway_seek_start(sway_seek_t *seek, const sway_seek_config_t *config
     if (rows < SWAY_WINDOW_MIN) {
         return SWAY_ERROR_NO_DATA;
     }
+    make_state(seek);
     seek->config = *config;
     seek->pending_mask =
         config->channel_mask & ring->present_mask & (SWAY_CHANNEL_BIT(SWAY_CHANNELS) - 1U);

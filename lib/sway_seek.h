@@ -38,9 +38,6 @@ typedef struct {
     uint32_t power[SWAY_SEEK_POINTS / 2];
 } sway_seek_t;
 
-/// Makes the twiddle factors of kissfft; once, before everything else.
-void sway_seek_init(sway_seek_t *seek);
-
 /// Starts a search over the rows that the ring holds now. SWAY_ERROR_NO_DATA: fewer rows than
 /// SWAY_WINDOW_MIN. SWAY_ERROR_ARGUMENT: null or an empty band.
 sway_error_t sway_seek_start(sway_seek_t *seek, const sway_seek_config_t *config,

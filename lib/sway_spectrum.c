@@ -6,7 +6,7 @@
 
 /* Bounds of one slice: table entries (two Taylor series each) and rows (channels x bins products).
  */
-#define TABLE_SLICE 8U
+#define TABLE_SLICE 4U
 #define ROW_SLICE 3U
 
 sway_error_t sway_spectrum_init(sway_spectrum_t *spectrum, uint32_t window)
@@ -23,6 +23,11 @@ sway_error_t sway_spectrum_init(sway_spectrum_t *spectrum, uint32_t window)
     return SWAY_OK;
 }
 
+static bool has_table(const sway_spectrum_t *spectrum)
+{
+    return spectrum->tabled > spectrum->window / 2U;
+}
+
 /* Adds `x` at position `phase` of the window's period to all bins of a channel. */
 static void add_sample(sway_spectrum_t *spectrum, uint32_t channel, uint32_t phase, int32_t x)
 {
@@ -30,8 +35,8 @@ static void add_sample(sway_spectrum_t *spectrum, uint32_t channel, uint32_t pha
     int64_t *im = spectrum->im[channel];
     uint32_t at = 0;
     for (uint32_t k = 0; k <= SWAY_BINS; k++) {
-        re[k] += sway_wide(x, spectrum->cosine[at]);
-        im[k] += sway_wide(x, spectrum->sine[at]);
+        re[k] += sway_wide(x, sway_spectrum_cosine(spectrum, at));
+        im[k] += sway_wide(x, sway_spectrum_sine(spectrum, at));
         at += phase;
         if (at >= spectrum->window) {
             at -= spectrum->window;
@@ -43,7 +48,7 @@ void sway_spectrum_push(sway_spectrum_t *spectrum, const sway_ring_t *ring)
 {
     const uint32_t phase = spectrum->phase;
     spectrum->phase = phase + 1U < spectrum->window ? phase + 1U : 0U;
-    if (spectrum->tabled < spectrum->window) {
+    if (!has_table(spectrum)) {
         return;
     }
     const uint32_t newest = sway_ring_slot(ring, 0);
@@ -65,7 +70,7 @@ static void make_table(sway_spectrum_t *spectrum)
 {
     const sway_real_t step =
         sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int((int64_t)spectrum->window));
-    for (uint32_t i = 0; i < TABLE_SLICE && spectrum->tabled < spectrum->window; i++) {
+    for (uint32_t i = 0; i < TABLE_SLICE && !has_table(spectrum); i++) {
         const uint32_t at = spectrum->tabled;
         sway_real_t s;
         sway_real_t c;
@@ -78,7 +83,7 @@ static void make_table(sway_spectrum_t *spectrum)
 
 bool sway_spectrum_run(sway_spectrum_t *spectrum, const sway_ring_t *ring)
 {
-    if (spectrum->tabled < spectrum->window) {
+    if (!has_table(spectrum)) {
         make_table(spectrum);
         return true;
     }
@@ -107,8 +112,9 @@ sway_complex_t sway_spectrum_bin(const sway_spectrum_t *spectrum, sway_channel_t
     const sway_complex_t sum =
         sway_complex(sway_real(spectrum->re[channel][k], -SWAY_TWIDDLE_BITS),
                      sway_real(spectrum->im[channel][k], -SWAY_TWIDDLE_BITS));
-    const sway_complex_t turn = sway_complex(sway_real(spectrum->cosine[at], -SWAY_TWIDDLE_BITS),
-                                             sway_real(-spectrum->sine[at], -SWAY_TWIDDLE_BITS));
+    const sway_complex_t turn =
+        sway_complex(sway_real(sway_spectrum_cosine(spectrum, at), -SWAY_TWIDDLE_BITS),
+                     sway_real(-sway_spectrum_sine(spectrum, at), -SWAY_TWIDDLE_BITS));
     return sway_complex_mul(sum, turn);
 }
 

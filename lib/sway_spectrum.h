@@ -30,13 +30,24 @@
 typedef struct {
     int64_t re[SWAY_CHANNELS][SWAY_BINS + 1];
     int64_t im[SWAY_CHANNELS][SWAY_BINS + 1];
-    int32_t cosine[SWAY_RING_SAMPLES]; ///< w of the present window, first N entries
-    int32_t sine[SWAY_RING_SAMPLES];
-    uint32_t window;  ///< N
-    uint32_t phase;   ///< row number of the next row, modulo N
+    int32_t cosine[SWAY_RING_SAMPLES / 2 + 1]; ///< w of the present window, entries 0 .. N/2:
+    int32_t sine[SWAY_RING_SAMPLES / 2 + 1];   ///< the others mirror them
+    uint32_t window;                           ///< N
+    uint32_t phase;                            ///< row number of the next row, modulo N
     uint32_t covered; ///< newest rows that are in the sums; ready when equal to N
-    uint32_t tabled;  ///< entries of the table that are made
+    uint32_t tabled;  ///< entries of the table that are made, N/2 + 1 in the end
 } sway_spectrum_t;
+
+/// Real and imaginary part of w[at], at < N, when the table is made.
+static inline int32_t sway_spectrum_cosine(const sway_spectrum_t *spectrum, uint32_t at)
+{
+    return spectrum->cosine[2U * at > spectrum->window ? spectrum->window - at : at];
+}
+
+static inline int32_t sway_spectrum_sine(const sway_spectrum_t *spectrum, uint32_t at)
+{
+    return 2U * at > spectrum->window ? -spectrum->sine[spectrum->window - at] : spectrum->sine[at];
+}
 
 /// Empty sums over `window` rows (SWAY_WINDOW_MIN..SWAY_WINDOW_MAX, else SWAY_ERROR_ARGUMENT).
 /// The sums fill from the ring by sway_spectrum_run().

@@ -38,7 +38,6 @@ static bool config_is_good(const sway_track_config_t *config)
 static void empty(sway_track_t *track)
 {
     sway_ring_clear(&track->ring);
-    sway_line_init(&track->job);
     memset(&track->spectrum, 0, sizeof track->spectrum);
     track->state = TRACK_IDLE;
     track->locked = false;
@@ -46,6 +45,7 @@ static void empty(sway_track_t *track)
     track->lost = 0;
     track->past_count = 0;
     track->rows_to_hop = SEEK_HOP;
+    track->harmonics_mask = 0;
     track->break_time_us = INT64_MIN;
 }
 
@@ -57,7 +57,6 @@ sway_error_t sway_track_init(sway_track_t *track, const sway_track_config_t *con
     memset(track, 0, sizeof *track);
     track->config = *config;
     track->line.flags = SWAY_LINE_STARTING | SWAY_LINE_SEEKING;
-    sway_seek_init(&track->seek);
     empty(track);
     return SWAY_OK;
 }
@@ -149,7 +148,8 @@ static sway_line_config_t line_config(const sway_track_t *track)
                                      .frequency_max_mhz = config->frequency_max_mhz,
                                      .steering_quiet_urad = config->steering_quiet_urad,
                                      .speed_change_milli = config->speed_change_milli,
-                                     .result_mask = UINT32_MAX};
+                                     .result_mask = UINT32_MAX,
+                                     .harmonics_mask = track->harmonics_mask};
     return line;
 }
 
@@ -162,16 +162,16 @@ static void start_line(sway_track_t *track, sway_real_t omega_rad_s)
     line.chirp_rad_s2 = known_chirp(track, window);
     line.forced_rad_s = track->forced_rad_s;
     const bool enough = 10U * window >= 7U * wanted;
-    if (!enough ||
-        sway_line_start(&track->job, &line, &track->ring, window, omega_rad_s) != SWAY_OK) {
+    if (!enough || sway_line_start(&track->work.job, &line, &track->ring, window, omega_rad_s,
+                                   &track->line) != SWAY_OK) {
         give_up(track, SWAY_LINE_STARTING);
         return;
     }
     if (window < wanted) {
-        track->job.line.flags |= SWAY_LINE_STARTING;
+        track->line.flags |= SWAY_LINE_STARTING;
     }
     if (line.forced_rad_s.m != 0) {
-        track->job.line.flags |= SWAY_LINE_APART;
+        track->line.flags |= SWAY_LINE_APART;
     }
     track->state = TRACK_LINE;
     track->rows_to_hop = window / HOPS_PER_WINDOW;
@@ -198,7 +198,7 @@ static sway_channel_t pilot(const sway_track_t *track)
 /* Where the sliding spectrum sees the line. */
 static sway_real_t spectrum_omega(const sway_track_t *track)
 {
-    const sway_channel_t channel = pilot(track);
+    const sway_channel_t channel = track->pilot;
     sway_real_t size[SWAY_BINS];
     uint32_t best = 1;
     size[0] = sway_real_int(0);
@@ -219,7 +219,7 @@ static bool start_seek(sway_track_t *track, uint32_t mask)
                                      .sample_period_us = track->config.sample_period_us,
                                      .frequency_min_mhz = track->config.frequency_min_mhz,
                                      .frequency_max_mhz = track->config.frequency_max_mhz};
-    return sway_seek_start(&track->seek, &seek, &track->ring) == SWAY_OK;
+    return sway_seek_start(&track->work.seek, &seek, &track->ring) == SWAY_OK;
 }
 
 static void start_held_line(sway_track_t *track)
@@ -231,6 +231,9 @@ static void start_held_line(sway_track_t *track)
 static void start_estimate(sway_track_t *track)
 {
     track->forced_rad_s = sway_real_int(0);
+    if (track->lost > 0U) {
+        track->pilot = pilot(track); // now: a line of the steering wheel would take its place
+    }
     if (!track->locked) {
         if (start_seek(track, track->config.channel_mask)) {
             track->state = TRACK_SEEK;
@@ -249,15 +252,16 @@ static void start_estimate(sway_track_t *track)
 static void run_tone_seek(sway_track_t *track)
 {
     sway_real_t omega;
-    if (sway_seek_run(&track->seek, &track->ring)) {
+    if (sway_seek_run(&track->work.seek, &track->ring)) {
         return;
     }
     const uint32_t window = wanted_window(track, track->omega_rad_s);
     sway_line_config_t tone = line_config(track);
     tone.channel_mask = STEERING;
     tone.result_mask = STEERING;
-    if (sway_seek_result(&track->seek, &omega) &&
-        sway_line_start(&track->job, &tone, &track->ring, window, omega) == SWAY_OK) {
+    if (sway_seek_result(&track->work.seek, &omega) &&
+        sway_line_start(&track->work.job, &tone, &track->ring, window, omega, &track->line) ==
+            SWAY_OK) {
         track->state = TRACK_TONE;
     } else {
         track->state = TRACK_HELD;
@@ -269,14 +273,14 @@ static void run_tone_seek(sway_track_t *track)
 static void take_tone(sway_track_t *track)
 {
     const uint32_t bad = SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED | SWAY_LINE_MISFIT;
-    const sway_line_t *tone = &track->job.line;
-    const sway_real_t span_s = sway_real_scale(track->job.half_s, 1);
+    const sway_line_t *tone = &track->line;
+    const sway_real_t span_s = sway_real_scale(track->work.job.half_s, 1);
     const sway_real_t apart =
         sway_real_mul(span_s, sway_real_sub(tone->omega_rad_s, track->omega_rad_s));
     const sway_real_t change = sway_real_mul(span_s, tone->growth_1_s);
     const sway_real_t quarter = sway_real_scale(sway_real_pi(), -1);
     const sway_real_t steady = sway_real_ratio(1, 10);
-    const bool whole = track->job.data[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].missing == 0U;
+    const bool whole = track->work.job.data[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].missing == 0U;
     if ((tone->flags & bad) == 0U && whole && sway_real_less(quarter, sway_real_abs(apart)) &&
         sway_real_less(sway_real_abs(change), steady)) {
         track->forced_rad_s = tone->omega_rad_s;
@@ -299,10 +303,10 @@ static void follow_window(sway_track_t *track)
  * moves the vehicle is the driver, and the driven line is the one to hold. */
 static bool tone_is_larger(const sway_track_t *track)
 {
-    const sway_line_data_t *data = &track->job.data[pilot(track)];
+    const sway_line_data_t *data = &track->work.job.data[pilot(track)];
     const sway_complex_t tone = sway_complex(data->parameter[6], data->parameter[7]);
     const sway_complex_t line = sway_complex_scale(
-        sway_complex(data->parameter[0], data->parameter[1]), track->job.basis.scale);
+        sway_complex(data->parameter[0], data->parameter[1]), track->work.job.basis.scale);
     return sway_real_less(sway_complex_norm(line), sway_complex_norm(tone));
 }
 
@@ -315,15 +319,14 @@ static void keep_break(sway_track_t *track)
     const int64_t half_us = (int64_t)line->window_samples * track->config.sample_period_us / 2;
     if (line->mid_time_us - half_us < track->break_time_us) {
         line->flags |= SWAY_LINE_MISFIT;
-    } else if (track->job.broken && (line->flags & SWAY_LINE_FORCED) == 0U) {
-        track->break_time_us = track->job.break_time_us;
+    } else if (track->work.job.broken && (line->flags & SWAY_LINE_FORCED) == 0U) {
+        track->break_time_us = track->work.job.break_time_us;
     }
 }
 
 static void take_line(sway_track_t *track)
 {
     const uint32_t bad = SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED;
-    track->line = track->job.line;
     keep_break(track);
     track->state = TRACK_IDLE;
     if ((track->line.flags & bad) == 0U) {
@@ -352,10 +355,10 @@ static void take_line(sway_track_t *track)
 static void run_seek(sway_track_t *track)
 {
     sway_real_t omega;
-    if (sway_seek_run(&track->seek, &track->ring)) {
+    if (sway_seek_run(&track->work.seek, &track->ring)) {
         return;
     }
-    if (sway_seek_result(&track->seek, &omega)) {
+    if (sway_seek_result(&track->work.seek, &omega)) {
         start_line(track, omega);
     } else {
         give_up(track, SWAY_LINE_NO_OSCILLATION);
@@ -396,7 +399,7 @@ uint32_t sway_track_cost(const sway_track_t *track)
         return COST_HELD;
     case TRACK_LINE:
     case TRACK_TONE:
-        return sway_line_cost(&track->job);
+        return sway_line_cost(&track->work.job);
     default:
         return track->rows_to_hop == 0U ? COST_START : 0U;
     }
@@ -404,9 +407,10 @@ uint32_t sway_track_cost(const sway_track_t *track)
 
 static void run_line(sway_track_t *track)
 {
-    if (sway_line_run(&track->job, &track->ring)) {
+    if (sway_line_run(&track->work.job, &track->ring)) {
         return;
     }
+    track->harmonics_mask = sway_line_harmonics(&track->work.job);
     if (track->state == TRACK_TONE) {
         take_tone(track);
     } else {

@@ -10,6 +10,7 @@
 #ifndef SWAY_TRACK_H
 #define SWAY_TRACK_H
 
+#include "sway_identify.h"
 #include "sway_line.h"
 #include "sway_seek.h"
 #include "sway_spectrum.h"
@@ -29,6 +30,13 @@ typedef struct {
     int32_t speed_change_milli; ///< change of speed over a window, of its mean x 1000, that flags
 } sway_track_config_t;
 
+/// Memory of what is done one after the other.
+typedef union {
+    sway_seek_t seek;
+    sway_line_job_t job;
+    sway_identify_t identify; ///< between two estimates it is the core's
+} sway_track_work_t;
+
 /// Good estimates that are kept to see how the frequency changes; a power of two.
 #define SWAY_TRACK_HISTORY 16
 
@@ -36,10 +44,11 @@ typedef struct {
     sway_track_config_t config;
     sway_ring_t ring;
     sway_spectrum_t spectrum;
-    sway_seek_t seek;
-    sway_line_job_t job;
-    sway_line_t line;      ///< latest result
-    int64_t break_time_us; ///< windows that begin earlier hold a break of the line
+    sway_track_work_t work;
+    sway_line_t line;        ///< latest result, or the one in the making
+    uint32_t harmonics_mask; ///< channels that had 2f and 3f in their last model
+    sway_channel_t pilot;    ///< the clearest channel, while a line is lost
+    int64_t break_time_us;   ///< windows that begin earlier hold a break of the line
     uint32_t sequence;
     uint32_t rows_to_hop; ///< rows until the next estimate is due
     uint32_t lost;        ///< estimates in a row that held no line
@@ -70,7 +79,8 @@ uint32_t sway_track_cost(const sway_track_t *track);
 /// One bounded slice of pending work; true while more is pending.
 bool sway_track_run(sway_track_t *track);
 
-/// The latest result and how many there have been; before the first, flags hold
+/// The latest result and how many there have been. It stays as it is until sway_track_run() goes on
+/// with the next estimate. Before the first, flags hold
 /// SWAY_LINE_STARTING | SWAY_LINE_SEEKING.
 const sway_line_t *sway_track_line(const sway_track_t *track);
 uint32_t sway_track_sequence(const sway_track_t *track);

@@ -12,6 +12,7 @@ static double to_double(sway_real_t x)
 static sway_ring_t ring;
 static sway_seek_t seek;
 static sway_line_job_t job;
+static sway_line_t result;
 static sway_track_t track;
 
 enum { COMMON = 10, PER_CHANNEL = 10 };
@@ -52,8 +53,6 @@ int estimate(const int32_t *samples, int rows, unsigned mask, double *common, do
     sway_real_t omega;
     int slices = 0;
     sway_ring_clear(&ring);
-    sway_line_init(&job);
-    sway_seek_init(&seek);
     memset(&tick, 0, sizeof tick);
     tick.valid_mask = mask;
     tick.present_mask = mask;
@@ -72,13 +71,13 @@ int estimate(const int32_t *samples, int rows, unsigned mask, double *common, do
         return -2;
     }
     common[9] = to_double(omega);
-    if (sway_line_start(&job, &what, &ring, (uint32_t)rows, omega) != SWAY_OK) {
+    if (sway_line_start(&job, &what, &ring, (uint32_t)rows, omega, &result) != SWAY_OK) {
         return -3;
     }
     while (sway_line_run(&job, &ring)) {
         slices++;
     }
-    export_line(&job.line, common, channel);
+    export_line(&result, common, channel);
     common[9] = to_double(omega);
     return slices;
 }

@@ -28,7 +28,7 @@ static void check_sums(void)
             const uint32_t back = (age + 1U) % spectrum->window;
             const uint32_t phase = (spectrum->phase + spectrum->window - back) % spectrum->window;
             const int64_t x = track.ring.sample[c][sway_ring_slot(&track.ring, age)];
-            re += x * spectrum->cosine[k * phase % spectrum->window];
+            re += x * sway_spectrum_cosine(spectrum, k * phase % spectrum->window);
         }
         require(re == spectrum->re[c][k]);
     }

@@ -22,7 +22,7 @@ FW_CORTEX_M := port/cortex_m/startup.c port/mps2/bench.c port/mps2/figures.c por
     port/semihosting/semihosting.c
 FW_CORTEX_M_INCLUDE := -mthumb -Iport/cortex_m -Iport/mps2
 FW_LINK_M = -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/mps2/mps2.ld \
-    -Wl,--defsym=flash_size=80K,--defsym=ram_size=$(or $(FW_RAM_$(1)),80K),--defsym=stack_size=4608
+    -Wl,--defsym=flash_size=96K,--defsym=ram_size=$(or $(FW_RAM_$(1)),80K),--defsym=stack_size=4096
 
 FW_CC_x86 := gcc
 FW_FLAGS_x86 := -O2 -g -D_POSIX_C_SOURCE=200809L

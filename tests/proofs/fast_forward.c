@@ -20,8 +20,8 @@ static int is_fresh(void)
                 const uint32_t back = (age + 1U) % spectrum.window;
                 const uint32_t phase = (spectrum.phase + spectrum.window - back) % spectrum.window;
                 const int64_t x = ring.sample[c][sway_ring_slot(&ring, age)];
-                re += x * spectrum.cosine[k * phase % spectrum.window];
-                im += x * spectrum.sine[k * phase % spectrum.window];
+                re += x * sway_spectrum_cosine(&spectrum, k * phase % spectrum.window);
+                im += x * sway_spectrum_sine(&spectrum, k * phase % spectrum.window);
             }
             if (re != spectrum.re[c][k] || im != spectrum.im[c][k]) {
                 return 0;

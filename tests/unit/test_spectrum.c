@@ -66,8 +66,8 @@ static void assert_sums_are_fresh(void)
             for (uint32_t age = 0; age < spectrum.window; age++) {
                 const int64_t x = ring.sample[c][sway_ring_slot(&ring, age)];
                 const uint32_t at = k * phase_of(age) % spectrum.window;
-                re += x * spectrum.cosine[at];
-                im += x * spectrum.sine[at];
+                re += x * sway_spectrum_cosine(&spectrum, at);
+                im += x * sway_spectrum_sine(&spectrum, at);
             }
             TEST_ASSERT_EQUAL_INT64(re, spectrum.re[c][k]);
             TEST_ASSERT_EQUAL_INT64(im, spectrum.im[c][k]);
@@ -129,7 +129,8 @@ static void test_largest_samples_do_not_overflow(void)
         sway_tick_t tick;
         memset(&tick, 0, sizeof tick);
         for (int c = 0; c < SWAY_CHANNELS; c++) {
-            const int32_t factor = c % 2 == 0 ? spectrum.cosine[at] : spectrum.sine[at];
+            const int32_t factor = c % 2 == 0 ? sway_spectrum_cosine(&spectrum, at)
+                                              : sway_spectrum_sine(&spectrum, at);
             tick.value[c] = factor < 0 ? 1 - SWAY_SAMPLE_LIMIT : SWAY_SAMPLE_LIMIT - 1;
         }
         sway_ring_push(&ring, &tick);
