@@ -74,6 +74,43 @@ sway_block_result_t sway_block_read(const uint8_t *block, size_t size, sway_core
     return SWAY_BLOCK_OK;
 }
 
+/* Words beyond the vehicle; the limits are those of the headers that the fields belong to. */
+typedef struct {
+    size_t offset;
+    size_t end;
+    int32_t low;
+    int32_t high;
+    bool may_be_zero;
+} range_t;
+
+#define AT(field) offsetof(sway_core_config_t, field)
+static const range_t ranges[] = {
+    {AT(sample_period_us), AT(window_cycles_milli), 5000, 20000, false},
+    {AT(window_cycles_milli), AT(input_delay_us), 1500, 6000, false},
+    {AT(input_delay_us), AT(input_period_us), -500000, 500000, false},
+    {AT(input_period_us), AT(alarm), 1000, 100000, true},
+    {AT(alarm), sizeof(sway_core_config_t), 0, INT32_MAX, false},
+};
+
+uint32_t sway_block_offender(const sway_core_config_t *config)
+{
+    const sway_vehicle_range_t *vehicle = NULL;
+    if (sway_vehicle_check(&config->vehicle, &vehicle) != SWAY_OK) {
+        return (uint32_t)((AT(vehicle) + vehicle->offset) / sizeof(int32_t));
+    }
+    for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
+        for (size_t at = ranges[i].offset; at < ranges[i].end; at += sizeof(int32_t)) {
+            int32_t value = 0;
+            memcpy(&value, (const uint8_t *)config + at, sizeof value);
+            const bool is_zero = value == 0 && ranges[i].may_be_zero;
+            if (!is_zero && (value < ranges[i].low || value > ranges[i].high)) {
+                return (uint32_t)(at / sizeof(int32_t));
+            }
+        }
+    }
+    return SWAY_BLOCK_WORDS;
+}
+
 sway_error_t sway_block_get(const sway_core_config_t *config, uint32_t index, int32_t *value)
 {
     if (index >= SWAY_BLOCK_WORDS) {

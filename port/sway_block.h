@@ -12,7 +12,7 @@
 #include "sway_core.h"
 
 /// Counts up with every change of sway_core_config_t; a block of another version is refused.
-#define SWAY_BLOCK_VERSION 1U
+#define SWAY_BLOCK_VERSION 2U
 
 #define SWAY_BLOCK_WORDS (sizeof(sway_core_config_t) / sizeof(int32_t))
 #define SWAY_BLOCK_SIZE (12U + 4U * SWAY_BLOCK_WORDS + 4U)
@@ -36,6 +36,9 @@ sway_block_result_t sway_block_read(const uint8_t *block, size_t size, sway_core
 /// Word `index` of a configuration; SWAY_ERROR_ARGUMENT beyond the last one.
 sway_error_t sway_block_get(const sway_core_config_t *config, uint32_t index, int32_t *value);
 sway_error_t sway_block_set(sway_core_config_t *config, uint32_t index, int32_t value);
+
+/// The number of the first word that sway_core_init() refuses; SWAY_BLOCK_WORDS: it refuses none.
+uint32_t sway_block_offender(const sway_core_config_t *config);
 
 /// CRC-32 (IEEE 802.3) of `size` bytes; 0 to start, the last result to go on.
 uint32_t sway_block_crc32(uint32_t crc, const void *bytes, size_t size);

@@ -213,8 +213,19 @@ static uint8_t store(sway_ecu_t *ecu)
     return RESULT_DONE;
 }
 
-static uint8_t obey(sway_ecu_t *ecu, uint8_t command, uint32_t index, int32_t *value)
+/* Names the word that is out of its range; where none is, the ECU's state forbids new values. */
+static uint8_t explain(const sway_ecu_t *ecu, uint8_t result, uint32_t *index, int32_t *value)
 {
+    if (result == RESULT_REFUSED) {
+        const uint32_t offender = sway_block_offender(&ecu->staged);
+        *index = sway_block_get(&ecu->staged, offender, value) == SWAY_OK ? offender : *index;
+    }
+    return result;
+}
+
+static uint8_t obey(sway_ecu_t *ecu, uint8_t command, uint32_t *number, int32_t *value)
+{
+    const uint32_t index = *number;
     switch (command) {
     case COMMAND_READ:
         return sway_block_get(&ecu->staged, index, value) == SWAY_OK ? RESULT_DONE
@@ -223,9 +234,9 @@ static uint8_t obey(sway_ecu_t *ecu, uint8_t command, uint32_t index, int32_t *v
         return sway_block_set(&ecu->staged, index, *value) == SWAY_OK ? RESULT_DONE
                                                                       : RESULT_NO_INDEX;
     case COMMAND_APPLY:
-        return apply(ecu);
+        return explain(ecu, apply(ecu), number, value);
     case COMMAND_STORE:
-        return store(ecu);
+        return explain(ecu, store(ecu), number, value);
     case COMMAND_DISCARD:
         ecu->staged = ecu->config;
         return RESULT_DONE;
@@ -246,13 +257,14 @@ static void answer(sway_ecu_t *ecu, const sway_port_frame_t *frame)
         return;
     }
     int32_t value = request.parameter_value;
-    const uint8_t result = obey(ecu, request.parameter_command, request.parameter_index, &value);
+    uint32_t index = request.parameter_index;
+    const uint8_t result = obey(ecu, request.parameter_command, &index, &value);
     if (result != RESULT_DONE) {
         ecu->requests_refused += 1U;
     }
     const struct swaywatch_dbc_sway_parameter_reply_t reply = {
         .parameter_result = result,
-        .parameter_reply_index = request.parameter_index,
+        .parameter_reply_index = (uint16_t)index,
         .parameter_reply_value = value,
     };
     sway_port_frame_t out = {.id = ID_REPLY, .dlc = 8};

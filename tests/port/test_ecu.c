@@ -1,0 +1,618 @@
+/* port/sway_ecu, sway_block, sway_store, sway_checks: start-up, parameters over CAN and in flash,
+ * safe state, fault reports. */
+#include <stdlib.h>
+
+#include "port_test.h"
+#include "sway_checks.h"
+#include "sway_store.h"
+
+#define QUEUE 64
+
+static sway_ecu_t ecu;
+static sway_ecu_retained_t retained;
+static sway_port_frame_t inbox[QUEUE];
+static unsigned inbox_count;
+static unsigned inbox_at;
+static sway_port_frame_t sent[4096];
+static unsigned sent_count;
+static int64_t now_us;
+static bool no_room;
+static unsigned alive_count;
+
+/* Two pages of flash, and when the power goes: after so many bytes, the erasure counts as one. */
+static uint8_t page[SWAY_STORE_SLOTS][SWAY_BLOCK_SIZE];
+static int power_left;
+static bool flash_is_dead;
+
+static bool receive(void *context, sway_port_frame_t *frame)
+{
+    (void)context;
+    if (inbox_at == inbox_count) {
+        return false;
+    }
+    *frame = inbox[inbox_at++ % QUEUE];
+    return true;
+}
+
+static bool send(void *context, const sway_port_frame_t *frame)
+{
+    (void)context;
+    if (!no_room && sent_count < sizeof sent / sizeof sent[0]) {
+        sent[sent_count++] = *frame;
+    }
+    return !no_room;
+}
+
+static int64_t time_us(void *context)
+{
+    (void)context;
+    return now_us;
+}
+
+static bool erase(void *context, uint32_t slot)
+{
+    (void)context;
+    if (power_left == 0 || flash_is_dead) {
+        return false;
+    }
+    power_left -= power_left > 0 ? 1 : 0;
+    memset(page[slot], 0xFF, sizeof page[slot]);
+    return true;
+}
+
+static bool write(void *context, uint32_t slot, const uint8_t *block, size_t size)
+{
+    (void)context;
+    for (size_t i = 0; i < size; i++) {
+        if (power_left == 0) {
+            return false;
+        }
+        power_left -= power_left > 0 ? 1 : 0;
+        page[slot][i] = (uint8_t)(page[slot][i] & block[i]);
+    }
+    return true;
+}
+
+static const sway_store_t flash = {.slot = {page[0], page[1]}, .erase = erase, .write = write};
+
+static bool store(void *context, const uint8_t *block, size_t size)
+{
+    (void)context;
+    return sway_store_write(&flash, block, size);
+}
+
+static void alive(void *context)
+{
+    (void)context;
+    alive_count++;
+}
+
+static const sway_port_t port = {
+    .receive = receive, .send = send, .time_us = time_us, .store = store, .alive = alive};
+
+void setUp(void)
+{
+    memset(&retained, 0, sizeof retained);
+    memset(page, 0xFF, sizeof page);
+    inbox_count = inbox_at = sent_count = alive_count = 0U;
+    now_us = 0;
+    no_room = flash_is_dead = false;
+    power_left = -1;
+}
+
+void tearDown(void)
+{
+}
+
+static void start_from(const uint8_t *block)
+{
+    sent_count = 0U;
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_ecu_start(&ecu, &port, &retained, block, SWAY_BLOCK_SIZE));
+}
+
+static void start(void)
+{
+    start_from(sway_store_find(&flash, NULL));
+}
+
+static void put_block(unsigned slot, const sway_core_config_t *config, uint32_t sequence)
+{
+    sway_block_write(config, sequence, page[slot]);
+}
+
+static void start_good(void)
+{
+    const sway_core_config_t config = good_config();
+    put_block(0, &config, 1);
+    start();
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+}
+
+static void give(sway_port_frame_t frame)
+{
+    now_us += 1000;
+    frame.time_us = now_us;
+    inbox[inbox_count++ % QUEUE] = frame;
+    for (int i = 0; i < 64; i++) {
+        (void)sway_ecu_poll(&ecu);
+    }
+}
+
+static struct swaywatch_dbc_sway_parameter_reply_t ask(uint8_t command, uint16_t index,
+                                                       int32_t value)
+{
+    sent_count = 0U;
+    give(request_frame(command, index, value));
+    for (unsigned i = 0; i < sent_count; i++) {
+        if (sent[i].id == SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID) {
+            return reply_of(&sent[i]);
+        }
+    }
+    TEST_FAIL_MESSAGE("no reply");
+    return reply_of(&sent[0]);
+}
+
+static struct swaywatch_dbc_sway_fault_report_t report(void)
+{
+    sent_count = 0U;
+    for (int i = 0; i < 1200; i++) {
+        now_us += 1000;
+        (void)sway_ecu_poll(&ecu);
+        if (sent_count > 0U &&
+            sent[sent_count - 1U].id == SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID) {
+            return report_of(&sent[sent_count - 1U]);
+        }
+        sent_count = sent_count > 4000U ? 0U : sent_count;
+    }
+    TEST_FAIL_MESSAGE("no report");
+    return report_of(&sent[0]);
+}
+
+/* --- the block -------------------------------------------------------------------------------- */
+
+static void test_good_block_starts(void)
+{
+    sway_core_config_t config = good_config();
+    config.alarm.hold_ms = 777;
+    put_block(0, &config, 1);
+    start();
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+    TEST_ASSERT_EQUAL_MEMORY(&config, &ecu.config, sizeof config);
+    TEST_ASSERT_EQUAL_UINT8(0, report().fault_cause);
+}
+
+static void test_empty_flash_is_the_safe_state(void)
+{
+    start();
+    TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BLOCK + SWAY_BLOCK_EMPTY, report().fault_cause);
+    sway_core_config_t defaults;
+    sway_core_defaults(&defaults);
+    TEST_ASSERT_EQUAL_MEMORY(&defaults, &ecu.config, sizeof defaults);
+    start_from(NULL);
+    TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
+}
+
+/* Every single bit that flips is found, and nothing of the block is used. */
+static void test_damaged_block_is_never_used(void)
+{
+    const sway_core_config_t config = good_config();
+    sway_core_config_t defaults;
+    sway_core_defaults(&defaults);
+    for (unsigned bit = 0; bit < 8U * SWAY_BLOCK_SIZE; bit++) {
+        put_block(0, &config, 1);
+        page[0][bit / 8U] ^= (uint8_t)(1U << bit % 8U);
+        start();
+        TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
+        TEST_ASSERT_EQUAL_MEMORY(&defaults, &ecu.config, sizeof defaults);
+        const unsigned wanted = bit < 32U   ? SWAY_BLOCK_EMPTY
+                                : bit < 64U ? SWAY_BLOCK_VERSION_UNKNOWN
+                                            : SWAY_BLOCK_CRC;
+        TEST_ASSERT_EQUAL_UINT(SWAY_ECU_BLOCK + wanted, ecu.cause);
+    }
+}
+
+static void test_block_of_another_version_is_refused(void)
+{
+    const sway_core_config_t config = good_config();
+    put_block(0, &config, 1);
+    page[0][4] = SWAY_BLOCK_VERSION - 1U;
+    const uint32_t crc = sway_block_crc32(0, page[0], SWAY_BLOCK_SIZE - 4U);
+    memcpy(page[0] + SWAY_BLOCK_SIZE - 4U, &crc, 4);
+    start();
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BLOCK + SWAY_BLOCK_VERSION_UNKNOWN, report().fault_cause);
+}
+
+static void test_intact_block_with_wrong_values_is_refused(void)
+{
+    sway_core_config_t config = good_config();
+    config.vehicle.trailer.mass_g = 1;
+    put_block(0, &config, 1);
+    start();
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BLOCK + SWAY_BLOCK_REFUSED, report().fault_cause);
+}
+
+/* --- two pages -------------------------------------------------------------------------------- */
+
+static void test_newest_good_block_wins(void)
+{
+    sway_core_config_t config = good_config();
+    put_block(0, &config, 4);
+    config.vehicle.car.mass_g = 1700000;
+    put_block(1, &config, 5);
+    TEST_ASSERT_EQUAL_PTR(page[1], sway_store_find(&flash, NULL));
+    put_block(0, &config, 6);
+    TEST_ASSERT_EQUAL_PTR(page[0], sway_store_find(&flash, NULL));
+    put_block(0, &config, UINT32_MAX); // the numbers turn over
+    put_block(1, &config, 0);
+    TEST_ASSERT_EQUAL_PTR(page[1], sway_store_find(&flash, NULL));
+    page[1][40] ^= 1U;
+    bool interrupted = false;
+    TEST_ASSERT_EQUAL_PTR(page[0], sway_store_find(&flash, &interrupted));
+    TEST_ASSERT_TRUE(interrupted);
+}
+
+/* Power cut after every byte of a store: old or new parameters, whole, and never silently. */
+static void test_power_cut_at_every_byte_of_a_store(void)
+{
+    const int whole = 1 + (int)SWAY_BLOCK_SIZE;
+    for (int cut = 0; cut <= whole; cut++) {
+        setUp();
+        const sway_core_config_t config = good_config();
+        put_block(0, &config, 1);
+        put_block(1, &config, 2);
+        start();
+        TEST_ASSERT_EQUAL_UINT8(0, ask(WRITE, 0, 1800000).parameter_result);
+        power_left = cut;
+        TEST_ASSERT_EQUAL_UINT8(cut < whole ? 3 : 0, ask(STORE, 0, 0).parameter_result);
+        bool interrupted = false;
+        const uint8_t *block = sway_store_find(&flash, &interrupted);
+        start_from(block);
+        TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+        TEST_ASSERT_EQUAL_INT32(cut < whole ? 1955000 : 1800000, ecu.config.vehicle.car.mass_g);
+        TEST_ASSERT_EQUAL(cut > 0 && cut < whole, interrupted);
+    }
+}
+
+/* With a single page a cut means defaults, the safe state and a report: never half a block. */
+static void test_power_cut_with_nothing_stored_before(void)
+{
+    const int whole = 1 + (int)SWAY_BLOCK_SIZE;
+    sway_core_config_t defaults;
+    sway_core_defaults(&defaults);
+    for (int cut = 0; cut < whole; cut++) {
+        setUp();
+        start();
+        ecu.staged = good_config();
+        power_left = cut;
+        TEST_ASSERT_EQUAL_UINT8(3, ask(STORE, 0, 0).parameter_result);
+        start();
+        TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
+        TEST_ASSERT_EQUAL_MEMORY(&defaults, &ecu.config, sizeof defaults);
+        const uint8_t cause = report().fault_cause;
+        TEST_ASSERT_TRUE(cause == SWAY_ECU_BLOCK + SWAY_BLOCK_EMPTY ||
+                         cause == SWAY_ECU_BLOCK + SWAY_BLOCK_VERSION_UNKNOWN ||
+                         cause == SWAY_ECU_BLOCK + SWAY_BLOCK_CRC);
+    }
+}
+
+static void test_dead_flash_keeps_the_old_block(void)
+{
+    start_good();
+    flash_is_dead = true;
+    TEST_ASSERT_EQUAL_UINT8(3, ask(STORE, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+    start();
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+}
+
+/* --- parameters over CAN ---------------------------------------------------------------------- */
+
+static void test_every_word_can_be_written_and_read(void)
+{
+    start_good();
+    for (uint16_t i = 0; i < SWAY_BLOCK_WORDS; i++) {
+        TEST_ASSERT_EQUAL_UINT8(0, ask(WRITE, i, -1000 - i).parameter_result);
+    }
+    for (uint16_t i = 0; i < SWAY_BLOCK_WORDS; i++) {
+        const struct swaywatch_dbc_sway_parameter_reply_t reply = ask(READ, i, 0);
+        TEST_ASSERT_EQUAL_UINT8(0, reply.parameter_result);
+        TEST_ASSERT_EQUAL_UINT16(i, reply.parameter_reply_index);
+        TEST_ASSERT_EQUAL_INT32(-1000 - i, reply.parameter_reply_value);
+    }
+    const sway_core_config_t config = good_config();
+    TEST_ASSERT_EQUAL_MEMORY(&config, &ecu.config, sizeof config); // only staged
+    TEST_ASSERT_EQUAL_UINT8(0, ask(DISCARD, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL_INT32(1955000, ask(READ, 0, 0).parameter_reply_value);
+}
+
+static void test_wrong_requests_are_answered_and_counted(void)
+{
+    start_good();
+    const uint16_t beyond = (uint16_t)SWAY_BLOCK_WORDS;
+    TEST_ASSERT_EQUAL_UINT8(1, ask(READ, beyond, 0).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(1, ask(WRITE, 65535, 0).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(4, ask(9, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL_UINT32(3, ecu.requests_refused);
+    sway_port_frame_t frame = request_frame(WRITE, 0, 5);
+    frame.data[0] ^= 1U; // CRC
+    sent_count = 0U;
+    give(frame);
+    frame = request_frame(WRITE, 0, 5);
+    frame.dlc = 7;
+    give(frame);
+    for (unsigned i = 0; i < sent_count; i++) {
+        TEST_ASSERT_NOT_EQUAL_HEX16(SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID, sent[i].id);
+    }
+    TEST_ASSERT_EQUAL_UINT32(5, ecu.requests_refused);
+    TEST_ASSERT_EQUAL_INT32(1955000, ask(READ, 0, 0).parameter_reply_value);
+}
+
+/* The reply names the word, the ECU goes on with the values before. */
+static void check_refusal(uint16_t index, int32_t value, uint16_t named)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, ask(DISCARD, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(0, ask(WRITE, index, value).parameter_result);
+    const struct swaywatch_dbc_sway_parameter_reply_t reply = ask(APPLY, 0, 0);
+    TEST_ASSERT_EQUAL_UINT8(2, reply.parameter_result);
+    TEST_ASSERT_EQUAL_UINT16(named, reply.parameter_reply_index);
+    int32_t present = 0;
+    (void)sway_block_get(&ecu.staged, named, &present);
+    TEST_ASSERT_EQUAL_INT32(present, reply.parameter_reply_value);
+    const sway_core_config_t config = good_config();
+    TEST_ASSERT_EQUAL_MEMORY(&config, &ecu.config, sizeof config);
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+    TEST_ASSERT_EQUAL_UINT8(2, ask(STORE, 0, 0).parameter_result);
+}
+
+#define WORD_OF(field) ((uint16_t)(offsetof(sway_core_config_t, field) / 4U))
+
+static void test_refused_values_name_their_parameter(void)
+{
+    start_good();
+    check_refusal(WORD_OF(vehicle.car.mass_g), 0, WORD_OF(vehicle.car.mass_g));
+    check_refusal(WORD_OF(vehicle.trailer.axles), 3, WORD_OF(vehicle.trailer.axles));
+    check_refusal(WORD_OF(sample_period_us), 4999, WORD_OF(sample_period_us));
+    check_refusal(WORD_OF(window_cycles_milli), 6001, WORD_OF(window_cycles_milli));
+    check_refusal(WORD_OF(input_delay_us[7]), 500001, WORD_OF(input_delay_us[7]));
+    check_refusal(WORD_OF(input_period_us), 999, WORD_OF(input_period_us));
+    check_refusal(WORD_OF(alarm.hold_ms), -1, WORD_OF(alarm.hold_ms));
+    /* Each in its range, but not together: the wheelbase. */
+    check_refusal(WORD_OF(vehicle.trailer.front_axle_to_cog_um), -600000,
+                  WORD_OF(vehicle.trailer.rear_axle_to_cog_um));
+}
+
+/* Whatever the core refuses has a word to name, and what has one is refused. */
+static void test_offender_agrees_with_the_core(void)
+{
+    static sway_core_t core;
+    srand(7);
+    for (int trial = 0; trial < 20000; trial++) {
+        sway_core_config_t config = good_config();
+        const uint32_t index = (uint32_t)rand() % SWAY_BLOCK_WORDS;
+        const int32_t values[] = {0,       1,         -1,        999,    1000,   1499,
+                                  1500,    4999,      5000,      6000,   6001,   20000,
+                                  20001,   100000,    100001,    500000, 500001, -500000,
+                                  -500001, INT32_MAX, INT32_MIN, rand(), -rand()};
+        const int32_t value = values[(size_t)rand() % (sizeof values / sizeof values[0])];
+        (void)sway_block_set(&config, index, value);
+        const bool refused = sway_core_init(&core, &config) != SWAY_OK;
+        const uint32_t offender = sway_block_offender(&config);
+        TEST_ASSERT_EQUAL(refused, offender != SWAY_BLOCK_WORDS);
+    }
+}
+
+static void test_new_values_are_applied_and_stored(void)
+{
+    start_good();
+    TEST_ASSERT_EQUAL_INT32((int32_t)(SWAY_BLOCK_VERSION | 1U << 16),
+                            ask(VERSION, 0, 0).parameter_reply_value);
+    TEST_ASSERT_EQUAL_UINT8(0, ask(WRITE, 0, 1800000).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(0, ask(APPLY, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL_INT32(1800000, ecu.config.vehicle.car.mass_g);
+    start(); // not stored: the old ones again
+    TEST_ASSERT_EQUAL_INT32(1955000, ecu.config.vehicle.car.mass_g);
+    TEST_ASSERT_EQUAL_UINT8(0, ask(WRITE, 0, 1800000).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(0, ask(STORE, 0, 0).parameter_result);
+    start();
+    TEST_ASSERT_EQUAL_INT32(1800000, ecu.config.vehicle.car.mass_g);
+    TEST_ASSERT_EQUAL_INT32((int32_t)(SWAY_BLOCK_VERSION | 2U << 16),
+                            ask(VERSION, 0, 0).parameter_reply_value);
+}
+
+static void test_port_without_memory_says_so(void)
+{
+    const sway_core_config_t config = good_config();
+    sway_port_t bare = port;
+    bare.store = NULL;
+    bare.alive = NULL;
+    put_block(0, &config, 1);
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_ecu_start(&ecu, &bare, &retained, page[0], SWAY_BLOCK_SIZE));
+    TEST_ASSERT_EQUAL_UINT8(3, ask(STORE, 0, 0).parameter_result);
+}
+
+static void test_safe_state_ends_only_where_parameters_were_missing(void)
+{
+    start();
+    TEST_ASSERT_EQUAL_UINT8(2, ask(APPLY, 0, 0).parameter_result); // defaults have no vehicle
+    ecu.staged = good_config();
+    TEST_ASSERT_EQUAL_UINT8(0, ask(APPLY, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+    sway_ecu_fail(&ecu, SWAY_ECU_MEMORY);
+    TEST_ASSERT_EQUAL_UINT8(2, ask(APPLY, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
+}
+
+/* --- faults ----------------------------------------------------------------------------------- */
+
+static void test_fault_is_reported_after_the_restart(void)
+{
+    start_good();
+    sway_ecu_note_fault(&retained, 4, 0x1234);
+    start();
+    const struct swaywatch_dbc_sway_fault_report_t told = report();
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RUNNING, told.ecu_state);
+    TEST_ASSERT_EQUAL_UINT8(4, told.fault_cause);
+    TEST_ASSERT_EQUAL_HEX32(0x1234, told.fault_address);
+    TEST_ASSERT_EQUAL_UINT8(1, told.fault_restarts);
+}
+
+static void test_endless_restarts_end_safe(void)
+{
+    start_good();
+    for (unsigned i = 1; i <= SWAY_ECU_RESTARTS_MAX; i++) {
+        sway_ecu_note_fault(&retained, 3, 0);
+        start();
+        TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+    }
+    sway_ecu_note_fault(&retained, 3, 0);
+    start();
+    TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RESTARTS, report().fault_cause);
+    for (int i = 0; i < 300; i++) {
+        sway_ecu_note_fault(&retained, 3, 0);
+    }
+    TEST_ASSERT_EQUAL_UINT32(255, retained.restarts);
+}
+
+static void test_retained_memory_after_power_on_is_not_believed(void)
+{
+    const sway_core_config_t config = good_config();
+    put_block(0, &config, 1);
+    memset(&retained, 0xA7, sizeof retained);
+    start();
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
+    TEST_ASSERT_EQUAL_UINT8(0, report().fault_cause);
+    memset(&retained, 0xA7, sizeof retained);
+    sway_ecu_note_fault(&retained, 3, 0); // before the first start
+    TEST_ASSERT_EQUAL_UINT32(1, retained.restarts);
+}
+
+static void test_warning_is_told_while_running(void)
+{
+    start_good();
+    sway_ecu_warn(&ecu, SWAY_ECU_BUS_OFF);
+    const struct swaywatch_dbc_sway_fault_report_t told = report();
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BUS_OFF, told.fault_cause);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RUNNING, told.ecu_state);
+}
+
+static void test_overwritten_state_lets_the_watchdog_bite(void)
+{
+    start_good();
+    (void)sway_ecu_poll(&ecu);
+    const unsigned before = alive_count;
+    TEST_ASSERT_TRUE(before > 0U);
+    ecu.canary ^= 4U;
+    TEST_ASSERT_FALSE(sway_ecu_poll(&ecu));
+    TEST_ASSERT_EQUAL_UINT(before, alive_count);
+}
+
+static void test_safe_state_sends_nothing_but_reports(void)
+{
+    start_good();
+    sway_ecu_fail(&ecu, SWAY_ECU_MEMORY);
+    sent_count = 0U;
+    for (uint8_t i = 0; i < 100U; i++) {
+        sway_port_frame_t frame = {.id = 0x121, .dlc = 8};
+        sway_e2e_protect(frame.id, i % 15U, frame.data);
+        give(frame);
+    }
+    TEST_ASSERT_TRUE(sent_count >= 1U && sent_count <= 2U); // 100 ms
+    for (unsigned i = 0; i < sent_count; i++) {
+        TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_MEMORY, report_of(&sent[i]).fault_cause);
+    }
+}
+
+static void test_nothing_is_lost_when_the_bus_has_no_room(void)
+{
+    start_good();
+    no_room = true;
+    give(request_frame(READ, 0, 0));
+    TEST_ASSERT_EQUAL_UINT(0, sent_count);
+    no_room = false;
+    for (int i = 0; i < 10; i++) {
+        (void)sway_ecu_poll(&ecu);
+    }
+    unsigned replies = 0;
+    for (unsigned i = 0; i < sent_count; i++) {
+        replies += sent[i].id == SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID;
+    }
+    TEST_ASSERT_EQUAL_UINT(1, replies);
+}
+
+static void test_null_arguments_are_refused(void)
+{
+    sway_port_t bad = port;
+    TEST_ASSERT_EQUAL(SWAY_ERROR_ARGUMENT, sway_ecu_start(NULL, &port, &retained, NULL, 0));
+    TEST_ASSERT_EQUAL(SWAY_ERROR_ARGUMENT, sway_ecu_start(&ecu, NULL, &retained, NULL, 0));
+    TEST_ASSERT_EQUAL(SWAY_ERROR_ARGUMENT, sway_ecu_start(&ecu, &port, NULL, NULL, 0));
+    bad.send = NULL;
+    TEST_ASSERT_EQUAL(SWAY_ERROR_ARGUMENT, sway_ecu_start(&ecu, &bad, &retained, NULL, 0));
+}
+
+/* --- checks of memory and image --------------------------------------------------------------- */
+
+static void test_memory_check_puts_everything_back(void)
+{
+    uint32_t words[64];
+    uint32_t before[64];
+    for (unsigned i = 0; i < 64U; i++) {
+        words[i] = before[i] = i * 0x01234567U;
+    }
+    TEST_ASSERT_TRUE(sway_check_memory(words, words + 64));
+    TEST_ASSERT_EQUAL_MEMORY(before, words, sizeof words);
+}
+
+static void test_image_check_finds_every_flipped_bit(void)
+{
+    uint8_t image[64];
+    for (unsigned i = 0; i < sizeof image; i++) {
+        image[i] = (uint8_t)(i * 7U);
+    }
+    const uint32_t crc = sway_block_crc32(0, image, sizeof image);
+    TEST_ASSERT_TRUE(sway_check_image(image, sizeof image, crc));
+    for (unsigned bit = 0; bit < 8U * sizeof image; bit++) {
+        image[bit / 8U] ^= (uint8_t)(1U << bit % 8U);
+        TEST_ASSERT_FALSE(sway_check_image(image, sizeof image, crc));
+        image[bit / 8U] ^= (uint8_t)(1U << bit % 8U);
+    }
+}
+
+static void test_self_test_passes(void)
+{
+    TEST_ASSERT_EQUAL(SWAY_ECU_NO_CAUSE, sway_ecu_self_test());
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_good_block_starts);
+    RUN_TEST(test_empty_flash_is_the_safe_state);
+    RUN_TEST(test_damaged_block_is_never_used);
+    RUN_TEST(test_block_of_another_version_is_refused);
+    RUN_TEST(test_intact_block_with_wrong_values_is_refused);
+    RUN_TEST(test_newest_good_block_wins);
+    RUN_TEST(test_power_cut_at_every_byte_of_a_store);
+    RUN_TEST(test_power_cut_with_nothing_stored_before);
+    RUN_TEST(test_dead_flash_keeps_the_old_block);
+    RUN_TEST(test_every_word_can_be_written_and_read);
+    RUN_TEST(test_wrong_requests_are_answered_and_counted);
+    RUN_TEST(test_refused_values_name_their_parameter);
+    RUN_TEST(test_offender_agrees_with_the_core);
+    RUN_TEST(test_new_values_are_applied_and_stored);
+    RUN_TEST(test_port_without_memory_says_so);
+    RUN_TEST(test_safe_state_ends_only_where_parameters_were_missing);
+    RUN_TEST(test_fault_is_reported_after_the_restart);
+    RUN_TEST(test_endless_restarts_end_safe);
+    RUN_TEST(test_retained_memory_after_power_on_is_not_believed);
+    RUN_TEST(test_warning_is_told_while_running);
+    RUN_TEST(test_overwritten_state_lets_the_watchdog_bite);
+    RUN_TEST(test_safe_state_sends_nothing_but_reports);
+    RUN_TEST(test_nothing_is_lost_when_the_bus_has_no_room);
+    RUN_TEST(test_null_arguments_are_refused);
+    RUN_TEST(test_memory_check_puts_everything_back);
+    RUN_TEST(test_image_check_finds_every_flipped_bit);
+    RUN_TEST(test_self_test_passes);
+    return UNITY_END();
+}
