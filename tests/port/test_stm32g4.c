@@ -257,10 +257,10 @@ static void test_error_counters_and_states(void)
 {
     start_driver();
     TEST_ASSERT_EQUAL(CAN_ACTIVE, can_state(&can));
-    model_bus_counters(96, 3);
+    model_bus_counters(96, 100);
     TEST_ASSERT_EQUAL(CAN_WARNING, can_state(&can));
     TEST_ASSERT_EQUAL_UINT32(96, can_transmit_errors(&can));
-    TEST_ASSERT_EQUAL_UINT32(3, can_receive_errors(&can));
+    TEST_ASSERT_EQUAL_UINT32(100, can_receive_errors(&can));
     model_bus_counters(128, 0);
     TEST_ASSERT_EQUAL(CAN_PASSIVE, can_state(&can));
     model_bus_counters(256, 0);
