@@ -2,8 +2,9 @@
  *
  * Arguments: BLOCK RECORDING OUTPUT FIGURES [DRILL]. OUTPUT gets the frames, FIGURES one
  * `name value` per line. A fault is noted in retained memory, the processor restarts, the recording
- * starts again, and the ECU reports what happened. DRILL makes a fault on purpose, once: null,
- * stack, undefined, hang, state. */
+ * starts again, and the ECU reports what happened. DRILL makes a fault on purpose, once: null (a
+ * write to it), read (a read from it), stack, undefined, hang, state, cut (power goes between
+ * erasing and writing the second block stored), memory (the check finds memory that is none). */
 #include <string.h>
 
 #include "fault.h"
@@ -15,6 +16,7 @@
 #define REGISTER(address) (*(volatile uint32_t *)(address))
 #define AIRCR REGISTER(0xE000ED0CU)
 #define SYSTEM_RESET 0x05FA0004U
+#define SYST_CALIB ((volatile uint32_t *)0xE000E01CU) // read only
 #define WATCHDOG_LOAD REGISTER(0x40008000U)
 #define WATCHDOG_CONTROL REGISTER(0x40008008U)
 #define WATCHDOG_CLEAR REGISTER(0x4000800CU)
@@ -32,16 +34,23 @@ extern uint32_t bss_start[];
 extern uint32_t bss_end[];
 
 __attribute__((section(".noinit"))) static sway_ecu_retained_t retained;
+__attribute__((section(".noinit"))) static pages_t pages;
 static sway_ecu_t ecu;
 static const char *drill = "";
 static uint32_t polls;
 
-void fault_stop(uint32_t cause, uint32_t address)
+static void restart(void) __attribute__((noreturn));
+static void restart(void)
 {
-    sway_ecu_note_fault(&retained, cause == NMI ? (uint32_t)SWAY_ECU_WATCHDOG : cause, address);
     for (;;) {
         AIRCR = SYSTEM_RESET;
     }
+}
+
+void fault_stop(uint32_t cause, uint32_t address)
+{
+    sway_ecu_note_fault(&retained, cause == NMI ? (uint32_t)SWAY_ECU_WATCHDOG : cause, address);
+    restart();
 }
 
 /* --- faults on purpose ------------------------------------------------------------------------ */
@@ -58,6 +67,8 @@ static void make_fault(void)
     volatile uint32_t zero = 0U;
     if (strcmp(drill, "null") == 0) {
         REGISTER((uintptr_t)zero) = 1U;
+    } else if (strcmp(drill, "read") == 0) {
+        zero = REGISTER((uintptr_t)zero + 8U);
     } else if (strcmp(drill, "stack") == 0) {
         zero = recurse(&zero);
     } else if (strcmp(drill, "undefined") == 0) {
@@ -67,6 +78,14 @@ static void make_fault(void)
     } else if (strcmp(drill, "hang") == 0) {
         while (zero == 0U) {
         }
+    }
+}
+
+/* The power goes: nothing is noted. */
+static void cut_power(uint32_t erasures)
+{
+    if (erasures == 2U && strcmp(drill, "cut") == 0) {
+        restart();
     }
 }
 
@@ -99,6 +118,9 @@ static sway_ecu_cause_t check(void)
     if (!sway_check_image(code_start, size, image_crc[0])) {
         return SWAY_ECU_IMAGE;
     }
+    if (strcmp(drill, "memory") == 0) {
+        return sway_check_memory(SYST_CALIB, SYST_CALIB + 1) ? SWAY_ECU_NO_CAUSE : SWAY_ECU_MEMORY;
+    }
     return sway_check_memory(bss_start, bss_end) ? SWAY_ECU_NO_CAUSE : SWAY_ECU_MEMORY;
 }
 
@@ -116,6 +138,7 @@ int main(void)
                                       .standard_output = semihosting_stdout(),
                                       .check = check,
                                       .alive = alive,
+                                      .erased = cut_power,
                                       .began = figures_began,
                                       .stopped = figures_stopped};
     semihosting_arguments(arguments, sizeof arguments);
@@ -129,7 +152,7 @@ int main(void)
         return 2;
     }
     start_watchdog();
-    const int status = replay_run(&ecu, &retained, &machine, block_path, recording, output);
+    const int status = replay_run(&ecu, &retained, &pages, &machine, block_path, recording, output);
     figures_write(figures_path, &ecu);
     return status;
 }

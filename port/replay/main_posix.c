@@ -35,6 +35,7 @@ int main(int argc, char **argv)
                                              .check = check};
     static sway_ecu_t ecu;
     static sway_ecu_retained_t retained;
-    return replay_run(&ecu, &retained, &machine, argc > 1 ? argv[1] : "", argc > 2 ? argv[2] : "",
-                      argc > 3 ? argv[3] : "");
+    static pages_t pages;
+    return replay_run(&ecu, &retained, &pages, &machine, argc > 1 ? argv[1] : "",
+                      argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
 }

@@ -126,12 +126,6 @@ char *replay_word(char **text)
     return word;
 }
 
-size_t replay_block(const replay_machine_t *machine, const char *path, uint8_t *block, size_t size)
-{
-    const int32_t file = machine->open(path, false);
-    return file < 0 ? 0U : machine->read(file, block, size);
-}
-
 int replay_open(replay_t *replay, const replay_machine_t *machine, const char *recording,
                 const char *output)
 {
@@ -155,24 +149,53 @@ int replay_open(replay_t *replay, const replay_machine_t *machine, const char *r
     return 0;
 }
 
-int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, const replay_machine_t *machine,
-               const char *block_path, const char *recording, const char *output)
+static pages_t *stored; // the ECU has one memory for parameters
+
+static bool replay_store(void *context, const uint8_t *block, size_t size)
 {
-    static replay_t replay;
+    (void)context;
+    const sway_store_t store = pages_store(stored);
+    return sway_store_write(&store, block, size);
+}
+
+bool replay_start(sway_ecu_t *ecu, sway_ecu_retained_t *retained, sway_port_t port, pages_t *pages,
+                  const replay_machine_t *machine, const char *path)
+{
     uint8_t block[SWAY_BLOCK_SIZE];
-    const int status = replay_open(&replay, machine, recording, output);
-    if (status != 0) {
-        return status;
-    }
-    const size_t size = replay_block(machine, block_path, block, sizeof block);
-    sway_port_t port = replay_port(&replay);
-    port.alive = machine->alive;
-    if (sway_ecu_start(ecu, &port, retained, block, size) != SWAY_OK) {
-        return 2;
+    bool interrupted = false;
+    const int32_t file = machine->open(path, false);
+    pages_start(pages, block, file < 0 ? 0U : machine->read(file, block, sizeof block));
+    pages->erased = machine->erased;
+    stored = pages;
+    port.store = replay_store;
+    const sway_store_t store = pages_store(pages);
+    if (sway_ecu_start(ecu, &port, retained, sway_store_find(&store, &interrupted),
+                       SWAY_BLOCK_SIZE) != SWAY_OK) {
+        return false;
     }
     const sway_ecu_cause_t cause = machine->check();
     if (cause != SWAY_ECU_NO_CAUSE) {
         sway_ecu_fail(ecu, cause);
+    }
+    if (interrupted) {
+        sway_ecu_warn(ecu, SWAY_ECU_STORE_CUT);
+    }
+    return true;
+}
+
+int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, pages_t *pages,
+               const replay_machine_t *machine, const char *block, const char *recording,
+               const char *output)
+{
+    static replay_t replay;
+    const int status = replay_open(&replay, machine, recording, output);
+    if (status != 0) {
+        return status;
+    }
+    sway_port_t port = replay_port(&replay);
+    port.alive = machine->alive;
+    if (!replay_start(ecu, retained, port, pages, machine, block)) {
+        return 2;
     }
     while (!replay.is_done) {
         replay.did = REPLAY_WORKED;

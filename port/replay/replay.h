@@ -5,6 +5,7 @@
 #ifndef SWAY_REPLAY_H
 #define SWAY_REPLAY_H
 
+#include "pages.h"
 #include "sway_ecu.h"
 
 /// What one sway_ecu_poll() has done.
@@ -24,6 +25,8 @@ typedef struct {
     int32_t standard_output;
     sway_ecu_cause_t (*check)(void); ///< start-up checks of the machine
     void (*alive)(void *context);    ///< serves the watchdog; may be NULL
+    /// Optional: a page of parameters is erased and not yet written.
+    void (*erased)(uint32_t erasures);
     /// Optional, for counting what the ECU costs: it goes on now, at this time of the recording, or
     /// stops: it calls the port, or sway_ecu_poll() has returned and has done `what`.
     void (*began)(int64_t time_us);
@@ -55,11 +58,15 @@ void replay_put(replay_t *replay, const sway_port_frame_t *frame);
 char *replay_word(char **text);
 /// The port that reads and writes the files. `replay` has to outlive it.
 sway_port_t replay_port(replay_t *replay);
-/// Reads the parameter block named first in the arguments; returns its size, 0: there is none.
-size_t replay_block(const replay_machine_t *machine, const char *path, uint8_t *block, size_t size);
+/// Starts the ECU with the parameters in `pages`; at a first start they come from the file `path`
+/// (none: empty flash), afterwards from what was stored. Adds `store` to the port. What the
+/// machine's start-up checks find ends in the safe state. False: wrong arguments.
+bool replay_start(sway_ecu_t *ecu, sway_ecu_retained_t *retained, sway_port_t port, pages_t *pages,
+                  const replay_machine_t *machine, const char *path);
 /// The whole program: opens, starts the ECU, polls until the recording ends. Exit status: 0, 1 a
 /// file could not be read or written, 2 wrong arguments.
-int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, const replay_machine_t *machine,
-               const char *block, const char *recording, const char *output);
+int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, pages_t *pages,
+               const replay_machine_t *machine, const char *block, const char *recording,
+               const char *output);
 
 #endif

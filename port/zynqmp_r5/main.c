@@ -1,9 +1,12 @@
 /* The ECU on a Cortex-R5 with a real CAN controller, and on the same emulated bus a second
  * controller that plays a recording to it and writes down what it answers.
  *
- * Arguments: BLOCK RECORDING OUTPUT FIGURES. CAN1 is the ECU's; CAN0 is the player's. Frames go out
- * in the microsecond in which they were recorded, and the ECU sees them by the controller's own
- * time stamps: the answers have to be those of a replay without a bus, byte for byte.
+ * Arguments: BLOCK RECORDING OUTPUT FIGURES [DRILL]. A fault is noted, the program starts again,
+ * the recording too. DRILL makes one on purpose, once: null, read, stack, undefined, cut (power
+ * goes between erasing and writing the second block stored). CAN1 is the ECU's; CAN0 is the
+ * player's. Frames go out in the microsecond in which they were recorded, and the ECU sees them by
+ * the controller's own time stamps: the answers have to be those of a replay without a bus, byte
+ * for byte.
  *
  * The emulator has no interrupt controller at the R5; the main loop calls the drivers' interrupt
  * functions whenever a controller raises its line. The clocks run SLOW times slower than the
@@ -30,6 +33,7 @@
 /* A frame sent later than this after its time would be stamped with the next microsecond. */
 #define LATE_NS INT64_C(600)
 #define LEAD_NS INT64_C(200)
+#define DRILL_AFTER 500U
 
 typedef struct {
     can_t can;
@@ -47,9 +51,12 @@ extern uint32_t bss_start[];
 extern uint32_t bss_end[];
 
 __attribute__((section(".noinit"))) static sway_ecu_retained_t retained;
+__attribute__((section(".noinit"))) static pages_t pages;
 static sway_ecu_t ecu;
 static can_t ecu_can;
 static player_t player;
+static const char *drill = "";
+static uint32_t polls;
 
 void fault_stop(uint32_t cause, uint32_t address)
 {
@@ -60,6 +67,47 @@ void fault_stop(uint32_t cause, uint32_t address)
 void interrupt(void)
 {
     can_interrupt(&ecu_can);
+}
+
+/* --- faults on purpose ------------------------------------------------------------------------ */
+
+static uint32_t recurse(volatile uint32_t *before)
+{
+    volatile uint32_t here[16];
+    here[0] = *before + 1U;
+    return polls == 0U ? here[0] : recurse(here) + here[0];
+}
+
+static void make_fault(void)
+{
+    volatile uintptr_t zero = 0U;
+    volatile uint32_t depth = 0U;
+    if (strcmp(drill, "null") == 0) {
+        *(volatile uint32_t *)zero = 1U;
+    } else if (strcmp(drill, "read") == 0) {
+        depth = *(volatile uint32_t *)(zero + 8U);
+    } else if (strcmp(drill, "stack") == 0) {
+        depth = recurse(&depth);
+    } else if (strcmp(drill, "undefined") == 0) {
+        __asm__ volatile("udf #0");
+    }
+}
+
+static void alive(void *context)
+{
+    (void)context;
+    polls++;
+    if (polls == DRILL_AFTER && retained.restarts == 0U) {
+        make_fault();
+    }
+}
+
+/* The power goes: nothing is noted. */
+static void cut_power(uint32_t erasures)
+{
+    if (erasures == 2U && strcmp(drill, "cut") == 0) {
+        r5_restart();
+    }
 }
 
 /* --- the machine ------------------------------------------------------------------------------ */
@@ -236,30 +284,28 @@ static void run(void)
 int main(void)
 {
     static char arguments[512];
-    static uint8_t block[SWAY_BLOCK_SIZE];
     const replay_machine_t machine = {.open = machine_open,
                                       .read = semihosting_read,
                                       .write = semihosting_write,
-                                      .standard_output = semihosting_stdout()};
-    const sway_port_t port = {.receive = port_receive, .send = port_send, .time_us = port_time_us};
+                                      .standard_output = semihosting_stdout(),
+                                      .check = check,
+                                      .erased = cut_power};
+    const sway_port_t port = {
+        .receive = port_receive, .send = port_send, .time_us = port_time_us, .alive = alive};
     semihosting_arguments(arguments, sizeof arguments);
     char *rest = arguments;
     const char *block_path = replay_word(&rest);
     const char *recording = replay_word(&rest);
     const char *output = replay_word(&rest);
     const char *figures_path = replay_word(&rest);
+    drill = replay_word(&rest);
     if (replay_open(&player.replay, &machine, recording, output) != 0 || !start_controllers()) {
         semihosting_exit(2);
     }
     player.has_next = replay_next(&player.replay, &player.next);
     player.shift_us = player.next.time_us - time_ns() / 1000 - 1000;
-    const size_t size = replay_block(&machine, block_path, block, sizeof block);
-    if (sway_ecu_start(&ecu, &port, &retained, block, size) != SWAY_OK) {
+    if (!replay_start(&ecu, &retained, port, &pages, &machine, block_path)) {
         semihosting_exit(2);
-    }
-    const sway_ecu_cause_t cause = check();
-    if (cause != SWAY_ECU_NO_CAUSE) {
-        sway_ecu_fail(&ecu, cause);
     }
     run();
     put_figures(figures_path);

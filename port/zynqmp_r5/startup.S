@@ -16,10 +16,12 @@
 
     .section .start, "ax"
     .global _start
+    .type _start, %function     // Thumb code calls it: the linker has to change the state
 _start:
     cpsid if
     mrc p15, 0, r0, c1, c0, 0
     bic r0, r0, #5              // MPU and data cache off
+    bic r0, r0, #(1 << 30)      // exceptions in ARM state
     orr r0, r0, #(1 << 13)      // vectors at 0xFFFF0000
     mcr p15, 0, r0, c1, c0, 0
     isb
@@ -37,6 +39,10 @@ _start:
 
     // Cause numbers are those of sway_ecu_cause_t below 16, the Cortex-M's: 4 data abort,
     // 5 prefetch abort, 6 undefined instruction. r1: where it happened.
+    .type undefined_entry, %function
+    .type prefetch_entry, %function
+    .type data_entry, %function
+    .type irq_entry, %function
 undefined_entry:
     mov r0, #6
     sub r1, lr, #4

@@ -37,6 +37,7 @@ class Outcome:
 def command(build: Path, target: str, arguments: list[str]) -> list[str]:
     """Return the command that runs a target's program with `arguments`."""
     image = str(build / f"replay_{target}.elf")
+    target = target.split(".", maxsplit=1)[0]  # a copy that was damaged on purpose
     if target in ("x86", "stm32g4"):
         return [image, *arguments]
     if target == "mips":
@@ -73,7 +74,7 @@ def run(build: Path, target: str, block: Path, recording: Path, name: str, *extr
         command(build, target, [*arguments, *extra]),
         capture_output=True,
         text=True,
-        timeout=1200,
+        timeout=300,
         check=False,
     )
     lines = output.read_text().splitlines() if output.exists() else []

@@ -14,7 +14,7 @@ FW_INCLUDE := -Ilib -Iport -Iport/replay -Iport/semihosting -I$(B)/codec -I$(KIS
 FW_DEFINE := -DFIXED_POINT=32 -D'KISS_FFT_MALLOC(size)=NULL' -D'KISS_FFT_FREE(pointer)=((void)(pointer))'
 FW_WARN := -std=c99 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror
 FW_ECU := port/sway_ecu.c port/sway_block.c port/sway_checks.c port/sway_store.c
-FW_REPLAY := port/replay/candump.c port/replay/replay.c
+FW_REPLAY := port/replay/candump.c port/replay/pages.c port/replay/replay.c
 FW_EMBEDDED := -Os -g -ffunction-sections -fdata-sections -fstack-usage
 
 # NAME: compiler, flags, sources beyond lib/ and the ECU, how to link
@@ -133,6 +133,7 @@ FW_WHOLE := $(FW_CASES:%=$(FW)/cases/%.log)
 firmware-test: setup-test firmware $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block) board-images
 	@$(PY) tests/firmware/boards.py $(FW)
 	@$(PY) tests/firmware/identical.py $(FW) $(FW_SHORT)
+	@$(PY) tests/firmware/faults.py $(FW) $(firstword $(FW_SHORT))
 	@$(PY) tests/firmware/report.py $(FW) $(firstword $(FW_SHORT))
 	@$(FW)/soak 8
 
