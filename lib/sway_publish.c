@@ -154,6 +154,9 @@ static uint32_t put_model(sway_status_t *status, const sway_publish_t *from)
     return valid;
 }
 
+/* No line is held: what came out of it is not to be used, however it looks. */
+#define NOTHING_HELD ((uint32_t)SWAY_QUALITY_NO_OSCILLATION | (uint32_t)SWAY_QUALITY_SEEKING)
+
 void sway_publish(sway_status_t *status, const sway_publish_t *from)
 {
     const uint32_t ever = status->valid | status->old;
@@ -169,7 +172,7 @@ void sway_publish(sway_status_t *status, const sway_publish_t *from)
         valid |= SWAY_VALID_LINE;
         put_line(status, from);
     }
-    if (from->identify != NULL) {
+    if (from->identify != NULL && (from->quality & NOTHING_HELD) == 0U) {
         valid |= from->identify->valid;
     }
     if (from->model != NULL) {
