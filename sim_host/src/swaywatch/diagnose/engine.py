@@ -134,6 +134,19 @@ def _untestable(problem: Problem, effects: Sequence[Effect]) -> list[str]:
     return found
 
 
+def _unseen(verdict: Verdict) -> list[str]:
+    """A sentence on what a recording without mismatch cannot exclude."""
+    largest: dict[str, float] = {}
+    for row in verdict.hidden:
+        if row["parameter"] == "factor" and row["up_to"] > 0.1:
+            name = f"{row['id']} of {row['component']}"
+            largest[name] = max(largest.get(name, 0.0), 100.0 * row["up_to"])
+    if not largest:
+        return []
+    names = ", ".join(f"{name} by less than {size:.0f} %" for name, size in largest.items())
+    return [f"cannot be told from this recording: {names}"]
+
+
 def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict[str, Any]:
     problem = loaded.problem
     assert problem is not None
@@ -143,12 +156,18 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
         "effects": describe(verdict, problem, loaded.signals),
         "unexplained": verdict.notes,
         "model": model_block(problem, verdict.fit),
-        "checks": [*loaded.checks, *loaded.cannot, *_untestable(problem, effects)],
+        "checks": [
+            *loaded.checks,
+            *loaded.cannot,
+            *_untestable(problem, effects),
+            *_unseen(verdict),
+        ],
         "evidence": {
             "level_without": level(verdict.baseline),
             "level_with": level(verdict.fit),
             "level_clean": CLEAN,
             "separation": verdict.separation,
+            "could_be_hidden": verdict.hidden,
             "ranking": [{"name": n, "level": v} for n, v in verdict.candidates],
         },
     }

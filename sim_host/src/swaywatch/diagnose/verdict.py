@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -67,6 +68,8 @@ class Verdict:
         Ranked alternatives (name, level).
     separation
         Of each claimed term: distance of the best explanation without it; see `calibration`.
+    hidden
+        Where nothing is claimed: sizes up to which effects could be there unseen.
     notes
         What remains, for `unexplained`.
     """
@@ -78,6 +81,7 @@ class Verdict:
     confidence: list[float] = field(default_factory=list)
     candidates: list[tuple[str, float]] = field(default_factory=list)
     separation: list[float] = field(default_factory=list)
+    hidden: list[dict[str, Any]] = field(default_factory=list)
     notes: list[dict[str, Any]] = field(default_factory=list)
 
 
@@ -91,6 +95,23 @@ def noticeable(term: Term) -> bool:
         if abs(value - p.neutral) >= p.minimum:
             return True
     return False
+
+
+def _hidden(singles: Sequence[Candidate]) -> list[dict[str, Any]]:
+    """Largest size of each effect without windows that this recording cannot tell from none."""
+    found = []
+    for candidate in singles:
+        term, covariance = candidate.fit.terms[-1], candidate.fit.covariance
+        if term.effect.windowed or covariance.shape[0] < len(term.values):
+            continue
+        p = term.effect.parameters[0]
+        error = math.sqrt(abs(float(covariance[-len(term.values), -len(term.values)])))
+        room = abs(term.values[0] - p.neutral) + 3.0 * error * math.sqrt(level(candidate.fit))
+        found.append(
+            {"id": term.effect.id, "component": term.effect.component, "parameter": p.name,
+             "neutral": p.neutral, "up_to": room}
+        )  # fmt: skip
+    return sorted(found, key=lambda row: (row["id"], row["component"]))
 
 
 def _too_small(ranked: Sequence[Candidate], first: Candidate) -> bool:
@@ -143,7 +164,7 @@ def decide(search: Search, progress: Progress) -> Verdict:
     if first is not None and _too_small(singles, first):
         first = None
     if first is None or not _worth_one(base, first.fit):
-        cleared = Verdict("consistent", base, base, candidates=ranked[:8])
+        cleared = Verdict("consistent", base, base, candidates=ranked[:8], hidden=_hidden(singles))
         if level(base) > REMAINS:
             cleared.word = "unexplained"
         return cleared
