@@ -175,11 +175,22 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
 
 
 def write(result: dict[str, Any], path: Path) -> None:
-    """Write JSON whole or not at all."""
-    text = json.dumps(result, indent=1, default=_plain, allow_nan=True)
+    """Write JSON whole or not at all; a number that is none becomes null."""
+    text = json.dumps(_finite(result), indent=1, default=_plain, allow_nan=False)
     part = path.with_suffix(".part")
     part.write_text(text + "\n")
     part.replace(path)
+
+
+def _finite(value: Any) -> Any:
+    """The same with null for what is not a number or infinite: JSON knows neither."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_finite(item) for item in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    return value
 
 
 def _plain(value: object) -> object:

@@ -39,8 +39,12 @@ EQUAL = 0.02
 SHARED = 0.15
 #: Steps of a fit that starts from a neighbour's values.
 REFIT = 5
-#: Without an explanation the fit must get worse by this share, else it goes unjudged.
+#: Without an explanation the fit must get worse by this share, else it goes unjudged;
 NEEDED = 0.01
+#: if by this one, it stays for now and is judged in the end.
+CLEARLY = 0.05
+#: Most confidence of an explanation that the fit wants and left-out parts do not confirm.
+UNCONFIRMED = 0.3
 #: Lift and drive force are looked for above this speed, m/s.
 FAST = 25.0
 
@@ -165,6 +169,9 @@ def search(fitter: SoloFitter, everything: Sequence[SoloEffect], progress: Progr
         progress("what is needed", 0.3 + 0.4 * (i + 1) / len(weakest_first))
         rest = _without(fitter, model, effect)
         worse = rest.level / model.level - 1.0
+        if worse > CLEARLY:
+            claims.append(Claim(effect, rest.level, np.nan))
+            continue
         if worse > NEEDED:
             score = _mean_held_out(fitter, rest)
             # a single fold cannot be held out: then the fit decides
@@ -198,7 +205,7 @@ def _equals(
     limit = model.level + max(EQUAL * model.level, SHARED * (rest.level - model.level))
     for effect in everything:
         if effect.name not in taken and not effect.windows:
-            other = _with(fitter, rest, [effect], REFIT)
+            other = _with(fitter, rest, [effect], REFIT - 2)
             if other.level < limit:
                 found.append((effect.name, other.level))
     return sorted(found, key=lambda item: item[1])
@@ -300,6 +307,8 @@ def _effect(fitter: SoloFitter, verdict: SoloVerdict, claim: Claim) -> dict[str,
     sure = 0.5 + 0.45 * (1.0 - float(np.exp(-8.0 * max(worse, 0.0))))
     if claim.equals:
         sure *= 0.6
+    if worse <= 0.0:
+        sure = min(sure, UNCONFIRMED)
     folds = [m for _, m, _ in fitter.held_out(verdict.model)]
     parameters = {}
     for number in effect.numbers:

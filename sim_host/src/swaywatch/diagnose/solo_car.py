@@ -29,7 +29,10 @@ SLOTS: dict[str, float] = {
     "degression": 0.0,  # of the stiffness of an axle with the square of its lateral force over load
 }  # fmt: skip
 _NAMES = tuple(SLOTS)
-OUTPUT = ("lateral_velocity", "yaw_rate", "acceleration", "yaw_acceleration", "front", "rear")
+OUTPUT = (
+    "lateral_velocity", "yaw_rate", "acceleration", "yaw_acceleration", "front", "rear",
+    "slip_front", "slip_rear",
+)  # fmt: skip
 _LEAST_SPEED = 1.0
 
 
@@ -91,18 +94,34 @@ def _slope(x, vx, ax, steer, tilt, p, dx, out):  # type: ignore[no-untyped-def] 
     felt = (front + rear) / m
     dx[0] = felt + tilt - vx * x[1]
     dx[1] = (lf * front - lr * rear) / iz
-    dx[2] = (slip_f - x[2]) * vx / p[8] if p[8] > 0.0 else 0.0
-    dx[3] = (slip_r - x[3]) * vx / p[9] if p[9] > 0.0 else 0.0
     out[0], out[1], out[2], out[3], out[4], out[5] = x[0], x[1], felt, dx[1], front, rear
+    out[6], out[7] = slip_f, slip_r
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lagged(old, first, last, way, length):  # type: ignore[no-untyped-def] # pragma: no cover
+    """First-order lag of a relaxation length after a way on which the slip went evenly."""
+    if length <= 0.0:
+        return last
+    z = way / length
+    decay = np.exp(-z)
+    if z < 1e-6:
+        return old
+    rise = (last - first) / z
+    return last - rise + (old - first + rise) * decay
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _integrate(h, vx, ax, steer, tilt, p, start, y):  # type: ignore[no-untyped-def] # pragma: no cover
-    """Runge-Kutta 4 over two samples at a time; the one between is met at the middle stages."""
+    """Runge-Kutta 4 over two samples at a time; the one between is met at the middle stages.
+
+    The lags of the slip angles are much faster than that at speed: they are stepped exactly for a
+    slip that changes evenly from one end of the step to the other.
+    """
     n = vx.shape[0]
     x = np.zeros(4)
     x[:2] = start
-    k = np.zeros((4, 4))
+    k = np.zeros((4, 2))
     tmp = np.zeros(4)
     step = 2.0 * h
     i = 0
@@ -111,21 +130,26 @@ def _integrate(h, vx, ax, steer, tilt, p, start, y):  # type: ignore[no-untyped-
         if i + 1 >= n:
             return
         m, last = i + 1, min(i + 2, n - 1)
-        for j in range(4):
+        tmp[2], tmp[3] = x[2], x[3]
+        for j in range(2):
             tmp[j] = x[j] + 0.5 * step * k[0, j]
         _slope(tmp, vx[m], ax[m], steer[m], tilt[m], p, k[1], y[m])
-        for j in range(4):
+        for j in range(2):
             tmp[j] = x[j] + 0.5 * step * k[1, j]
+        for j in range(2):
+            tmp[2 + j] = _lagged(x[2 + j], y[i, 6 + j], y[m, 6 + j], h * vx[i], p[8 + j])
         _slope(tmp, vx[m], ax[m], steer[m], tilt[m], p, k[2], y[m])
         if last == m:
             return
-        for j in range(4):
+        for j in range(2):
             tmp[j] = x[j] + step * k[2, j]
         _slope(tmp, vx[last], ax[last], steer[last], tilt[last], p, k[3], y[last])
-        for j in range(4):
+        for j in range(2):
+            tmp[2 + j] = _lagged(x[2 + j], y[i, 6 + j], y[last, 6 + j], step * vx[i], p[8 + j])
             x[j] += step / 6.0 * (k[0, j] + 2.0 * k[1, j] + 2.0 * k[2, j] + k[3, j])
             if not np.abs(x[j]) < 1e4:
                 return
+        x[2], x[3] = tmp[2], tmp[3]
         i = last
 
 
