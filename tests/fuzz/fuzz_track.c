@@ -62,7 +62,8 @@ static void take_rows(void)
 static uint32_t sum_of_faults(void)
 {
     const sway_grid_faults_t *f = &grid.faults;
-    return f->out_of_range + f->time_backward + f->gaps + f->invalid + f->late + f->restarts;
+    return f->out_of_range + f->time_backward + f->gaps + f->invalid + f->late + f->restarts +
+           f->off_rate;
 }
 
 /* Ten bytes a step: kind, input, time step, value, how often. */
@@ -98,7 +99,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    const sway_grid_config_t grid_config = sway_grid_default(10000);
+    sway_grid_config_t grid_config = sway_grid_default(10000);
+    grid_config.input_period_us = (size & 1U) != 0U ? 10000 : 0;
     const sway_track_config_t config = sway_track_default(10000);
     int64_t time_us = 0;
     rows = 0;
