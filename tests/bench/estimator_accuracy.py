@@ -161,9 +161,7 @@ def accuracy(core: Core, report: Report, count: int, slow: int, cells: list[Cell
     _sum_up(report, results, count)
 
 
-def _say_accuracy(
-    report: Report, results: dict[Cell, CellResult], count: int, slow: int
-) -> None:
+def _say_accuracy(report: Report, results: dict[Cell, CellResult], count: int, slow: int) -> None:
     names = list(QUANTITIES)
     report.say(f"### RMSE over the Cramer-Rao bound, one channel ({count} windows a cell)\n")
     report.table(
@@ -391,4 +389,3 @@ def _double_precision(samples: Array, start: Line) -> Array:
             wrapped(float(np.angle(line)) - start.phase),
         ]
     )
-

@@ -93,9 +93,7 @@ def _lost(core: Core, scene: Scene) -> list[Estimate]:
 
 
 def _gap(core: Core, scene: Scene) -> list[Estimate]:
-    return _frames(
-        core, scene, lambda: (scene.t < scene.event) | (scene.t >= scene.event + 0.3)
-    )
+    return _frames(core, scene, lambda: (scene.t < scene.event) | (scene.t >= scene.event + 0.3))
 
 
 def _driver(core: Core, scene: Scene) -> list[Estimate]:
@@ -248,9 +246,7 @@ def _goals(report: Report, case: Disturbance, tally: Tally) -> None:
     if case.must_flag:
         report.goal(f"{name}: not flagged where due", tally.due_missing, 0)
         report.goal(f"{name}: estimates where a flag is due", tally.due, np.inf, 10)
-    report.goal(
-        f"{name}: wrong and not doubted, share", tally.wrong / max(tally.inside, 1), 0.01
-    )
+    report.goal(f"{name}: wrong and not doubted, share", tally.wrong / max(tally.inside, 1), 0.01)
     if case.span is None:
         report.goal(f"{name}: doubted, share", tally.flagged / max(tally.inside, 1), 0.02)
     seen = [f"line lost wrongly {tally.lost_outside + case.holds * tally.lost_inside}"]

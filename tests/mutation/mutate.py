@@ -1,15 +1,19 @@
 """Mutation testing of lib/: does a unit test notice when one token of the source is wrong?
 
-Each mutant changes one operator or number of one file, is compiled with the unit test of that file,
-and must make it fail (or fail to compile, or hang). What survives is listed; survivors that were
-looked at and change nothing that can be observed stand in ``excused.txt`` with the reason.
+Each mutant changes one operator or number of one file, is compiled with the unit tests of that
+file, and must make one of them fail or hang. What survives is listed; survivors that were looked at
+and change nothing that a test could hold them to stand in ``excused.txt`` with the reason.
+
+A sample takes the mutants with the smallest hash of what they change, so it stays the same while
+other lines of the file are edited.
 """
 
 from __future__ import annotations
 
 import argparse
-import random
+import hashlib
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -76,10 +80,27 @@ def mutants(path: Path) -> Iterator[Mutant]:
         yield Mutant(path, match.start(), match.end(), changed, number + 1, text)
 
 
-class Bench:
-    """Compiles and runs mutants of one file against its unit test."""
+def sample(chosen: list[Mutant], source: str, size: int) -> list[Mutant]:
+    """`size` mutants by chance, the same again after edits elsewhere, in order of the file."""
 
-    def __init__(self, path: Path, test: str, work: Path) -> None:
+    def key(mutant: Mutant) -> str:
+        return hashlib.sha256(mutant.name(source).encode()).hexdigest()
+
+    return sorted(sorted(chosen, key=key)[:size], key=lambda mutant: mutant.start)
+
+
+CPU_LIMIT_S = 10
+"""Of a test program, which takes less than one; processor time, as the machine may be busy."""
+
+
+def _limit() -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU_LIMIT_S, CPU_LIMIT_S))
+
+
+class Bench:
+    """Compiles and runs mutants of one file against its unit tests."""
+
+    def __init__(self, path: Path, tests: list[str], work: Path) -> None:
         self.path, self.work = path, work
         folders = (
             "lib",
@@ -90,60 +111,115 @@ class Bench:
         )
         defines = ("-D_GNU_SOURCE", "-DFIXED_POINT=32", "-DUNITY_INCLUDE_DOUBLE")
         include = [f"-I{ROOT / folder}" for folder in folders]
-        self.gcc = ["gcc", "-std=c99", "-O1", "-w", *defines, *include]
-        archive = work / "rest.a"
-        shutil.copy(ROOT / "build/gcc/libsway.a", archive)
-        subprocess.run(["ar", "d", archive, path.with_suffix(".o").name], check=True)
-        self.rest = [work / "unity.o", work / "unit.o", archive]
+        self.gcc = ["gcc", "-std=c99", "-O0", "-w", *defines, *include]
+        self.archive = work / "rest.a"
+        shutil.copy(ROOT / "build/gcc/libsway.a", self.archive)
+        subprocess.run(["ar", "d", self.archive, path.with_suffix(".o").name], check=True)
+        self.tests = [work / f"{test}.o" for test in tests]
+        self.unity = work / "unity.o"
         unity = ROOT / "build/third_party/ntpsec/tests/unity/unity.c"
-        for source, made in (
-            (unity, self.rest[0]),
-            (ROOT / "tests/unit" / f"{test}.c", self.rest[1]),
-        ):
+        sources = [unity, *(ROOT / "tests/unit" / f"{test}.c" for test in tests)]
+        for source, made in zip(sources, [self.unity, *self.tests], strict=True):
             subprocess.run([*self.gcc, "-c", source, "-o", made], check=True)
 
-    def survives(self, source: str) -> bool:
-        """True where the unit test passes with this source."""
-        mutated, program = self.work / self.path.name, self.work / "test"
+    def outcome(self, source: str) -> str:
+        """What becomes of this source: "no code", "killed" or "survived"."""
+        mutated = self.work / self.path.name
         mutated.write_text(source)
-        build = [*self.gcc, mutated, *self.rest, "-lm", "-o", program]
+        compiled = mutated.with_suffix(".o")
+        build = [*self.gcc, "-c", mutated, "-o", compiled]
         if subprocess.run(build, capture_output=True, check=False).returncode != 0:
+            return "no code"
+        return "survived" if all(self._passes(test, compiled) for test in self.tests) else "killed"
+
+    def _passes(self, test: Path, compiled: Path) -> bool:
+        program = self.work / "test"
+        link = ["gcc", test, self.unity, compiled, self.archive, "-lm", "-o", program]
+        if subprocess.run(link, capture_output=True, check=False).returncode != 0:
             return False
         try:
-            done = subprocess.run([program], capture_output=True, timeout=5, check=False)
+            done = subprocess.run(
+                [program],
+                capture_output=True,
+                timeout=60 * CPU_LIMIT_S,
+                check=False,
+                preexec_fn=_limit,
+            )
         except subprocess.TimeoutExpired:
             return False
         return done.returncode == 0
 
 
+@dataclass
+class Score:
+    """Counts of one file."""
+
+    file: str
+    all: int
+    tried: int = 0
+    killed: int = 0
+    excused: int = 0
+    survived: int = 0
+
+
+def run_file(pair: str, size: int, excused: set[str]) -> Score:
+    """All sampled mutants of FILE:TEST[,TEST]; says which survive."""
+    name, tests = pair.split(":")
+    path = ROOT / "lib" / f"{name}.c"
+    source = path.read_text()
+    every = list(mutants(path))
+    score = Score(path.name, len(every))
+    with tempfile.TemporaryDirectory() as work:
+        bench = Bench(path, tests.split(","), Path(work))
+        if bench.outcome(source) != "survived":
+            sys.exit(f"{tests} fails without any mutation")
+        for mutant in sample(every, source, size or len(every)):
+            outcome = bench.outcome(source[: mutant.start] + mutant.text + source[mutant.stop :])
+            known = mutant.name(source)
+            score.tried += outcome != "no code"
+            score.killed += outcome == "killed"
+            if outcome == "survived":
+                score.excused += known in excused
+                score.survived += known not in excused
+                if known not in excused:
+                    print(f"lib/{path.name}:{mutant.line}: survived: {known}", flush=True)
+    return score
+
+
+def table(scores: list[Score]) -> str:
+    """The report."""
+    total = Score("all", *(sum(getattr(s, n) for s in scores) for n in
+                           ("all", "tried", "killed", "excused", "survived")))  # fmt: skip
+    judged = max(total.tried - total.excused, 1)
+    lines = [
+        f"**`make mutation`**: {100 * total.killed / judged:.0f} % of {judged} mutants found by a "
+        f"unit test; {total.excused} more change nothing that can be observed (excused.txt)",
+        "",
+        "| file of lib/ | possible | tried | killed | excused | survived |",
+        "|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {s.file} | {s.all} | {s.tried} | {s.killed} | {s.excused} | {s.survived} |"
+        for s in [*scores, total]
+    ]
+    return "\n".join(lines) + "\n"
+
+
 def main() -> int:
     """Run it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("pairs", nargs="+", metavar="FILE:TEST", help="sway_e2e:test_node")
-    parser.add_argument("--sample", type=int, help="only so many mutants of each file, by chance")
+    parser.add_argument("pairs", nargs="+", metavar="FILE:TEST[,TEST]", help="sway_e2e:test_node")
+    parser.add_argument("--sample", type=int, default=0, help="only so many mutants of each file")
+    parser.add_argument("--report", type=Path, help="write the table to this file")
     args = parser.parse_args()
     excused = {line.split(" # ")[0] for line in EXCUSED.read_text().splitlines() if line}
-    survivors = total = 0
-    for pair in args.pairs:
-        name, test = pair.split(":")
-        path = ROOT / "lib" / f"{name}.c"
-        source = path.read_text()
-        chosen = list(mutants(path))
-        if args.sample and args.sample < len(chosen):
-            chosen = random.Random(1).sample(chosen, args.sample)
-        with tempfile.TemporaryDirectory() as work:
-            bench = Bench(path, test, Path(work))
-            if not bench.survives(source):
-                sys.exit(f"{test} fails without any mutation")
-            for mutant in chosen:
-                total += 1
-                changed = source[: mutant.start] + mutant.text + source[mutant.stop :]
-                known = mutant.name(source)
-                if bench.survives(changed) and known not in excused:
-                    survivors += 1
-                    print(f"lib/{path.name}:{mutant.line}: survived: {known}", flush=True)
-    print(f"{total} mutants, {survivors} survived that are not excused")
-    return int(survivors > 0)
+    scores = [run_file(pair, args.sample, excused) for pair in args.pairs]
+    text = table(scores)
+    print(text, end="")
+    if args.report:
+        args.report.parent.mkdir(parents=True, exist_ok=True)
+        args.report.write_text(text)
+    return int(any(score.survived for score in scores))
 
 
 if __name__ == "__main__":
