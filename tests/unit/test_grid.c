@@ -132,6 +132,42 @@ static void test_out_of_range_is_refused_and_counted(void)
     TEST_ASSERT_FALSE(sway_grid_tick(&grid, &tick));
 }
 
+/* Of all inputs, as sway_types.h says. */
+static void test_every_input_has_its_range(void)
+{
+    for (int i = 0; i < (int)SWAY_INPUT_COUNT; i++) {
+        const bool fz = (i >= SWAY_INPUT_CAR_FZ_FL && i <= SWAY_INPUT_CAR_FZ_RR) ||
+                        (i >= SWAY_INPUT_TRAILER_FZ_FL && i <= SWAY_INPUT_TRAILER_FZ_RR);
+        const bool yaw = i == SWAY_INPUT_CAR_YAW_RATE || i == SWAY_INPUT_TRAILER_YAW_RATE;
+        const bool acc = i == SWAY_INPUT_CAR_LATERAL_ACC || i == SWAY_INPUT_TRAILER_LATERAL_ACC;
+        int32_t limit = yaw ? 5300000 : acc ? 40000000 : 50000000;
+        limit = i == SWAY_INPUT_STEERING_WHEEL_ANGLE ? 12600000 : limit;
+        limit = i == SWAY_INPUT_ARTICULATION ? 1600000 : limit;
+        limit = i == SWAY_INPUT_SPEED ? 120000 : limit;
+        const int32_t low = fz || i == SWAY_INPUT_SPEED ? 0 : -limit;
+        const sway_input_t input = (sway_input_t)i;
+        TEST_ASSERT_EQUAL_INT32(limit, sway_grid_limit(input));
+        put(input, 10000 * i, limit);
+        put(input, 10000 * i, low);
+        TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE, sway_grid_input(&grid, input, 0, limit + 1));
+        TEST_ASSERT_EQUAL_INT(SWAY_ERROR_RANGE, sway_grid_input(&grid, input, 0, low - 1));
+    }
+    TEST_ASSERT_EQUAL_UINT32(2U * SWAY_INPUT_COUNT, grid.faults.out_of_range);
+    TEST_ASSERT_EQUAL_INT32(0, sway_grid_limit(SWAY_INPUT_COUNT));
+}
+
+static void test_an_axle_is_present_when_both_wheels_are(void)
+{
+    put(SWAY_INPUT_CAR_FY_FR, 0, 1);
+    put(SWAY_INPUT_CAR_FY_RL, 0, 1);
+    put(SWAY_INPUT_TRAILER_FZ_RL, 0, 1);
+    put(SWAY_INPUT_TRAILER_FZ_RR, 0, 1);
+    take_row(0);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_REAR_FZ), tick.present_mask);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_REAR_FZ), tick.valid_mask);
+    TEST_ASSERT_EQUAL_INT32(2, tick.value[SWAY_CHANNEL_TRAILER_REAR_FZ]);
+}
+
 static void test_a_value_out_of_range_is_no_data(void)
 {
     for (int64_t t = 0; t <= 100000; t += 10000) {
@@ -177,6 +213,20 @@ static void test_a_clock_that_restarts_is_followed(void)
     TEST_ASSERT_EQUAL_INT(15, refused);
     TEST_ASSERT_EQUAL_UINT32(1, grid.faults.restarts);
     TEST_ASSERT_EQUAL_INT64(390000, tick.time_us);
+}
+
+static void test_a_restart_is_one_for_all_inputs(void)
+{
+    for (int i = 0; i < (int)SWAY_INPUT_COUNT; i++) {
+        put((sway_input_t)i, 900000000, 1);
+    }
+    for (int k = 0; k < 16; k++) {
+        (void)sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 10000 * k, 2);
+    }
+    for (int i = 0; i < (int)SWAY_INPUT_COUNT; i++) {
+        put((sway_input_t)i, 160000, 3);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, grid.faults.restarts);
 }
 
 static void test_one_wild_stamp_does_no_harm(void)
@@ -370,8 +420,12 @@ static void test_bad_configurations_are_refused(void)
     config.max_wait_us = 10000 * SWAY_GRID_ROWS;
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
     config = sway_grid_default(10000);
-    config.delay_us[3] = 500001;
-    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
+    for (int i = 0; i < (int)SWAY_INPUT_COUNT; i++) {
+        config.delay_us[i] = 500001;
+        TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
+        config.delay_us[i] = -500000;
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+    }
     config = sway_grid_default(10000);
     config.input_period_us = 999;
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
@@ -386,11 +440,36 @@ static void test_ring_clips_and_marks(void)
     tick.valid_mask = 3;
     tick.value[0] = INT32_MIN;
     tick.value[1] = 5;
+    tick.value[2] = INT32_MAX;
+    tick.valid_mask = 7;
     sway_ring_push(&ring, &tick);
+    TEST_ASSERT_EQUAL_INT32(SWAY_SAMPLE_LIMIT - 1, ring.sample[2][sway_ring_slot(&ring, 0)]);
     TEST_ASSERT_EQUAL_INT32(1 - SWAY_SAMPLE_LIMIT, ring.sample[0][sway_ring_slot(&ring, 0)]);
     TEST_ASSERT_EQUAL_HEX32(2, ring.valid[sway_ring_slot(&ring, 0)]);
     TEST_ASSERT_EQUAL_UINT32(1, ring.filled);
     TEST_ASSERT_EQUAL_INT32(0, ring.sample[1][sway_ring_slot(&ring, 1)]);
+}
+
+static void test_ring_sums_are_those_of_its_newest_rows(void)
+{
+    static sway_ring_t ring;
+    sway_ring_clear(&ring);
+    memset(&tick, 0, sizeof tick);
+    for (int row = 0; row < SWAY_RING_SAMPLES + 101; row++) {
+        int64_t sums[4];
+        tick.value[3] = row;
+        tick.valid_mask = row % 100 == 0 ? 0 : SWAY_CHANNEL_BIT(3);
+        sway_ring_push(&ring, &tick);
+        const int filled = row < SWAY_RING_SAMPLES ? row + 1 : SWAY_RING_SAMPLES;
+        TEST_ASSERT_EQUAL_UINT32(filled, ring.filled);
+        const uint64_t missing = sway_ring_sums(&ring, 3, ring.head, 5, 4, sums);
+        for (int b = 0; b < 4 && row >= 19; b++) {
+            const int first = row - 19 + 5 * b;
+            const bool bad = (first + 4) / 100 != (first - 1) / 100 || first == 0;
+            TEST_ASSERT_EQUAL_INT64(5 * first + 10, sums[b]);
+            TEST_ASSERT_EQUAL(bad, (missing >> b) & 1U);
+        }
+    }
 }
 
 int main(void)
@@ -408,6 +487,9 @@ int main(void)
     RUN_TEST(test_one_wild_stamp_does_no_harm);
     RUN_TEST(test_a_pause_of_the_bus_restarts_without_a_flood_of_rows);
     RUN_TEST(test_a_silent_input_is_waited_for_no_longer_than_configured);
+    RUN_TEST(test_every_input_has_its_range);
+    RUN_TEST(test_an_axle_is_present_when_both_wheels_are);
+    RUN_TEST(test_a_restart_is_one_for_all_inputs);
     RUN_TEST(test_a_value_out_of_range_is_no_data);
     RUN_TEST(test_silence_is_counted_while_it_lasts_and_once);
     RUN_TEST(test_an_input_that_stays_away_after_a_restart_is_counted);
@@ -418,5 +500,6 @@ int main(void)
     RUN_TEST(test_speed_is_held_between_slow_messages);
     RUN_TEST(test_bad_configurations_are_refused);
     RUN_TEST(test_ring_clips_and_marks);
+    RUN_TEST(test_ring_sums_are_those_of_its_newest_rows);
     return UNITY_END();
 }
