@@ -51,7 +51,10 @@ class Mutant:
     def name(self, source: str) -> str:
         """As in excused.txt: without a line number, so that it keeps through edits."""
         before = source[self.start : self.stop]
-        return f"{self.file.name}: {before} -> {self.text} in: {self.source_line.strip()}"
+        left = source[: self.start].rsplit("\n", 1)[-1]
+        same = 1 + sum(match.group() == before for match in TOKEN.finditer(left))
+        which = f" ({same})" if same > 1 else ""
+        return f"{self.file.name}: {before} -> {self.text}{which} in: {self.source_line.strip()}"
 
 
 def mutants(path: Path) -> Iterator[Mutant]:

@@ -163,6 +163,55 @@ static void test_bins_of_a_known_line(void)
     TEST_ASSERT_DOUBLE_WITHIN(300.0, 256e7, to_double(mean.re));
 }
 
+static void test_hann_bins_are_those_of_the_windowed_samples(void)
+{
+    const int window = 300;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_spectrum_init(&spectrum, (uint32_t)window));
+    finish_filling();
+    for (int row = 0; row < 900; row++) { // the window begins where the table does
+        sway_tick_t tick;
+        memset(&tick, 0, sizeof tick);
+        tick.value[1] = (int32_t)lround(1e7 + 1e6 * exp(0.002 * row) * cos(0.047 * row));
+        sway_ring_push(&ring, &tick);
+        sway_spectrum_push(&spectrum, &ring);
+    }
+    for (uint32_t k = 1; k < SWAY_BINS; k++) {
+        double re = 0;
+        double im = 0;
+        for (int n = 0; n < window; n++) {
+            const uint32_t slot = sway_ring_slot(&ring, (uint32_t)(window - 1 - n));
+            const double turn = 2.0 * M_PI * n / window;
+            const double x = 0.5 * (1.0 - cos(turn)) * ring.sample[1][slot];
+            re += x * cos(turn * k);
+            im -= x * sin(turn * k);
+        }
+        const sway_complex_t h = sway_spectrum_hann(&spectrum, SWAY_CHANNEL_CAR_YAW_RATE, k);
+        TEST_ASSERT_DOUBLE_WITHIN(300.0, re, to_double(h.re));
+        TEST_ASSERT_DOUBLE_WITHIN(300.0, im, to_double(h.im));
+    }
+}
+
+static void test_filling_comes_in_even_slices_and_ends_at_the_window(void)
+{
+    TEST_ASSERT_FALSE(sway_spectrum_ready(&spectrum)); // without a window
+    for (int row = 0; row < 600; row++) {
+        push_random();
+    }
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_spectrum_init(&spectrum, 300));
+    uint32_t most = 0;
+    bool more = true;
+    while (more) {
+        const uint32_t before = spectrum.tabled + spectrum.covered;
+        TEST_ASSERT_FALSE(sway_spectrum_ready(&spectrum));
+        more = sway_spectrum_run(&spectrum, &ring);
+        const uint32_t done = spectrum.tabled + spectrum.covered - before;
+        most = done > most ? done : most;
+    }
+    TEST_ASSERT_EQUAL_UINT32(300, spectrum.tabled);
+    TEST_ASSERT_EQUAL_UINT32(300, spectrum.covered);
+    TEST_ASSERT_TRUE_MESSAGE(most >= 4U && most <= 64U, "no slice much longer than the others");
+}
+
 static void test_windows_out_of_range_are_refused(void)
 {
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_spectrum_init(&spectrum, SWAY_WINDOW_MIN - 1U));
@@ -177,6 +226,8 @@ int main(void)
     RUN_TEST(test_rows_may_come_while_the_sums_fill);
     RUN_TEST(test_largest_samples_do_not_overflow);
     RUN_TEST(test_bins_of_a_known_line);
+    RUN_TEST(test_hann_bins_are_those_of_the_windowed_samples);
+    RUN_TEST(test_filling_comes_in_even_slices_and_ends_at_the_window);
     RUN_TEST(test_windows_out_of_range_are_refused);
     return UNITY_END();
 }
