@@ -1,7 +1,7 @@
 """What else one could build: three usual detectors, on the same measured signals.
 
-Each takes the measured signals on a 100 Hz axis and returns the times at which it would warn (the
-first time of each episode; an episode ends after 2 s of silence). Their parameters are
+Each takes the measured signals on a 100 Hz axis and returns when it would warn: start and end of
+each episode, shape (n, 2); an episode ends after 2 s of silence. Their parameters are
 usual values, not tuned to the campaign.
 """
 
@@ -22,12 +22,13 @@ _BAND = butter(2, [0.3, 1.5], btype="bandpass", fs=RATE_HZ, output="sos")
 
 
 def episodes(active: BoolArray, silence_s: float = 2.0) -> FloatArray:
-    """Start times of runs of True that are at least `silence_s` apart."""
+    """Start and end of runs of True that are at least `silence_s` apart, shape (n, 2), s."""
     index = np.flatnonzero(active)
     if not len(index):
-        return np.zeros(0)
-    gaps = np.diff(index, prepend=-(10**9)) > silence_s * RATE_HZ
-    return np.asarray(index[gaps] / RATE_HZ)
+        return np.zeros((0, 2))
+    first = np.diff(index, prepend=-(10**9)) > silence_s * RATE_HZ
+    last = np.append(first[1:], True)
+    return np.column_stack([index[first] / RATE_HZ, index[last] / RATE_HZ + silence_s])
 
 
 def _quiet(steering: FloatArray, window_s: float, limit_rad: float) -> BoolArray:
