@@ -464,7 +464,7 @@ def markdown(figures: dict[str, Any], command: str, first_seed: int) -> str:
     lines += [
         "",
         "Median and 95 %: oscillations from the onset to a warning. Onset: the first moment when "
-        "the true damping ratio is negative, the wheel held for good and the swing 3 deg/s or more. "
+        "the true damping ratio is negative, the wheel held for good, the swing 3 deg/s or more. "
         "Missed: no warning from the onset to the end of the drive, which is 2.5 oscillations or "
         f"more ({figures['onset_too_late_in_drive']} shorter drives are not counted). False: begun "
         "while the true damping ratio had been above 0.02 for a second and control is not lost "
