@@ -428,6 +428,14 @@ static bool is_plausible(const sway_estimate_t *stiffness)
            sway_real_less(size, sway_real_int(5000000));
 }
 
+/* No force where there is slip: surely below what a tyre can have. */
+static bool is_none(const sway_estimate_t *stiffness)
+{
+    const sway_real_t most =
+        ADD(sway_complex_abs(stiffness->value), sway_real_scale(stiffness->se, 1));
+    return sway_real_less(most, sway_real_int(1000));
+}
+
 static sway_estimate_t estimate_of(const sway_identify_t *id, const sway_phasor_t *phasor)
 {
     const sway_estimate_t estimate = {phasor->value, sway_phasor_se(phasor, &id->sources)};
@@ -459,7 +467,8 @@ static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
     if (force_is_derived(id, axle) && !has_channel(id->line, SWAY_CHANNEL_HITCH_FY)) {
         add_unseen_force(&estimate->stiffness, estimate->slip.value);
     }
-    const bool certain = stiffness.known && is_certain(&estimate->stiffness);
+    const bool certain =
+        stiffness.known && (is_certain(&estimate->stiffness) || is_none(&estimate->stiffness));
     if (certain && is_plausible(&estimate->stiffness)) {
         id->valid |= (uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle;
     } else if (certain || (estimate->force.known && estimate->slip.known && !stiffness.known)) {

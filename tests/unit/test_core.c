@@ -219,6 +219,67 @@ static void too_slow_keeps_the_last_result_marked_old(void)
     TEST_ASSERT_BITS_HIGH(results, sway_core_status(&core)->old);
 }
 
+/* Six seconds of a good line, six of `changed`, which no tyre can do: the last stiffnesses that
+ * were valid are kept to the bit and marked old, the reason is said and counted, the model goes on.
+ */
+static void expect_old_stiffnesses(const sway_line_t *good, const sway_line_t *changed,
+                                   const test_plant_t *plant)
+{
+    const uint32_t axles = SWAY_VALID_CAR_FRONT | SWAY_VALID_CAR_REAR;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&core, &config));
+    feed(&core, good, plant, 0, 6, -1);
+    const sway_status_t before = *sway_core_status(&core);
+    sway_status_t last = before;
+    TEST_ASSERT_BITS_HIGH(axles, before.valid);
+    for (int k = 0; k < 60; k++) {
+        feed(&core, changed, plant, 6 + 0.1 * k, 6 + 0.1 * (k + 1), -1);
+        const sway_status_t *const now = sway_core_status(&core);
+        for (int axle = 0; axle < 2; axle++) {
+            if ((now->valid & ((uint32_t)SWAY_VALID_CAR_FRONT << (unsigned)axle)) != 0U) {
+                last.axle[axle] = now->axle[axle];
+            }
+        }
+    }
+    const sway_status_t *const status = sway_core_status(&core);
+    TEST_ASSERT_TRUE(status->sequence > before.sequence + 5);
+    TEST_ASSERT_BITS_LOW(axles, status->valid);
+    TEST_ASSERT_BITS_HIGH(axles, status->old);
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_SINGULAR, status->quality);
+    TEST_ASSERT_TRUE(status->fault_count[SWAY_FAULT_SINGULAR] > 0U);
+    TEST_ASSERT_EQUAL_MEMORY(&last.axle[0], &status->axle[0], sizeof status->axle[0]);
+    TEST_ASSERT_EQUAL_MEMORY(&last.axle[1], &status->axle[1], sizeof status->axle[1]);
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_CRITICAL_SPEED, status->valid);
+    TEST_ASSERT_INT32_WITHIN(1000, before.v_crit_mm_s, status->v_crit_mm_s);
+}
+
+static void no_slip_to_divide_by_keeps_the_last_result_marked_old(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    sway_line_t changed = line;
+    for (int i = SWAY_CHANNEL_STEERING_WHEEL_ANGLE; i <= (int)SWAY_CHANNEL_CAR_LATERAL_ACC; i++) {
+        changed.channel[i].amplitude = complex_of(0);
+    }
+    expect_old_stiffnesses(&line, &changed, &plant);
+}
+
+static void zero_and_impossible_stiffness_keep_the_last_result_marked_old(void)
+{
+    static const double complex turn[] = {0, I, -1}; // no force, a quarter turn early, against it
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    for (unsigned trial = 0; trial < 3; trial++) {
+        sway_line_t changed = line;
+        for (int i = SWAY_CHANNEL_CAR_FRONT_FY; i <= (int)SWAY_CHANNEL_CAR_REAR_FY; i++) {
+            changed.channel[i].amplitude =
+                complex_of(cvalue(line.channel[i].amplitude) * turn[trial]);
+        }
+        expect_old_stiffnesses(&line, &changed, &plant);
+    }
+}
+
 static void a_standing_vehicle_says_nothing(void)
 {
     test_plant_t plant = reference_plant(100);
@@ -267,6 +328,8 @@ int main(void)
     RUN_TEST(bad_samples_are_counted_and_harm_nothing);
     RUN_TEST(each_wrong_input_is_counted_marks_the_estimate_and_stops_nothing);
     RUN_TEST(too_slow_keeps_the_last_result_marked_old);
+    RUN_TEST(no_slip_to_divide_by_keeps_the_last_result_marked_old);
+    RUN_TEST(zero_and_impossible_stiffness_keep_the_last_result_marked_old);
     RUN_TEST(a_standing_vehicle_says_nothing);
     RUN_TEST(bad_configurations_are_refused);
     return UNITY_END();
