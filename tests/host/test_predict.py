@@ -11,6 +11,7 @@ import pytest
 from conftest import recordings
 
 from swaywatch.diagnose.effect import library
+from swaywatch.diagnose.engine import write
 from swaywatch.diagnose.fit import Fit, predict_run
 from swaywatch.diagnose.holdout import held_out
 from swaywatch.diagnose.model import embedded, model_block, read_model, signals_for, terms_of
@@ -119,8 +120,9 @@ def test_a_left_out_run_values_windows_by_the_others() -> None:
 def test_a_model_survives_the_way_through_json() -> None:
     from test_diagnose import synthetic
 
+    friction = _effect("hitch_friction:hitch")
     terms = (
-        Term(_effect("hitch_friction:hitch"), (90.0,)),  # type: ignore[arg-type]
+        Term(friction, tuple(p.starts[0] for p in friction.parameters)),  # type: ignore[attr-defined,arg-type]
         Term(_effect("crosswind_gust:car", "half_sine"), (3.0, 6.0, 500.0), (1,)),  # type: ignore[arg-type]
     )
     problem = synthetic((), seed=7)
@@ -159,3 +161,13 @@ def test_what_is_no_model_is_refused(tmp_path: Path, text: str, message: str) ->
         read_model(bad)
     with pytest.raises(SwaywatchError, match="cannot be read"):
         read_model(tmp_path / "absent.json")
+
+
+def test_a_number_that_is_none_becomes_null(tmp_path: Path) -> None:
+    write(
+        {"a": float("nan"), "b": [np.float64("inf"), 1.0], "c": {"d": np.arange(2.0)}},
+        tmp_path / "x",
+    )
+    assert json.loads((tmp_path / "x").read_text()) == {
+        "a": None, "b": [None, 1.0], "c": {"d": [0.0, 1.0]},
+    }  # fmt: skip
