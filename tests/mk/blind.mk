@@ -18,3 +18,18 @@ proof-blind: proof-blind-cases
 	@$(PY) $(BLIND)/score.py --answers $(BLIND_CASES)/answers --diagnoses $(BLIND_CASES)/diagnoses \
 	    $(if $(wildcard $(BLIND)/limits.json),--limits $(BLIND)/limits.json) \
 	    --out $(BLIND_OUT)/score.json
+	@$(PY) $(BLIND)/table.py $(BLIND_OUT)/score.json $(B)/bench/blind.md --seed $(PROOF_SEED)
+
+# What the confidence, the intervals and the limits of detection are fitted to: never the proof's seed.
+DEV_SEED ?= 101
+DEV_CASES := $(BLIND_OUT)/$(DEV_SEED)
+.PHONY: calibrate
+calibrate: setup
+	@$(PY) $(BLIND)/generate.py --seed $(DEV_SEED) --count $(N) --jobs $(JOBS) \
+	    --out $(DEV_CASES)/cases --answers $(DEV_CASES)/answers
+	@$(PY) $(BLIND)/diagnose_all.py --cases $(DEV_CASES)/cases --out $(DEV_CASES)/diagnoses \
+	    --count $(N) --jobs $(JOBS)
+	@$(PY) $(BLIND)/calibrate.py --set $(DEV_CASES)/answers $(DEV_CASES)/diagnoses \
+	    --seeds $(DEV_SEED) --out sim_host/src/swaywatch/diagnose/calibration.json
+	@$(PY) $(BLIND)/score.py --answers $(DEV_CASES)/answers --diagnoses $(DEV_CASES)/diagnoses \
+	    --no-predict --out $(DEV_CASES)/score.json --limits-out $(BLIND)/limits.json
