@@ -29,6 +29,7 @@ Json = dict[str, Any]
 PROOF_SEED = 20261121
 NINETY = 1.645
 MOST = 0.98
+HEAVY = 2.132 / NINETY  # 90 % of Student's t with 4 degrees of freedom, over those of a normal
 FORM_PRIOR = 0.05  # typical form error of a reduced model, with a factor of e either way
 
 
@@ -109,7 +110,7 @@ def intervals(found: dict[str, list[tuple[float, float, float]]]) -> Json:
         for name, form in zip(names, forms, strict=True):
             error, se, size = np.array(found[name]).T
             sigma = np.hypot(noise * se, form / NINETY * size) + 1e-12
-            # heavy tails: one wild case must not widen all intervals
+            # Student's t with 4 degrees of freedom: one wild case must not widen all intervals
             z = (error / sigma) ** 2
             total += float(np.sum(np.log(sigma) + 2.5 * np.log1p(z / 4.0)))
             total += 0.5 * float(np.log(form / FORM_PRIOR)) ** 2
@@ -117,9 +118,11 @@ def intervals(found: dict[str, list[tuple[float, float, float]]]) -> Json:
 
     start = np.concatenate([[np.log(2.0)], np.full(len(names), np.log(FORM_PRIOR))])
     best = minimize(cost, start, method="L-BFGS-B").x
-    forms = {name: round(float(np.exp(x)), 4) for name, x in zip(names, best[1:], strict=True)}
+    forms = {
+        name: round(HEAVY * float(np.exp(x)), 4) for name, x in zip(names, best[1:], strict=True)
+    }
     return {
-        "noise": round(float(np.exp(best[0])), 3),
+        "noise": round(HEAVY * float(np.exp(best[0])), 3),
         "form_other": round(float(np.median(list(forms.values()))), 4) if forms else FORM_PRIOR,
         "form": forms,
     }

@@ -1,0 +1,42 @@
+"""Put the intervals of the present calibration into verdicts that were made before it.
+
+    python restate.py VERDICTS
+
+A verdict keeps the standard error and the size of each parameter, so its intervals follow from the
+table without diagnosing again; they come out as `make proof` would write them today. Nothing else
+is touched.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from swaywatch.diagnose.calibration import interval
+from swaywatch.diagnose.engine import write
+
+
+def restate(path: Path) -> None:
+    """One file, rewritten whole or not at all."""
+    verdict = json.loads(path.read_text())
+    for effect in verdict["effects"]:
+        for said in effect["parameters"].values():
+            if "standard_error" in said:
+                said |= interval(
+                    effect["id"], said["value"], said["deviation"], said["standard_error"], 1.0
+                )
+    write(verdict, path)
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("verdicts", type=Path)
+    given = parser.parse_args()
+    for path in sorted(given.verdicts.glob("*/*.json")):
+        restate(path)
+
+
+if __name__ == "__main__":
+    main()
