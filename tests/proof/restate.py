@@ -23,9 +23,8 @@ def restate(path: Path) -> None:
     for effect in verdict["effects"]:
         for said in effect["parameters"].values():
             if "standard_error" in said:
-                said |= interval(
-                    effect["id"], said["value"], said["deviation"], said["standard_error"], 1.0
-                )
+                error, size = said["standard_error"], said["deviation"]
+                said.update(interval(effect["id"], said["value"], size, error, 1.0))
     write(verdict, path)
 
 
