@@ -13,18 +13,19 @@ import argparse
 import json
 from pathlib import Path
 
-from swaywatch.diagnose.calibration import interval
+from swaywatch.diagnose.calibration import BESIDE, interval
 from swaywatch.diagnose.engine import write
 
 
 def restate(path: Path) -> None:
     """One file, rewritten whole or not at all."""
     verdict = json.loads(path.read_text())
+    beside = BESIDE if "calibration" in verdict["model"] else ""
     for effect in verdict["effects"]:
         for said in effect["parameters"].values():
             if "standard_error" in said:
                 error, size = said["standard_error"], said["deviation"]
-                said.update(interval(effect["id"], said["value"], size, error, 1.0))
+                said.update(interval(effect["id"] + beside, said["value"], size, error, 1.0))
     write(verdict, path)
 
 

@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from score import judge, load, located, measured_harmonic, numbers
 
+from swaywatch.diagnose.calibration import BESIDE
+
 Array = NDArray[np.float64]
 Json = dict[str, Any]
 PROOF_SEED = 20261121
@@ -90,13 +92,12 @@ def deviations(cases: list[tuple[Json, Json]]) -> dict[str, list[tuple[float, fl
             for effect in diagnosis["effects"]:
                 if effect["id"] != truth["id"] or not located(effect, truth, component):
                     continue
+                key = truth["id"] + (BESIDE if answer["simulation"] else "")
                 for name, value in numbers(true).items():
                     said = effect["parameters"].get(name)
                     if said and "standard_error" in said:
                         error = said["value"] - value
-                        found[truth["id"]].append(
-                            (error, said["standard_error"], abs(said["deviation"]))
-                        )
+                        found[key].append((error, said["standard_error"], abs(said["deviation"])))
     return dict(found)
 
 
@@ -123,9 +124,16 @@ def intervals(found: dict[str, list[tuple[float, float, float]]]) -> Json:
     }
     return {
         "noise": round(HEAVY * float(np.exp(best[0])), 3),
-        "form_other": round(float(np.median(list(forms.values()))), 4) if forms else FORM_PRIOR,
+        "form_other": _typical(forms, beside=False),
+        "form_beside": _typical(forms, beside=True),
         "form": forms,
     }
+
+
+def _typical(forms: dict[str, float], *, beside: bool) -> float:
+    """Share for effects of which no case was generated: the median of those of their kind."""
+    known = [form for name, form in forms.items() if name.endswith(BESIDE) == beside]
+    return round(float(np.median(known)), 4) if known else FORM_PRIOR
 
 
 def main() -> None:

@@ -18,6 +18,8 @@ FORM_SHARE = 0.002
 #: Differences of level below this share of it are chance.
 CHANCE_SHARE = 0.004
 NINETY = 1.645
+#: Marks effects found beside a user's simulation: the plant is then only a correction.
+BESIDE = "/simulation"
 
 
 @cache
@@ -53,7 +55,7 @@ def interval(
     Parameters
     ----------
     name
-        Id of the effect.
+        Id of the effect; with `BESIDE` where it was found beside a user's simulation.
     value, deviation
         As reported, and its distance from where the effect vanishes.
     error
@@ -63,7 +65,9 @@ def interval(
     """
     fitted = table()["intervals"]
     noise = float(fitted["noise"])
-    form = float(fitted["form"].get(name, fitted["form_other"]))
+    forms = fitted["form"]
+    other = fitted["form_beside" if name.endswith(BESIDE) else "form_other"]
+    form = float(forms.get(name, other))
     half = math.hypot(NINETY * noise * error * math.sqrt(max(reached, 1.0)), form * abs(deviation))
     return {
         "value": float(value), "low": float(value - half), "high": float(value + half),

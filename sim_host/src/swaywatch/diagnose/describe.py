@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.calibration import interval
+from swaywatch.diagnose.calibration import BESIDE, interval
 from swaywatch.diagnose.fit import Problem, predict_run
 from swaywatch.diagnose.holdout import held_out
 from swaywatch.diagnose.judge import errors, iso18571, nrmse
@@ -33,13 +33,14 @@ def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> lis
         effect = term.effect
         at = sum(sizes[:index])
         own = covariance[at : at + sizes[index], at : at + sizes[index]]
+        name = effect.id + ("" if problem.free_start else BESIDE)
         windows: list[dict[str, Any]] = []
         if effect.windowed:
             windows = _windows(term, problem)
-            parameters = _over_windows(term, windows, own, reached)
+            parameters = _over_windows(term, name, windows, own, reached)
             windows.sort(key=lambda w: (w["run"], w["start"]))
         else:
-            parameters = _reported(term, own, reached)
+            parameters = _reported(term, name, own, reached)
         entry: dict[str, Any] = {
             "id": effect.id,
             "parameters": parameters,
@@ -74,7 +75,7 @@ def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> lis
     return effects
 
 
-def _reported(term: Term, covariance: Array, reached: float) -> dict[str, Any]:
+def _reported(term: Term, name: str, covariance: Array, reached: float) -> dict[str, Any]:
     """Reported values of an effect without windows, their errors carried through `report`."""
     effect = term.effect
     names = [p.name for p in effect.parameters]
@@ -95,7 +96,7 @@ def _reported(term: Term, covariance: Array, reached: float) -> dict[str, Any]:
     jacobian = np.array(columns)
     errors_ = np.sqrt(np.abs(np.diag(jacobian.T @ covariance @ jacobian)))
     return {
-        key: interval(effect.id, value, _size(value, neutral[key]), float(error), reached)
+        key: interval(name, value, _size(value, neutral[key]), float(error), reached)
         for (key, value), error in zip(found.items(), errors_, strict=True)
     }
 
@@ -128,7 +129,7 @@ def _windows(term: Term, problem: Problem) -> list[dict[str, Any]]:
 
 
 def _over_windows(
-    term: Term, windows: list[dict[str, Any]], covariance: Array, reached: float
+    term: Term, name: str, windows: list[dict[str, Any]], covariance: Array, reached: float
 ) -> dict[str, Any]:
     """Median over the windows; its interval from their spread and from the fit's errors."""
     effect = term.effect
@@ -143,7 +144,7 @@ def _over_windows(
         spread = float(values.std() / np.sqrt(values.size)) if values.size > 1 else 0.0
         error = float(np.hypot(spread, relative * abs(centre)))
         size = centre - neutral.get(key, 0.0)
-        parameters[key] = interval(effect.id, centre, size, error, reached)
+        parameters[key] = interval(name, centre, size, error, reached)
         parameters[key]["per_window"] = [float(x) for x in values]
     return parameters
 
