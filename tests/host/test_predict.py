@@ -163,6 +163,11 @@ def test_what_is_no_model_is_refused(tmp_path: Path, text: str, message: str) ->
         read_model(tmp_path / "absent.json")
 
 
+def test_a_recording_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(SwaywatchError, match=r"run9.blf: no such file"):
+        predict(_copy("p07", tmp_path), tmp_path / "run9.blf")
+
+
 def test_a_number_that_is_none_becomes_null(tmp_path: Path) -> None:
     write(
         {"a": float("nan"), "b": [np.float64("inf"), 1.0], "c": {"d": np.arange(2.0)}},

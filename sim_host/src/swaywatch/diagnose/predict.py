@@ -22,7 +22,7 @@ from swaywatch.diagnose.search import Search
 from swaywatch.diagnose.simulation import attach, roll_rates
 from swaywatch.diagnose.solo import predict_solo
 from swaywatch.diagnose.term import Term
-from swaywatch.errors import SwaywatchError
+from swaywatch.errors import RecordingError, SwaywatchError
 
 Array = NDArray[np.float64]
 
@@ -65,6 +65,8 @@ def predict(
         times are looked for in the run, so it is no prediction); what was taken from the run.
     """
     content = read_model(model_file)
+    if not recording.exists():
+        raise RecordingError(f"{recording}: no such file")
     if content["model"].get("kind") == "solo":
         if simulation is not None:
             raise SwaywatchError(f"{model_file}: a car alone: --simulation is not for it")
@@ -90,6 +92,9 @@ def predict(
     if windowed:
         result |= _with_windows(problem, lasting, windowed, shared)
     result["notes"] = notes + _remarks(content["model"], simulation, windowed, result)
+    beside = sorted(recording.parent.glob(f"simulation_{recording.stem}.*"))
+    if simulation is None and beside:
+        result["notes"].append(f"{beside[0].name} lies beside the recording and was not used")
     return result
 
 
