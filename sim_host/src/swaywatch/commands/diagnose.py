@@ -51,6 +51,9 @@ def run(args: argparse.Namespace) -> int:
         )
         if effect["equivalent_details"]:
             print("    cannot be told from: " + ", ".join(effect["equivalent_details"]))
+    for name, quantity in result.get("quantities", {}).items():
+        interval = f"{quantity['low']:.3g} to {quantity['high']:.3g}"
+        print(f"  {name}: {quantity['value']:.3g} ({interval})")
     for note in result["unexplained"]:
         print("  unexplained: " + note.get("reason", str(note)))
     return 0

@@ -187,7 +187,7 @@ def search(fitter: SoloFitter, everything: Sequence[SoloEffect], progress: Progr
     for i, claim in enumerate(claims):
         progress("equivalents", 0.7 + 0.25 * (i + 1) / len(claims))
         claim.equals = _equals(fitter, model, claim, everything)
-    claims.sort(key=lambda claim: -claim.level_without)
+    claims.sort(key=lambda c: (-np.nan_to_num(c.held_out_without), -c.level_without))
     return SoloVerdict(baseline, model, claims, (before, reached), ranking, dropped)
 
 

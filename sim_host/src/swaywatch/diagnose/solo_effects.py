@@ -275,9 +275,9 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]
                 "the body rolls outwards and its accelerometer sees gravity",
                 (
                     Number("roll_per_acceleration", "rad per m/s2", 0.0, -0.03, 0.04, 0.008),
-                    # of passenger cars; the data may move them
-                    Number("roll_frequency_rad_s", "rad/s", 10.0, 4.0, 30.0, 10.0, (10.0, 2.5)),
-                    Number("roll_damping", "-", 0.35, 0.05, 1.5, 0.35, (0.35, 0.15)),
+                    # as passenger cars have them; the data may move them within that
+                    Number("roll_frequency_rad_s", "rad/s", 10.0, 7.0, 25.0, 10.0, (10.0, 2.0)),
+                    Number("roll_damping", "-", 0.35, 0.15, 1.0, 0.35, (0.35, 0.15)),
                 ),
                 observe=_roll, rank=0, decided_by="roll angle or roll rate by an inertial unit",
                 usual=True,

@@ -131,7 +131,7 @@ def solo_page(
         "<p>A car without a trailer. Left-out runs are predicted with an NRMSE of "
         f"{evidence['held_out_nrmse'][0]:.3f} by the single-track model with fitted stiffnesses "
         f"alone and {evidence['held_out_nrmse'][1]:.3f} with what is claimed.</p>",
-        "<h2>What, and how much</h2>", effects_table(result), _quantities(result),
+        "<h2>What, and how much</h2>", _quantities(result), effects_table(result),
         "<h2>Where: relations from measured signals alone</h2>", _relations(result),
     ]  # fmt: skip
     cloud = turns(fitter, model)

@@ -121,7 +121,7 @@ def _lag(data: SoloData) -> Finding:
         scores = [
             np.corrcoef(a[on], np.interp(run.time - s, run.time, v * r)[on])[0, 1] for s in shifts
         ]
-        per_run[run.name] = float(shifts[int(np.argmax(scores))])
+        per_run[run.name] = round(float(shifts[int(np.argmax(scores))]), 3)
     values = list(per_run.values()) or [float("nan")]
     return Finding(
         "lag of the lateral acceleration behind speed x yaw rate", float(np.median(values)),
