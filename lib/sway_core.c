@@ -29,7 +29,8 @@ static sway_error_t init_parts(sway_core_t *core, const sway_core_config_t *conf
     for (int i = 0; i < (int)SWAY_INPUT_COUNT; i++) {
         grid.delay_us[i] = config->input_delay_us[i];
     }
-    grid.max_wait_us = config->sample_period_us * 10;
+    const int32_t rows = SWAY_GRID_ROWS - 2 < 10 ? SWAY_GRID_ROWS - 2 : 10;
+    grid.max_wait_us = config->sample_period_us * rows;
     grid.input_period_us = config->input_period_us;
     track.window_cycles_milli = config->window_cycles_milli;
     if (sway_grid_init(&core->grid, &grid) != SWAY_OK ||

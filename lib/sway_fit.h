@@ -13,8 +13,14 @@
 
 #include "sway_real.h"
 
-/// Most blocks in a window.
+/// Most blocks in a window: sums of rows that the fit works on. Ten to an oscillation cost 1.5 % of
+/// precision, thirty 0.2 %.
+#ifndef SWAY_FIT_BLOCKS
 #define SWAY_FIT_BLOCKS 64
+#endif
+#if SWAY_FIT_BLOCKS < 32 || SWAY_FIT_BLOCKS > 64
+#error "SWAY_FIT_BLOCKS: 32 to 64"
+#endif
 #define SWAY_FIT_COLUMNS 10
 /// Linear parameters: columns 0..7.
 #define SWAY_FIT_LINEAR 8

@@ -6,7 +6,10 @@
 #include "sway_checks.h"
 #include "sway_ecu.h"
 
-#define RING 16U
+#ifndef MAILBOX_FRAMES
+#define MAILBOX_FRAMES 16
+#endif
+#define RING ((uint32_t)MAILBOX_FRAMES)
 #define REGISTER(address) (*(volatile uint32_t *)(address))
 #define AIRCR REGISTER(0xE000ED0CU)
 #define SYSTEM_RESET 0x05FA0004U

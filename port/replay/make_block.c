@@ -1,11 +1,16 @@
-/* make_block VEHICLE.TOML BLOCK [KEY=VALUE ...]: the parameter block for an ECU's flash.
+/* make_block VEHICLE.TOML BLOCK [sample_period_us=N] [KEY=VALUE ...]: the parameter block for an
+ * ECU's flash.
  *
  * The vehicle (see vehicle_file.h; a KEY=VALUE wins over the file) and the defaults for all that is
  * not of the vehicle, checked as the ECU will check them. Runs on the host. */
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "sway_block.h"
 #include "vehicle_file.h"
+
+#define PERIOD "sample_period_us="
 
 static int refuse(const char *what, const char *why)
 {
@@ -19,10 +24,18 @@ int main(int argc, char **argv)
     uint8_t block[SWAY_BLOCK_SIZE];
     sway_core_config_t config;
     if (argc < 3) {
-        return refuse("wanted VEHICLE.TOML BLOCK [KEY=VALUE ...]", "");
+        return refuse("wanted VEHICLE.TOML BLOCK [sample_period_us=N] [KEY=VALUE ...]", "");
     }
     sway_core_defaults(&config);
-    if (!vehicle_file_read(argv[1], argv + 3, (size_t)argc - 3U, &config.vehicle, message,
+    int first = 3;
+    if (argc > first && strncmp(argv[first], PERIOD, sizeof PERIOD - 1U) == 0) {
+        config.sample_period_us = (int32_t)strtol(argv[first] + sizeof PERIOD - 1U, NULL, 10);
+        if (config.sample_period_us < 5000 || config.sample_period_us > 20000) {
+            return refuse(argv[first], "5000 to 20000");
+        }
+        first++;
+    }
+    if (!vehicle_file_read(argv[1], argv + first, (size_t)(argc - first), &config.vehicle, message,
                            sizeof message)) {
         return refuse(message, "");
     }

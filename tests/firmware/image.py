@@ -8,8 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 FORBIDDEN = re.compile(
-    r"^(__aeabi_(f|d|[ui]2[fd]|[ul]+2[fd]|c?[fd]cmp)\w*|__\w*(sf|df)[0-9]?|"
-    r"malloc|calloc|realloc|free|_?sbrk(_r)?|_malloc_r|sin|cos|sqrt|exp|log|pow)$"
+    r"^(__aeabi_([fdh]|[ui]+2[fd]|[ul]+2[fd]|c[fd]|h2)\w*|"
+    r"__(add|sub|mul|div|neg|cmp|unord|eq|ne|lt|le|gt|ge|fix|float|extend|trunc|pow|gnu_[fhd])"
+    r"\w*([sdthx]f|f2h|h2f|d2h)\w*|"
+    r"_?(malloc|calloc|realloc|free|sbrk|memalign|aligned_alloc)(_r)?|_?_?(sbrk|malloc)\w*|"
+    r"(sin|cos|tan|a?tan2?|asin|acos|sqrt|cbrt|exp2?|log(2|10)?|pow|fmod|floor|ceil|fabs|round)"
+    r"[fl]?)$"
 )
 """Symbols of software floating point, of its mathematics, and of the heap."""
 RECURSION = {"kf_work": 3}

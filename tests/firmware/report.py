@@ -17,7 +17,7 @@ from machines import run
 LABELS = {
     "m0plus": "Cortex-M0+, 16 channels, 512 samples",
     "m4f": "Cortex-M4F, 16 channels, 512 samples",
-    "small": "Cortex-M0+, 4 channels, 256 samples",
+    "small": "Cortex-M0+, 4 channels, 128 samples at 50 Hz",
 }
 CLOCK_MHZ = {"m0plus": 48, "small": 48, "m4f": 168}
 ENTRIES = {"receive": "frame received", "work": "slice of work", "send": "frame sent"}
@@ -84,7 +84,9 @@ def section_sizes(image: Path) -> tuple[int, int]:
 
 def measure(build: Path, target: str, case: Path) -> Row:
     """Run one image and look into it."""
-    outcome = run(build, target, block_of(case), case, f"report-{target}")
+    block = block_of(case)
+    block = block.with_suffix(".small.block") if target == "small" else block
+    outcome = run(build, target, block, case, f"report-{target}")
     flash, memory = section_sizes(build / f"ecu_{target}.elf")
     image = build / f"replay_{target}.elf"
     bound, path = stack_bound(image, build / target, "main")

@@ -22,7 +22,7 @@ FW_CORTEX_M := port/cortex_m/startup.c port/mps2/bench.c port/mps2/figures.c por
     port/semihosting/semihosting.c
 FW_CORTEX_M_INCLUDE := -mthumb -Iport/cortex_m -Iport/mps2
 FW_LINK_M = -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/mps2/mps2.ld \
-    -Wl,--defsym=flash_size=96K,--defsym=ram_size=$(or $(FW_RAM_$(1)),80K),--defsym=stack_size=4096
+    -Wl,--defsym=flash_size=96K,--defsym=ram_size=$(or $(FW_RAM_$(1)),80K),--defsym=stack_size=$(or $(FW_STACK_$(1)),4096)
 
 FW_CC_x86 := gcc
 FW_FLAGS_x86 := -O2 -g -D_POSIX_C_SOURCE=200809L
@@ -38,9 +38,12 @@ FW_CPU_m0plus := -mcpu=cortex-m0plus
 FW_CPU_m3 := -mcpu=cortex-m3
 FW_CPU_m4f := -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 FW_CPU_m7 := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard
-# The small one: no force or load channels, a ring of 256 samples.
-FW_CPU_small := -mcpu=cortex-m0plus -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=256
+# The small one: steering, yaw rate and acceleration of the car, yaw rate of the trailer; rows at
+# 50 Hz, the last 2.5 s of them.
+FW_CPU_small := -mcpu=cortex-m0plus -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 \
+    -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8 -DMAILBOX_FRAMES=8
 FW_RAM_small := 64K
+FW_STACK_small := 3072
 FW_M := m0plus m3 m4f m7 small
 $(foreach t,$(FW_M),$(eval FW_CC_$t := arm-none-eabi-gcc)\
     $(eval FW_FLAGS_$t := $(FW_CPU_$t) $(FW_CORTEX_M_INCLUDE) $(FW_EMBEDDED))\
@@ -57,6 +60,12 @@ FW_LINK_r5 := -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/zynqmp_
 FW_TARGETS := x86 mips $(FW_M) r5
 FW_COMMON := $(LIB_NAMES:%=lib/%.c) $(FW_ECU)
 
+# The search transforms 64 points, three stages of radix 4: without the other stages kissfft takes
+# 1 KiB of flash instead of 4.
+$(FW)/kiss_fft.c: $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $(@D)
+	@sed -E '/(case [235]|default): kf_bfly/d' $(KISSFFT_DIR)/kiss_fft.c >$@
+
 # $(1): target. Generated and foreign code is compiled without the warnings.
 define firmware_target
 FW_OBJECTS_$(1) := $$(patsubst %,$(FW)/$(1)/%.o,$$(basename $$(FW_COMMON) $$(FW_SOURCES_$(1)))) \
@@ -70,9 +79,9 @@ $(FW)/$(1)/%.o: %.S
 $(FW)/$(1)/codec.o: $(CODEC).c
 	@mkdir -p $$(@D)
 	@$$(FW_CC_$(1)) -std=c99 -w $$(FW_FLAGS_$(1)) -c $$< -o $$@
-$(FW)/$(1)/kiss_fft.o: $(KISSFFT_DIR)/kiss_fft.h
+$(FW)/$(1)/kiss_fft.o: $(FW)/kiss_fft.c
 	@mkdir -p $$(@D)
-	@$$(FW_CC_$(1)) -std=gnu99 -w -DNDEBUG $$(FW_FLAGS_$(1)) $$(FW_DEFINE) -c $(KISSFFT_DIR)/kiss_fft.c -o $$@
+	@$$(FW_CC_$(1)) -std=gnu99 -w -DNDEBUG $$(FW_FLAGS_$(1)) $$(FW_DEFINE) -I$(KISSFFT_DIR) -c $$< -o $$@
 $(FW)/replay_$(1).elf: $$(FW_OBJECTS_$(1)) $(wildcard port/*/*.ld)
 	@echo "linking $$@"
 	@$$(FW_CC_$(1)) $$(FW_FLAGS_$(1)) $$(FW_OBJECTS_$(1)) $$(FW_LINK_$(1)) -Wl,-Map=$$@.map -o $$@
@@ -83,7 +92,7 @@ $(foreach t,$(FW_TARGETS),$(eval $(call firmware_target,$(t))))
 
 # The ECU alone, for the table of sizes, optimised as a whole: a tenth less flash.
 FW_ECU_SOURCES := $(FW_COMMON) port/cortex_m/startup.c port/mps2/mailbox.c $(CODEC).c \
-    $(KISSFFT_DIR)/kiss_fft.c
+    $(FW)/kiss_fft.c
 FW_LTO := -flto=1 -fno-inline-small-functions -fno-ipa-cp -DNDEBUG -w
 $(FW)/ecu_%.elf: $(FW_ECU_SOURCES) $(wildcard lib/*.h port/*.h)
 	@echo "linking $@"
@@ -123,14 +132,18 @@ $(FW)/cases/$(1).short.log: $(FW)/cases/$(1).log
 $(FW)/cases/$(1).block: $(dir $(FW_SOURCE_$(1)))vehicle.toml $(FW)/make_block
 	@mkdir -p $$(@D)
 	@$(FW)/make_block $$< $$@ car.lateral_acceleration_position=-1.383
-FW_INPUTS += $(FW)/cases/$(1).log $(FW)/cases/$(1).short.log $(FW)/cases/$(1).block
+$(FW)/cases/$(1).small.block: $(dir $(FW_SOURCE_$(1)))vehicle.toml $(FW)/make_block
+	@mkdir -p $$(@D)
+	@$(FW)/make_block $$< $$@ sample_period_us=20000 car.lateral_acceleration_position=-1.383
+FW_INPUTS += $(FW)/cases/$(1).small.block $(FW)/cases/$(1).log $(FW)/cases/$(1).short.log $(FW)/cases/$(1).block
 endef
 $(foreach c,$(FW_CASES),$(eval $(call firmware_case,$(c))))
 
 # --- tests ----------------------------------------------------------------------------------------
 FW_SHORT := $(FW_CASES:%=$(FW)/cases/%.short.log)
 FW_WHOLE := $(FW_CASES:%=$(FW)/cases/%.log)
-firmware-test: setup-test firmware $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block) board-images
+firmware-test: setup-test firmware $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block) \
+    $(FW_CASES:%=$(FW)/cases/%.small.block) board-images
 	@$(PY) tests/firmware/boards.py $(FW)
 	@$(PY) tests/firmware/identical.py $(FW) $(FW_SHORT)
 	@$(PY) tests/firmware/faults.py $(FW) $(firstword $(FW_SHORT))
