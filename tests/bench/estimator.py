@@ -50,7 +50,7 @@ def main() -> int:
     cells = [(cycles, snr) for snr in SNR_DB for cycles in CYCLES]
     if options.quick:
         cells = [(1.6, 40), (2.0, 20), (2.0, 60), (3.0, 40)]
-    accuracy(core, report, 400 if options.quick else 1000, 0 if options.quick else 200, cells)
+    accuracy(core, report, 400 if options.quick else 1000, 0 if options.quick else 100, cells)
     joint(core, report, 300 if options.quick else 500, cells)
     noise_free(core, report, 4 if options.quick else 32)
     equation_4_3(core, report)

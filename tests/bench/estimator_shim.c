@@ -48,7 +48,13 @@ static void export_line(const sway_line_t *line, double *common, double *channel
 int estimate(const int32_t *samples, int rows, unsigned mask, double *common, double *channel)
 {
     const sway_seek_config_t where = {mask, 10000, 250, 2000};
-    const sway_line_config_t what = {10000, mask, 250, 2000, 17453, 50, UINT32_MAX, {0, 0}, {0, 0}};
+    const sway_line_config_t what = {.sample_period_us = 10000,
+                                     .channel_mask = mask,
+                                     .frequency_min_mhz = 250,
+                                     .frequency_max_mhz = 2000,
+                                     .steering_quiet_urad = 17453,
+                                     .speed_change_milli = 50,
+                                     .result_mask = UINT32_MAX};
     sway_tick_t tick;
     sway_real_t omega;
     int slices = 0;

@@ -8,7 +8,7 @@ $(ESTIMATOR_SO): tests/bench/estimator_shim.c $(ESTIMATOR_SOURCES) $(wildcard li
     | $(KISSFFT_DIR)/kiss_fft.h
 	@mkdir -p $(@D)
 	@echo "CC $@"
-	@gcc -std=c99 -O2 -g -shared -fPIC $(DEFINE) -DSWAY_RING_SAMPLES=2048 $(INCLUDE) $< \
+	@gcc -std=c99 -Wall -Wextra -O2 -g -shared -fPIC $(DEFINE) -DSWAY_RING_SAMPLES=2048 $(INCLUDE) $< \
 	    $(ESTIMATOR_SOURCES) $(KISSFFT_DIR)/kiss_fft.c -lm -o $@
 
 .PHONY: bench-estimator bench-cortex

@@ -50,6 +50,28 @@ static void test_each_input_is_interpolated_on_its_own_clock(void)
     TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_ARTICULATION));
 }
 
+static void test_interpolation_is_rounded_to_the_nearest(void)
+{
+    uint32_t seed = 1;
+    for (int k = 0; k < 2000; k++) {
+        int32_t value[2];
+        int64_t time_us[2];
+        setUp();
+        for (int i = 0; i < 2; i++) {
+            seed = seed * 1664525U + 1013904223U;
+            value[i] = (int32_t)(seed >> 8) % 5300000;
+            value[i] = (seed & 1U) != 0U ? value[i] : -value[i] / 3000;
+            seed = seed * 1664525U + 1013904223U;
+            time_us[i] = i == 0 ? 10000 - (int64_t)(seed >> 19) - 1 : 10001 + (int64_t)(seed >> 17);
+            put(SWAY_INPUT_CAR_YAW_RATE, time_us[i], value[i]);
+        }
+        take_row(10000);
+        const double part = (double)(10000 - time_us[0]) / (double)(time_us[1] - time_us[0]);
+        const double exact = value[0] + part * (value[1] - value[0]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.5000001, exact, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+    }
+}
+
 static void test_slow_messages_are_interpolated_too(void)
 {
     put(SWAY_INPUT_CAR_YAW_RATE, 0, 0);
@@ -476,6 +498,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_each_input_is_interpolated_on_its_own_clock);
+    RUN_TEST(test_interpolation_is_rounded_to_the_nearest);
     RUN_TEST(test_slow_messages_are_interpolated_too);
     RUN_TEST(test_wheels_of_an_axle_add_up);
     RUN_TEST(test_a_delay_is_taken_from_the_timestamp);
