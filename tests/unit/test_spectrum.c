@@ -199,6 +199,7 @@ static void test_filling_comes_in_even_slices_and_ends_at_the_window(void)
     }
     TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_spectrum_init(&spectrum, 300));
     uint32_t most = 0;
+    int slices = 0;
     bool more = true;
     while (more) {
         const uint32_t before = spectrum.tabled + spectrum.covered;
@@ -206,10 +207,11 @@ static void test_filling_comes_in_even_slices_and_ends_at_the_window(void)
         more = sway_spectrum_run(&spectrum, &ring);
         const uint32_t done = spectrum.tabled + spectrum.covered - before;
         most = done > most ? done : most;
+        slices++;
     }
     TEST_ASSERT_EQUAL_UINT32(151, spectrum.tabled);
     TEST_ASSERT_EQUAL_UINT32(300, spectrum.covered);
-    TEST_ASSERT_TRUE_MESSAGE(most >= 4U && most <= 64U, "no slice much longer than the others");
+    TEST_ASSERT_TRUE_MESSAGE(most <= 64U && slices <= 150, "as even as it can be");
 }
 
 static void test_windows_out_of_range_are_refused(void)
