@@ -103,12 +103,12 @@ static void push(const sway_tick_t *tick, log_t *log)
     sway_track_push(&track, tick);
     for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
         (void)sway_track_run(&track);
-    }
-    if (sway_track_sequence(&track) != log->sequence && log->records < log->limit) {
-        log->sequence = sway_track_sequence(&track);
-        export_line(sway_track_line(&track), log->common + (size_t)log->records * COMMON,
-                    log->channel + (size_t)log->records * SWAY_CHANNELS * PER_CHANNEL);
-        log->records++;
+        if (sway_track_sequence(&track) != log->sequence && log->records < log->limit) {
+            log->sequence = sway_track_sequence(&track); // its line stays until the next slice
+            export_line(sway_track_line(&track), log->common + (size_t)log->records * COMMON,
+                        log->channel + (size_t)log->records * SWAY_CHANNELS * PER_CHANNEL);
+            log->records++;
+        }
     }
 }
 
