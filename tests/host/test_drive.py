@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -161,6 +162,33 @@ def test_faults_of_the_vehicle_are_named(tmp_path: Path, old: str, new: str, wor
     path = tmp_path / "vehicle.toml"
     path.write_text(text.replace(old, new, 1))
     with pytest.raises(VehicleError, match=f"vehicle.toml.*{words}"):
+        load_vehicle(path)
+
+
+KEYS = [
+    (table, line.split(" = ")[0])
+    for table, text in zip(
+        ("car", "trailer"),
+        (P01 / "vehicle.toml").read_text().partition("[car]")[2].split("[trailer]"),
+        strict=True,
+    )
+    for line in text.splitlines()
+    if " = " in line
+]
+
+
+@pytest.mark.parametrize("value", ["-1e9", "1e9", "nan", "0"])
+@pytest.mark.parametrize(("table", "key"), KEYS)
+def test_every_parameter_out_of_range_is_named_with_its_range(
+    tmp_path: Path, table: str, key: str, value: str
+) -> None:
+    if value == "0" and key.endswith("_axle_to_cog"):
+        pytest.skip("an axle may stand below the centre of gravity")
+    head, _, tail = (P01 / "vehicle.toml").read_text().partition(f"[{table}]")
+    path = tmp_path / "vehicle.toml"
+    path.write_text(head + f"[{table}]" + re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", tail, 1))
+    words = rf"vehicle\.toml: \[{table}\] {key} = .* out of range; expected [-\d.e+]+ to [-\d.e+]+"
+    with pytest.raises(VehicleError, match=words):
         load_vehicle(path)
 
 

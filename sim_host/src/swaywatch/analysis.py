@@ -238,8 +238,8 @@ def conclude(
 def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
     values: dict[str, Value] = {}
 
-    def add(name: str, column: str, error: str, mask: BoolArray) -> None:
-        found = weighted_mean(estimates, column, error, mask)
+    def add(name: str, column: str, error: str, mask: BoolArray, *, filtered: bool = False) -> None:
+        found = weighted_mean(estimates, column, error, mask, filtered=filtered)
         if found is not None:
             values[name] = found
 
@@ -253,13 +253,14 @@ def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
             values[name] = Value(float(np.percentile(driven, share)), 0.0, int(good.sum()))
     add("damping_ratio", "damping_ratio", "damping_ratio_se", free)
     add("model_damping_ratio", "model_damping_ratio", "model_damping_ratio_se",
-        estimates.has("model") & (free if free.any() else good))  # fmt: skip
+        estimates.has("model") & (free if free.any() else good), filtered=True)  # fmt: skip
     identified = estimates.status["source"] == _code(SOURCE, "identified")
     critical = estimates.has("critical_speed")
     best = critical & good & identified
     if not best.any():
         best = critical & good
-    add("v_crit_m_s", "v_crit_m_s", "v_crit_se_m_s", best if best.any() else critical)
+    add("v_crit_m_s", "v_crit_m_s", "v_crit_se_m_s", best if best.any() else critical,
+        filtered=True)  # fmt: skip
     for axle in AXLES:
         add(
             f"{axle}.cornering_stiffness_n_per_rad",
@@ -281,12 +282,18 @@ def _code(table: dict[int, str], name: str) -> int:
 
 
 def weighted_mean(
-    estimates: Estimates, column: str, error_column: str, mask: BoolArray
+    estimates: Estimates,
+    column: str,
+    error_column: str,
+    mask: BoolArray,
+    *,
+    filtered: bool = False,
 ) -> Value | None:
     """Mean weighted by the estimates' own errors.
 
     Neighbouring windows overlap, so the error of the mean counts one independent estimate for each
-    length of a window, and is not below what the scatter says.
+    length of a window, and is not below what the scatter says. What the core has `filtered` over
+    all windows already (the model and its critical speed) gains nothing from a mean.
     """
     if not mask.any():
         return None
@@ -297,7 +304,7 @@ def weighted_mean(
     time = np.sort(estimates.time_s[mask])
     window = float(np.median(estimates["window_s"][mask]))
     step = float(np.median(np.diff(time))) if len(time) > 1 else window
-    independent = max(1.0, len(time) * step / max(window, step))
+    independent = 1.0 if filtered else max(1.0, len(time) * step / max(window, step))
     typical = float(1.0 / np.sqrt(np.mean(1.0 / error**2)))
     return Value(
         mean, max(typical, scatter) / float(np.sqrt(independent)), int(mask.sum()), scatter
