@@ -186,7 +186,9 @@ def test_every_parameter_out_of_range_is_named_with_its_range(
         pytest.skip("an axle may stand below the centre of gravity")
     head, _, tail = (P01 / "vehicle.toml").read_text().partition(f"[{table}]")
     path = tmp_path / "vehicle.toml"
-    path.write_text(head + f"[{table}]" + re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", tail, 1))
+    path.write_text(
+        head + f"[{table}]" + re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", tail, count=1)
+    )
     words = rf"vehicle\.toml: \[{table}\] {key} = .* out of range; expected [-\d.e+]+ to [-\d.e+]+"
     with pytest.raises(VehicleError, match=words):
         load_vehicle(path)
