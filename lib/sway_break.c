@@ -59,12 +59,15 @@ void sway_break_add(sway_fit_basis_t *basis, sway_complex_t line, sway_real_t va
     }
 }
 
-/* Adds the moments of the blocks first..last-1 about the middle of the window, each weighed by
- * |z|^2, to `moment`. */
-static void add_moments(const sway_fit_basis_t *basis, uint32_t first, uint32_t last,
-                        sway_real_t *moment)
+/* Moments about the middle of the window, each block weighed by |z|^2: sums of weight, weight tau
+ * in Q24 more, weight tau^2 in Q24 more. */
+typedef struct {
+    int64_t sum[3];
+} moments_t;
+
+static moments_t moments_of(const sway_fit_basis_t *basis, uint32_t first, uint32_t last)
 {
-    int64_t sum[3] = {0, 0, 0};
+    moments_t moments = {{0, 0, 0}};
     for (uint32_t b = first; b < last; b++) {
         const int32_t re = basis->column[0][b];
         const int32_t im = basis->column[1][b];
@@ -72,13 +75,18 @@ static void add_moments(const sway_fit_basis_t *basis, uint32_t first, uint32_t 
         const int32_t weight =
             (int32_t)((sway_wide(re, re) + sway_wide(im, im)) / (INT64_C(1) << SWAY_FIT_BITS));
         const int64_t turned = sway_wide(weight, tau); // below 2^29 * 2^24
-        sum[0] += weight;
-        sum[1] += turned;
-        sum[2] += sway_wide((int32_t)(turned / (INT64_C(1) << 24)), tau);
+        moments.sum[0] += weight;
+        moments.sum[1] += turned;
+        moments.sum[2] += sway_wide((int32_t)(turned / (INT64_C(1) << 24)), tau);
     }
-    moment[0] = sway_real_add(moment[0], sway_real(sum[0], -SWAY_FIT_BITS));
-    moment[1] = sway_real_add(moment[1], sway_real(sum[1], -SWAY_FIT_BITS - 24));
-    moment[2] = sway_real_add(moment[2], sway_real(sum[2], -SWAY_FIT_BITS - 24));
+    return moments;
+}
+
+static void add_moments(const moments_t *moments, sway_real_t *total)
+{
+    total[0] = sway_real_add(total[0], sway_real(moments->sum[0], -SWAY_FIT_BITS));
+    total[1] = sway_real_add(total[1], sway_real(moments->sum[1], -SWAY_FIT_BITS - 24));
+    total[2] = sway_real_add(total[2], sway_real(moments->sum[2], -SWAY_FIT_BITS - 24));
 }
 
 /* Information on a change where `tail` begins, for unit weight of the channels: what amplitude and
@@ -102,9 +110,18 @@ uint32_t sway_break_find(const sway_fit_basis_t *basis)
     sway_complex_t score = sway_complex(none, none);
     sway_real_t clearest = sway_real_int(20);
     uint32_t found = 0;
-    add_moments(basis, 0, basis->blocks, all);
+    moments_t moments[PARTS];
+    moments_t whole = {{0, 0, 0}};
+    for (uint32_t part = 0; part < PARTS; part++) {
+        const uint32_t first = part > 0U ? part_end(basis, part - 1U) : 0U;
+        moments[part] = moments_of(basis, first, part_end(basis, part));
+        for (int i = 0; i < 3; i++) {
+            whole.sum[i] += moments[part].sum[i];
+        }
+    }
+    add_moments(&whole, all);
     for (uint32_t part = PARTS - 1U; part > 0U; part--) {
-        add_moments(basis, part_end(basis, part - 1U), part_end(basis, part), tail);
+        add_moments(&moments[part], tail);
         score = sway_complex_add(
             score, sway_complex(basis->gram[SUM_RE][part], basis->gram[SUM_IM][part]));
         const sway_real_t information = sway_real_mul(weight, change_information(tail, all));
