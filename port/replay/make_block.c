@@ -1,5 +1,6 @@
 /* make_block VEHICLE.TOML BLOCK [sample_period_us=N] [KEY=VALUE ...]: the parameter block for an
  * ECU's flash.
+ * make_block --list: number, name and default of each word, as SwayParameterRequest counts them.
  *
  * The vehicle (see vehicle_file.h; a KEY=VALUE wins over the file) and the defaults for all that is
  * not of the vehicle, checked as the ECU will check them. Runs on the host. */
@@ -18,8 +19,65 @@ static int refuse(const char *what, const char *why)
     return 1;
 }
 
+#define WORD_OF(field) (offsetof(sway_core_config_t, field) / sizeof(int32_t))
+
+/* The name of a word: a vehicle's as in vehicle.toml, others as in the core's headers. */
+static const char *name_of(size_t word)
+{
+    static const char *const alarm[] = {"alarm.notice_margin_mm_s",
+                                        "alarm.margin_hysteresis_mm_s",
+                                        "alarm.notice_damping_ratio_ppm",
+                                        "alarm.damping_hysteresis_ppm",
+                                        "alarm.minimum_amplitude_urad_s",
+                                        "alarm.large_amplitude_urad_s",
+                                        "alarm.limit_amplitude_urad_s",
+                                        "alarm.critical_time_ms",
+                                        "alarm.hold_ms",
+                                        "alarm.minimum_speed_mm_s",
+                                        "alarm.confidence_milli"};
+    typedef char all_alarm_words_have_a_name
+        [sizeof alarm / sizeof alarm[0] == sizeof(sway_alarm_config_t) / sizeof(int32_t) ? 1 : -1];
+    size_t count = 0;
+    const sway_vehicle_range_t *ranges = sway_vehicle_ranges(&count);
+    for (size_t i = 0; i < count; i++) {
+        if ((offsetof(sway_core_config_t, vehicle) + ranges[i].offset) / sizeof(int32_t) == word) {
+            return ranges[i].name;
+        }
+    }
+    (void)sizeof(all_alarm_words_have_a_name);
+    if (word >= WORD_OF(alarm)) {
+        return alarm[word - WORD_OF(alarm)];
+    }
+    if (word == WORD_OF(input_period_us)) {
+        return "input_period_us";
+    }
+    if (word >= WORD_OF(input_delay_us)) {
+        return "input_delay_us";
+    }
+    return word == WORD_OF(window_cycles_milli) ? "window_cycles_milli" : "sample_period_us";
+}
+
+static int list(void)
+{
+    sway_core_config_t config;
+    sway_core_defaults(&config);
+    for (uint32_t word = 0; word < SWAY_BLOCK_WORDS; word++) {
+        int32_t value = 0;
+        (void)sway_block_get(&config, word, &value);
+        printf("%u %s", (unsigned)word, name_of(word));
+        if (word >= WORD_OF(input_delay_us) && word < WORD_OF(input_period_us)) {
+            printf("[%u]", (unsigned)(word - WORD_OF(input_delay_us)));
+        }
+        printf(" %ld\n", (long)value);
+    }
+    return 0;
+}
+
 int main(int argc, char **argv)
 {
+    if (argc == 2 && strcmp(argv[1], "--list") == 0) {
+        return list();
+    }
     char message[256];
     uint8_t block[SWAY_BLOCK_SIZE];
     sway_core_config_t config;

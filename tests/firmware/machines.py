@@ -74,7 +74,7 @@ def run(build: Path, target: str, block: Path, recording: Path, name: str, *extr
         command(build, target, [*arguments, *extra]),
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
         check=False,
     )
     lines = output.read_text().splitlines() if output.exists() else []

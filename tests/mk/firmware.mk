@@ -148,7 +148,7 @@ firmware-test: setup-test firmware $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cas
 	@$(PY) tests/firmware/identical.py $(FW) $(FW_SHORT)
 	@$(PY) tests/firmware/faults.py $(FW) $(firstword $(FW_SHORT))
 	@$(PY) tests/firmware/report.py $(FW) $(firstword $(FW_SHORT))
-	@$(FW)/soak 28 $(FW)/soak-short.md
+	@$(FW)/soak 14 $(FW)/soak-short.md
 	@$(PY) tests/firmware/soak_machines.py $(FW)
 
 firmware-bench: setup-test firmware $(FW)/soak $(FW_WHOLE) $(FW_CASES:%=$(FW)/cases/%.block)
