@@ -37,6 +37,10 @@ WORTH = 0.01
 EQUAL = 0.02
 #: or regain all but this share of what the claim is worth.
 SHARED = 0.15
+#: Confidence of a roll that the relation of acceleration, speed and yaw rate shows by itself, in
+#: each part of the runs: then it does not hang on what a simulation is made of.
+SHOWN = 0.9
+ROLL_QUANTITY = "roll_per_lateral_acceleration_deg_per_m_s2"
 #: Steps of a fit that starts from a neighbour's values.
 REFIT = 5
 #: Without an explanation the fit must get worse by this share, else it goes unjudged;
@@ -273,7 +277,10 @@ def diagnose_solo(
 def _result(fitter: SoloFitter, verdict: SoloVerdict, found: list[Finding]) -> dict[str, Any]:
     data = fitter.data
     entries = [_spikes(data, c) for c in sorted({c for run in data.runs for c in run.spikes})]
-    entries = [_effect(fitter, verdict, claim) for claim in verdict.claims] + entries
+    quantities = _quantities(fitter, verdict)
+    shown = quantities.get(ROLL_QUANTITY, {}).get("low", 0.0) > 0.0
+    entries = [_effect(fitter, verdict, claim, shown) for claim in verdict.claims] + entries
+    entries.sort(key=lambda entry: entry["id"] != "sensor_roll_gravity" or not shown)
     kinds = [entry["kind"] for entry in entries]
     word = "consistent"
     if kinds:
@@ -296,7 +303,7 @@ def _result(fitter: SoloFitter, verdict: SoloVerdict, found: list[Finding]) -> d
         "verdict": word,
         "effects": entries,
         "unexplained": _remaining(rest),
-        "quantities": _quantities(fitter, verdict),
+        "quantities": quantities,
         "relations": [finding.as_dict() for finding in found],
         "model": solo_block(fitter, verdict),
         "checks": checks,
@@ -321,17 +328,21 @@ def _remaining(rest: dict[str, float]) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def _effect(fitter: SoloFitter, verdict: SoloVerdict, claim: Claim) -> dict[str, Any]:
+def _effect(
+    fitter: SoloFitter, verdict: SoloVerdict, claim: Claim, roll_is_shown: bool
+) -> dict[str, Any]:
     effect, data = claim.effect, fitter.data
     before, after = claim.held_out_without, verdict.held_out[1]
     worse = before / after - 1.0
     if np.isnan(worse):
         worse = claim.level_without / verdict.model.level - 1.0
     sure = 0.5 + 0.45 * (1.0 - float(np.exp(-8.0 * max(worse, 0.0))))
+    if worse <= 0.0:
+        sure = UNCONFIRMED
+    if effect.id == "sensor_roll_gravity" and roll_is_shown:
+        sure = max(sure, SHOWN)
     if claim.equals:
         sure *= 0.6
-    if worse <= 0.0:
-        sure = min(sure, UNCONFIRMED)
     folds = [m for _, m, _ in fitter.held_out(verdict.model)]
     parameters = {}
     for number in effect.numbers:
@@ -410,18 +421,14 @@ def _quantities(fitter: SoloFitter, verdict: SoloVerdict) -> dict[str, Any]:
     if values.size:
         half = 1.645 * float(np.std(values)) / np.sqrt(max(values.size - 1, 1))
         middle = float(np.median(values))
-        found["roll_per_lateral_acceleration_deg_per_m_s2"] = {
+        found[ROLL_QUANTITY] = {
             "value": middle, "low": middle - half, "high": middle + half,
             "per_part": values.tolist(),
             "how": "(a_y measured / (v r + dv_y/dt) - 1) / g in each part; true if nothing but "
             "the roll of the body makes the difference",
         }  # fmt: skip
     for number, (run_number, start, stop) in enumerate(banks, start=1):
-        roll = (
-            np.radians(found["roll_per_lateral_acceleration_deg_per_m_s2"]["value"])
-            if (found)
-            else 0.0
-        )
+        roll = np.radians(found[ROLL_QUANTITY]["value"]) if (found) else 0.0
         angles = bank_angles(data.runs[run_number], start, stop, roll)
         if angles.size > 1:
             half = 1.645 * float(np.std(angles)) / np.sqrt(angles.size - 1)

@@ -10,9 +10,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from swaywatch.diagnose.page import document, effects_table, figure_html, headline, table
-from swaywatch.diagnose.runs import low_pass
+from swaywatch.diagnose.runs import RATE_HZ, low_pass
 from swaywatch.diagnose.solo_effects import ACC, YAW
-from swaywatch.diagnose.solo_fit import SoloFitter, SoloModel
+from swaywatch.diagnose.solo_fit import START_S, SoloFitter, SoloModel
 
 LABELS = {YAW: "yaw rate, rad/s", ACC: "lateral acceleration, m/s²"}
 MEASURED, BEFORE, AFTER = "#777", "#d62728", "#1f77b4"
@@ -63,10 +63,11 @@ def turns(fitter: SoloFitter, model: SoloModel) -> go.Figure | None:
         xs, ys = [], []
         for part in (p for p in data.parts if p.run == number):
             outputs = fitter.outputs(model, part)
-            rate = np.gradient(outputs["lateral_velocity"]) * 100.0
+            rate = np.gradient(outputs["lateral_velocity"]) * RATE_HZ
             true = run.channels["speed"][part.where] * run.channels[YAW][part.where] + rate
-            xs.append(low_pass(true, 1.5)[::10])
-            ys.append(low_pass(run.channels[ACC][part.where], 1.5)[::10])
+            settled = slice(int(START_S * RATE_HZ), None, 10)
+            xs.append(low_pass(true, 1.5)[settled])
+            ys.append(low_pass(run.channels[ACC][part.where], 1.5)[settled])
         if xs:
             x, y = np.concatenate(xs), np.concatenate(ys)
             widest = max(widest, float(np.max(np.abs(x))))
