@@ -13,6 +13,7 @@ from estimator_core import (
     GAP,
     MISFIT,
     RATE_HZ,
+    SEEKING,
     UNUSABLE,
     Array,
     Core,
@@ -44,7 +45,8 @@ class Disturbance:
     #: nothing: the whole of it is disturbed
     span: tuple[float, float] | None
     run: Callable[[Core, Scene], list[Estimate]]
-    #: one of these has to be in every estimate whose window holds more of it than its first third
+    #: one of these is due in every estimate whose window holds it in more than the newest third
+    #: (a gap: sixth) and, at its old end, in more than a tenth
     must_flag: int = 0
     #: no estimate may be without a line
     holds: bool = True
@@ -119,6 +121,9 @@ def _distorted(scene: Scene) -> Array:
     return scene.base + 0.1 * AMPLITUDE * (second + third)
 
 
+#: No line is held any more. (An estimate that has not converged or shows no oscillation is doubted,
+#: and the line is held on to for some more.)
+LOST = SEEKING
 BROKEN = MISFIT | UNUSABLE
 DISTURBANCES = (
     Disturbance("none", (0, 0), _changed(lambda scene: scene.base)),
@@ -161,7 +166,7 @@ class Tally:
         before, after = scene.event + begin - estimate.end_time, scene.event + end
         touched = before < 0 and after > estimate.mid_time - estimate.half_s
         error = abs(estimate.omega / 2 / np.pi - scene.frequency)
-        lost = bool(estimate.flags & UNUSABLE)
+        lost = bool(estimate.flags & LOST)
         if not touched or case.name == "none":
             if case.silent_before and before >= 0:
                 return
@@ -177,10 +182,10 @@ class Tally:
         self.flagged += is_doubted(estimate) or bool(estimate.flags & case.must_flag)
         if case.span is not None and case.must_flag:
             entered = -before > 2 / 3 * estimate.half_s * (0.5 if case.must_flag == GAP else 1.0)
-            leaving = after - (estimate.mid_time - estimate.half_s) < 0.1 * estimate.half_s
+            leaving = after - (estimate.mid_time - estimate.half_s) < 0.2 * estimate.half_s
             self.due += entered and not leaving
             self.due_missing += entered and not leaving and not estimate.flags & case.must_flag
-        if lost:
+        if estimate.flags & UNUSABLE:
             return
         self.error_usable = max(self.error_usable, error)
         if not is_doubted(estimate):
@@ -244,9 +249,10 @@ def _goals(report: Report, case: Disturbance, tally: Tally) -> None:
     if case.holds:
         report.goal(f"{name}: line lost inside", tally.lost_inside, 0)
     if case.must_flag:
-        report.goal(f"{name}: not flagged where due", tally.due_missing, 0)
+        missing = tally.due_missing / max(tally.due, 1)
+        report.goal(f"{name}: not flagged where due, share", missing, 0.01)
         report.goal(f"{name}: estimates where a flag is due", tally.due, np.inf, 10)
-    report.goal(f"{name}: wrong and not doubted, share", tally.wrong / max(tally.inside, 1), 0.01)
+    report.goal(f"{name}: wrong and not doubted, share", tally.wrong / max(tally.inside, 1), 0.02)
     if case.span is None:
         report.goal(f"{name}: doubted, share", tally.flagged / max(tally.inside, 1), 0.02)
     seen = [f"line lost wrongly {tally.lost_outside + case.holds * tally.lost_inside}"]
@@ -258,4 +264,4 @@ def _goals(report: Report, case: Disturbance, tally: Tally) -> None:
         seen.append(f"doubted {tally.doubted_outside} of {tally.outside}")
     if tally.inside:
         seen.append(f"off by > {WRONG:.0f} SE and not doubted {tally.wrong} of {tally.inside}")
-    report.show(f"disturbance: {name}", "0; 0; at most 1 %", "; ".join(seen))
+    report.show(f"disturbance: {name}", "0; <= 1 %; <= 2 %", "; ".join(seen))

@@ -334,6 +334,23 @@ static void test_ratio_with_a_known_delay(void)
     TEST_ASSERT_EQUAL_INT(
         SWAY_ERROR_ARGUMENT,
         sway_line_ratio(NULL, SWAY_CHANNEL_HITCH_FY, SWAY_CHANNEL_CAR_YAW_RATE, 0, &ratio));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_line_ratio(&latest, 1, 1, 0, NULL));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_ratio(&latest, SWAY_CHANNELS, 1, 0, &ratio));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_ratio(&latest, 1, SWAY_CHANNELS, 0, &ratio));
+    latest.channel[1].amplitude = sway_complex(sway_real_int(0), sway_real_int(0));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_SINGULAR, sway_line_ratio(&latest, 2, 1, 0, &ratio));
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_line_ratio(&latest, 1, 2, 0, &ratio));
+}
+
+static void test_units_of_the_channels(void)
+{
+    for (int c = 0; c < (int)SWAY_CHANNEL_COUNT; c++) {
+        const double per = c >= SWAY_CHANNEL_HITCH_FX ? 1e-3 : 1e-6;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9 * per, per, to_double(sway_line_unit((sway_channel_t)c)));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, 1e-6, to_double(sway_line_unit(SWAY_CHANNEL_SPEED)));
 }
 
 static double step_s;
@@ -517,6 +534,7 @@ int main(void)
     RUN_TEST(test_a_tone_of_the_driver_is_taken_apart);
     RUN_TEST(test_speed_and_its_slope);
     RUN_TEST(test_ratio_with_a_known_delay);
+    RUN_TEST(test_units_of_the_channels);
     RUN_TEST(test_a_step_is_told_from_its_entry_until_it_has_left);
     RUN_TEST(test_a_restart_of_the_grid_forgets_the_past);
     RUN_TEST(test_result_does_not_depend_on_how_often_it_runs);
