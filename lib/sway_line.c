@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "sway_break.h"
+#include "sway_residual.h"
 #include "sway_wide.h"
 
 #define MAX_PASSES 8U
@@ -596,73 +597,15 @@ static uint32_t run_second(sway_line_job_t *job, const sway_ring_t *ring)
 
 /* ---- residual and result of a channel ------------------------------------------------------ */
 
-static int32_t median_magnitude(const int32_t *x, uint32_t n)
-{
-    int32_t sorted[SWAY_FIT_BLOCKS];
-    sorted[0] = 0; // of no blocks
-    for (uint32_t i = 0; i < n; i++) {
-        const int32_t value = x[i] < 0 ? -x[i] : x[i];
-        uint32_t at = i;
-        for (; at > 0U && sorted[at - 1U] > value; at--) {
-            sorted[at] = sorted[at - 1U];
-        }
-        sorted[at] = value;
-    }
-    return sorted[n / 2U];
-}
-
-/* Whether more than half of the blocks reach a ninth of the largest: then the median does, and no
- * block is off. Saves sorting nearly always. */
-static bool is_even(const int32_t *residual, uint32_t n)
-{
-    int32_t largest = 0;
-    uint32_t reach = 0;
-    for (uint32_t b = 0; b < n; b++) {
-        const int32_t size = residual[b] < 0 ? -residual[b] : residual[b];
-        largest = size > largest ? size : largest;
-    }
-    const int32_t ninth = (largest + 8) / 9;
-    for (uint32_t b = 0; b < n; b++) {
-        const int32_t size = residual[b] < 0 ? -residual[b] : residual[b];
-        reach += size >= ninth ? 1U : 0U;
-    }
-    return 2U * reach > n;
-}
-
-/* Blocks more than 6 robust standard deviations off (an impulse, a wrong value) are taken out, at
- * most a fifth of the window; more than that is no impulse. */
+/* Outliers are taken out, at most a fifth of the window; more than that is no impulse. */
 static void reject_outliers(sway_line_job_t *job, sway_line_data_t *data, const int32_t *residual)
 {
     const uint32_t n = job->basis.blocks;
-    if (is_even(residual, n)) {
-        return;
-    }
-    const int64_t limit = 9 * (int64_t)median_magnitude(residual, n) + 2; // 1.48 * 6
-    uint64_t wrong = 0;
-    for (uint32_t b = 0; b < n; b++) {
-        if (residual[b] > limit || residual[b] < -limit) {
-            wrong |= UINT64_C(1) << b;
-        }
-    }
-    wrong &= ~data->missing;
+    const uint64_t wrong = sway_residual_outliers(residual, n) & ~data->missing;
     if (wrong != 0U && 5U * (count_bits(wrong | data->missing) - data->lost) <= n) {
         data->missing |= wrong;
         job->changed = true;
     }
-}
-
-/* (1 + rho) / (1 - rho) for a residual whose neighbours correlate by rho > 0.35, which white noise
- * does not reach: by that much a slow disturbance has more power near the line than on average. */
-static sway_real_t inflation(const int32_t *residual, uint32_t n, sway_real_t squares)
-{
-    const int64_t sum = sway_wide_dot(residual + 1, residual, n - 1U);
-    const sway_real_t one = sway_real_int(1);
-    const sway_real_t rho =
-        sway_real_min(sway_real_div(sway_real_int(sum), squares), sway_real_ratio(95, 100));
-    if (sway_real_less(rho, sway_real_ratio(35, 100))) {
-        return one;
-    }
-    return sway_real_div(sway_real_add(one, rho), sway_real_sub(one, rho));
 }
 
 /* Variance of the amplitude in the direction of the unit vector e: noise and the share of the
@@ -750,7 +693,7 @@ static uint32_t run_noise(sway_line_job_t *job, const sway_ring_t *ring)
     const uint32_t n = job->basis.blocks;
     const sway_line_data_t *data = &job->data[c];
     const sway_real_t squares = sum_of_squares(job->residual, n);
-    const sway_real_t blow = inflation(job->residual, n, squares);
+    const sway_real_t blow = sway_residual_inflation(job->residual, n, squares);
     job->variance = block_variance(job, data, job->columns, squares, sway_real_int(0));
     if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U) {
         add_share(job, data, blow);
