@@ -2,14 +2,15 @@
 # The whole campaign takes half an hour of one idle core, and goes on where it was stopped; `make
 # bench` runs a small one.
 .PHONY: bench-warning
-WARNING := $(PY) tests/bench/warning_campaign.py --output $(B)/bench/warning.json \
-    --markdown $(B)/bench/warning.md --done $(B)/bench/warning.jsonl
+WARNING := $(PY) tests/bench/warning_campaign.py --done $(B)/bench/warning.jsonl
+warning-files = --output $(B)/bench/$1.json --markdown $(B)/bench/$1.md
 
 bench-warning: setup-test
-	@$(WARNING) --drives 500 --hours 200 --workers $${SWAYWATCH_WORKERS:-1}
+	@$(WARNING) $(call warning-files,warning) --drives 500 --hours 200 \
+	    --workers $${SWAYWATCH_WORKERS:-1}
 
 bench::
-	@$(WARNING) --drives 60 --hours 2
+	@$(WARNING) $(call warning-files,warning-small) --drives 60 --hours 2
 
 # Every golden value of the reference beside what the core says; a miss fails.
 .PHONY: bench-golden
