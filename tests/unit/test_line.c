@@ -494,6 +494,32 @@ static void test_search_finds_lines_over_the_band(void)
     }
 }
 
+static void test_search_stays_in_its_spectrum(void)
+{
+    static sway_seek_t seek;
+    const sway_seek_config_t config = {0x1E, 10000, 9000, 10000}; // above what 512 rows resolve
+    sway_real_t omega;
+    feed(noisy, 512);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_seek_start(&seek, &config, &track.ring));
+    while (sway_seek_run(&seek, &track.ring)) {
+    }
+    if (sway_seek_result(&seek, &omega)) {
+        TEST_ASSERT_TRUE(to_double(omega) < 2.0 * M_PI * 10.5);
+    }
+}
+
+static void test_a_gap_of_the_steering_wheel_is_no_gap_of_the_line(void)
+{
+    tick.present_mask = 0x1FU;
+    tick.valid_mask = 0x1FU;
+    feed(noisy, 600);
+    tick.valid_mask = 0x1EU;
+    feed(noisy, 30);
+    tick.valid_mask = 0x1FU;
+    feed(noisy, 100);
+    TEST_ASSERT_EQUAL_HEX32(0, latest.flags);
+}
+
 static void test_bad_arguments_are_refused(void)
 {
     sway_track_config_t config = sway_track_default(10000);
@@ -541,6 +567,8 @@ int main(void)
     RUN_TEST(test_rates_other_than_the_grid_do_no_harm);
     RUN_TEST(test_full_scale_in_every_channel);
     RUN_TEST(test_search_finds_lines_over_the_band);
+    RUN_TEST(test_search_stays_in_its_spectrum);
+    RUN_TEST(test_a_gap_of_the_steering_wheel_is_no_gap_of_the_line);
     RUN_TEST(test_bad_arguments_are_refused);
     return UNITY_END();
 }
