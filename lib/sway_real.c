@@ -219,9 +219,9 @@ word_t sway_real_word_scale(word_t word, int32_t shift)
  * lower one by one division (Zimmermann, INRIA RR-3805). */
 static uint32_t integer_sqrt(uint32_t high, uint32_t low)
 {
-    uint32_t root = 0;
-    uint32_t rest = high;
-    for (uint32_t bit = UINT32_C(1) << 30; bit != 0U; bit >>= 2) {
+    uint32_t root = UINT32_C(1) << 30; // as the first step would leave it
+    uint32_t rest = high - root;
+    for (uint32_t bit = UINT32_C(1) << 28; bit != 0U; bit >>= 2) {
         if (rest >= root + bit) {
             rest -= root + bit;
             root = (root >> 1) + bit;

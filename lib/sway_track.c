@@ -311,8 +311,8 @@ static bool tone_is_larger(const sway_track_t *track)
 }
 
 /* Marks the windows that hold a break. Where it is, the first window that shows it tells best: it
- * has just come in. While the driver steers, what comes in is no step but lasts; such a window marks
- * itself only, for what it says of the place is not reliable. */
+ * has just come in. While the driver steers, what comes in is no step but lasts; such a window
+ * marks itself only, for what it says of the place is not reliable. */
 static void keep_break(sway_track_t *track)
 {
     sway_line_t *line = &track->line;
