@@ -58,11 +58,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--formats", nargs="+", default=["mf4", "blf"])
+    parser.add_argument("--markdown", type=Path, help="write the table to this file too")
     args = parser.parse_args()
     frames = long_recording(args.minutes)
     length_s = float(frames.time_ns[-1] - frames.time_ns[0]) * 1e-9
     print(f"{length_s / 60:.0f} minutes, {len(frames)} frames, {os.cpu_count()} CPUs, "
           f"load {os.getloadavg()[0]:.1f}")  # fmt: skip
+    lines = [
+        f"**`make bench-throughput`**: a recording of {length_s / 60:.0f} minutes, {len(frames)} "
+        f"frames, analysed with its report; {os.cpu_count()} CPUs, load {os.getloadavg()[0]:.1f}",
+        "",
+        "| format | wall time | processor time | faster than real time |",
+        "|---|---|---|---|",
+    ]
     with tempfile.TemporaryDirectory() as folder:
         for suffix in args.formats:
             path = Path(folder) / f"long.{suffix}"
@@ -73,6 +81,10 @@ def main() -> None:
                 f"{suffix:8s} {wall:6.1f} s ({cpu:.1f} s CPU): {length_s / wall:.0f} times "
                 f"faster than real time, {rate:.0f} thousand frames/s"
             )
+            lines.append(f"| {suffix} | {wall:.1f} s | {cpu:.1f} s | {length_s / wall:.0f} times |")
+    if args.markdown is not None:
+        args.markdown.parent.mkdir(parents=True, exist_ok=True)
+        args.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -70,10 +70,10 @@ $(FW)/kiss_fft.c: $(KISSFFT_DIR)/kiss_fft.h
 define firmware_target
 FW_OBJECTS_$(1) := $$(patsubst %,$(FW)/$(1)/%.o,$$(basename $$(FW_COMMON) $$(FW_SOURCES_$(1)))) \
     $(FW)/$(1)/codec.o $(FW)/$(1)/kiss_fft.o
-$(FW)/$(1)/%.o: %.c | $(KISSFFT_DIR)/kiss_fft.h $(CODEC).c
+$(FW)/$(1)/%.o: %.c tests/mk/firmware.mk | $(KISSFFT_DIR)/kiss_fft.h $(CODEC).c
 	@mkdir -p $$(@D)
 	@$$(FW_CC_$(1)) $$(FW_WARN) $$(FW_FLAGS_$(1)) $$(FW_DEFINE) $$(FW_INCLUDE) -MMD -MP -c $$< -o $$@
-$(FW)/$(1)/%.o: %.S
+$(FW)/$(1)/%.o: %.S tests/mk/firmware.mk
 	@mkdir -p $$(@D)
 	@$$(FW_CC_$(1)) $$(FW_FLAGS_$(1)) -c $$< -o $$@
 $(FW)/$(1)/codec.o: $(CODEC).c
