@@ -31,6 +31,7 @@ def run(args: argparse.Namespace) -> int:
     from rich.progress import Progress
 
     from swaywatch.diagnose.engine import diagnose, write
+    from swaywatch.diagnose.words import how_much
 
     args.out.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
@@ -44,11 +45,9 @@ def run(args: argparse.Namespace) -> int:
     write(result, args.out / "diagnosis.json")
     print(f"verdict: {result['verdict']}")
     for effect in result["effects"]:
-        values = ", ".join(f"{k} {v['value']:.4g}" for k, v in effect["parameters"].items())
-        print(
-            f"  {effect['id']} at {effect['component']}: {values} "
-            f"(confidence {effect['confidence']:.2f})"
-        )
+        print(f"  {effect['id']} at {effect['component']} (confidence {effect['confidence']:.2f})")
+        for text in how_much(effect):
+            print(f"    {text}")
         if effect["equivalent_details"]:
             print("    cannot be told from: " + ", ".join(effect["equivalent_details"]))
     for name, quantity in result.get("quantities", {}).items():

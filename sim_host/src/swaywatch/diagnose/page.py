@@ -21,6 +21,7 @@ from swaywatch.diagnose.fingerprint import LINES, line_map, relations
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.judge import FIVE_PERCENT, errors
 from swaywatch.diagnose.runs import Run, low_pass
+from swaywatch.diagnose.words import how_much
 from swaywatch.drive import Channel, Drive
 from swaywatch.report.style import STYLE
 from swaywatch.vehicle import Vehicle
@@ -91,7 +92,7 @@ def headline(result: Mapping[str, Any]) -> str:
     kind, sentence = _VERDICT[result["verdict"]]
     lines = []
     for effect in result["effects"]:
-        values = ", ".join(f"{k} {v['value']:.4g}" for k, v in effect["parameters"].items())
+        values = "; ".join(how_much(effect))
         same = effect["equivalent_details"]
         lines.append(
             f"<b>{html.escape(effect['id'].replace('_', ' '))}</b> at "

@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from swaywatch.diagnose.words import how_much
 from swaywatch.recording.guard import whole_file
 from swaywatch.survey.plan import Run, groups
 
@@ -205,17 +206,7 @@ def _where(effect: dict[str, Any]) -> str:
 
 
 def _why(effect: dict[str, Any]) -> str:
-    names = effect["parameters"]
-    values = ", ".join(
-        f"{name} {v['value']:.4g} ({v['low']:.4g} to {v['high']:.4g})" for name, v in names.items()
-    )
-    details = effect.get("window_details") or []
-    if len(details) > 1:  # a mean over windows says nothing of a phase
-        values = "; ".join(
-            f"from {d['start']:.1f} s "
-            + ", ".join(f"{name} {d[name]:.4g}" for name in names if name in d)
-            for d in details
-        )
+    values = "; ".join(how_much(effect))
     text = f"{effect['id'].replace('_', ' ')}: {values}; confidence {effect['confidence']:.2f}"
     if effect["equivalent"]:
         text += f"; cannot be told from {', '.join(effect['equivalent'])}"
