@@ -76,7 +76,7 @@ static void keep_order(log_file_t *log, sway_port_frame_t *frame)
     log->last_us = frame->time_us;
 }
 
-bool log_file_next(log_file_t *log, sway_port_frame_t *frame)
+static bool read_frame(log_file_t *log, sway_port_frame_t *frame)
 {
     while (getline(&log->line, &log->room, log->file) >= 0) {
         log->lines++;
@@ -88,6 +88,24 @@ bool log_file_next(log_file_t *log, sway_port_frame_t *frame)
         classify(log);
     }
     return false;
+}
+
+bool log_file_next(log_file_t *log, sway_port_frame_t *frame)
+{
+    if (log->holds) {
+        log->holds = false;
+        *frame = log->held;
+        return true;
+    }
+    return read_frame(log, frame);
+}
+
+int64_t log_file_time_us(log_file_t *log)
+{
+    if (log->frames == 0U) {
+        log->holds = read_frame(log, &log->held);
+    }
+    return log->frames > 0U ? log->last_us : 0;
 }
 
 bool log_file_close(log_file_t *log)

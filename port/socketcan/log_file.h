@@ -23,6 +23,8 @@ typedef struct {
     uint64_t unreadable; ///< lines that are none of these
     uint64_t clock_back; ///< stamps set forward because they run backwards
     int64_t most_back_us;
+    sway_port_frame_t held; ///< read ahead for its time
+    bool holds;
 } log_file_t;
 
 /// False: the file cannot be opened, `errno` says why. "-" is the standard input.
@@ -30,6 +32,8 @@ bool log_file_open(log_file_t *log, const char *path);
 /// The next data frame with an 11-bit identifier; false: the file has ended. The first unreadable
 /// line is shown on the standard error.
 bool log_file_next(log_file_t *log, sway_port_frame_t *frame);
+/// Time of the newest frame; before any was asked for, that of the first one. 0: there is none.
+int64_t log_file_time_us(log_file_t *log);
 /// False where the file could not be read to its end.
 bool log_file_close(log_file_t *log);
 

@@ -171,8 +171,7 @@ static bool log_send(void *context, const sway_port_frame_t *frame)
 
 static int64_t log_time_us(void *context)
 {
-    const log_file_t *log = context;
-    return log->frames > 0U ? log->last_us : 0;
+    return log_file_time_us(context);
 }
 
 /* The parameter block that an ECU would find in its flash. */
