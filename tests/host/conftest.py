@@ -1,4 +1,4 @@
-"""What the host tests share: where recordings are found."""
+"""What the host tests share: where recordings are found, and a clock."""
 
 from __future__ import annotations
 
@@ -8,6 +8,19 @@ from pathlib import Path
 import pytest
 
 DATA = Path(__file__).resolve().parent.parent / "data"
+
+
+class Clock:
+    """Time that passes only while somebody sleeps or sends."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += max(seconds, 1e-5)
 
 
 def recordings(*parts: str) -> Path:

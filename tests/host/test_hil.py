@@ -8,7 +8,7 @@ from typing import Any
 
 import can
 import pytest
-from conftest import DATA
+from conftest import DATA, Clock
 
 from swaywatch.cli import main
 from swaywatch.errors import ScenarioError
@@ -31,19 +31,6 @@ def scenario(speed_kmh: float = FAST, **content: Any) -> Scenario:
         "manoeuvre": [{"kind": "impulse", "angle_deg": 6.0, "start_s": 2.0}],
     }
     return read_scenario({**base, **content}, "test", FOLDER, "test.toml")
-
-
-class Clock:
-    """A clock that only sleeping moves."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
-
-    def sleep(self, seconds: float) -> None:
-        self.now += max(seconds, 1e-5)
 
 
 class EcuBus:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import DATA
+from conftest import DATA, Clock
 
 from swaywatch.cli import main
 from swaywatch.drive import load_drive
@@ -238,19 +238,6 @@ def test_command_writes_nothing_on_bad_input(tmp_path: Path, capsys: Any) -> Non
 
 def frames(count: int = 50) -> Frames:
     return read_recording(FOLDER / "run1.blf").frames.take(slice(0, count))  # type: ignore[union-attr]
-
-
-class Clock:
-    """Time that passes only while somebody sleeps or sends."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
-
-    def sleep(self, seconds: float) -> None:
-        self.now += max(seconds, 1e-5)
 
 
 class FakeBus:
