@@ -47,6 +47,12 @@ class Window:
         """(1 - cos) / 2 over the window. Shape of `time`."""
         return self.half_sine(time) ** 2
 
+    def ramped(self, time: Array) -> Array:
+        """Half-cosine ramps of `rise_s` about both edges, where it is at half. Shape of `time`."""
+        rise = max(self.values["rise_s"], float(time[1] - time[0]))
+        inside = np.minimum(time - self.start, self.stop - time) / rise + 0.5
+        return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(inside, 0.0, 1.0)))
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -76,6 +82,10 @@ class Parameter:
     starts: tuple[float, ...]
     scale: float
     minimum: float = 0.0
+
+
+#: Duration of the ramps of a window of the form "ramped": reported, never a claim by itself.
+RISE = Parameter("rise_s", "s", 0.0, 0.0, 4.0, (0.3, 1.2), 0.3, 1e9)
 
 
 def _nothing(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:

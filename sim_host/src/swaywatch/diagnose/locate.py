@@ -16,6 +16,7 @@ from swaywatch.diagnose.term import Term
 Array = NDArray[np.float64]
 
 PULSE_S = 1.0
+UNSEEN = 0.02  # share of its pulses' own effect below which a constant level is not observable
 FADE = 8.0  # times the observer's time constant: the pulled combination forgets by e^-4
 
 
@@ -77,8 +78,11 @@ class Locator:
         output[first:last] = branch(path, plant, first, last, fine=self.fitter.fine)
         return residual(problem, r, observe(problem, r, output, (*fit.terms, term))).ravel()
 
-    def course(self, effect: Effect, ridge: float = 1e-3, pulse_s: float = PULSE_S) -> Course:
-        """Least-squares amplitudes of pulses of one effect."""
+    def course(
+        self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None
+    ) -> Course:
+        """Least-squares amplitudes of pulses of one effect, as long as its module has them."""
+        pulse_s = pulse_s or float(str(effect.extra.get("pulse_s", PULSE_S)))
         runs = self.fitter.problem.runs
         edges, amplitude, error, gain = [], [], [], 0.0
         for r, run in enumerate(runs):
@@ -98,10 +102,14 @@ class Locator:
             normal = full.T @ full
             weight = np.zeros(full.shape[1])
             weight[:k] = ridge * np.mean(np.diag(normal)[:k])
+            constant = _constant_level(normal, k, len(effect.parameters))
             normal += np.diag(weight + 1e-9 * np.diag(normal) + 1e-12)
+            normal[:k, :k] += np.mean(np.diag(normal)[:k]) * constant @ constant.T
             right = full.T @ self.base[r]
             x = -np.linalg.solve(normal, right)
             rest = self.base[r] + full @ x
+            for j in np.flatnonzero(constant.any(axis=0)):
+                x[j : k : len(effect.parameters)] -= np.median(x[j : k : len(effect.parameters)])
             only = self.nuisance[r]
             y = -np.linalg.lstsq(only, self.base[r], rcond=None)[0]
             rest_only = self.base[r] + only @ y
@@ -115,12 +123,38 @@ class Locator:
         return Course(effect, tuple(edges), tuple(amplitude), tuple(error), gain)
 
 
-def windows(course: Course, share: float = 0.35, sigmas: float = 4.0) -> Term | None:
-    """Windows where the course stands out, as a term to start a fit from."""
+def _constant_level(normal: Array, pulses: int, parameters: int) -> Array:
+    """Directions of equal pulses that leave nothing to be seen, shape (pulses, parameters).
+
+    A side force or a bank over the whole run goes with the offsets of the channels and the start
+    values: a column is zero unless the constant level keeps less than `UNSEEN` of what as many
+    single pulses show, offsets and start values refitted.
+    """
+    cross, nuisance = normal[pulses:, :pulses], normal[pulses:, pulses:]
+    seen = normal[:pulses, :pulses] - cross.T @ np.linalg.lstsq(nuisance, cross, rcond=None)[0]
+    found = np.zeros((pulses, parameters))
+    for j in range(parameters):
+        level = np.zeros(pulses)
+        level[j::parameters] = 1.0
+        if level @ seen @ level < UNSEEN * np.trace(seen * np.diag(level)):
+            found[:, j] = level
+    return found
+
+
+def windows(
+    course: Course, share: float = 0.35, sigmas: float = 4.0, least: float = 0.0
+) -> Term | None:
+    """Windows where the course stands out, as a term to start a fit from.
+
+    Parameters
+    ----------
+    least
+        Amplitude below which a pulse does not count.
+    """
     values: list[float] = []
     runs: list[int] = []
     sizes = [np.hypot.reduce(a, axis=1) for a in course.amplitude]
-    largest = max(float(size.max()) for size in sizes)
+    largest = max(least / share, *(float(size.max()) for size in sizes))
     for r, size in enumerate(sizes):
         noise = np.hypot.reduce(course.error[r], axis=1)
         robust = 1.4826 * float(np.median(size))
@@ -156,6 +190,17 @@ def widened(term: Term, by: float) -> Term:
         values[w * term.stride] -= by
         values[w * term.stride + 1] += by
     return Term(term.effect, tuple(values), term.window_runs)
+
+
+def reformed(term: Term, effect: Effect, start: int = 0) -> Term:
+    """The windows of a term for another form of its effect; what the form adds begins at `start`."""
+    values: list[float] = []
+    for w in range(len(term.window_runs)):
+        old = term.values[w * term.stride : (w + 1) * term.stride]
+        known = dict(zip((p.name for p in term.effect.parameters), old[2:], strict=True))
+        new = [known.get(p.name, p.starts[min(start, len(p.starts) - 1)]) for p in effect.parameters]
+        values += [*old[:2], *new]
+    return Term(effect, tuple(values), term.window_runs)
 
 
 def simplified(term: Term, shortest: float = 0.6, gap: float = 0.6) -> Term:

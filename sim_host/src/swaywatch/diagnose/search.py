@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.effect import Effect
+from swaywatch.diagnose.effect import RISE, Effect
 from swaywatch.diagnose.fit import Fit, Fitter, Problem
-from swaywatch.diagnose.locate import Course, Locator, simplified, widened, windows
+from swaywatch.diagnose.locate import Course, Locator, reformed, simplified, widened, windows
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
@@ -22,6 +22,8 @@ WINDOW_SHARE = 0.01  # of chi2 that a window must be worth
 FAR = 10.0  # level above which start values found without the effect are not trusted
 SHORT_LIST = 10
 WINDOWED_LIST = 5
+MORE_SHARE = 0.35  # of the usual amplitude that further windows must have
+MOST_WINDOWS = 8
 WORTH = 3.0  # a windowed effect is fitted if its linear course comes this near to the best
 #: A term stays only if leaving it out raises chi2 by this share.
 KEEP_SHARE = 0.02
@@ -99,7 +101,25 @@ class Search:
         if term is None:
             return None
         fit = Fit((*parent.terms, term), parent.nuisance, self.cold.shared)
-        return self.edges(self.fitter.run(fit, 6, free=1))
+        return self.completed(self.edges(self.fitter.run(fit, 6, free=1)))
+
+    def completed(self, fit: Fit) -> Fit:
+        """With windows that show once the first ones are in the model."""
+        term = fit.terms[-1]
+        sizes = term.effect.parameters
+        rows = np.array(term.values).reshape(-1, term.stride)[:, 2:]
+        usual = np.median(np.hypot.reduce(rows - [p.neutral for p in sizes], axis=1))
+        course = Locator(self.fitter, fit).course(term.effect)
+        if course.gain < len(rows) * WINDOW_SHARE * fit.chi2:
+            return fit
+        more = windows(course, least=MORE_SHARE * float(usual))
+        if more is None or len(rows) + len(more.window_runs) > MOST_WINDOWS:
+            return fit
+        both = Term(term.effect, term.values + more.values, term.window_runs + more.window_runs)
+        trial = Fit((*fit.terms[:-1], simplified(both)), fit.nuisance, fit.shared)
+        trial = self.edges(self.fitter.run(trial, 6, free=1))
+        added = max(len(trial.terms[-1].window_runs) - len(rows), 1)
+        return trial if trial.chi2 < (1.0 - added * WINDOW_SHARE) * fit.chi2 else fit
 
     def edges(self, fit: Fit, rounds: int = 3) -> Fit:
         """Move the edges of the last term's windows over local minima."""
@@ -114,6 +134,7 @@ class Search:
         """Best shift of each edge in turn, amplitude kept or its product with the length."""
         term = fit.terms[-1]
         neutral = [p.neutral for p in term.effect.parameters]
+        sizes = [j for j, p in enumerate(term.effect.parameters) if p.name != RISE.name]
         changed = False
         for w, r in enumerate(term.window_runs):
             for edge in (0, 1):
@@ -129,8 +150,8 @@ class Search:
                         if new < 0.2:
                             continue
                         if keep and old > 0.0:
-                            for j, zero in enumerate(neutral):
-                                v[at + 2 + j] = zero + (v[at + 2 + j] - zero) * old / new
+                            for j in sizes:
+                                v[at + 2 + j] = neutral[j] + (v[at + 2 + j] - neutral[j]) * old / new
                         trial = Term(term.effect, tuple(v), term.window_runs)
                         chi2 = self._chi2(fit, trial, r)
                         if chi2 < 0.995 * best:
@@ -202,15 +223,19 @@ class Search:
         return total
 
     def forms(self, term: Term) -> list[Term]:
-        """The same windows with the other forms of the effect."""
-        if not term.effect.windowed or "form" not in term.effect.extra:
+        """The same windows with the other forms of the effect, from each start of what they add."""
+        if not term.effect.windowed:
             return []
+        known = {p.name for p in term.effect.parameters}
         return [
-            Term(e, term.values, term.window_runs)
+            reformed(term, e, start)
             for e in self.effects
             if e.id == term.effect.id
             and e.component == term.effect.component
-            and e.extra.get("form") != term.effect.extra["form"]
+            and e.extra.get("form", "box") != term.effect.extra.get("form", "box")
+            for start in range(
+                max((len(p.starts) for p in e.parameters if p.name not in known), default=1)
+            )
         ]
 
     def polish(self, fit: Fit) -> Fit:

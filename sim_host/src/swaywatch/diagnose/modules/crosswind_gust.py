@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.effect import RISE, Effect, Parameter, Values, Window
 from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import Run
 
+#: A force from outside acts on its own, not through the motion: shorter pulses show where it is.
+PULSE_S = 0.5
 SHAPES = {
     "box": Window.mask,
     "half_sine": Window.half_sine,
     "one_minus_cosine": Window.one_minus_cosine,
+    "ramped": Window.ramped,
 }
+
+
+def ramp(shape: str) -> tuple[Parameter, ...]:
+    """What a form has to fit beside the size."""
+    return (RISE,) if shape == "ramped" else ()
 
 
 def _act(slot: str, shape: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
@@ -31,12 +39,14 @@ EFFECTS = [
         kind="physics",
         equation=f"side force at the centre of gravity, {shape.replace('_', ' ')} in time",
         source="external force",
-        parameters=(Parameter("force_n", "N", 0.0, -2e4, 2e4, (300.0,), 10.0, 30.0),),
+        parameters=(
+            Parameter("force_n", "N", 0.0, -2e4, 2e4, (300.0,), 10.0, 30.0), *ramp(shape),
+        ),  # fmt: skip
         act=_act(f"force_{body}", shape),
         windowed=True,
         lines=("broadband",),
         decided_by="wind speed measured at the car",
-        extra={"form": shape},
+        extra={"form": shape, "pulse_s": PULSE_S},
     )
     for body in ("car", "trailer")
     for shape in SHAPES

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
-from swaywatch.diagnose.modules.crosswind_gust import SHAPES
+from swaywatch.diagnose.modules.crosswind_gust import PULSE_S, SHAPES, ramp
 from swaywatch.diagnose.plant import PlantInput
 from swaywatch.diagnose.runs import Run
 
@@ -30,12 +30,14 @@ EFFECTS = [
         kind="physics",
         equation=f"-m g sin(angle) on both bodies, {shape.replace('_', ' ')} in time",
         source="ISO 8855 (positive: left side high); an accelerometer sees the specific force",
-        parameters=(Parameter("angle_deg", "deg", 0.0, -15.0, 15.0, (1.0,), 0.05, 0.1),),
+        parameters=(
+            Parameter("angle_deg", "deg", 0.0, -15.0, 15.0, (1.0,), 0.05, 0.1), *ramp(shape),
+        ),  # fmt: skip
         act=_act(shape, sensing),
         windowed=True,
         lines=("mean", "broadband"),
         decided_by="height profile of the road",
-        extra={"form": shape + sensing},
+        extra={"form": shape + sensing, "pulse_s": PULSE_S},
     )
     for shape in SHAPES
     # inertial units with an attitude filter take gravity's part out
