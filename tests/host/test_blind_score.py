@@ -4,10 +4,13 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "proof"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
 
+import limits
 import score
 
 
@@ -113,12 +116,45 @@ def test_windows():
     assert score.per_run([{"run": "run2", "start": 1, "stop": 2}]) == {"run2": [[1.0, 2.0]]}
 
 
+def detections(label, limit, count=40, *, smaller=False):
+    """Cases whose chance of being right passes 90 % at a strength."""
+    rng = np.random.default_rng(7)
+    rows = []
+    for u in np.linspace(0.01, 0.99, count):
+        chance = 1.0 / (1.0 + np.exp(-(np.log(9.0) + 10.0 * (u - limit))))
+        value = 1e7 * 0.01**u if smaller else 0.01 * 100.0**u
+        right = bool(rng.random() < chance)
+        rows.append(
+            {"kind": "planar", "ids": [label], "strength": u, "value": value, "first": right}
+        )
+    return rows
+
+
 def test_limit_of_detection():
-    rows = [{"value": v, "first": v >= 0.2} for v in (0.05, 0.1, 0.2, 0.4, 0.8)]
-    assert score.limit_of(rows, "tyre_relaxation") == 0.2
-    rows = [{"value": v, "first": v <= 2e6} for v in (5e5, 1e6, 2e6, 8e6, 2e7)]
-    assert score.limit_of(rows, "steering_compliance") == 2e6
-    assert score.limit_of([{"value": 1.0, "first": False}], "hitch_friction") is None
+    rows = detections("tyre_relaxation", 0.5) + detections("steering_compliance", 0.7, smaller=True)
+    rows += [r | {"first": False} for r in detections("hitch_friction", 0.5)]
+    found = limits.limits(rows)
+    assert found["tyre_relaxation"]["strength"] == pytest.approx(0.5, abs=0.12)
+    assert found["tyre_relaxation"]["value"] == pytest.approx(0.1, rel=0.7)
+    assert found["steering_compliance"]["strength"] == pytest.approx(0.7, abs=0.12)
+    assert found["steering_compliance"]["value"] == pytest.approx(1e7 * 0.01**0.7, rel=0.7)
+    assert found["hitch_friction"]["value"] is None
+    assert found["hitch_friction"]["cases"] == 40
+
+
+def test_few_cases_lean_on_the_others():
+    rows = detections("tyre_relaxation", 0.5) + detections("hitch_damping", 0.5)
+    weak_and_right = {"kind": "planar", "ids": ["roll_steer"], "strength": 0.05, "value": 0.01,
+                      "first": True}  # fmt: skip
+    assert 0.05 < limits.limits([*rows, weak_and_right])["roll_steer"]["strength"] < 0.6
+
+
+def test_the_proof_is_no_source_of_limits(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        sys, "argv", ["limits.py", "s.json", "--seeds", "20261121", "--out", str(tmp_path / "l")]
+    )
+    with pytest.raises(SystemExit, match="seed of the proof"):
+        limits.main()
 
 
 def test_tables_and_file(tmp_path, capsys):

@@ -10,9 +10,8 @@ What counts as right:
 - outside the library: verdict ``unexplained``, or a list ``unexplained`` that is not empty and no
   effect with confidence of 90 % or more. A faulty sensor: also ``measurement_fault`` that names it.
 
-The limit of detection of an effect is the smallest value from which on at least 90 % of its cases
-are right by name. It is determined on one set (``--limits-out``) and applied to another
-(``--limits``), so that the rate above the limit is not fitted to the cases it is counted on.
+The limit of detection of an effect is determined by ``tests/proof/limits.py`` on other sets and
+applied to this one (``--limits``): the rate above it is not fitted to the cases it is counted on.
 """
 
 from __future__ import annotations
@@ -249,22 +248,6 @@ def held_out(secret: Path, result: Path) -> Json | None:
     return None if before is None or after is None else {"before": before, "after": after}
 
 
-def stronger_first(rows: list[Json], effect: str) -> list[Json]:
-    """Cases of an effect from the strongest to the weakest."""
-    sign = 1.0 if effect in SMALLER_IS_STRONGER else -1.0
-    return sorted(rows, key=lambda row: sign * row["value"])
-
-
-def limit_of(rows: list[Json], effect: str) -> float | None:
-    """Value of the weakest case down to which at least 90 % are right by name."""
-    right, limit = 0, None
-    for count, row in enumerate(stronger_first(rows, effect), 1):
-        right += bool(row["first"])
-        if row["first"] and right / count >= 0.9:
-            limit = row["value"]
-    return limit
-
-
 def above(row: Json, effect: str, limit: float | None) -> bool:
     """The case is at least as strong as the limit of detection."""
     if limit is None:
@@ -298,8 +281,7 @@ def by_effect(rows: list[Json], limits: Json) -> Json:
         effect = label.split("/")[0]
         found = [m for row in cases for m in row.get("matches", []) if m["named"]]
         values = [p for m in found for p in m.get("parameters", [])]
-        # a limit found on the same cases would be met by construction
-        limit = limits.get(label) if limits else limit_of(cases, effect)
+        limit = limits.get(label, {}).get("value")
         thirds = [
             share([bool(r["first"]) for r in cases if low <= r["strength"] < high])
             for low, high in ((0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.01))
@@ -312,7 +294,6 @@ def by_effect(rows: list[Json], limits: Json) -> Json:
             "strong": thirds[2],
             "silent": sum(bool(r["silent"]) for r in cases),
             "limit": limit,
-            "own_limit": limit_of(cases, effect),
             "above_limit": share([bool(r["first"]) for r in cases if above(r, effect, limit)]),
             "location": share([bool(m["location"]) for m in found]),
             "overlap_median": median([m["overlap"] for m in found if m["overlap"] is not None]),
@@ -460,20 +441,16 @@ def main() -> None:
     parser.add_argument("--diagnoses", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--limits", type=Path, help="limits of detection to count against")
-    parser.add_argument("--limits-out", type=Path, help="write the limits found on this set")
     parser.add_argument("--no-predict", action="store_true", help="leave the held-out runs alone")
     given = parser.parse_args()
     rows = score(given.answers, given.diagnoses, predict=not given.no_predict)
     if not rows:
         sys.exit(f"no diagnosis in {given.diagnoses} belongs to an answer in {given.answers}")
-    limits = load(given.limits) if given.limits else None
-    total = summarise(rows, limits or {})
+    limits = (load(given.limits) or {}).get("limits", {}) if given.limits else {}
+    total = summarise(rows, limits)
     print_tables(total, rows)
     given.out.parent.mkdir(parents=True, exist_ok=True)
     given.out.write_text(json.dumps({"summary": total, "cases": rows}, indent=1))
-    if given.limits_out:
-        found = {label: figures["own_limit"] for label, figures in total["effects"].items()}
-        given.limits_out.write_text(json.dumps(found, indent=1) + "\n")
 
 
 if __name__ == "__main__":
