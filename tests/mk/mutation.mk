@@ -3,7 +3,7 @@
 MUTATION_SAMPLE ?= 10
 MUTATE ?= $(addprefix sway_,grid:test_grid ring:test_grid,test_line_bits spectrum:test_spectrum \
     $(patsubst %,%:test_line_bits$(comma)test_line,fit break line line_read seek track) \
-    real:test_real,test_line_bits stm:test_stm e2e:test_node node:test_node frames:test_frames)
+    real:test_real,test_line_bits stm:test_stm e2e:test_e2e node:test_node frames:test_frames)
 .PHONY: mutation
 mutation: setup-test $(B)/gcc/libsway.a $(UNITY_DIR)/unity.h
 	@nice -n 19 $(PY) tests/mutation/mutate.py $(MUTATE) --sample $(MUTATION_SAMPLE) \
