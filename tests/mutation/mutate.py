@@ -1,4 +1,4 @@
-"""Mutation testing of lib/: does a unit test notice when one token of the source is wrong?
+"""Mutation testing of lib/ and port/: does a unit test notice when one token is wrong?
 
 Each mutant changes one operator or number of one file, is compiled with the unit tests of that
 file, and must make one of them fail or hang. What survives is listed; survivors that were looked at
@@ -92,61 +92,98 @@ def sample(chosen: list[Mutant], source: str, size: int) -> list[Mutant]:
     return sorted(sorted(chosen, key=key)[:size], key=lambda mutant: mutant.start)
 
 
-CPU_LIMIT_S = 10
-"""Of a test program, which takes less than one; processor time, as the machine may be busy."""
+CPU_LIMIT = 10
+"""Times the processor time of the tests without a mutation, and as many seconds at least ..."""
+CPU_LEAST_S = 2
+"""... after which a mutant is taken to hang."""
+
+FOLDERS = (
+    "lib",
+    "port",
+    "port/cortex_m",
+    "port/stm32g4",
+    "build/third_party/kissfft",
+    "build/codec",
+    "tests/unit",
+    "tests/port",
+    "build/third_party/ntpsec/tests/unity",
+)
+FLAGS = (
+    *("-std=c99", "-O0", "-w", "-D_GNU_SOURCE", "-DFIXED_POINT=32", "-DSWAY_REGISTER_MODEL"),
+    *("-DUNITY_INCLUDE_DOUBLE", "-DUNITY_SUPPORT_64", *(f"-I{ROOT / f}" for f in FOLDERS)),
+)
 
 
-def _limit() -> None:
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_LIMIT_S, CPU_LIMIT_S))
+def compiled(source: Path, folder: Path) -> Path | None:
+    """The object of a source; None where it is no C."""
+    made = folder / source.with_suffix(".o").name
+    command = ["gcc", *FLAGS, "-c", source, "-o", made]
+    return (
+        made if subprocess.run(command, capture_output=True, check=False).returncode == 0 else None
+    )
 
 
 class Bench:
     """Compiles and runs mutants of one file against its unit tests."""
 
-    def __init__(self, path: Path, tests: list[str], work: Path) -> None:
-        self.path, self.work = path, work
-        folders = (
-            "lib",
-            "build/third_party/kissfft",
-            "build/codec",
-            "tests/unit",
-            "build/third_party/ntpsec/tests/unity",
-        )
-        defines = ("-D_GNU_SOURCE", "-DFIXED_POINT=32", "-DUNITY_INCLUDE_DOUBLE")
-        include = [f"-I{ROOT / folder}" for folder in folders]
-        self.gcc = ["gcc", "-std=c99", "-O0", "-w", *defines, *include]
+    def __init__(self, path: Path, tests: list[str], others: list[Path], work: Path) -> None:
+        self.path, self.work, self.limit_s = path, work, 100 * CPU_LEAST_S
         self.archive = work / "rest.a"
         shutil.copy(ROOT / "build/gcc/libsway.a", self.archive)
-        subprocess.run(["ar", "d", self.archive, path.with_suffix(".o").name], check=True)
-        self.tests = [work / f"{test}.o" for test in tests]
-        self.unity = work / "unity.o"
+        self.run("ar", "d", self.archive, path.with_suffix(".o").name)
+        for other in others:
+            if other.name != path.name or other.parent != path.parent:
+                made = work / f"{other.parent.name}_{other.stem}"
+                made.mkdir()
+                self.run("ar", "r", self.archive, self.must(other, made))
         unity = ROOT / "build/third_party/ntpsec/tests/unity/unity.c"
-        sources = [unity, *(ROOT / "tests/unit" / f"{test}.c" for test in tests)]
-        for source, made in zip(sources, [self.unity, *self.tests], strict=True):
-            subprocess.run([*self.gcc, "-c", source, "-o", made], check=True)
+        self.unity = self.must(unity, work)
+        found = [next(ROOT.glob(f"tests/*/{test}.c")) for test in tests]
+        self.tests = [self.must(test, work) for test in found]
+
+    @staticmethod
+    def run(*command: str | Path) -> None:
+        subprocess.run(command, capture_output=True, check=True)
+
+    @staticmethod
+    def must(source: Path, folder: Path) -> Path:
+        made = compiled(source, folder)
+        if made is None:
+            sys.exit(f"{source} does not compile")
+        return made
 
     def outcome(self, source: str) -> str:
         """What becomes of this source: "no code", "killed" or "survived"."""
         mutated = self.work / self.path.name
         mutated.write_text(source)
-        compiled = mutated.with_suffix(".o")
-        build = [*self.gcc, "-c", mutated, "-o", compiled]
-        if subprocess.run(build, capture_output=True, check=False).returncode != 0:
+        made = compiled(mutated, self.work)
+        if made is None:
             return "no code"
-        return "survived" if all(self._passes(test, compiled) for test in self.tests) else "killed"
+        return "survived" if all(self._passes(test, made) for test in self.tests) else "killed"
 
-    def _passes(self, test: Path, compiled: Path) -> bool:
+    def calibrate(self, source: str) -> None:
+        """Runs the tests without a mutation; from then on they may take little longer."""
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        if self.outcome(source) != "survived":
+            sys.exit(f"{self.path.name}: its tests fail without any mutation")
+        spent_s = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+        self.limit_s = CPU_LEAST_S + int(CPU_LIMIT * spent_s)
+
+    def _limit(self) -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (self.limit_s, self.limit_s))
+
+    def _passes(self, test: Path, mutant: Path) -> bool:
         program = self.work / "test"
-        link = ["gcc", test, self.unity, compiled, self.archive, "-lm", "-o", program]
+        link = ["gcc", test, self.unity, mutant, self.archive, "-lm", "-o", program]
         if subprocess.run(link, capture_output=True, check=False).returncode != 0:
             return False
         try:
             done = subprocess.run(
                 [program],
                 capture_output=True,
-                timeout=60 * CPU_LIMIT_S,
+                timeout=60 * self.limit_s,
                 check=False,
-                preexec_fn=_limit,
+                preexec_fn=self._limit,
             )
         except subprocess.TimeoutExpired:
             return False
@@ -165,17 +202,17 @@ class Score:
     survived: int = 0
 
 
-def run_file(pair: str, size: int, excused: set[str]) -> Score:
-    """All sampled mutants of FILE:TEST[,TEST]; says which survive."""
-    name, tests = pair.split(":")
-    path = ROOT / "lib" / f"{name}.c"
+def run_file(entry: str, size: int, excused: set[str]) -> Score:
+    """All sampled mutants of FILE:TEST[,TEST][:SOURCE,...]; says which survive."""
+    name, tests, *others = entry.split(":")
+    path = ROOT / f"{name if '/' in name else f'lib/{name}'}.c"
     source = path.read_text()
     every = list(mutants(path))
-    score = Score(path.name, len(every))
+    score = Score(str(path.relative_to(ROOT)), len(every))
     with tempfile.TemporaryDirectory() as work:
-        bench = Bench(path, tests.split(","), Path(work))
-        if bench.outcome(source) != "survived":
-            sys.exit(f"{tests} fails without any mutation")
+        sources = [ROOT / other for other in ",".join(others).split(",") if other]
+        bench = Bench(path, tests.split(","), sources, Path(work))
+        bench.calibrate(source)
         for mutant in sample(every, source, size or len(every)):
             outcome = bench.outcome(source[: mutant.start] + mutant.text + source[mutant.stop :])
             known = mutant.name(source)
@@ -185,7 +222,7 @@ def run_file(pair: str, size: int, excused: set[str]) -> Score:
                 score.excused += known in excused
                 score.survived += known not in excused
                 if known not in excused:
-                    print(f"lib/{path.name}:{mutant.line}: survived: {known}", flush=True)
+                    print(f"{score.file}:{mutant.line}: survived: {known}", flush=True)
     return score
 
 
@@ -198,7 +235,7 @@ def table(scores: list[Score]) -> str:
         f"**`make mutation`**: {100 * total.killed / judged:.0f} % of {judged} mutants found by a "
         f"unit test; {total.excused} more change nothing that can be observed (excused.txt)",
         "",
-        "| file of lib/ | possible | tried | killed | excused | survived |",
+        "| file | possible | tried | killed | excused | survived |",
         "|---|---|---|---|---|---|",
     ]
     lines += [
@@ -211,12 +248,17 @@ def table(scores: list[Score]) -> str:
 def main() -> int:
     """Run it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("pairs", nargs="+", metavar="FILE:TEST[,TEST]", help="sway_e2e:test_node")
+    parser.add_argument(
+        "entries",
+        nargs="+",
+        metavar="FILE:TEST[,TEST][:SOURCE,...]",
+        help="of lib/ unless it names its folder; what else its tests need, as sway_e2e:test_e2e",
+    )
     parser.add_argument("--sample", type=int, default=0, help="only so many mutants of each file")
     parser.add_argument("--report", type=Path, help="write the table to this file")
     args = parser.parse_args()
     excused = {line.split(" # ")[0] for line in EXCUSED.read_text().splitlines() if line}
-    scores = [run_file(pair, args.sample, excused) for pair in args.pairs]
+    scores = [run_file(entry, args.sample, excused) for entry in args.entries]
     text = table(scores)
     print(text, end="")
     if args.report:

@@ -6,6 +6,7 @@
 
 static sway_node_t node;
 static uint8_t counter[SWAY_MESSAGE_COUNT];
+static uint32_t slices; /* of work that sway_node_run() has done */
 
 static const sway_core_config_t *config(void)
 {
@@ -60,6 +61,7 @@ static sway_error_t send(sway_message_t m, int64_t time_us, int16_t first, int16
     counter[m] = sway_e2e_next(counter[m]);
     const sway_error_t error = sway_node_receive(&node, time_us, id, 8, data);
     while (sway_node_run(&node)) {
+        slices++;
     }
     return error;
 }
@@ -498,7 +500,7 @@ static void nothing_is_due_before_anything_was_heard(void)
 /* Every 100 ms the alarm, every second the reports, from the first time that is heard of. */
 static void the_heart_beats_every_100_ms_and_reports_every_tenth_time(void)
 {
-    const int64_t start = 7000000;
+    const int64_t start = 7012345;
     int beat = 1;
     for (int64_t t = start; t < start + 3500000; t += 20000) {
         sway_node_time(&node, t);
@@ -554,8 +556,10 @@ static int swing(uint32_t *estimates)
 static void every_estimate_is_sent_at_once_and_once(void)
 {
     uint32_t estimates;
+    slices = 0;
     TEST_ASSERT_EQUAL(0, swing(&estimates));
     TEST_ASSERT_GREATER_THAN_UINT32(20, estimates);
+    TEST_ASSERT_GREATER_THAN_UINT32(estimates, slices); /* an estimate is several */
     TEST_ASSERT_EQUAL_UINT32(estimates, sway_core_status(&node.core)->sequence);
 }
 
@@ -806,6 +810,7 @@ static void a_second_and_20_deg_per_s_make_a_sensor_frozen(void)
         TEST_ASSERT_TRUE(is_frozen_after(motion[k], 2000, 2000, 1000000));
         TEST_ASSERT_TRUE(is_frozen_after(motion[k], 2000, 50, 1000000)); /* 0.5 deg/s count */
     }
+    TEST_ASSERT_FALSE(is_frozen_after(SWAY_MESSAGE_CAR_MOTION, 1950, 50, 1000000));
     TEST_ASSERT_FALSE(is_frozen_after(SWAY_MESSAGE_STEERING, 2000, 100, 1000000));
     TEST_ASSERT_FALSE(is_frozen_after(SWAY_MESSAGE_HITCH_FORCES, 2000, 100, 1000000));
 }
@@ -837,6 +842,18 @@ static void both_yaw_rates_travel_by_themselves(void)
     TEST_ASSERT_EQUAL_INT64(2 * 174533, node.travel_urad_s);
     send(SWAY_MESSAGE_CAR_MOTION, 1000, 0, 0);
     TEST_ASSERT_EQUAL_INT64(3 * 174533, node.travel_urad_s);
+}
+
+static void travel_before_a_value_came_does_not_count(void)
+{
+    TEST_ASSERT_FALSE(is_frozen_after(SWAY_MESSAGE_CAR_MOTION, 1900, 100, 999000));
+    send(SWAY_MESSAGE_ARTICULATION, 1000000, 6, 0); /* a new one, 19 deg/s on */
+    send(SWAY_MESSAGE_CAR_MOTION, 1010000, 0, 0);   /* and 19 back */
+    send(SWAY_MESSAGE_ARTICULATION, 2000000, 6, 0);
+    TEST_ASSERT_EQUAL(0, frozen());
+    send(SWAY_MESSAGE_CAR_MOTION, 2010000, 100, 0); /* 20 since it came */
+    send(SWAY_MESSAGE_ARTICULATION, 2020000, 6, 0);
+    TEST_ASSERT_EQUAL(1, frozen());
 }
 
 /* A frozen value is told to the core as not valid and used again as soon as it changes. */
@@ -914,6 +931,7 @@ int main(void)
     RUN_TEST(a_second_and_20_deg_per_s_make_a_sensor_frozen);
     RUN_TEST(noise_of_the_yaw_rate_is_no_travel);
     RUN_TEST(both_yaw_rates_travel_by_themselves);
+    RUN_TEST(travel_before_a_value_came_does_not_count);
     RUN_TEST(a_frozen_sensor_is_not_believed_until_it_moves);
     RUN_TEST(losses_saturate_too);
     return UNITY_END();
