@@ -1,5 +1,5 @@
-"""Builds the binding to the C core with the package (see core_build.py)."""
+"""Builds the bindings to the C core and to the plant of the diagnosis with the package."""
 
 from setuptools import setup
 
-setup(cffi_modules=["core_build.py:FFI_BUILDER"])
+setup(cffi_modules=["core_build.py:FFI_BUILDER", "plant_build.py:FFI_BUILDER"])

@@ -92,7 +92,8 @@ def _nothing(plant: PlantInput, run: Run, values: Values, windows: Sequence[Wind
     del plant, run, values, windows
 
 
-def _no_observation(outputs: dict[str, Array], run: Run, values: Values) -> None:
+def no_observation(outputs: dict[str, Array], run: Run, values: Values) -> None:
+    """`observe` of an effect that leaves the sensors alone."""
     del outputs, run, values
 
 
@@ -141,7 +142,7 @@ class Effect:
     source: str
     parameters: tuple[Parameter, ...]
     act: Callable[[PlantInput, Run, Values, Sequence[Window]], None] = _nothing
-    observe: Callable[[dict[str, Array], Run, Values], None] = _no_observation
+    observe: Callable[[dict[str, Array], Run, Values], None] = no_observation
     windowed: bool = False
     lines: tuple[str, ...] = ("f",)
     needs: tuple[str, ...] = ()

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter
 
-from swaywatch.diagnose.effect import Parameter
-from swaywatch.diagnose.plant import OUTPUT, SCALARS, PlantInput, neutral, simulate
+from swaywatch.diagnose.effect import Parameter, no_observation
+from swaywatch.diagnose.plant import (
+    LANES,
+    OUTPUT,
+    SCALARS,
+    Job,
+    Outcome,
+    PlantInput,
+    neutral,
+    run_jobs,
+    simulate,
+)  # fmt: skip
 from swaywatch.diagnose.runs import BLOCK, RATE_HZ, Run, block_mean
 from swaywatch.diagnose.term import Term
 
@@ -19,6 +30,7 @@ Array = NDArray[np.float64]
 #: Pull of the yaw rates during the search, 1/s: half the angular frequency of sway.
 OBSERVER = 2.0
 ADDED = ("_added_front", "_added_rear")  # sums of the car's axle loads, before any sensor
+ROUNDING_N2 = 1e-9  # variance of an axle load that nothing was added to
 HEAVE_N = 10.0  # axle loads (RMS over a run) well below it move no body
 _COLUMN = {name: index for index, name in enumerate(OUTPUT)}
 _WHEELS = ("fl", "fr", "rl", "rr")
@@ -36,6 +48,7 @@ COMPARED = (
 )  # fmt: skip
 #: Compared only with a simulation that has them: the planar plant does not.
 _VERTICAL = ("trailer_wheel_vertical", "hitch_vertical")
+_AT_ONCE = 8 * LANES  # trials in memory at a time
 _NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 _SHARED = ("transfer_car_front", "transfer_car_rear")
@@ -189,29 +202,25 @@ def scale(run: Run, name: str) -> float:
 
 def residual(problem: Problem, index: int, outputs: Mapping[str, Array]) -> Array:
     """Normalised residuals of one run without their means, shape (n / BLOCK, channels)."""
-    run = problem.runs[index]
-    names = problem.channels(run)
-    if "_means" not in run.simulated:
-        run.simulated["_means"] = block_mean(np.stack([run.channels[n] for n in names], axis=1))
-    e = run.simulated["_means"] - block_mean(np.stack([outputs[n] for n in names], axis=1))
-    if run.correction:
-        e = _without_heave(names, outputs, e)
-    return np.asarray((e - e.mean(axis=0)) / np.array([scale(run, name) for name in names]))
+    comparison = Comparison(problem, index)
+    means = block_mean(np.stack([outputs[n] for n in comparison.names], axis=1))
+    return comparison.normalised(means, [block_mean(outputs[key]) for key in ADDED])
 
 
-def _without_heave(names: Sequence[str], outputs: Mapping[str, Array], e: Array) -> Array:
+def _without_heave(names: Sequence[str], loads: Sequence[Array], e: Array) -> Array:
     """Residuals without what the bodies' heave and pitch make of an axle load that was added.
 
     Beside a simulation with suspensions the planar plant knows the load that an effect puts on an
     axle, not the vertical motion that answers it: that linear answer (the load and its first two
-    derivatives) is fitted to each vertical channel, so that only the rest counts.
+    derivatives) is fitted to each vertical channel, so that only the rest counts. `loads` are
+    means over blocks.
     """
     columns: list[Array] = []
     size = 0.0
-    for key in ADDED:
-        added = block_mean(outputs[key])
-        size += float(np.var(added))
-        if size > 0.01:
+    for added in loads:
+        own = float(np.var(added))
+        size += own
+        if size > 0.01 and own > ROUNDING_N2:
             first = np.gradient(added)
             columns += [added, first, np.gradient(first)]
     if not columns:
@@ -225,6 +234,79 @@ def _without_heave(names: Sequence[str], outputs: Mapping[str, Array], e: Array)
     return e
 
 
+#: Outputs of the plant that a compared channel is, without position and correction.
+_SOURCE = {
+    "car_lateral_acceleration": "car_acceleration",
+    "trailer_lateral_acceleration": "trailer_acceleration",
+    "hitch_lateral_force": "hitch_y",
+    **{f"wheel_lateral_force_{w}": f"lateral_{w}" for w in _WHEELS},
+    **{f"wheel_vertical_load_{w}": f"vertical_{w}" for w in _WHEELS},
+    **{f"trailer_wheel_lateral_force_{w}": f"trailer_lateral_{w}" for w in _WHEELS},
+    **{f"trailer_wheel_vertical_load_{w}": f"trailer_vertical_{w}" for w in _WHEELS},
+}
+_TURNING = {
+    "car_lateral_acceleration": "car_yaw_acceleration",
+    "trailer_lateral_acceleration": "trailer_yaw_acceleration",
+}
+_LOADS = [[_COLUMN[f"vertical_{w}"] for w in axle] for axle in (("fl", "fr"), ("rl", "rr"))]
+
+
+def observes(term: Term) -> bool:
+    """Whether an effect changes channels after the simulation."""
+    return term.effect.observe is not no_observation
+
+
+class Comparison:
+    """Simulation and recording of one run at 10 Hz: what does not depend on the model."""
+
+    def __init__(self, problem: Problem, index: int) -> None:
+        self.problem, self.index = problem, index
+        run = problem.runs[index]
+        self.run = run
+        self.names = problem.channels(run)
+        self.measured = block_mean(np.stack([run.channels[n] for n in self.names], axis=1))
+        self.scales = np.array([scale(run, name) for name in self.names])
+        found = [_COLUMN.get(_SOURCE.get(name, name)) for name in self.names]
+        self.at = [i for i, column in enumerate(found) if column is not None]
+        self.columns = [column for column in found if column is not None]
+        self.turning = [
+            (i, _COLUMN[_TURNING[name]], run.positions.get(name, 0.0))
+            for i, name in enumerate(self.names)
+            if name in _TURNING
+        ]
+        correction = run.observed if problem.observer > 0.0 else run.correction
+        self.correction = np.zeros_like(self.measured)
+        for i, name in enumerate(self.names):
+            if name in correction:
+                self.correction[:, i] = block_mean(correction[name])
+
+    def residual(self, outcome: Outcome, terms: Sequence[Term]) -> Array:
+        """Normalised residuals of a simulation, shape (n / BLOCK, channels)."""
+        blocks = outcome.blocks[: self.measured.shape[0]] / BLOCK
+        means = np.zeros_like(self.measured)
+        means[:, self.at] = blocks[:, self.columns]
+        for i, column, position in self.turning:
+            means[:, i] += position * blocks[:, column]
+        means += self.correction
+        if outcome.output is not None:
+            outputs = observe(self.problem, self.index, outcome.output, ())
+            before = dict(outputs)
+            for term in terms:
+                term.effect.observe(outputs, self.run, term.as_dict())
+            for i, name in enumerate(self.names):
+                if outputs[name] is not before[name]:
+                    means[:, i] = block_mean(outputs[name])
+        loads = [blocks[:, left] + blocks[:, right] for left, right in _LOADS]
+        return self.normalised(means, loads)
+
+    def normalised(self, means: Array, loads: Sequence[Array]) -> Array:
+        """Measured minus simulated means of the channels, without offsets, over their scales."""
+        e = self.measured - means
+        if self.run.correction:
+            e = _without_heave(self.names, loads, e)
+        return np.asarray((e - e.mean(axis=0)) / self.scales)
+
+
 def roll_filter(acceleration: Array) -> Array:
     """Acceleration behind the roll of the car's body. Shapes (n,)."""
     scalars = neutral()
@@ -234,28 +316,95 @@ def roll_filter(acceleration: Array) -> Array:
     return np.asarray(lfilter(b, a, acceleration))
 
 
+@dataclass(frozen=True)
+class Trial:
+    """One run to be simulated with one set of values."""
+
+    run: int
+    terms: tuple[Term, ...]
+    nuisance: Array
+    shared: Array
+
+
+_T = TypeVar("_T")
+#: A calculation that asks for trials, is given their residuals (flat), and ends with a result.
+Steps = Generator[list[Trial], list[Array], _T]
+
+
 class Fitter:
     """Levenberg-Marquardt over effect values, start values and offsets of all runs."""
 
     def __init__(self, problem: Problem, *, fine: bool = True) -> None:
         self.problem = problem
         self.fine = fine
-        self.evaluations = 0
+        self.comparisons: dict[int, Comparison] = {}
+
+    def comparison(self, index: int) -> Comparison:
+        """What a run is compared by."""
+        if index not in self.comparisons:
+            self.comparisons[index] = Comparison(self.problem, index)
+        return self.comparisons[index]
 
     def evaluate(self, index: int, terms: Sequence[Term], nuisance: Array, shared: Array) -> Array:
         """Normalised residuals of one run, flat."""
-        self.evaluations += 1
-        outputs = predict_run(self.problem, index, terms, nuisance, shared, fine=self.fine)
-        return np.asarray(residual(self.problem, index, outputs).ravel())
+        return self.evaluate_all([Trial(index, tuple(terms), nuisance, shared)])[0]
 
-    def nuisance_columns(self, index: int, fit: Fit, base: Array) -> Array:
-        """Derivatives to offset and start values of one run, shape (residuals, 5)."""
-        free = _NUISANCES if self.problem.free_start else 0
-        columns = np.zeros((base.size, free))
-        for c in range(free):
+    def evaluate_all(self, trials: Sequence[Trial]) -> list[Array]:
+        """Normalised residuals of several trials, flat, simulated side by side."""
+        found: list[Array] = []
+        for at in range(0, len(trials), _AT_ONCE):
+            some = trials[at : at + _AT_ONCE]
+            jobs = [
+                Job(
+                    plant_of(self.problem, t.run, t.terms, t.nuisance, t.shared),
+                    full=any(observes(term) for term in t.terms),
+                )
+                for t in some
+            ]
+            for trial, outcome in zip(some, run_jobs(jobs, fine=self.fine), strict=True):
+                e = self.comparison(trial.run).residual(outcome, trial.terms)
+                found.append(np.asarray(e.ravel()))
+        return found
+
+    def together(self, tasks: Sequence[Steps[_T]]) -> list[_T]:
+        """Run several calculations in step, their trials side by side."""
+        results: dict[int, _T] = {}
+        wanted: dict[int, list[Trial]] = {}
+
+        def go_on(index: int, answer: list[Array] | None) -> None:
+            try:
+                task = tasks[index]
+                wanted[index] = next(task) if answer is None else task.send(answer)
+            except StopIteration as end:
+                wanted.pop(index, None)
+                results[index] = end.value
+
+        for index in range(len(tasks)):
+            go_on(index, None)
+        while wanted:
+            order = list(wanted)
+            answers = self.evaluate_all([trial for i in order for trial in wanted[i]])
+            at = 0
+            for i in order:
+                count = len(wanted[i])
+                go_on(i, answers[at : at + count])
+                at += count
+        return [results[index] for index in range(len(tasks))]
+
+    def nuisance_trials(self, index: int, fit: Fit) -> list[Trial]:
+        """What `nuisance_columns` needs."""
+        trials = []
+        for c in range(_NUISANCES if self.problem.free_start else 0):
             nu = fit.nuisance[index].copy()
             nu[c] += _NUISANCE_STEP[c]
-            e = self.evaluate(index, fit.terms, nu, fit.shared)
+            trials.append(Trial(index, fit.terms, nu, fit.shared))
+        return trials
+
+    @staticmethod
+    def nuisance_columns(base: Array, moved: Sequence[Array]) -> Array:
+        """Derivatives to offset and start values of one run, shape (residuals, 5 or 0)."""
+        columns = np.zeros((base.size, len(moved)))
+        for c, e in enumerate(moved):
             columns[:, c] = (e - base) / _NUISANCE_STEP[c]
         return columns
 
@@ -314,16 +463,34 @@ class Fitter:
         tolerance
             Relative gain of chi2 below which to stop.
         """
+        steps = self.steps(
+            start, iterations, runs=runs, free=free, shared_free=shared_free, frozen=frozen,
+            tolerance=tolerance,
+        )  # fmt: skip
+        return self.together([steps])[0]
+
+    def steps(
+        self,
+        start: Fit,
+        iterations: int = 8,
+        *,
+        runs: Sequence[int] | None = None,
+        free: int | None = None,
+        shared_free: bool = False,
+        frozen: Sequence[Array] | None = None,
+        tolerance: float = 1e-3,
+    ) -> Steps[Fit]:
+        """The same as `run`, for `together`."""
         use = tuple(range(len(self.problem.runs))) if runs is None else tuple(runs)
         task = _Task(self, start.terms, use, free, shared_free, frozen)
-        state = task.first(start)
+        state = yield from task.first(start)
         hessian = np.eye(task.size)
         damping = 1e-3
         for _ in range(iterations):
-            hessian, gradient = task.normal(state)
+            hessian, gradient = yield from task.normal(state)
             found = None
             for _ in range(6):
-                trial = task.move(state, hessian, gradient, damping)
+                trial = yield from task.move(state, hessian, gradient, damping)
                 if trial is not None and trial.chi2 < state.chi2:
                     found = trial
                     break
@@ -391,50 +558,66 @@ class _Task:
             Term(t.effect, tuple(w), t.window_runs) for t, w in zip(self.given, new, strict=True)
         )
 
-    def state(self, values: Array, nuisance: Array, shared: Array) -> _State:
+    def state(self, values: Array, nuisance: Array, shared: Array) -> Steps[_State]:
         built = self.terms(values)
-        found = [self.fitter.evaluate(r, built, nuisance[r], shared) for r in self.use]
+        found = yield [Trial(r, built, nuisance[r], shared) for r in self.use]
         return _State(values, nuisance, shared, tuple(found))
 
-    def first(self, start: Fit) -> _State:
+    def first(self, start: Fit) -> Steps[_State]:
         values = np.array([self.given[i].values[j] for i, j in self.layout])
         return self.state(values, start.nuisance.copy(), start.shared.copy())
 
-    def columns(self, state: _State, position: int) -> Array:
-        """Derivatives of the residuals of one run, shape (residuals, k + s + n)."""
+    def moved(self, state: _State, position: int) -> tuple[list[Trial], list[tuple[int, float]]]:
+        """Trials for the derivatives of one run; place and step of each that is not a nuisance."""
         r = self.use[position]
-        base = state.errors[position]
-        evaluate = self.fitter.evaluate
         built = self.terms(state.values)
-        columns = np.zeros((base.size, self.k + self.s + self.n))
+        trials: list[Trial] = []
+        steps: list[tuple[int, float]] = []
         for c in range(self.k):
             if self.places[c] not in (None, r):
                 continue
             step = _step(self.parameters[c], state.values[c])
             v = state.values.copy()
             v[c] += step
-            e = evaluate(r, self.terms(v), state.nuisance[r], state.shared)
-            columns[:, c] = (e - base) / step
+            trials.append(Trial(r, self.terms(v), state.nuisance[r], state.shared))
+            steps.append((c, step))
         for c in range(self.s):
             shared = state.shared.copy()
             shared[c] += 5.0
-            columns[:, self.k + c] = (evaluate(r, built, state.nuisance[r], shared) - base) / 5.0
+            trials.append(Trial(r, built, state.nuisance[r], shared))
+            steps.append((self.k + c, 5.0))
+        if self.n and self.frozen is None:
+            trials += self.fitter.nuisance_trials(r, Fit(built, state.nuisance, state.shared))
+        return trials, steps
+
+    def columns(
+        self, state: _State, position: int, steps: list[tuple[int, float]], found: list[Array]
+    ) -> Array:
+        """Derivatives of the residuals of one run, shape (residuals, k + s + n)."""
+        base = state.errors[position]
+        columns = np.zeros((base.size, self.k + self.s + self.n))
+        for (c, step), e in zip(steps, found, strict=False):
+            columns[:, c] = (e - base) / step
         if self.n:
-            fit = Fit(built, state.nuisance, state.shared)
             columns[:, self.k + self.s :] = (
-                self.fitter.nuisance_columns(r, fit, base)
+                self.fitter.nuisance_columns(base, found[len(steps) :])
                 if self.frozen is None
-                else self.frozen[r]
+                else self.frozen[self.use[position]]
             )
         return columns
 
-    def normal(self, state: _State) -> tuple[Array, Array]:
+    def normal(self, state: _State) -> Steps[tuple[Array, Array]]:
         """J'J and J'e over all runs."""
         hessian = np.zeros((self.size, self.size))
         gradient = np.zeros(self.size)
         common = self.k + self.s
-        for position in range(len(self.use)):
-            columns = self.columns(state, position)
+        asked = [self.moved(state, position) for position in range(len(self.use))]
+        found = yield [trial for trials, _ in asked for trial in trials]
+        first = 0
+        for position, (trials, steps) in enumerate(asked):
+            own = found[first : first + len(trials)]
+            first += len(trials)
+            columns = self.columns(state, position, steps, own)
             at = common + position * self.n
             where = np.r_[0:common, at : at + self.n]
             hessian[np.ix_(where, where)] += columns.T @ columns
@@ -442,7 +625,9 @@ class _Task:
         hessian += np.diag(np.where(np.diag(hessian) < 1e-9, 1e-6, 0.0))
         return hessian, gradient
 
-    def move(self, state: _State, hessian: Array, gradient: Array, damping: float) -> _State | None:
+    def move(
+        self, state: _State, hessian: Array, gradient: Array, damping: float
+    ) -> Steps[_State | None]:
         """State after a damped step inside the bounds."""
         try:
             step = -np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), gradient)
@@ -461,7 +646,8 @@ class _Task:
         for position, r in enumerate(self.use):
             at = self.k + self.s + position * self.n
             nuisance[r, : self.n] += step[at : at + self.n]
-        return self.state(values, nuisance, shared)
+        moved = yield from self.state(values, nuisance, shared)
+        return moved
 
 
 def _step(parameter: Parameter, value: float) -> float:

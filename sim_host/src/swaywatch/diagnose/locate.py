@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect, Window
-from swaywatch.diagnose.fit import Fit, Fitter, observe, plant_of, residual
-from swaywatch.diagnose.plant import Trajectory, branch, trajectory
+from swaywatch.diagnose.fit import Fit, Fitter, Trial, observes, plant_of
+from swaywatch.diagnose.plant import BLOCK, LANES, Job, Outcome, run_jobs
 from swaywatch.diagnose.runs import RATE_HZ
 from swaywatch.diagnose.term import Term
 
@@ -53,30 +54,62 @@ class Locator:
         self.fit = fit
         self.base: list[Array] = []
         self.nuisance: list[Array] = []
-        self.paths: list[Trajectory] = []
+        self.paths: list[Outcome] = []
         problem = fitter.problem
         for r in range(len(problem.runs)):
-            base = fitter.evaluate(r, fit.terms, fit.nuisance[r], fit.shared)
+            trial = Trial(r, fit.terms, fit.nuisance[r], fit.shared)
+            base, *moved = fitter.evaluate_all([trial, *fitter.nuisance_trials(r, fit)])
             self.base.append(base)
-            self.nuisance.append(fitter.nuisance_columns(r, fit, base))
+            self.nuisance.append(fitter.nuisance_columns(base, moved))
             plant = plant_of(problem, r, fit.terms, fit.nuisance[r], fit.shared)
-            self.paths.append(trajectory(plant, fine=fitter.fine))
+            job = Job(plant, full=True, states=True)
+            self.paths += run_jobs([job], fine=fitter.fine)
 
-    def column(self, r: int, term: Term) -> Array:
-        """Residuals of a run with one more windowed term, simulated only while it can be seen."""
+    def _job(self, r: int, term: Term) -> Job:
+        """A run with one more windowed term, simulated only while it can be seen."""
         problem, fit, path = self.fitter.problem, self.fit, self.paths[r]
         run, window = problem.runs[r], term.windows(r)[0]
         n = run.time.size
         first = int((window.start - run.time[0]) * RATE_HZ) // 2 * 2 - 2
-        first = min(max(first, 0), (n - 1) // 2 * 2)
+        first = min(max(first, 0), (n - 1) // 2 * 2) // BLOCK * BLOCK
         last = n
         if problem.observer > 0.0:
             fades = int((window.stop - run.time[0] + FADE / problem.observer) * RATE_HZ)
             last = min(n, max(fades, first + 2))
-        plant = plant_of(problem, r, (*fit.terms, term), fit.nuisance[r], fit.shared)
-        output = path.output.copy()
-        output[first:last] = branch(path, plant, first, last, fine=self.fitter.fine)
-        return residual(problem, r, observe(problem, r, output, (*fit.terms, term))).ravel()
+        assert path.states is not None
+        terms = (*fit.terms, term)
+        plant = plant_of(problem, r, terms, fit.nuisance[r], fit.shared)
+        full = any(observes(t) for t in terms)
+        return Job(plant, (first, last), path.states[first], full)
+
+    def _residual(self, r: int, term: Term, job: Job, branch: Outcome) -> Array:
+        """Residuals of the run that goes along the branch, and without the term elsewhere."""
+        path, (first, last) = self.paths[r], job.span or (0, 0)
+        assert path.output is not None
+        blocks = path.blocks.copy()
+        stop = -(-last // BLOCK)
+        blocks[first // BLOCK : stop] = branch.blocks[first // BLOCK : stop]
+        if last % BLOCK:
+            blocks[stop - 1] += path.output[last : stop * BLOCK].sum(axis=0)
+        output = None
+        if branch.output is not None:
+            output = path.output.copy()
+            output[first:last] = branch.output[first:last]
+        joined = Outcome(blocks, output, None)
+        return self.fitter.comparison(r).residual(joined, (*self.fit.terms, term)).ravel()
+
+    def columns(self, r: int, terms: Sequence[Term]) -> list[Array]:
+        """Change of the residuals of a run by each of the windowed terms."""
+        found: list[Array] = []
+        for at in range(0, len(terms), LANES):
+            some = terms[at : at + LANES]
+            jobs = [self._job(r, term) for term in some]
+            branches = run_jobs(jobs, fine=self.fitter.fine)
+            found += [
+                self._residual(r, term, job, branch) - self.base[r]
+                for term, job, branch in zip(some, jobs, branches, strict=True)
+            ]
+        return found
 
     def course(
         self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None
@@ -89,14 +122,13 @@ class Locator:
             start, stop = float(run.time[0]), float(run.time[-1])
             count = max(1, round((stop - start) / pulse_s))
             edge = np.linspace(start, stop, count + 1)
-            columns = []
+            pulses = []
             for i in range(count):
                 for j, p in enumerate(effect.parameters):
                     values = [q.neutral for q in effect.parameters]
                     values[j] += p.scale
-                    term = Term(effect, (edge[i], edge[i + 1], *values), (r,))
-                    columns.append(self.column(r, term) - self.base[r])
-            a = np.stack(columns, axis=1)
+                    pulses.append(Term(effect, (edge[i], edge[i + 1], *values), (r,)))
+            a = np.stack(self.columns(r, pulses), axis=1)
             k = a.shape[1]
             full = np.hstack([a, self.nuisance[r]])
             normal = full.T @ full

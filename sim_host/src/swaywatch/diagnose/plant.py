@@ -1,7 +1,7 @@
 """Planar car-trailer plant of the diagnosis: exact large-angle kinematics, wheel by wheel.
 
-One compiled function holds every place ("slot") where missing physics can enter; a module of
-`swaywatch.diagnose.modules` fills slots. It is a reduced model on purpose (planar, speed
+One compiled function (plant_step.h) holds every place ("slot") where missing physics can enter; a
+module of `swaywatch.diagnose.modules` fills slots. It is a reduced model on purpose (planar, speed
 prescribed, no driver, no sensors): a diagnosis evaluates it some ten thousand times.
 
 Axes ISO 8855; articulation is psi_trailer - psi_car; hitch force is that of the trailer on the car
@@ -11,21 +11,25 @@ reference dissertation without its small-angle steps.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+try:
+    from swaywatch._plant import ffi, lib
+except ImportError as missing:  # the package was not installed
+    raise ImportError(
+        "swaywatch's plant is not built; run `make setup-run` at the top of the repository"
+    ) from missing
 
 Array = NDArray[np.float64]
 
 GRAVITY = 9.81
-AIR_DENSITY = 1.2
 SHAPE = 1.35  # of the saturating characteristic, Pacejka's C
-TRAILER_AREA = 5.0  # m2, reference area of `trailer_aerodynamics`
-#: Lag of the state of a shorter relaxation; the rest of its slip comes through at once, so that the
-#: delay at the frequencies of sway is that of the length itself and the step stays stable.
-SHORTEST_LAG_M = 0.15
+BLOCK = int(lib.PLANT_BLOCK)  # samples of one sum of the outputs
+LANES = int(lib.PLANT_LANES)  # simulations side by side
 
 #: Constants of the combination, in the order the kernel reads them.
 BODY = (
@@ -85,8 +89,17 @@ OUTPUT = (
     "trailer_lateral_fl", "trailer_lateral_fr", "trailer_lateral_rl", "trailer_lateral_rr",
     "trailer_vertical_fl", "trailer_vertical_fr", "trailer_vertical_rl", "trailer_vertical_rr",
 )  # fmt: skip
-_STATES = 16
-_RELAXATION = [index for index, name in enumerate(SCALARS) if name.startswith("relaxation")]
+_STATES = int(lib.PLANT_STATES)
+_SCALARS = {name: index for index, name in enumerate(SCALARS)}
+_SERIES = {name: index for index, name in enumerate(SERIES)}
+_RELAXATION = [index for name, index in _SCALARS.items() if name.startswith("relaxation")]
+#: Slots that the kernel calculates only where a simulation uses them.
+_FEATURES = [
+    index
+    for name, index in _SCALARS.items()
+    if name.startswith(("relaxation", "roll_steer", "aero", "steering_flex", "free_play"))
+    or name in ("hitch_friction", "peak_friction_inverse")
+]
 SHORT_RELAXATION_M = 0.4  # below it two samples are too long a step
 
 
@@ -105,12 +118,12 @@ _TYPICAL = {
 }  # fmt: skip
 
 
+_NEUTRAL = np.array([_TYPICAL.get(name, 0.0) for name in SCALARS])
+
+
 def neutral() -> Array:
     """Scalar slots of the baseline: nothing missing, typical load transfer."""
-    scalars = np.zeros(len(SCALARS))
-    for name, value in _TYPICAL.items():
-        scalars[SCALARS.index(name)] = value
-    return scalars
+    return _NEUTRAL.copy()
 
 
 @dataclass
@@ -146,264 +159,57 @@ class PlantInput:
 
     def get(self, name: str) -> float:
         """A scalar slot."""
-        return float(self.scalars[SCALARS.index(name)])
+        return float(self.scalars[_SCALARS[name]])
 
     def scalar(self, name: str, value: float) -> None:
         """Set a scalar slot."""
-        self.scalars[SCALARS.index(name)] = value
+        self.scalars[_SCALARS[name]] = value
 
     def add_series(self, name: str, value: Array) -> None:
         """Add to a time-function slot (factors are added as factor - 1)."""
         self.series[name] = self.series.get(name, 0.0) + value
 
 
-_FAST = {"contract", "arcp", "nsz"}
-#: A call of the derivative costs as much as its sums.
-_inlined = njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy", inline="always")
-
-
-@_inlined
-def _atan(x):  # type: ignore[no-untyped-def] # pragma: no cover
-    """Arc tangent; the series is good to 1e-9 below 0.1."""
-    if np.abs(x) < 0.1:
-        q = x * x
-        return x * (1.0 - q * (1.0 / 3.0 - q * (0.2 - q / 7.0)))
-    return np.arctan(x)
-
-
-@_inlined
-def _axle(stiffness, load, extra, side, shift, heave, slip, degression, mu_inv, out):  # type: ignore[no-untyped-def] # pragma: no cover
-    """Lateral force of an axle from its two wheels; out: left, right force and load.
-
-    `side` is -1 (left) or 1 (right): the wheel that carries the extra load; `shift` goes from left
-    to right, `heave` is shared.
-    """
-    total = 0.0
-    for wheel in range(2):
-        sign = -1.0 if wheel == 0 else 1.0
-        fz = 0.5 * (load + heave) + sign * shift
-        if sign == side:
-            fz += extra
-        fz = max(fz, 0.0)
-        z = 2.0 * fz / load
-        linear = 0.5 * stiffness * slip * z * (1.0 - degression * (z - 1.0))
-        force = linear
-        if mu_inv > 0.0 and fz > 1.0:
-            peak = fz / mu_inv
-            force = peak * np.sin(SHAPE * np.arctan(linear / (SHAPE * peak)))
-        out[wheel] = force
-        out[2 + wheel] = fz
-        total += force
-    return total
-
-
-@_inlined
-def _derivative(x, vx, ax, steer, ser, p, e, dx, out, w):  # type: ignore[no-untyped-def] # noqa: PLR0915
-    vy, r1, th, r2 = x[0], x[1], x[2], x[3]
-    m1, iz1, lf, lr, lh = p[0], p[1], p[2], p[3], p[4]
-    m2, iz2, lf2, lr2, lh2 = p[7], p[8], p[9], p[10], p[11]
-    s, c = np.sin(th), np.cos(th)
-    a_f1, a_f2 = x[4], x[5]
-    roll1, roll2 = e[19] * x[12], e[20] * x[13]
-    hvy = vy - lh * r1
-    vx2 = c * vx + s * hvy
-    vy2 = -s * vx + c * hvy - lh2 * r2
-    sl_f = steer - _atan((vy + lf * r1) / vx) + e[12] * roll1 + ser[24]
-    sl_r = -_atan((vy - lr * r1) / vx) + e[13] * roll1 + ser[25]
-    sl_1 = -_atan((vy2 + lf2 * r2) / vx2) + e[14] * roll2 + ser[26]
-    sl_2 = -_atan((vy2 - lr2 * r2) / vx2) + e[14] * roll2 + ser[27]
-    ef, er, e1, e2 = sl_f, sl_r, sl_1, sl_2
-    if e[9] > 0.0:
-        ef = sl_f + min(e[9] / SHORTEST_LAG_M, 1.0) * (x[6] - sl_f)
-    if e[10] > 0.0:
-        er = sl_r + min(e[10] / SHORTEST_LAG_M, 1.0) * (x[7] - sl_r)
-    if e[11] > 0.0:
-        part = min(e[11] / SHORTEST_LAG_M, 1.0)
-        e1, e2 = sl_1 + part * (x[8] - sl_1), sl_2 + part * (x[9] - sl_2)
-    cf = p[5] * (1.0 + ser[0])
-    mu_inv = e[7] / (1.0 + ser[21])
-    if e[0] != 0.0:
-        ef = ef / (1.0 + e[0] * cf * (1.0 + ser[4] / p[14]))
-    if e[1] > 0.0:
-        ef = ef - e[1] * np.tanh(cf * ef / 50.0)
-    # Fig. 6-3 of the dissertation: the extra load sits on the left while the yaw rate is negative
-    side = -1.0 if r1 < 0.0 else 1.0
-    ff = _axle(cf, p[14], ser[4], side, e[15] * a_f1 + ser[13], ser[17], ef, e[8], mu_inv, w[0])
-    fr = _axle(
-        p[6] * (1.0 + ser[1]),
-        p[15],
-        ser[5],
-        side,
-        e[16] * a_f1 + ser[14],
-        ser[18],
-        er,
-        e[8],
-        mu_inv,
-        w[1],
-    )
-    t1 = _axle(
-        p[12] * (1.0 + ser[2]),
-        p[16],
-        ser[6],
-        side,
-        e[17] * a_f2 + ser[15],
-        ser[19],
-        e1,
-        e[8],
-        mu_inv,
-        w[2],
-    )
-    t2 = _axle(
-        p[13] * (1.0 + ser[3]),
-        p[17],
-        ser[7],
-        side,
-        e[18] * a_f2 + ser[16],
-        ser[20],
-        e2,
-        e[8],
-        mu_inv,
-        w[3],
-    )
-    tilt = 0.0
-    if ser[12] != 0.0:
-        tilt = -GRAVITY * np.sin(ser[12])  # ISO 8855: positive with the left side high
-    y1 = ser[8] + m1 * tilt
-    n1 = ser[9]
-    y2 = ser[10] + m2 * tilt
-    n2 = ser[11]
-    if e[5] != 0.0 or e[6] != 0.0:
-        q = 0.5 * AIR_DENSITY * vx2 * vx2 * TRAILER_AREA * _atan(vy2 / vx2)
-        y2 -= q * e[5]
-        n2 -= q * e[6]
-    rate = r2 - r1
-    mh = e[4] * rate
-    if e[2] != 0.0:
-        mh += e[2] * np.tanh(rate / e[3])
-    tt = t1 + t2 + y2
-    fc = ff * np.cos(steer)
-    ahx = ax - vy * r1 + lh * r1 * r1
-    m = m1 + m2
-    a12, a13 = -m2 * lh, -m2 * c * lh2
-    a22, a23 = iz1 + m2 * lh * lh, lh * m2 * c * lh2
-    a33 = iz2 + m2 * lh2 * lh2
-    b1 = fc + fr + y1 + c * tt - m * vx * r1 - m2 * s * lh2 * r2 * r2
-    b2 = lf * fc - lr * fr + n1 + mh - lh * (c * tt - m2 * vx * r1 - m2 * s * lh2 * r2 * r2)
-    b3 = lf2 * t1 - lr2 * t2 + n2 - mh - lh2 * tt + lh2 * m2 * (-s * ahx + c * vx * r1)
-    # symmetric 3 x 3
-    d22 = a22 - a12 * a12 / m
-    d23 = a23 - a12 * a13 / m
-    d33 = a33 - a13 * a13 / m
-    g2 = b2 - a12 * b1 / m
-    g3 = b3 - a13 * b1 / m
-    r2d = (g3 - d23 * g2 / d22) / (d33 - d23 * d23 / d22)
-    r1d = (g2 - d23 * r2d) / d22
-    vyd = (b1 - a12 * r1d - a13 * r2d) / m
-    ay1 = vyd + vx * r1
-    ahy = ay1 - lh * r1d
-    a2x = c * ahx + s * ahy + lh2 * r2 * r2
-    a2y = -s * ahx + c * ahy - lh2 * r2d
-    px = -m2 * a2x
-    py = tt - m2 * a2y
-    dx[0], dx[1], dx[2], dx[3] = vyd, r1d, rate, r2d
-    # an observer keeps the state near the measured one, so that what is missing shows where and
-    # when it acts instead of being carried on (innovation form of the prediction-error method)
-    dx[1] += e[29] * (ser[22] - r1)
-    dx[3] += e[29] * (ser[23] - r2)
-    # roll and load transfer: second order behind the acceleration that the body feels
-    dx[4] = x[10]
-    dx[10] = e[21] * (e[21] * (ay1 - tilt - a_f1) - 2.0 * e[22] * x[10])
-    dx[5] = x[11]
-    dx[11] = e[23] * (e[23] * (a2y - tilt - a_f2) - 2.0 * e[24] * x[11])
-    # the roll that steers may be damped otherwise than the load transfer
-    dx[12], dx[13], dx[14], dx[15] = 0.0, 0.0, 0.0, 0.0
-    if e[12] != 0.0 or e[13] != 0.0 or e[14] != 0.0:
-        dx[12], dx[13] = x[14], x[15]
-        dx[14] = e[25] * (e[25] * (ay1 - tilt - x[12]) - 2.0 * e[26] * x[14])
-        dx[15] = e[27] * (e[27] * (a2y - tilt - x[13]) - 2.0 * e[28] * x[15])
-    dx[6] = (sl_f - x[6]) * vx / max(e[9], SHORTEST_LAG_M) if e[9] > 0.0 else 0.0
-    dx[7] = (sl_r - x[7]) * vx / max(e[10], SHORTEST_LAG_M) if e[10] > 0.0 else 0.0
-    dx[8] = (sl_1 - x[8]) * vx / max(e[11], SHORTEST_LAG_M) if e[11] > 0.0 else 0.0
-    dx[9] = (sl_2 - x[9]) * vx / max(e[11], SHORTEST_LAG_M) if e[11] > 0.0 else 0.0
-    out[0], out[1], out[2], out[3] = vy, r1, th, r2
-    out[4], out[5], out[6], out[7] = w[0, 0], w[0, 1], w[1, 0], w[1, 1]
-    out[8], out[9] = t1, t2
-    out[10], out[11], out[12], out[13] = w[0, 2], w[0, 3], w[1, 2], w[1, 3]
-    out[14], out[15] = c * px - s * py, s * px + c * py
-    sensed = tilt * (1.0 - e[30])
-    out[16], out[17] = ay1 - sensed, a2y - sensed
-    out[18], out[19], out[20], out[21] = r1d, r2d, roll1, roll2
-    out[22], out[23], out[24], out[25] = ef, er, e1, e2
-    out[26], out[27], out[28], out[29] = w[2, 0], w[2, 1], w[3, 0], w[3, 1]
-    out[30], out[31], out[32], out[33] = w[2, 2], w[2, 3], w[3, 2], w[3, 3]
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _integrate(h, stride, first, n, vx, ax, steer, series, p, e, x0, y, keep):  # type: ignore[no-untyped-def] # noqa: C901 # pragma: no cover
-    """Runge-Kutta 4 over samples `first` to `n`; a stride of 2 takes the middle one at stage 3."""
-    ns = series.shape[1]
-    x = x0.copy()
-    k = np.zeros(_STATES)
-    w = np.zeros((4, 4))
-    scratch = np.zeros(y.shape[1])
-    now = np.zeros(ns)
-    tmp = np.zeros(_STATES)
-    total = np.zeros(_STATES)
-    i = first
-    while i < n:
-        if keep.shape[0] > 0:
-            keep[i] = x
-        double = stride == 2 and i + 2 < n
-        step = 2.0 * h if double else h
-        m = i + 1
-        last = min(i + 2 if double else m, n - 1)
-        half = 1.0 if double else 0.5  # the middle is a sample, or between two of them
-        for j in range(_STATES):
-            tmp[j] = x[j]
-            total[j] = 0.0
-        # one place of call, so that the compiler takes the derivative into the loop
-        for stage in range(4):
-            out = y[i] if stage == 0 else (y[m] if stage == 2 and double else scratch)
-            if stage in (0, 3):
-                at = i if stage == 0 else last
-                v, a, d = vx[at], ax[at], steer[at]
-                for j in range(ns):
-                    now[j] = series[at, j]
-            elif stage == 1 and m < n:
-                v = half * vx[m] + (1.0 - half) * vx[i]
-                a = half * ax[m] + (1.0 - half) * ax[i]
-                d = half * steer[m] + (1.0 - half) * steer[i]
-                for j in range(ns):
-                    now[j] = half * series[m, j] + (1.0 - half) * series[i, j]
-            _derivative(tmp, v, a, d, now, p, e, k, out, w)
-            weight = 1.0 if stage in (0, 3) else 2.0
-            ahead = step if stage == 2 else 0.5 * step
-            for j in range(_STATES):
-                total[j] += weight * k[j]
-                tmp[j] = x[j] + ahead * k[j]
-            if m >= n:
-                return
-        for j in range(_STATES):
-            x[j] += step / 6.0 * total[j]
-            if not np.abs(x[j]) < 1e6:
-                return
-        i = last
-
-
 @dataclass
-class Trajectory:
-    """A simulation from whose samples others can branch off.
+class Job:
+    """One simulation among several.
 
     Attributes
     ----------
-    output
-        Shape (n, len(OUTPUT)); zeros after a divergence.
-    states
-        Full states at the samples that were stepped on, shape (n, states).
+    plant
+        What is simulated.
+    span
+        First sample (a multiple of `BLOCK`) and the one after the last; None: all.
+    state
+        At the first sample, shape (states,); None: that of `plant.initial`.
+    full, states
+        Whether outputs at every sample and the states are wanted beside the sums.
     """
 
-    output: Array
-    states: Array
+    plant: PlantInput
+    span: tuple[int, int] | None = None
+    state: Array | None = None
+    full: bool = False
+    states: bool = False
+
+
+@dataclass
+class Outcome:
+    """What a simulation gave, indexed by the samples of the run; zeros where it did not go.
+
+    Attributes
+    ----------
+    blocks
+        Sums of the outputs over `BLOCK` samples each, shape (ceil(n / BLOCK), len(OUTPUT)).
+    output
+        Outputs at every sample, shape (n, len(OUTPUT)), if wanted.
+    states
+        Shape (n, states), if wanted.
+    """
+
+    blocks: Array
+    output: Array | None
+    states: Array | None
 
 
 def simulate(plant: PlantInput, *, fine: bool = True) -> Array:
@@ -411,50 +217,75 @@ def simulate(plant: PlantInput, *, fine: bool = True) -> Array:
 
     Not `fine` takes steps of two samples: half the time, up to 0.1 % off near the critical speed.
     """
-    n = plant.speed.size
-    result = np.zeros((n, len(OUTPUT)))
-    _run(plant, fine, (0, n), _start(plant), result, np.zeros((0, _STATES)))
-    return result
+    found = run_jobs([Job(plant, full=True)], fine=fine)[0]
+    assert found.output is not None
+    return found.output
 
 
-def trajectory(plant: PlantInput, *, fine: bool = True) -> Trajectory:
-    """Run the plant and keep its states."""
-    n = plant.speed.size
-    found = Trajectory(np.zeros((n, len(OUTPUT))), np.zeros((n, _STATES)))
-    _run(plant, fine, (0, n), _start(plant), found.output, found.states)
-    return found
+def run_jobs(jobs: Sequence[Job], *, fine: bool = True) -> list[Outcome]:
+    """Run several simulations side by side; the results are in the order of the jobs.
 
-
-def branch(
-    base: Trajectory, plant: PlantInput, start: int, stop: int, *, fine: bool = True
-) -> Array:
-    """Run the plant between two samples only, from a state of another simulation.
-
-    Returns
-    -------
-    Array
-        Outputs of samples `start` to `stop`, shape (stop - start, len(OUTPUT)). `start` is even.
+    What a simulation gives does not depend on the others.
     """
-    result = np.zeros((plant.speed.size, len(OUTPUT)))
-    _run(plant, fine, (start, stop), base.states[start], result, np.zeros((0, _STATES)))
-    return result[start:stop]
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for index, job in enumerate(jobs):
+        groups.setdefault(_kind(job, fine), []).append(index)
+    found: dict[int, Outcome] = {}
+    for kind, members in groups.items():
+        members.sort(key=lambda i: -_length(jobs[i]))
+        for at in range(0, len(members), LANES):
+            some = members[at : at + LANES]
+            found.update(zip(some, _run([jobs[i] for i in some], kind[0]), strict=True))
+    return [found[index] for index in range(len(jobs))]
 
 
-def _start(plant: PlantInput) -> Array:
-    state = np.zeros(_STATES)
-    state[:4] = plant.initial
-    return state
+def _length(job: Job) -> int:
+    return job.plant.speed.size if job.span is None else job.span[1] - job.span[0]
 
 
-def _run(
-    plant: PlantInput, fine: bool, span: tuple[int, int], state: Array, result: Array, keep: Array
-) -> None:
-    series = np.zeros((plant.speed.size, len(SERIES)))
-    for name, value in plant.series.items():
-        series[:, SERIES.index(name)] = value
-    lengths = [value for value in plant.scalars[_RELAXATION] if value > 0.0]
+def _kind(job: Job, fine: bool) -> tuple[int, ...]:
+    """Stride, and what the kernel must calculate: jobs of one kind share its lanes."""
+    scalars = job.plant.scalars
+    lengths = [value for value in scalars[_RELAXATION].tolist() if value > 0.0]
     stride = 1 if fine or (lengths and min(lengths) < SHORT_RELAXATION_M) else 2
-    _integrate(
-        plant.period_s, stride, *span, plant.speed, plant.acceleration, plant.steer, series,
-        plant.body, plant.scalars, state, result, keep,
-    )  # fmt: skip
+    used = tuple(int(value != 0.0) for value in scalars[_FEATURES].tolist())
+    return (stride, int(job.full), *used)
+
+
+def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
+    lanes = ffi.new("plant_lane_t[]", len(jobs))
+    held: list[object] = []  # what the lanes point to
+
+    def pointer(value: Array) -> object:
+        buffer = ffi.from_buffer("double[]", np.ascontiguousarray(value, dtype=float))
+        held.append(buffer)
+        return buffer
+
+    def room(rows: int, columns: int) -> tuple[Array, object]:
+        array = np.zeros((rows, columns))
+        buffer = ffi.from_buffer("double[]", array, require_writable=True)
+        held.append(buffer)
+        return array, buffer
+
+    found = []
+    for lane, job in zip(lanes, jobs, strict=True):
+        plant = job.plant
+        n = plant.speed.size
+        lane.first, lane.stop = (0, n) if job.span is None else job.span
+        lane.speed, lane.acceleration = pointer(plant.speed), pointer(plant.acceleration)
+        lane.steer = pointer(plant.steer)
+        lane.body, lane.scalars = pointer(plant.body), pointer(plant.scalars)
+        for name, value in plant.series.items():
+            lane.series[_SERIES[name]] = pointer(np.broadcast_to(value, (n,)))
+        state = np.zeros(_STATES)
+        state[:4] = plant.initial
+        lane.state = (state if job.state is None else job.state).tolist()
+        blocks, lane.blocks = room(-(-n // BLOCK), len(OUTPUT))
+        output = states = None
+        if job.full:
+            output, lane.output = room(n, len(OUTPUT))
+        if job.states:
+            states, lane.states = room(n, _STATES)
+        found.append(Outcome(blocks, output, states))
+    lib.plant_lanes(lanes, len(jobs), jobs[0].plant.period_s, stride)
+    return found

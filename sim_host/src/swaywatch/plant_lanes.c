@@ -1,0 +1,91 @@
+/// Widths of the lanes and their order; the steps themselves are in plant_step.h.
+#include "plant_lanes.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+// The widest instructions of the machine that runs it, chosen by the loader where it can.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__GLIBC__)
+#define WIDEST __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define WIDEST
+#endif
+#define INLINE static inline __attribute__((always_inline))
+
+#define GRAVITY 9.81
+#define AIR_DENSITY 1.2
+#define SHAPE 1.35
+#define TRAILER_AREA 5.0
+#define SHORTEST_LAG_M 0.15
+#define FREE_PLAY_N 50.0
+#define LIMIT 1e6
+
+static const double NEUTRAL = 0.0;
+
+#define WIDTH 8
+#define NAME(name) name##_8
+#include "plant_step.h"
+#undef WIDTH
+#undef NAME
+#define WIDTH 2
+#define NAME(name) name##_2
+#include "plant_step.h"
+#undef WIDTH
+#undef NAME
+
+static void run(plant_lane_t *const *lanes, int32_t count, double period_s, int32_t stride,
+                int64_t steps)
+{
+    if (count > 2) {
+        advance_8(lanes, count, period_s, stride, steps);
+    } else {
+        advance_2(lanes, count, period_s, stride, steps);
+    }
+}
+
+/// Last samples of a lane, after its steps of `stride`.
+static void finish(plant_lane_t *lane, double period_s)
+{
+    if (lane->stop - 1 - lane->at > 0 && lane->diverged == 0) {
+        run(&lane, 1, period_s, 1, lane->stop - 1 - lane->at);
+    }
+    if (lane->diverged == 0) {
+        run(&lane, 1, period_s, 0, 1);
+    }
+    const int64_t open = (lane->stop - lane->first) % PLANT_BLOCK;
+    if (open != 0 && lane->blocks != NULL) {
+        memcpy(lane->blocks + (lane->stop - 1) / PLANT_BLOCK * PLANT_OUTPUTS, lane->sums,
+               sizeof lane->sums);
+    }
+}
+
+void plant_lanes(plant_lane_t *lanes, int32_t count, double period_s, int32_t stride)
+{
+    plant_lane_t *active[PLANT_LANES];
+    int32_t left = 0;
+    for (int32_t i = 0; i < count && i < PLANT_LANES; i++) {
+        lanes[i].at = lanes[i].first;
+        active[left++] = &lanes[i];
+    }
+    while (left > 0) {
+        int64_t common = INT64_MAX;
+        for (int32_t i = 0; i < left; i++) {
+            const int64_t steps = (active[i]->stop - 1 - active[i]->at) / stride;
+            common = steps < common ? steps : common;
+        }
+        if (common > 0) {
+            run(active, left, period_s, stride, common);
+        }
+        int32_t kept = 0;
+        for (int32_t i = 0; i < left; i++) {
+            if (active[i]->stop - 1 - active[i]->at < stride || active[i]->diverged != 0) {
+                finish(active[i], period_s);
+            } else {
+                active[kept++] = active[i];
+            }
+        }
+        left = kept;
+    }
+}

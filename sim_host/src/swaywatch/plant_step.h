@@ -1,0 +1,579 @@
+// Steps of WIDTH simulations side by side; included once for each width, with NAME(name).
+
+typedef double NAME(v) __attribute__((vector_size(8 * WIDTH)));
+typedef int64_t NAME(m) __attribute__((vector_size(8 * WIDTH)));
+#define V NAME(v)
+#define M NAME(m)
+
+/// What any lane of a group uses; the rest is not calculated.
+typedef struct {
+    bool relaxed, saturated, rolls, flexible, playing, aero, sticking, banked, blocks, full;
+} NAME(features_t);
+
+typedef struct {
+    V speed, acceleration, steer, series[PLANT_SERIES];
+} NAME(sample_t);
+
+INLINE V NAME(all)(double value)
+{
+    return (V){0} + value;
+}
+
+INLINE V NAME(choose)(M mask, V yes, V no)
+{
+    return (V)(((M)yes & mask) | ((M)no & ~mask));
+}
+
+INLINE bool NAME(any)(M mask)
+{
+    int64_t found = 0;
+    for (int i = 0; i < WIDTH; i++) {
+        found |= mask[i];
+    }
+    return found != 0;
+}
+
+INLINE V NAME(least)(V a, V b)
+{
+    return NAME(choose)(a < b, a, b);
+}
+
+INLINE V NAME(most)(V a, V b)
+{
+    return NAME(choose)(a > b, a, b);
+}
+
+INLINE V NAME(absolute)(V x)
+{
+    return (V)((M)x & 0x7fffffffffffffff);
+}
+
+INLINE V NAME(nearest)(V x)
+{
+    const double magic = 6755399441055744.0; // 1.5 * 2^52
+    V shifted = x + magic;
+    __asm__("" : "+m"(shifted)); // the sum must not be undone
+    return shifted - magic;
+}
+
+/// Sine and cosine by their series within a quarter turn of a multiple of pi.
+INLINE void NAME(turn)(V x, V *sine, V *cosine)
+{
+    const V n = NAME(nearest)(x * 0.31830988618379067154);
+    const V odd = n - 2.0 * NAME(nearest)(0.5 * n);
+    const V sign = 1.0 - 2.0 * odd * odd;
+    const V r = (x - n * 3.14159265358979311600) - n * 1.22464679914735317722e-16;
+    const V q = r * r;
+    V s = q * (-1.0 / 5.1090942171709440e19) + 1.0 / 1.21645100408832e17;
+    s = s * q - 1.0 / 355687428096000.0;
+    s = s * q + 1.0 / 1307674368000.0;
+    s = s * q - 1.0 / 6227020800.0;
+    s = s * q + 1.0 / 39916800.0;
+    s = s * q - 1.0 / 362880.0;
+    s = s * q + 1.0 / 5040.0;
+    s = s * q - 1.0 / 120.0;
+    s = s * q + 1.0 / 6.0;
+    *sine = sign * (r - r * q * s);
+    V c = q * (-1.0 / 1.1240007277776077e21) + 1.0 / 2432902008176640000.0;
+    c = c * q - 1.0 / 6402373705728000.0;
+    c = c * q + 1.0 / 20922789888000.0;
+    c = c * q - 1.0 / 87178291200.0;
+    c = c * q + 1.0 / 479001600.0;
+    c = c * q - 1.0 / 3628800.0;
+    c = c * q + 1.0 / 40320.0;
+    c = c * q - 1.0 / 720.0;
+    c = c * q + 1.0 / 24.0;
+    *cosine = sign * (1.0 - q * (0.5 - q * c));
+}
+
+/// Arc tangent: rational approximation of Moshier's Cephes library (public description).
+INLINE V NAME(arc_tangent)(V x)
+{
+    const V a = NAME(absolute)(x);
+    const M large = a > 2.41421356237309504880;
+    const M middle = (a > 0.66) & ~large;
+    const V one = NAME(all)(1.0);
+    const V top = NAME(choose)(large, -one, NAME(choose)(middle, a - 1.0, a));
+    const V bottom = NAME(choose)(large, a, NAME(choose)(middle, a + 1.0, one));
+    const V z = top / bottom;
+    const V q = z * z;
+    V p = -8.750608600031904122785e-1 * q - 1.615753718733365076637e1;
+    p = p * q - 7.500855792314704667340e1;
+    p = p * q - 1.228866684490136173410e2;
+    p = p * q - 6.485021904942025371773e1;
+    V d = q + 2.485846490142306297962e1;
+    d = d * q + 1.650270098316988542046e2;
+    d = d * q + 4.328810604912902668951e2;
+    d = d * q + 4.853903996359136964868e2;
+    d = d * q + 1.945506571482613964425e2;
+    const V base = NAME(choose)(large, NAME(all)(1.57079632679489661923),
+                                NAME(choose)(middle, NAME(all)(0.78539816339744830962), 0.0 * one));
+    const V y = base + (z + z * q * (p / d));
+    return NAME(choose)(x < 0.0, -y, y);
+}
+
+/// Slip angle: the series is good to 1e-9 below 0.1.
+INLINE V NAME(slip)(V x)
+{
+    const V q = x * x;
+    V y = x * (1.0 - q * (1.0 / 3.0 - q * (0.2 - q * (1.0 / 7.0))));
+    const M far = ~(NAME(absolute)(x) < 0.1);
+    if (NAME(any)(far)) {
+        y = NAME(choose)(far, NAME(arc_tangent)(x), y);
+    }
+    return y;
+}
+
+INLINE V NAME(hyperbolic_tangent)(V x)
+{
+    V y = {0};
+    for (int i = 0; i < WIDTH; i++) {
+        y[i] = tanh(x[i]);
+    }
+    return y;
+}
+
+typedef struct {
+    V force[2], load[2];
+} NAME(axle_t);
+
+/// Lateral force of an axle from its two wheels. `left` and `right` carry the extra load; `shift`
+/// goes from left to right, `heave` is shared.
+INLINE V NAME(axle)(V stiffness, V load, V per_load, V left, V right, V shift, V heave, V slip,
+                    V degression, V friction, bool saturated, NAME(axle_t) *out)
+{
+    V total = {0};
+    for (int wheel = 0; wheel < 2; wheel++) {
+        V fz = 0.5 * (load + heave);
+        fz = wheel == 0 ? fz - shift + left : fz + shift + right;
+        fz = NAME(most)(fz, NAME(all)(0.0));
+        const V z = 2.0 * fz * per_load;
+        const V linear = 0.5 * stiffness * slip * z * (1.0 - degression * (z - 1.0));
+        V force = linear;
+        if (saturated) {
+            const V peak = fz * friction;
+            V sine, unused;
+            NAME(turn)(SHAPE * NAME(arc_tangent)(linear / (SHAPE * peak)), &sine, &unused);
+            force = NAME(choose)((friction > 0.0) & (fz > 1.0), peak * sine, linear);
+        }
+        out->force[wheel] = force;
+        out->load[wheel] = fz;
+        total += force;
+    }
+    return total;
+}
+
+/// Slip that acts: what lags behind by the relaxation length, the rest at once.
+INLINE V NAME(lagged)(V length, V slip, V state)
+{
+    const V part = NAME(least)(length * (1.0 / SHORTEST_LAG_M), NAME(all)(1.0));
+    return NAME(choose)(length > 0.0, slip + part * (state - slip), slip);
+}
+
+INLINE V NAME(lag_rate)(V length, V slip, V state, V speed)
+{
+    const V rate = (slip - state) * speed / NAME(most)(length, NAME(all)(SHORTEST_LAG_M));
+    return NAME(choose)(length > 0.0, rate, NAME(all)(0.0));
+}
+
+/// Derivative of the states, see diagnose/plant.py; `out` takes the outputs where `store`.
+INLINE void NAME(derivative)(const V *x, const NAME(sample_t) *now, const V *p, const V *e,
+                             const V *k, const NAME(features_t) *has, V *dx, bool store, V *out)
+{
+    const V *ser = now->series;
+    const V vx = now->speed;
+    const V ax = now->acceleration;
+    const V steer = now->steer;
+    const V vy = x[0], r1 = x[1], th = x[2], r2 = x[3];
+    const V m1 = p[0], lf = p[2], lr = p[3], lh = p[4];
+    const V m2 = p[7], iz2 = p[8], lf2 = p[9], lr2 = p[10], lh2 = p[11];
+    V s, c, unused, cos_steer;
+    NAME(turn)(th, &s, &c);
+    NAME(turn)(steer, &unused, &cos_steer);
+    const V a_f1 = x[4], a_f2 = x[5];
+    const V hvy = vy - lh * r1;
+    const V vx2 = c * vx + s * hvy;
+    const V vy2 = c * hvy - s * vx - lh2 * r2;
+    const V per_vx = 1.0 / vx;
+    const V per_vx2 = 1.0 / vx2;
+    V sl_f = steer - NAME(slip)((vy + lf * r1) * per_vx) + ser[24];
+    V sl_r = ser[25] - NAME(slip)((vy - lr * r1) * per_vx);
+    V sl_1 = ser[26] - NAME(slip)((vy2 + lf2 * r2) * per_vx2);
+    V sl_2 = ser[27] - NAME(slip)((vy2 - lr2 * r2) * per_vx2);
+    V roll1 = {0}, roll2 = {0};
+    if (has->rolls) {
+        roll1 = e[19] * x[12];
+        roll2 = e[20] * x[13];
+        sl_f += e[12] * roll1;
+        sl_r += e[13] * roll1;
+        sl_1 += e[14] * roll2;
+        sl_2 += e[14] * roll2;
+    }
+    V ef = sl_f, er = sl_r, e1 = sl_1, e2 = sl_2;
+    if (has->relaxed) {
+        ef = NAME(lagged)(e[9], sl_f, x[6]);
+        er = NAME(lagged)(e[10], sl_r, x[7]);
+        e1 = NAME(lagged)(e[11], sl_1, x[8]);
+        e2 = NAME(lagged)(e[11], sl_2, x[9]);
+    }
+    const V cf = p[5] * (1.0 + ser[0]);
+    if (has->flexible) {
+        ef = ef / (1.0 + e[0] * cf * (1.0 + ser[4] * k[0]));
+    }
+    if (has->playing) {
+        ef = ef - e[1] * NAME(hyperbolic_tangent)(cf * ef * (1.0 / FREE_PLAY_N));
+    }
+    const V friction = k[4] * (1.0 + ser[21]);
+    // Fig. 6-3 of the dissertation: the extra load sits on the left while the yaw rate is negative
+    const M negative = r1 < 0.0;
+    V load[4], left[4], right[4];
+    for (int a = 0; a < 4; a++) {
+        load[a] = p[14 + a];
+        left[a] = (V)((M)ser[4 + a] & negative);
+        right[a] = (V)((M)ser[4 + a] & ~negative);
+    }
+    NAME(axle_t) w[4];
+    const bool sat = has->saturated;
+    const V ff = NAME(axle)(cf, load[0], k[0], left[0], right[0], e[15] * a_f1 + ser[13], ser[17],
+                            ef, e[8], friction, sat, &w[0]);
+    const V fr = NAME(axle)(p[6] * (1.0 + ser[1]), load[1], k[1], left[1], right[1],
+                            e[16] * a_f1 + ser[14], ser[18], er, e[8], friction, sat, &w[1]);
+    const V t1 = NAME(axle)(p[12] * (1.0 + ser[2]), load[2], k[2], left[2], right[2],
+                            e[17] * a_f2 + ser[15], ser[19], e1, e[8], friction, sat, &w[2]);
+    const V t2 = NAME(axle)(p[13] * (1.0 + ser[3]), load[3], k[3], left[3], right[3],
+                            e[18] * a_f2 + ser[16], ser[20], e2, e[8], friction, sat, &w[3]);
+    V tilt = {0};
+    if (has->banked) { // ISO 8855: positive with the left side high
+        V sine;
+        NAME(turn)(ser[12], &sine, &unused);
+        tilt = -GRAVITY * sine;
+    }
+    const V y1 = ser[8] + m1 * tilt;
+    V n2 = ser[11];
+    V y2 = ser[10] + m2 * tilt;
+    if (has->aero) {
+        const V q = 0.5 * AIR_DENSITY * TRAILER_AREA * vx2 * vx2 * NAME(slip)(vy2 * per_vx2);
+        y2 -= q * e[5];
+        n2 -= q * e[6];
+    }
+    const V rate = r2 - r1;
+    V mh = e[4] * rate;
+    if (has->sticking) {
+        mh += e[2] * NAME(hyperbolic_tangent)(rate / e[3]);
+    }
+    const V tt = t1 + t2 + y2;
+    const V fc = ff * cos_steer;
+    const V ahx = ax - vy * r1 + lh * r1 * r1;
+    const V per_m = k[5], a12 = k[6], d22 = k[7], per_d22 = k[8], a33 = k[9];
+    const V m = m1 + m2;
+    const V a13 = -m2 * c * lh2;
+    const V a23 = lh * m2 * c * lh2;
+    const V inner = c * tt - m2 * vx * r1 - m2 * s * lh2 * r2 * r2;
+    const V b1 = fc + fr + y1 + c * tt - m * vx * r1 - m2 * s * lh2 * r2 * r2;
+    const V b2 = lf * fc - lr * fr + ser[9] + mh - lh * inner;
+    const V b3 = lf2 * t1 - lr2 * t2 + n2 - mh - lh2 * tt + lh2 * m2 * (c * vx * r1 - s * ahx);
+    // symmetric 3 x 3
+    const V d23 = a23 - a12 * a13 * per_m;
+    const V d33 = a33 - a13 * a13 * per_m;
+    const V g2 = b2 - a12 * b1 * per_m;
+    const V g3 = b3 - a13 * b1 * per_m;
+    const V r2d = (g3 - d23 * g2 * per_d22) / (d33 - d23 * d23 * per_d22);
+    const V r1d = (g2 - d23 * r2d) * per_d22;
+    const V vyd = (b1 - a12 * r1d - a13 * r2d) * per_m;
+    (void)d22;
+    (void)iz2;
+    const V ay1 = vyd + vx * r1;
+    const V ahy = ay1 - lh * r1d;
+    const V a2x = c * ahx + s * ahy + lh2 * r2 * r2;
+    const V a2y = c * ahy - s * ahx - lh2 * r2d;
+    // an observer keeps the state near the measured one, so that what is missing shows where and
+    // when it acts instead of being carried on (innovation form of the prediction-error method)
+    dx[0] = vyd;
+    dx[1] = r1d + e[29] * (ser[22] - r1);
+    dx[2] = rate;
+    dx[3] = r2d + e[29] * (ser[23] - r2);
+    // roll and load transfer: second order behind the acceleration that the body feels
+    dx[4] = x[10];
+    dx[10] = e[21] * (e[21] * (ay1 - tilt - a_f1) - 2.0 * e[22] * x[10]);
+    dx[5] = x[11];
+    dx[11] = e[23] * (e[23] * (a2y - tilt - a_f2) - 2.0 * e[24] * x[11]);
+    // the roll that steers may be damped otherwise than the load transfer
+    if (has->rolls) {
+        const M mask = (e[12] != 0.0) | (e[13] != 0.0) | (e[14] != 0.0);
+        const V none = {0};
+        dx[12] = NAME(choose)(mask, x[14], none);
+        dx[13] = NAME(choose)(mask, x[15], none);
+        dx[14] = e[25] * (e[25] * (ay1 - tilt - x[12]) - 2.0 * e[26] * x[14]);
+        dx[15] = e[27] * (e[27] * (a2y - tilt - x[13]) - 2.0 * e[28] * x[15]);
+        dx[14] = NAME(choose)(mask, dx[14], none);
+        dx[15] = NAME(choose)(mask, dx[15], none);
+    }
+    if (has->relaxed) {
+        dx[6] = NAME(lag_rate)(e[9], sl_f, x[6], vx);
+        dx[7] = NAME(lag_rate)(e[10], sl_r, x[7], vx);
+        dx[8] = NAME(lag_rate)(e[11], sl_1, x[8], vx);
+        dx[9] = NAME(lag_rate)(e[11], sl_2, x[9], vx);
+    }
+    if (!store) {
+        return;
+    }
+    const V px = -m2 * a2x;
+    const V py = tt - m2 * a2y;
+    const V sensed = tilt * (1.0 - e[30]);
+    out[0] = vy, out[1] = r1, out[2] = th, out[3] = r2;
+    for (int wheel = 0; wheel < 2; wheel++) {
+        out[4 + wheel] = w[0].force[wheel], out[6 + wheel] = w[1].force[wheel];
+        out[10 + wheel] = w[0].load[wheel], out[12 + wheel] = w[1].load[wheel];
+        out[26 + wheel] = w[2].force[wheel], out[28 + wheel] = w[3].force[wheel];
+        out[30 + wheel] = w[2].load[wheel], out[32 + wheel] = w[3].load[wheel];
+    }
+    out[8] = t1, out[9] = t2;
+    out[14] = c * px - s * py, out[15] = s * px + c * py;
+    out[16] = ay1 - sensed, out[17] = a2y - sensed;
+    out[18] = r1d, out[19] = r2d, out[20] = roll1, out[21] = roll2;
+    out[22] = ef, out[23] = er, out[24] = e1, out[25] = e2;
+}
+
+/// Constants of the lanes, and what follows from them: reciprocals of the axle loads and of the
+/// friction, and the parts of the mass matrix that do not move.
+INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, V *k, NAME(features_t) *has)
+{
+    for (int l = 0; l < WIDTH; l++) {
+        for (int j = 0; j < PLANT_BODY; j++) {
+            p[j][l] = lane[l]->body[j];
+        }
+        for (int j = 0; j < PLANT_SCALARS; j++) {
+            e[j][l] = lane[l]->scalars[j];
+        }
+        const double *s = lane[l]->scalars;
+        has->flexible |= s[0] != 0.0;
+        has->playing |= s[1] > 0.0;
+        has->sticking |= s[2] != 0.0;
+        has->aero |= s[5] != 0.0 || s[6] != 0.0;
+        has->saturated |= s[7] > 0.0;
+        has->relaxed |= s[9] > 0.0 || s[10] > 0.0 || s[11] > 0.0;
+        has->rolls |= s[12] != 0.0 || s[13] != 0.0 || s[14] != 0.0;
+        has->banked |= lane[l]->series[12] != NULL;
+        has->blocks |= lane[l]->blocks != NULL;
+        has->full |= lane[l]->output != NULL;
+    }
+    for (int a = 0; a < 4; a++) {
+        k[a] = 1.0 / p[14 + a];
+    }
+    const V none = {0};
+    k[4] = NAME(choose)(e[7] > 0.0, 1.0 / e[7], none);
+    k[5] = 1.0 / (p[0] + p[7]);
+    k[6] = -p[7] * p[4];
+    k[7] = p[1] + p[7] * p[4] * p[4] - k[6] * k[6] * k[5];
+    k[8] = 1.0 / k[7];
+    k[9] = p[8] + p[7] * p[11] * p[11];
+}
+
+typedef struct {
+    int slots[PLANT_SERIES];
+    int count;
+    const double *from[PLANT_SERIES + 3][WIDTH];
+    int64_t step[PLANT_SERIES + 3][WIDTH];
+} NAME(inputs_t);
+
+INLINE void NAME(inputs)(plant_lane_t *const *lane, NAME(inputs_t) *in)
+{
+    in->count = 0;
+    for (int j = 0; j < PLANT_SERIES; j++) {
+        bool used = false;
+        for (int l = 0; l < WIDTH; l++) {
+            used |= lane[l]->series[j] != NULL;
+        }
+        if (!used) {
+            continue;
+        }
+        for (int l = 0; l < WIDTH; l++) {
+            const double *from = lane[l]->series[j];
+            in->from[in->count][l] = from != NULL ? from + lane[l]->at : &NEUTRAL;
+            in->step[in->count][l] = from != NULL ? 1 : 0;
+        }
+        in->slots[in->count++] = j;
+    }
+    for (int l = 0; l < WIDTH; l++) {
+        const double *own[3] = {lane[l]->speed, lane[l]->acceleration, lane[l]->steer};
+        for (int j = 0; j < 3; j++) {
+            in->from[PLANT_SERIES + j][l] = own[j] + lane[l]->at;
+        }
+    }
+}
+
+INLINE void NAME(load)(const NAME(inputs_t) *in, int64_t sample, NAME(sample_t) *to)
+{
+    for (int l = 0; l < WIDTH; l++) {
+        to->speed[l] = in->from[PLANT_SERIES][l][sample];
+        to->acceleration[l] = in->from[PLANT_SERIES + 1][l][sample];
+        to->steer[l] = in->from[PLANT_SERIES + 2][l][sample];
+    }
+    for (int j = 0; j < in->count; j++) {
+        V value = {0};
+        for (int l = 0; l < WIDTH; l++) {
+            value[l] = in->from[j][l][sample * in->step[j][l]];
+        }
+        to->series[in->slots[j]] = value;
+    }
+}
+
+/// Outputs of a sample to where the lanes want them.
+INLINE void NAME(put)(plant_lane_t *const *lane, int32_t count, const NAME(features_t) *has,
+                      M alive, int64_t sample, V *out, V *sums)
+{
+    for (int j = 0; j < PLANT_OUTPUTS; j++) {
+        out[j] = (V)((M)out[j] & alive);
+    }
+    if (has->blocks) {
+        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+            sums[j] += out[j];
+        }
+    }
+    if (has->full) {
+        for (int32_t l = 0; l < count; l++) {
+            double *to = lane[l]->output;
+            if (to != NULL) {
+                to += (lane[l]->at + sample) * PLANT_OUTPUTS;
+                for (int j = 0; j < PLANT_OUTPUTS; j++) {
+                    to[j] = out[j][l];
+                }
+            }
+        }
+    }
+    if (has->blocks && (lane[0]->at + sample - lane[0]->first) % PLANT_BLOCK == PLANT_BLOCK - 1) {
+        for (int32_t l = 0; l < count; l++) {
+            double *to = lane[l]->blocks;
+            if (to != NULL) {
+                to += (lane[l]->at + sample) / PLANT_BLOCK * PLANT_OUTPUTS;
+                for (int j = 0; j < PLANT_OUTPUTS; j++) {
+                    to[j] = sums[j][l];
+                }
+            }
+        }
+        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+            sums[j] = (V){0};
+        }
+    }
+}
+
+INLINE void NAME(middle)(const NAME(inputs_t) *in, const NAME(sample_t) *a,
+                         const NAME(sample_t) *b, NAME(sample_t) *to)
+{
+    to->speed = 0.5 * b->speed + 0.5 * a->speed;
+    to->acceleration = 0.5 * b->acceleration + 0.5 * a->acceleration;
+    to->steer = 0.5 * b->steer + 0.5 * a->steer;
+    for (int j = 0; j < in->count; j++) {
+        const int slot = in->slots[j];
+        to->series[slot] = 0.5 * b->series[slot] + 0.5 * a->series[slot];
+    }
+}
+
+INLINE void NAME(keep)(plant_lane_t *const *lane, int32_t count, int64_t sample, const V *x)
+{
+    for (int32_t l = 0; l < count; l++) {
+        if (lane[l]->states != NULL) {
+            double *to = lane[l]->states + (lane[l]->at + sample) * PLANT_STATES;
+            for (int j = 0; j < PLANT_STATES; j++) {
+                to[j] = x[j][l];
+            }
+        }
+    }
+}
+
+/// `steps` steps of `stride` samples of every lane; 0: only the outputs of the sample.
+WIDEST
+static void NAME(advance)(plant_lane_t *const *given, int32_t count, double period_s,
+                          int32_t stride, int64_t steps)
+{
+    plant_lane_t *lane[WIDTH];
+    V p[PLANT_BODY], e[PLANT_SCALARS], k[10], x[PLANT_STATES], dx[PLANT_STATES];
+    V tmp[PLANT_STATES], total[PLANT_STATES], out[PLANT_OUTPUTS], sums[PLANT_OUTPUTS];
+    M alive = {0};
+    for (int l = 0; l < WIDTH; l++) {
+        lane[l] = given[l < count ? l : 0];
+        for (int j = 0; j < PLANT_STATES; j++) {
+            x[j][l] = lane[l]->state[j];
+            dx[j][l] = 0.0;
+        }
+        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+            sums[j][l] = lane[l]->sums[j];
+        }
+        alive[l] = lane[l]->diverged ? 0 : -1;
+    }
+    NAME(features_t) has = {0};
+    NAME(constants)(lane, p, e, k, &has);
+    NAME(inputs_t) in;
+    NAME(inputs)(lane, &in);
+    NAME(sample_t) samples[3];
+    memset(samples, 0, sizeof samples);
+    NAME(load)(&in, 0, &samples[0]);
+    const double step = period_s * (stride == 2 ? 2.0 : 1.0);
+    int64_t i = 0;
+    for (int64_t count_down = steps; count_down > 0; count_down--) {
+        NAME(keep)(lane, count, i, x);
+        if (stride > 0) {
+            NAME(load)(&in, i + stride, &samples[2]);
+        }
+        if (stride == 2) {
+            NAME(load)(&in, i + 1, &samples[1]);
+        } else if (stride == 1) {
+            NAME(middle)(&in, &samples[0], &samples[2], &samples[1]);
+        }
+        for (int j = 0; j < PLANT_STATES; j++) {
+            tmp[j] = x[j];
+            total[j] = (V){0};
+        }
+        // one place of call, so that the compiler takes the derivative into the loop once
+        for (int stage = 0; stage < 4; stage++) {
+            const bool store = stage == 0 || (stage == 2 && stride == 2);
+            const NAME(sample_t) *now = &samples[stage == 0 ? 0 : (stage == 3 ? 2 : 1)];
+            NAME(derivative)(tmp, now, p, e, k, &has, dx, store, out);
+            if (store) {
+                NAME(put)(lane, count, &has, alive, stage == 0 ? i : i + 1, out, sums);
+            }
+            if (stride == 0) {
+                break;
+            }
+            const double weight = stage == 0 || stage == 3 ? 1.0 : 2.0;
+            const double ahead = stage == 2 ? step : 0.5 * step;
+            for (int j = 0; j < PLANT_STATES; j++) {
+                total[j] += weight * dx[j];
+                tmp[j] = x[j] + ahead * dx[j];
+            }
+        }
+        if (stride == 0) {
+            break;
+        }
+        M bad = {0};
+        for (int j = 0; j < PLANT_STATES; j++) {
+            x[j] += step / 6.0 * total[j];
+            bad |= ~(NAME(absolute)(x[j]) < LIMIT);
+        }
+        if (NAME(any)(bad & alive)) {
+            alive &= ~bad;
+        }
+        for (int j = 0; j < PLANT_STATES; j++) {
+            x[j] = (V)((M)x[j] & alive);
+        }
+        samples[0] = samples[2];
+        i += stride;
+        if (!NAME(any)(alive)) {
+            i = steps * stride;
+            break;
+        }
+    }
+    for (int32_t l = 0; l < count; l++) {
+        for (int j = 0; j < PLANT_STATES; j++) {
+            lane[l]->state[j] = x[j][l];
+        }
+        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+            lane[l]->sums[j] = sums[j][l];
+        }
+        lane[l]->diverged = alive[l] ? 0 : 1;
+        lane[l]->at += i;
+    }
+}
+
+#undef V
+#undef M
