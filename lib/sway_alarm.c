@@ -47,7 +47,7 @@ sway_error_t sway_alarm_init(sway_alarm_t *alarm, const sway_alarm_config_t *con
 
 static sway_real_t micro(int32_t value)
 {
-    return sway_real_ratio(value, 1000000);
+    return sway_real_micro(value);
 }
 
 static bool sees_signal(const sway_alarm_input_t *input)
@@ -59,7 +59,7 @@ static bool sees_signal(const sway_alarm_input_t *input)
 /* Amplitude carried on from mid-window to now. */
 static sway_real_t amplitude_now(const sway_alarm_input_t *input)
 {
-    const sway_real_t age = sway_real_ratio(input->time_us - input->mid_time_us, 1000000);
+    const sway_real_t age = sway_real_micro(input->time_us - input->mid_time_us);
     return MUL(input->amplitude_rad_s, sway_real_exp(MUL(input->growth_1_s, age)));
 }
 

@@ -14,13 +14,8 @@ enum {
     SUM_ROWS
 };
 
-static sway_real_t square(sway_real_t a)
-{
-    return sway_real_mul(a, a);
-}
-
 /* sum + a b */
-static sway_real_t mac(sway_real_t sum, sway_real_t a, sway_real_t b)
+SWAY_INLINE sway_real_t mac(sway_real_t sum, sway_real_t a, sway_real_t b)
 {
     return sway_real_add(sum, sway_real_mul(a, b));
 }
@@ -93,18 +88,18 @@ static void add_moments(const moments_t *moments, sway_real_t *total)
  * phase, growth and frequency do not take up. */
 static sway_real_t change_information(const sway_real_t *tail, const sway_real_t *all)
 {
-    const sway_real_t det = sway_real_sub(sway_real_mul(all[0], all[2]), square(all[1]));
+    const sway_real_t det = sway_real_sub(sway_real_mul(all[0], all[2]), sway_real_square(all[1]));
     const sway_real_t mixed = sway_real_mul(sway_real_mul(tail[0], tail[1]), all[1]);
-    const sway_real_t taken =
-        sway_real_sub(mac(sway_real_mul(square(tail[0]), all[2]), square(tail[1]), all[0]),
-                      sway_real_scale(mixed, 1));
+    const sway_real_t taken = sway_real_sub(
+        mac(sway_real_mul(sway_real_square(tail[0]), all[2]), sway_real_square(tail[1]), all[0]),
+        sway_real_scale(mixed, 1));
     return sway_real_sub(tail[0], sway_real_div(taken, det));
 }
 
 uint32_t sway_break_find(const sway_fit_basis_t *basis)
 {
     const sway_real_t weight = sway_real_scale(basis->gram[SUM_WEIGHT][0], -1);
-    const sway_real_t none = sway_real_int(0);
+    const sway_real_t none = sway_real_zero();
     sway_real_t all[3] = {none, none, none};
     sway_real_t tail[3] = {none, none, none};
     sway_complex_t score = sway_complex(none, none);
@@ -127,7 +122,8 @@ uint32_t sway_break_find(const sway_fit_basis_t *basis)
         const sway_real_t information = sway_real_mul(weight, change_information(tail, all));
         const sway_real_t norm = sway_complex_norm(score);
         const sway_real_t chi_2 = sway_real_div(norm, information);
-        const sway_real_t tenth = sway_real_mul(square(information), sway_real_ratio(1, 100));
+        const sway_real_t tenth =
+            sway_real_mul(sway_real_square(information), sway_real_ratio(1, 100));
         if (sway_real_less(clearest, chi_2) && sway_real_less(tenth, norm)) {
             clearest = chi_2;
             found = part_end(basis, part);

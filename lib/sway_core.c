@@ -181,7 +181,7 @@ static sway_real_t steered(const sway_core_t *core)
     const uint32_t bit = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
     const sway_margin_model_t *const model = &core->margin.model;
     if ((line_of(core)->valid_mask & bit) == 0U || !model->has_steady) {
-        return sway_real_int(0);
+        return sway_real_zero();
     }
     const sway_complex_t wheel =
         line_of(core)->channel[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].amplitude;
@@ -296,8 +296,8 @@ static void publish(sway_core_t *core)
     if ((from.quality & SWAY_QUALITY_SINGULAR) != 0U) {
         count(&core->singular);
     }
-    core->status.window_ms =
-        line_of(core)->window_samples * (core->config.sample_period_us / 100) / 10;
+    core->status.window_ms = (int32_t)((uint32_t)line_of(core)->window_samples *
+                                       ((uint32_t)core->config.sample_period_us / 100U) / 10U);
     sway_publish(&core->status, &from);
     raise_alarm(core, &from);
     copy_faults(core);

@@ -38,26 +38,26 @@ typedef struct {
 } sway_core_config_t;
 
 typedef struct {
-    sway_core_config_t config;
-    sway_grid_t grid;
-    sway_track_t track;
-    sway_margin_t margin;
-    sway_unrest_t unrest;
-    sway_alarm_t alarm;
-    sway_status_t status;
-    int64_t time_us;       ///< of the newest row that is being worked on
-    int64_t speed_time_us; ///< of the newest valid speed
-    int32_t speed_mm_s;
+    uint8_t slices_due; ///< of the row that was taken last
+    uint8_t stage;
+    uint8_t part;      ///< of the status that is written next
+    bool fed;          ///< samples have come: a row may be ready
+    bool identified;   ///< track.work.identify holds results of this line
+    bool modelled;     ///< margin holds results of this line
     uint32_t sequence; ///< of the last line taken
     uint32_t singular;
     uint32_t overrun;
-    int64_t input_us;   ///< of the newest sample
-    uint8_t slices_due; ///< of the row that was taken last
-    uint8_t stage;
-    uint8_t part;    ///< of the status that is written next
-    bool fed;        ///< samples have come: a row may be ready
-    bool identified; ///< track.work.identify holds results of this line
-    bool modelled;   ///< margin holds results of this line
+    int32_t speed_mm_s;
+    int64_t time_us;       ///< of the newest row that is being worked on
+    int64_t speed_time_us; ///< of the newest valid speed
+    int64_t input_us;      ///< of the newest sample
+    sway_core_config_t config;
+    sway_unrest_t unrest;
+    sway_alarm_t alarm;
+    sway_status_t status;
+    sway_margin_t margin;
+    sway_grid_t grid;
+    sway_track_t track;
 } sway_core_t;
 
 /// A configuration with every field at its default and no vehicle (which init will refuse).

@@ -1,5 +1,7 @@
 #include "sway_e2e.h"
 
+#include "sway_wide.h"
+
 #define TURN (SWAY_E2E_COUNTER_MAX + 1)
 
 static uint8_t crc_byte(uint8_t crc, uint8_t byte)
@@ -44,7 +46,7 @@ static int32_t unwrap(int32_t steps, int64_t elapsed_us, int32_t period_us)
     const int64_t turn_us = (int64_t)TURN * period_us;
     const int64_t rest_us = elapsed_us - (int64_t)steps * period_us + turn_us / 2;
     /* elapsed >= 0 and steps < TURN: never more than one turn down. */
-    const int64_t turns = rest_us < 0 ? -1 : rest_us / turn_us;
+    const int64_t turns = rest_us < 0 ? -1 : sway_wide_divide(rest_us, turn_us);
     return steps + (int32_t)turns * TURN;
 }
 
@@ -56,7 +58,7 @@ static void learn(sway_e2e_t *e2e, int64_t elapsed_us)
     const int64_t most_us = known ? 2 * (int64_t)e2e->period_us + 1000 : elapsed_us;
     const int32_t dt_us = (int32_t)(elapsed_us < most_us ? elapsed_us : most_us);
     e2e->learned = known ? e2e->learned : (uint8_t)(e2e->learned + 1U);
-    e2e->period_us += (dt_us - e2e->period_us) / e2e->learned;
+    e2e->period_us += (int32_t)sway_wide_divide(dt_us - e2e->period_us, e2e->learned);
 }
 
 static int32_t steps_since(sway_e2e_t *e2e, uint8_t counter, int64_t elapsed_us, int32_t limit_us)

@@ -23,7 +23,8 @@ static void fill_block(sway_fit_basis_t *basis, uint32_t block, q30_t z, bool ha
 {
     /* tau in Q30: (2 b - n + 1) / (n - 1) */
     const int32_t span = (int32_t)basis->blocks - 1;
-    const int32_t tau = (2 * (int32_t)block - span) * ((INT32_C(1) << 30) / span);
+    const int32_t tau =
+        (2 * (int32_t)block - span) * (int32_t)((UINT32_C(1) << 30) / (uint32_t)span);
     const q30_t tau_z = {sway_wide_q30(z.re, tau), sway_wide_q30(z.im, tau)};
     put(basis, 0, block, z);
     basis->column[SWAY_FIT_MEAN][block] = ONE_Q28;
@@ -63,8 +64,8 @@ void sway_fit_begin(sway_fit_basis_t *basis, uint32_t blocks, const sway_fit_pol
     walk->backward = sway_real_sign(pole->growth) > 0;
     walk->is_bent = pole->chirp.m != 0;
     walk->done = 0;
-    const sway_real_t half = sway_real_ratio((int64_t)blocks - 1, 2);
-    const sway_real_t short_half = sway_real_ratio((int64_t)blocks - 2, 2);
+    const sway_real_t half = sway_real_ratio((int32_t)blocks - 1, 2);
+    const sway_real_t short_half = sway_real_ratio((int32_t)blocks - 2, 2);
     const sway_real_t decay = sway_real_neg(sway_real_abs(pole->growth));
     const sway_real_t omega = walk->backward ? sway_real_neg(pole->omega) : pole->omega;
     const sway_real_t bow = sway_real_scale(sway_real_mul(half, pole->chirp), -1);
@@ -103,7 +104,7 @@ static sway_real_t sum_of(const int32_t *data, uint32_t n)
     for (uint32_t b = 0; b < n; b++) {
         sum += data[b];
     }
-    return sway_real_int(sum);
+    return sway_real(sum, 0);
 }
 
 sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, const int32_t *data)
@@ -269,7 +270,7 @@ int32_t sway_fit_center(const int64_t *sums, uint32_t n, int32_t *data, int64_t 
     for (uint32_t b = 0; b < n; b++) {
         total += sums[b];
     }
-    *mean = total / (int64_t)n;
+    *mean = sway_wide_divide(total, (int64_t)n);
     int64_t largest = 0;
     for (uint32_t b = 0; b < n; b++) {
         const int64_t rest = sums[b] - *mean;

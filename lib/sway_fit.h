@@ -38,23 +38,23 @@ typedef struct {
 
 /// How far the columns are made. They are made from the end of the window where |z| = 1.
 typedef struct {
+    bool backward; ///< from the last block on
+    bool is_bent;
+    bool has_tone;
+    uint32_t done; ///< blocks
     sway_fit_q30_t z;
     sway_fit_q30_t step; ///< from one block to the next
     sway_fit_q30_t bend; ///< of the step
     sway_fit_q30_t tone; ///< columns 6 and 7, if they are a tone
     sway_fit_q30_t tone_step;
-    uint32_t done; ///< blocks
-    bool backward; ///< from the last block on
-    bool is_bent;
-    bool has_tone;
 } sway_fit_walk_t;
 
 typedef struct {
     uint32_t blocks;
     sway_real_t scale; ///< e^(-|growth| (n-1)/2), so that |z| <= 1
-    int32_t column[SWAY_FIT_COLUMNS][SWAY_FIT_BLOCKS];
     sway_fit_walk_t walk;
     sway_real_t gram[SWAY_FIT_COLUMNS][SWAY_FIT_COLUMNS]; ///< products of columns, lower triangle
+    int32_t column[SWAY_FIT_COLUMNS][SWAY_FIT_BLOCKS];
 } sway_fit_basis_t;
 
 /// Least squares on columns 0..n-1 (n = 4: one line; n = 8: with 2f and 3f).

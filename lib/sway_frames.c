@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "sway_wide.h"
 #include "swaywatch_dbc.h"
 
 #define NOT_AVAILABLE_U16 UINT16_MAX
@@ -16,7 +17,7 @@ static int64_t ratio(int64_t value, int64_t numerator, int64_t denominator)
 {
     const int64_t product = value * numerator;
     const int64_t half = product < 0 ? -(denominator / 2) : denominator / 2;
-    return (product + half) / denominator;
+    return sway_wide_divide(product + half, denominator);
 }
 
 static int64_t clip(int64_t value, int64_t low, int64_t high)

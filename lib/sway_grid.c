@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "sway_wide.h"
+
 /* A stamp this far ahead of everything else is believed only when a second one agrees. */
 #define JUMP_US 500000
 /* A jump this long starts the grid anew instead of handing out empty rows. */
@@ -85,7 +87,7 @@ static void count(uint32_t *counter)
 static int64_t row_at_or_after(const sway_grid_t *grid, int64_t time_us)
 {
     const int64_t period = grid->config.sample_period_us;
-    int64_t row = time_us / period * period;
+    int64_t row = sway_wide_divide(time_us, period) * period;
     if (row < time_us) {
         row += period;
     }
@@ -181,8 +183,7 @@ static int32_t share(int32_t delta, int64_t part, int64_t span)
         result = size / short_span * (uint32_t)part + rest / short_span +
                  (uint32_t)(rest % short_span >= short_span - rest % short_span);
     } else {
-        result =
-            (uint32_t)(((uint64_t)size * (uint64_t)part + (uint64_t)span / 2U) / (uint64_t)span);
+        result = (uint32_t)sway_wide_divide((int64_t)size * part + span / 2, span);
     }
     return delta < 0 ? -(int32_t)result : (int32_t)result;
 }
@@ -242,7 +243,8 @@ static bool is_silent(sway_grid_t *grid, sway_input_t input, int64_t time_us)
 /* `span` less the nearest multiple of the nominal interval, in us. */
 static int32_t off_nominal(int32_t nominal, int32_t span)
 {
-    const int32_t rest = 2 * span < 3 * nominal ? span - nominal : span % nominal;
+    const int32_t rest =
+        2 * span < 3 * nominal ? span - nominal : (int32_t)((uint32_t)span % (uint32_t)nominal);
     return 2 * rest > nominal ? rest - nominal : rest;
 }
 

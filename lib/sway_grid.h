@@ -47,11 +47,11 @@ typedef struct {
 
 /// One row of the grid.
 typedef struct {
+    bool restart;          ///< this row does not follow the one before
+    uint32_t valid_mask;   ///< SWAY_CHANNEL_BIT; a clear bit: value is filled in
+    uint32_t present_mask; ///< channels whose inputs have all been seen ever
     int64_t time_us;
     int32_t value[SWAY_CHANNEL_COUNT + 1]; ///< by sway_channel_t, speed last; units of the inputs
-    uint32_t valid_mask;                   ///< SWAY_CHANNEL_BIT; a clear bit: value is filled in
-    uint32_t present_mask;                 ///< channels whose inputs have all been seen ever
-    bool restart;                          ///< this row does not follow the one before
 } sway_tick_t;
 
 /// Counters of what was wrong with the input; they never go down.
@@ -78,20 +78,20 @@ typedef struct {
 } sway_grid_input_t;
 
 typedef struct {
-    sway_grid_config_t config;
+    bool suspected;
+    bool running;
+    bool restart;
+    uint32_t refused;     ///< refusals for time in a row
+    uint32_t next_slot;   ///< where the next row to hand out is
+    int64_t next_time_us; ///< its time
+    int64_t newest_time_us;
+    int64_t suspect_us; ///< a stamp far ahead that waits for a second one
     sway_grid_faults_t faults;
+    sway_grid_config_t config;
     sway_grid_input_t input[SWAY_INPUT_COUNT];
     int32_t row[SWAY_GRID_ROWS][SWAY_INPUT_COUNT];
     uint32_t filled[SWAY_GRID_ROWS]; ///< bit per input: has a value
     uint32_t valid[SWAY_GRID_ROWS];  ///< bit per input: that value is data
-    int64_t next_time_us;            ///< time of the next row to hand out
-    uint32_t next_slot;              ///< where it is
-    int64_t newest_time_us;
-    int64_t suspect_us; ///< a stamp far ahead that waits for a second one
-    uint32_t refused;   ///< refusals for time in a row
-    bool suspected;
-    bool running;
-    bool restart;
 } sway_grid_t;
 
 /// period, max_gap 60 ms (20 Hz with jitter), speed gap 500 ms, wait 100 ms, no delays, any rate.

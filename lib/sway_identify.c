@@ -37,7 +37,7 @@ static const sway_from_t FORCE_OF[SWAY_AXLE_COUNT] = {SWAY_FROM_CAR_FRONT_FY, SW
 
 static sway_real_t metre(int32_t micrometre)
 {
-    return sway_real_ratio(micrometre, 1000000);
+    return sway_real_micro(micrometre);
 }
 
 static bool has_channel(const sway_line_t *line, sway_channel_t channel)

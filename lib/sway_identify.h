@@ -25,31 +25,31 @@ typedef struct {
 } sway_estimate_t;
 
 typedef struct {
+    sway_real_t load_n;           ///< mean
+    sway_real_t effective_load_n; ///< Eq. 4.13, phase against the slip squared
+    sway_real_t effective_load_se_n;
+    sway_complex_t load_harmonic_n; ///< at 2f, turned back by twice the phase of the force
+    sway_estimate_t stiffness;      ///< force / slip, N/rad
     sway_phasor_t slip;             ///< rad, positive: force to the left
     sway_phasor_t force;            ///< N, both wheels
-    sway_estimate_t stiffness;      ///< force / slip, N/rad
-    sway_real_t load_n;             ///< mean
-    sway_complex_t load_harmonic_n; ///< at 2f, turned back by twice the phase of the force
-    sway_real_t effective_load_n;   ///< Eq. 4.13, phase against the slip squared
-    sway_real_t effective_load_se_n;
 } sway_axle_estimate_t;
 
 typedef struct {
+    uint8_t step;
+    uint32_t valid;   ///< SWAY_VALID_* of what is identified
+    uint32_t quality; ///< SWAY_QUALITY_*
     const sway_vehicle_t *vehicle;
     const sway_line_t *line;
-    sway_sources_t sources;
-    sway_phasor_t s;
     sway_real_t speed_m_s;
-    sway_phasor_t hitch;        ///< force of the car on the trailer, trailer axes
-    sway_phasor_t hitch_on_car; ///< force of the trailer on the car, car axes
-    sway_axle_estimate_t axle[SWAY_AXLE_COUNT];
     sway_estimate_t car_inertia;       ///< Eq. 4.18
     sway_estimate_t trailer_inertia;   ///< Eq. 4.19 with the forces of `axle`
     sway_estimate_t trailer_inertia_1; ///< method 1, Eq. 4.20: equal axle forces
     sway_estimate_t trailer_inertia_2; ///< method 2, Eq. 4.23: stiffness in proportion to load
-    uint32_t valid;                    ///< SWAY_VALID_* of what is identified
-    uint32_t quality;                  ///< SWAY_QUALITY_*
-    uint8_t step;
+    sway_sources_t sources;
+    sway_phasor_t s;
+    sway_phasor_t hitch;        ///< force of the car on the trailer, trailer axes
+    sway_phasor_t hitch_on_car; ///< force of the trailer on the car, car axes
+    sway_axle_estimate_t axle[SWAY_AXLE_COUNT];
 } sway_identify_t;
 
 /// Begins. SWAY_ERROR_SPEED: speed not known or below 30 km/h; SWAY_ERROR_NO_DATA: the line's flags

@@ -46,13 +46,8 @@ enum {
     STATE_COUNT
 };
 
-static sway_real_t square(sway_real_t a)
-{
-    return sway_real_mul(a, a);
-}
-
 /* sum + a b */
-static sway_real_t mac(sway_real_t sum, sway_real_t a, sway_real_t b)
+SWAY_INLINE sway_real_t mac(sway_real_t sum, sway_real_t a, sway_real_t b)
 {
     return sway_real_add(sum, sway_real_mul(a, b));
 }
@@ -94,7 +89,7 @@ sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *con
     if (ring->filled < window) {
         return SWAY_ERROR_NO_DATA;
     }
-    const sway_real_t row_s = sway_real_ratio(config->sample_period_us, 1000000);
+    const sway_real_t row_s = sway_real_micro(config->sample_period_us);
     memset(line, 0, sizeof *line);
     job->line = line;
     job->config = *config;
@@ -116,7 +111,7 @@ sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *con
     job->block = block_rows(window);
     job->basis.blocks = window / job->block;
     const uint32_t rows = job->basis.blocks * job->block;
-    job->half_s = sway_real_mul(row_s, sway_real_ratio((int64_t)(rows - job->block), 2));
+    job->half_s = sway_real_mul(row_s, sway_real_ratio((int32_t)(rows - job->block), 2));
     job->line->window_samples = (int32_t)rows;
     job->line->mid_time_us =
         ring->newest_time_us - (int64_t)(rows - 1U) * config->sample_period_us / 2;
@@ -159,19 +154,19 @@ static void sum_channel(sway_line_job_t *job, const sway_ring_t *ring, uint32_t 
 static sway_real_t unrest(const sway_line_job_t *job, sway_channel_t channel)
 {
     const sway_line_data_t *data = &job->data[channel];
-    const int64_t n = (int64_t)job->basis.blocks;
+    const int32_t n = (int32_t)job->basis.blocks;
     int64_t squares = 0;
     int64_t moment = 0;
-    for (int64_t b = 0; b < n; b++) {
+    for (int32_t b = 0; b < n; b++) {
         const int64_t x = data->sum[b]; // below 2^27
         squares += x * x;
         moment += x * (2 * b - n + 1);
     }
     const sway_real_t spread = sway_real_ratio(n * (n * n - 1), 3); // sum of (2b - n + 1)^2
-    const sway_real_t slope = sway_real_div(square(sway_real_int(moment)), spread);
-    const sway_real_t rest = sway_real_sub(sway_real_int(squares), slope);
+    const sway_real_t slope = sway_real_div(sway_real_square(sway_real(moment, 0)), spread);
+    const sway_real_t rest = sway_real_sub(sway_real(squares, 0), slope);
     const sway_real_t rms = sway_real_sqrt(sway_real_div(rest, sway_real_int(n)));
-    const sway_real_t mean = sway_real_div(rms, sway_real_int((int64_t)job->block));
+    const sway_real_t mean = sway_real_div(rms, sway_real_int((int32_t)job->block));
     return sway_real_mul(sway_real_scale(mean, data->shift), sway_line_unit(channel));
 }
 
@@ -179,7 +174,7 @@ static uint32_t after_sums(sway_line_job_t *job)
 {
     const uint32_t steering = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
     if ((job->line->valid_mask & steering) != 0U) {
-        const sway_real_t quiet = sway_real_ratio(job->config.steering_quiet_urad, 1000000);
+        const sway_real_t quiet = sway_real_micro(job->config.steering_quiet_urad);
         if (sway_real_less(quiet, unrest(job, SWAY_CHANNEL_STEERING_WHEEL_ANGLE))) {
             job->line->flags |= SWAY_LINE_FORCED;
         }
@@ -212,29 +207,32 @@ static uint32_t run_sums(sway_line_job_t *job, const sway_ring_t *ring)
 
 static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
 {
-    const int64_t n = job->line->window_samples;
+    const int32_t n = job->line->window_samples;
     uint32_t slot = oldest_slot(job);
     int64_t sum = 0;
     int64_t moment = 0; // below 2^13 * 2^17 * 2^14
-    int64_t known = 0;
-    for (int64_t i = 0; i < n; i++) {
+    uint32_t known = 0;
+    for (int32_t i = 0; i < n; i++) {
         const int32_t speed_mm_s = (int32_t)(ring->speed[slot] / 2U);
         sum += speed_mm_s;
         moment += (int64_t)speed_mm_s * (2 * i - n + 1);
         known += ring->speed[slot] & 1U;
         slot = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
     }
-    if (4 * known < 3 * n || sum == 0) {
+    if (4U * known < 3U * (uint32_t)n || sum == 0) {
         return STATE_BEGIN;
     }
     /* slope per row = 2 moment / (n (n^2 - 1) / 3) */
-    const sway_real_t per_row = sway_real_ratio(6 * moment, n * (n * n - 1));
-    job->line->speed_m_s = sway_real_ratio(sum, 1000 * n);
+    const sway_real_t per_row =
+        sway_real_div(sway_real(6 * moment, 0), sway_real((int64_t)n * (n * n - 1), 0));
+    const sway_real_t total = sway_real(sum, 0);
+    job->line->speed_m_s = sway_real_div(total, sway_real_int(1000 * n));
     job->line->speed_slope_m_s2 = sway_real_div(sway_real_mul(per_row, sway_real_int(1000)),
                                                 sway_real_int(job->config.sample_period_us));
     const sway_real_t change = sway_real_abs(sway_real_mul(per_row, sway_real_int(n)));
-    const sway_real_t allowed = sway_real_mul(
-        sway_real_ratio(sum, n), sway_real_ratio(job->config.speed_change_milli, 1000));
+    const sway_real_t allowed =
+        sway_real_mul(sway_real_div(total, sway_real_int(n)),
+                      sway_real_ratio(job->config.speed_change_milli, 1000));
     if (sway_real_less(allowed, change)) {
         job->line->flags |= SWAY_LINE_SPEED_CHANGING;
     }
@@ -246,7 +244,7 @@ static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
 static sway_real_t per_block(const sway_line_job_t *job, sway_real_t per_s)
 {
     const sway_real_t block_s =
-        sway_real_ratio((int64_t)job->config.sample_period_us * (int64_t)job->block, 1000000);
+        sway_real_micro((int64_t)job->config.sample_period_us * (int32_t)job->block);
     return sway_real_mul(per_s, block_s);
 }
 
@@ -271,12 +269,12 @@ static sway_complex_t sinh_complex(sway_real_t re, sway_real_t im)
                         sway_real_scale(sway_real_mul(sway_real_add(up, down), s), -1));
 }
 
-static sway_complex_t block_factor(const sway_line_job_t *job, int64_t harmonic)
+static sway_complex_t block_factor(const sway_line_job_t *job, int32_t harmonic)
 {
-    const sway_real_t times = sway_real_ratio(harmonic, 2 * (int64_t)job->block);
+    const sway_real_t times = sway_real_ratio(harmonic, 2 * (int32_t)job->block);
     const sway_real_t re = sway_real_mul(per_block(job, job->line->growth_1_s), times);
     const sway_real_t im = sway_real_mul(per_block(job, job->line->omega_rad_s), times);
-    const sway_real_t m = sway_real_int((int64_t)job->block);
+    const sway_real_t m = sway_real_int((int32_t)job->block);
     return sway_complex_div(sinh_complex(sway_real_mul(re, m), sway_real_mul(im, m)),
                             sinh_complex(re, im));
 }
@@ -377,15 +375,15 @@ static uint32_t run_second_variance(sway_line_job_t *job, const sway_ring_t *rin
 
 static sway_real_t sum_of_squares(const int32_t *x, uint32_t n)
 {
-    return sway_real_int(sway_wide_dot(x, x, n)); // 64 * 2^56
+    return sway_real(sway_wide_dot(x, x, n), 0); // 64 * 2^56
 }
 
 /* Blocks that are data, less the parameters fitted to them. */
-static int64_t freedom(const sway_line_job_t *job, const sway_line_data_t *data, uint32_t n)
+static int32_t freedom(const sway_line_job_t *job, const sway_line_data_t *data, uint32_t n)
 {
     const uint32_t shared = count_bits(job->used_mask) == 1U ? 2U : 0U;
-    const int64_t rest =
-        (int64_t)job->basis.blocks - (int64_t)count_bits(data->missing) - (int64_t)(n + shared);
+    const int32_t rest =
+        (int32_t)job->basis.blocks - (int32_t)count_bits(data->missing) - (int32_t)(n + shared);
     return rest < 4 ? 4 : rest;
 }
 
@@ -395,13 +393,13 @@ static int64_t freedom(const sway_line_job_t *job, const sway_line_data_t *data,
 static sway_real_t block_variance(const sway_line_job_t *job, const sway_line_data_t *data,
                                   uint32_t n, sway_real_t rest, sway_real_t total)
 {
-    const int64_t degrees = freedom(job, data, n);
-    const int64_t blocks = (int64_t)job->basis.blocks;
-    const int64_t present = blocks - (int64_t)count_bits(data->missing);
+    const int32_t degrees = freedom(job, data, n);
+    const int32_t blocks = (int32_t)job->basis.blocks;
+    const int32_t present = blocks - (int32_t)count_bits(data->missing);
     const sway_real_t whole = sway_real_mul(rest, sway_real_ratio(blocks, present));
     const sway_real_t variance = sway_real_div(whole, sway_real_int(degrees - 2));
     const sway_real_t rounding =
-        sway_real_scale(sway_real_ratio((int64_t)job->block, 12), -2 * data->shift);
+        sway_real_scale(sway_real_ratio((int32_t)job->block, 12), -2 * data->shift);
     const sway_real_t least = sway_real_max(rounding, sway_real_ratio(1, 12));
     return sway_real_max(sway_real_max(variance, least), sway_real_scale(total, -32));
 }
@@ -452,7 +450,7 @@ static void solve_channel(const sway_line_job_t *job, sway_line_data_t *data, ui
 
 static sway_real_t dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
 {
-    sway_real_t sum = sway_real_int(0);
+    sway_real_t sum = sway_real_zero();
     for (uint32_t i = 0; i < n; i++) {
         sum = mac(sum, a[i], b[i]);
     }
@@ -512,8 +510,8 @@ static void measure_second(sway_line_job_t *job, uint32_t channel, sway_real_t v
     }
     sway_fit_solve(&job->system[1], product, full);
     const sway_real_t spread = sway_real_mul(variance, job->system[1].second_variance);
-    const sway_real_t second = sway_real_add(square(full[4]), square(full[5]));
-    const sway_real_t third = sway_real_add(square(full[6]), square(full[7]));
+    const sway_real_t second = sway_real_add(sway_real_square(full[4]), sway_real_square(full[5]));
+    const sway_real_t third = sway_real_add(sway_real_square(full[6]), sway_real_square(full[7]));
     const sway_real_t largest =
         job->config.forced_rad_s.m != 0 ? second : sway_real_max(second, third);
     result->second = sway_complex(full[4], full[5]);
@@ -630,7 +628,7 @@ static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t varia
     const sway_real_t unit = sway_real_scale(sway_line_unit((sway_channel_t)channel), data->shift);
     const sway_complex_t a = sway_complex(data->parameter[0], data->parameter[1]);
     const sway_real_t size = sway_complex_abs(a);
-    const sway_complex_t none = sway_complex(sway_real_int(1), sway_real_int(0));
+    const sway_complex_t none = sway_complex(sway_real_int(1), sway_real_zero());
     const sway_complex_t along =
         size.m == 0 ? none : sway_complex(sway_real_div(a.re, size), sway_real_div(a.im, size));
     const sway_complex_t across = sway_complex(sway_real_neg(along.im), along.re);
@@ -647,9 +645,9 @@ static void put_result(sway_line_job_t *job, uint32_t channel, sway_real_t varia
     const sway_real_t gain_2 = sway_real_div(scale_2, job->factor_size[1]);
     result->second = sway_complex_div(sway_complex_scale(result->second, scale_2), factor_2);
     result->second_se = sway_real_mul(result->second_se, gain_2);
-    const sway_real_t rows = sway_real_int((int64_t)job->block);
+    const sway_real_t rows = sway_real_int((int32_t)job->block);
     const sway_real_t mean = sway_real_add(sway_real_scale(data->parameter[2], data->shift),
-                                           sway_real_int(data->removed));
+                                           sway_real(data->removed, 0));
     result->mean =
         sway_real_mul(sway_real_div(mean, rows), sway_line_unit((sway_channel_t)channel));
 }
@@ -674,7 +672,7 @@ static void add_share(sway_line_job_t *job, const sway_line_data_t *data, sway_r
     const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
     const sway_real_t share = sway_real_div(form(system->schur, o, o), job->variance);
     const sway_real_t line =
-        sway_real_mul(square(job->basis.scale),
+        sway_real_mul(sway_real_square(job->basis.scale),
                       sway_complex_norm(sway_complex(data->parameter[0], data->parameter[1])));
     job->normal.inflated = mac(job->normal.inflated, share, blow);
     /* correlated by more than 0.5, and more than 5 % of the line */
@@ -694,13 +692,13 @@ static uint32_t run_noise(sway_line_job_t *job, const sway_ring_t *ring)
     const sway_line_data_t *data = &job->data[c];
     const sway_real_t squares = sum_of_squares(job->residual, n);
     const sway_real_t blow = sway_residual_inflation(job->residual, n, squares);
-    job->variance = block_variance(job, data, job->columns, squares, sway_real_int(0));
+    job->variance = block_variance(job, data, job->columns, squares, sway_real_zero());
     if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U) {
         add_share(job, data, blow);
     }
     const sway_real_t unit = sway_real_scale(sway_line_unit((sway_channel_t)c), data->shift);
     job->line->channel[c].noise_rms = sway_real_mul(
-        unit, sway_real_sqrt(sway_real_div(job->variance, sway_real_int((int64_t)job->block))));
+        unit, sway_real_sqrt(sway_real_div(job->variance, sway_real_int((int32_t)job->block))));
     job->variance = sway_real_mul(job->variance, blow);
     return STATE_RESULT;
 }
@@ -724,7 +722,7 @@ static sway_real_t clamp(sway_real_t value, sway_real_t low, sway_real_t high)
 static sway_real_t hertz(int32_t mhz, int32_t percent)
 {
     const sway_real_t turn = sway_real_scale(sway_real_pi(), 1);
-    return sway_real_mul(turn, sway_real_ratio((int64_t)mhz * percent, 100000));
+    return sway_real_mul(turn, sway_real_ratio(mhz * percent, 100000));
 }
 
 /* The solution of the normal equations; false where they have none. */
@@ -732,7 +730,7 @@ static bool solve_step(sway_line_job_t *job, sway_real_t *growth, sway_real_t *o
 {
     const sway_line_normal_t *n = &job->normal;
     const sway_real_t product = sway_real_mul(n->growth_growth, n->omega_omega);
-    const sway_real_t det = sway_real_sub(product, square(n->growth_omega));
+    const sway_real_t det = sway_real_sub(product, sway_real_square(n->growth_omega));
     if (sway_real_less(det, sway_real_scale(product, -20)) || det.m <= 0) {
         return false;
     }
@@ -749,17 +747,18 @@ static bool solve_step(sway_line_job_t *job, sway_real_t *growth, sway_real_t *o
 /* A step is small when it, or what it leaves behind, is below 1/`part` of the standard error, or
  * below 1e-7 rad at the window's end. Gauss-Newton on a good model leaves less than 16 times the
  * square of the step (in rad); where the model is not good, the last pass finds out. */
-static bool is_small_one(sway_real_t step, sway_real_t variance, int64_t part, bool foresee)
+static bool is_small_one(sway_real_t step, sway_real_t variance, int32_t part, bool foresee)
 {
-    const sway_real_t bound = sway_real_max(sway_real_div(variance, sway_real_int(part * part)),
-                                            sway_real_ratio(1, 100000000000000));
-    const sway_real_t step_2 = square(step);
+    const sway_real_t bound =
+        sway_real_max(sway_real_div(variance, sway_real_int(part * part)),
+                      sway_real_div(sway_real_int(1), sway_real(INT64_C(100000000000000), 0)));
+    const sway_real_t step_2 = sway_real_square(step);
     return sway_real_less(step_2, bound) ||
-           (foresee && sway_real_less(sway_real_scale(square(step_2), 8), bound));
+           (foresee && sway_real_less(sway_real_scale(sway_real_square(step_2), 8), bound));
 }
 
 static bool is_small(const sway_line_job_t *job, sway_real_t growth, sway_real_t omega,
-                     int64_t part, bool foresee)
+                     int32_t part, bool foresee)
 {
     return is_small_one(growth, job->covariance[0], part, foresee) &&
            is_small_one(omega, job->covariance[2], part, foresee);
@@ -767,7 +766,8 @@ static bool is_small(const sway_line_job_t *job, sway_real_t growth, sway_real_t
 
 static void take_step(sway_line_job_t *job, sway_real_t growth, sway_real_t omega)
 {
-    const sway_real_t size = sway_real_sqrt(sway_real_add(square(growth), square(omega)));
+    const sway_real_t size =
+        sway_real_sqrt(sway_real_add(sway_real_square(growth), sway_real_square(omega)));
     const sway_real_t longest = sway_real_ratio(8, 10);
     if (sway_real_less(longest, size)) {
         const sway_real_t cut = sway_real_div(longest, size);
@@ -788,7 +788,8 @@ static bool stands_out(const sway_line_job_t *job)
 {
     for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
         const sway_line_channel_t *channel = &job->line->channel[c];
-        const sway_real_t bar = sway_real_mul(square(channel->amplitude_se), sway_real_int(64));
+        const sway_real_t bar =
+            sway_real_mul(sway_real_square(channel->amplitude_se), sway_real_int(64));
         if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U && channel->amplitude_se.m > 0 &&
             sway_real_less(bar, sway_complex_norm(channel->amplitude))) {
             return true;
@@ -802,7 +803,8 @@ static bool second_is_large(const sway_line_channel_t *channel)
     const sway_real_t second = sway_complex_norm(channel->second);
     const sway_real_t bar =
         sway_real_mul(sway_complex_norm(channel->amplitude), sway_real_ratio(225, 10000));
-    const sway_real_t noise = sway_real_mul(square(channel->second_se), sway_real_int(25));
+    const sway_real_t noise =
+        sway_real_mul(sway_real_square(channel->second_se), sway_real_int(25));
     return sway_real_less(bar, second) && sway_real_less(noise, second);
 }
 

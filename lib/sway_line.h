@@ -84,38 +84,37 @@ typedef struct {
 
 /// What a job keeps of a channel.
 typedef struct {
-    int32_t sum[SWAY_FIT_BLOCKS]; ///< block sums less their mean, times 2^-shift
-    uint64_t missing;             ///< bit per block: not data
-    sway_real_t parameter[SWAY_FIT_LINEAR];
-    int64_t removed; ///< mean block sum that was taken out
-    int32_t shift;
-    uint32_t lost;  ///< blocks missing in the input
     bool seen;      ///< the channel's inputs exist
     bool harmonics; ///< 2f and 3f are in the model
+    int32_t shift;
+    uint32_t lost;    ///< blocks missing in the input
+    uint64_t missing; ///< bit per block: not data
+    int64_t removed;  ///< mean block sum that was taken out
+    sway_real_t parameter[SWAY_FIT_LINEAR];
+    int32_t sum[SWAY_FIT_BLOCKS]; ///< block sums less their mean, times 2^-shift
 } sway_line_data_t;
 
 /// State of one estimate; contents are private. Nothing of it is needed for the next one.
 typedef struct {
-    sway_line_config_t config;
+    bool final;   ///< this pass makes the result
+    bool changed; ///< the result asks for another model
+    bool converged;
+    bool broken;       ///< amplitude or phase change within the window, before break_time_us
     sway_line_t *line; ///< the result in the making
     uint32_t state;
     uint32_t channel;
     uint32_t passes_left;
     uint32_t refits;
-    sway_real_t product[SWAY_FIT_COLUMNS]; ///< columns times the data of that channel
-    sway_real_t variance;                  ///< of its blocks
-    uint32_t columns;                      ///< linear columns of that channel
-    uint32_t rounds_left;                  ///< of filling its missing blocks
-    int32_t residual[SWAY_FIT_BLOCKS];     ///< of that channel, in the pass that makes the result
-    bool final;                            ///< this pass makes the result
-    bool changed;                          ///< the result asks for another model
-    bool converged;
-    bool broken;           ///< amplitude or phase change within the window, before break_time_us
-    int64_t break_time_us; ///< where `broken`
-    uint32_t block;        ///< rows in a block
-    uint32_t head;         ///< ring slot after the newest row of the window
-    uint32_t used_mask;    ///< channels that take part
+    uint32_t columns;     ///< linear columns of the channel
+    uint32_t rounds_left; ///< of filling its missing blocks
+    uint32_t block;       ///< rows in a block
+    uint32_t head;        ///< ring slot after the newest row of the window
+    uint32_t used_mask;   ///< channels that take part
+    sway_line_config_t config;
     sway_real_t half_s;    ///< from the middle of the window to the middle of its last block
+    int64_t break_time_us; ///< where `broken`
+    sway_real_t variance;  ///< of the channel's blocks
+    sway_real_t product[SWAY_FIT_COLUMNS]; ///< columns times its data
     sway_line_normal_t normal;
     sway_real_t covariance[3]; ///< of growth and omega times half_s
     sway_complex_t factor[2];  ///< block sum of the line, of 2f, by its value at the block's middle
@@ -123,6 +122,7 @@ typedef struct {
     sway_fit_basis_t basis;
     sway_fit_system_t system[2]; ///< one line; with 2f and 3f
     sway_line_data_t data[SWAY_CHANNELS];
+    int32_t residual[SWAY_FIT_BLOCKS]; ///< of the channel, in the pass that makes the result
 } sway_line_job_t;
 
 /// Begins an estimate over the newest `window` rows (SWAY_WINDOW_MIN..SWAY_WINDOW_MAX) from a start

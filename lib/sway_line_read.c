@@ -3,11 +3,6 @@
 
 #include "sway_line.h"
 
-static sway_real_t square(sway_real_t a)
-{
-    return sway_real_mul(a, a);
-}
-
 sway_real_t sway_line_unit(sway_channel_t channel)
 {
     return sway_real_ratio(
@@ -18,11 +13,12 @@ void sway_line_damping(const sway_line_t *line, sway_real_t *ratio, sway_real_t 
 {
     const sway_real_t g = line->growth_1_s;
     const sway_real_t o = line->omega_rad_s;
-    const sway_real_t norm = sway_real_add(square(g), square(o));
+    const sway_real_t norm = sway_real_add(sway_real_square(g), sway_real_square(o));
     const sway_real_t size = sway_real_sqrt(norm);
     const sway_real_t by_g = sway_real_mul(o, line->growth_se_1_s);
     const sway_real_t by_o = sway_real_mul(g, line->omega_se_rad_s);
-    const sway_real_t spread = sway_real_sqrt(sway_real_add(square(by_g), square(by_o)));
+    const sway_real_t spread =
+        sway_real_sqrt(sway_real_add(sway_real_square(by_g), sway_real_square(by_o)));
     *ratio = sway_real_neg(sway_real_div(g, size));
     *se = sway_real_div(sway_real_mul(o, spread), sway_real_mul(norm, size));
 }
@@ -30,7 +26,7 @@ void sway_line_damping(const sway_line_t *line, sway_real_t *ratio, sway_real_t 
 static sway_real_t line_share(const sway_line_channel_t *channel)
 {
     const sway_real_t power = sway_real_scale(sway_complex_norm(channel->amplitude), -1);
-    return sway_real_div(power, sway_real_add(power, square(channel->noise_rms)));
+    return sway_real_div(power, sway_real_add(power, sway_real_square(channel->noise_rms)));
 }
 
 sway_error_t sway_line_ratio(const sway_line_t *line, sway_channel_t numerator,
@@ -51,13 +47,14 @@ sway_error_t sway_line_ratio(const sway_line_t *line, sway_channel_t numerator,
     if (size.m == 0) {
         return SWAY_ERROR_SINGULAR;
     }
-    const sway_real_t delay_s = sway_real_ratio(numerator_delay_us, 1000000);
+    const sway_real_t delay_s = sway_real_micro(numerator_delay_us);
     const sway_complex_t turn =
         sway_complex_scale(sway_complex_unit(sway_real_mul(line->omega_rad_s, delay_s)),
                            sway_real_exp(sway_real_mul(line->growth_1_s, delay_s)));
     result->ratio = sway_complex_mul(sway_complex_div(a->amplitude, b->amplitude), turn);
     const sway_real_t scaled = sway_real_mul(sway_complex_abs(result->ratio), b->amplitude_se);
-    const sway_real_t spread = sway_real_add(square(a->amplitude_se), square(scaled));
+    const sway_real_t spread =
+        sway_real_add(sway_real_square(a->amplitude_se), sway_real_square(scaled));
     result->se = sway_real_div(sway_real_sqrt(spread), size);
     result->coherence = sway_real_sqrt(sway_real_mul(line_share(a), line_share(b)));
     return SWAY_OK;

@@ -11,7 +11,7 @@ enum { ROOT_SWEEPS_MAX = 30, NEWTON_MAX = 25 };
 
 static sway_real_t ppm(int32_t value)
 {
-    return sway_real_ratio(value, 1000000);
+    return sway_real_micro(value);
 }
 
 /* Relative standard errors of the user's values: stiffness, its lag, inertia; and how fast the true
@@ -23,11 +23,6 @@ static sway_real_t ppm(int32_t value)
 #define DRIFT_LAG_PPM 500
 #define DRIFT_INERTIA_PPM 1000
 
-static sway_real_t square(sway_real_t a)
-{
-    return MUL(a, a);
-}
-
 /* --- filtered quantities ---------------------------------------------------------------------- */
 
 static void state_start(sway_margin_state_t *state, sway_real_t value, int32_t re_ppm,
@@ -35,8 +30,8 @@ static void state_start(sway_margin_state_t *state, sway_real_t value, int32_t r
 {
     memset(state, 0, sizeof *state);
     state->value.re = value;
-    state->variance_re = square(MUL(value, ppm(re_ppm)));
-    state->variance_im = square(MUL(value, ppm(im_ppm)));
+    state->variance_re = sway_real_square(MUL(value, ppm(re_ppm)));
+    state->variance_im = sway_real_square(MUL(value, ppm(im_ppm)));
     state->started = sway_real_sign(value) > 0;
 }
 
@@ -67,10 +62,12 @@ static void state_drift(sway_margin_state_t *state, int64_t time_us, int32_t re_
     if (!state->identified || elapsed_us <= 0) {
         return; // the user's value does not grow less certain
     }
-    const sway_real_t seconds = sway_real_ratio(elapsed_us, 1000000);
-    const sway_real_t size = square(state->value.re);
-    state->variance_re = ADD(state->variance_re, MUL(MUL(size, square(ppm(re_ppm))), seconds));
-    state->variance_im = ADD(state->variance_im, MUL(MUL(size, square(ppm(im_ppm))), seconds));
+    const sway_real_t seconds = sway_real_micro(elapsed_us);
+    const sway_real_t size = sway_real_square(state->value.re);
+    state->variance_re =
+        ADD(state->variance_re, MUL(MUL(size, sway_real_square(ppm(re_ppm))), seconds));
+    state->variance_im =
+        ADD(state->variance_im, MUL(MUL(size, sway_real_square(ppm(im_ppm))), seconds));
 }
 
 static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measured, sway_real_t r)
@@ -85,11 +82,12 @@ static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measur
 static void follow_jump(sway_margin_state_t *state, const sway_estimate_t *estimate)
 {
     const sway_real_t innovation = SUB(estimate->value.re, state->value.re);
-    const sway_real_t expected = ADD(state->variance_re, square(estimate->se));
-    const bool far = sway_real_less(MUL(sway_real_int(12), expected), square(innovation));
+    const sway_real_t expected = ADD(state->variance_re, sway_real_square(estimate->se));
+    const bool far = sway_real_less(MUL(sway_real_int(12), expected), sway_real_square(innovation));
     if (far && state->strange) {
-        state->variance_re = ADD(state->variance_re, square(innovation));
-        state->variance_im = ADD(state->variance_im, sway_real_scale(square(innovation), -2));
+        state->variance_re = ADD(state->variance_re, sway_real_square(innovation));
+        state->variance_im =
+            ADD(state->variance_im, sway_real_scale(sway_real_square(innovation), -2));
     }
     state->strange = far;
 }
@@ -98,7 +96,7 @@ static void state_take(sway_margin_state_t *state, const sway_estimate_t *estima
                        sway_complex_t s_by_v)
 {
     const sway_complex_t value = estimate->value;
-    const sway_real_t r = MUL(square(estimate->se), sway_real_int(SWAY_MARGIN_OVERLAP));
+    const sway_real_t r = MUL(sway_real_square(estimate->se), sway_real_int(SWAY_MARGIN_OVERLAP));
     if (!state->started) {
         state->value = value;
         state->variance_re = r;
@@ -132,7 +130,7 @@ static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
     for (int body = 0; body < 2; body++) {
         if ((id->valid & bit[body]) != 0U) {
             sway_estimate_t real_part = *inertia[body];
-            real_part.value.im = sway_real_int(0);
+            real_part.value.im = sway_real_zero();
             state_take(&margin->inertia[body], &real_part, s_by_v);
         }
     }
@@ -147,10 +145,10 @@ static void set_axle(sway_stm_body_t *body, int axle, const sway_margin_state_t 
     const sway_real_t lag = DIV(sway_real_neg(c.im), c.re);
     const sway_real_t below = SUB(state->s_by_v.im, MUL(lag, state->s_by_v.re));
     body->stiffness_n_per_rad[axle] = c.re;
-    body->relaxation_m[axle] = sway_real_int(0);
+    body->relaxation_m[axle] = sway_real_zero();
     if (state->identified && sway_real_sign(below) > 0) {
         const sway_real_t sigma = DIV(lag, below);
-        const sway_complex_t one = {sway_real_int(1), sway_real_int(0)};
+        const sway_complex_t one = {sway_real_int(1), sway_real_zero()};
         const sway_complex_t delay =
             sway_complex_add(one, sway_complex_scale(state->s_by_v, sigma));
         body->relaxation_m[axle] = sigma;
@@ -279,7 +277,9 @@ static bool has_lag(const sway_margin_t *margin)
 
 static bool is_small(sway_complex_t step, sway_real_t size)
 {
-    const sway_real_t bound = MUL(square(size), sway_real_ratio(1, INT64_C(1000000000000)));
+    const sway_real_t bound =
+        MUL(sway_real_square(size),
+            sway_real_div(sway_real_int(1), sway_real(INT64_C(1000000000000), 0)));
     return sway_real_compare(sway_complex_norm(step), bound) <= 0;
 }
 
@@ -359,7 +359,7 @@ static bool limit_is_moved(const sway_margin_t *margin)
 
 static sway_complex_t at_limit(const sway_margin_t *margin)
 {
-    const sway_complex_t s = {sway_real_int(0), margin->next.omega_crit_rad_s};
+    const sway_complex_t s = {sway_real_zero(), margin->next.omega_crit_rad_s};
     return s;
 }
 
@@ -400,7 +400,7 @@ static bool step_critical_newton(sway_margin_t *margin)
     next->v_crit_m_s = ADD(next->v_crit_m_s, limited(d_v, MUL(next->v_crit_m_s, tenth)));
     next->omega_crit_rad_s =
         ADD(next->omega_crit_rad_s, limited(d_omega, MUL(next->omega_crit_rad_s, tenth)));
-    const sway_complex_t step = {d_v, sway_real_int(0)};
+    const sway_complex_t step = {d_v, sway_real_zero()};
     if (margin->count == 0) {
         margin->far =
             sway_real_less(sway_real_ratio(1, 50), sway_real_abs(DIV(d_v, next->v_crit_m_s)));
@@ -447,10 +447,10 @@ static void parameter_variance(const sway_margin_t *margin, sway_parameter_t par
     } else if (parameter == SWAY_PARAMETER_TRAILER_YAW_INERTIA) {
         state = &margin->inertia[1];
     }
-    *re = sway_real_int(0);
-    *im = sway_real_int(0);
+    *re = sway_real_zero();
+    *im = sway_real_zero();
     if (state != NULL && state->started) {
-        const sway_real_t percent = DIV(sway_real_int(10000), square(state->value.re));
+        const sway_real_t percent = DIV(sway_real_int(10000), sway_real_square(state->value.re));
         *re = MUL(state->variance_re, percent);
         *im = MUL(state->variance_im, percent);
     }
@@ -466,7 +466,8 @@ static sway_complex_t times_j(sway_complex_t a)
 static bool due(sway_margin_t *margin, sway_parameter_t *parameter)
 {
     const int many = margin->complete ? SWAY_MARGIN_TURN : (int)SWAY_PARAMETER_COUNT;
-    *parameter = (sway_parameter_t)((margin->turn + margin->count) % SWAY_PARAMETER_COUNT);
+    *parameter =
+        (sway_parameter_t)(((uint32_t)margin->turn + margin->count) % SWAY_PARAMETER_COUNT);
     return (int)margin->count < many;
 }
 
@@ -478,8 +479,8 @@ static bool step_sensitivity(sway_margin_t *margin)
         return true;
     }
     sway_complex_t *const result = &margin->limit_per_percent[parameter];
-    result->re = sway_real_int(0);
-    result->im = sway_real_int(0);
+    result->re = sway_real_zero();
+    result->im = sway_real_zero();
     if (sway_stm_has_parameter(&margin->stm, parameter)) {
         const sway_complex_t df = sway_stm_slope_parameter(&margin->stm, at_limit(margin),
                                                            margin->next.v_crit_m_s, parameter);
@@ -500,7 +501,7 @@ static bool step_root_derivative(sway_margin_t *margin)
         return true;
     }
     parameter_variance(margin, parameter, &re, &im);
-    sway_complex_t ds = {sway_real_int(0), sway_real_int(0)};
+    sway_complex_t ds = {sway_real_zero(), sway_real_zero()};
     if (!sway_real_is_zero(re) && sway_stm_has_parameter(&margin->stm, parameter)) {
         const sway_complex_t df =
             sway_stm_slope_parameter(&margin->stm, margin->next.root, margin->speed_m_s, parameter);
@@ -523,24 +524,26 @@ static sway_real_t ratio_change(sway_complex_t s, sway_complex_t ds)
 static bool step_errors(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
-    sway_real_t limit = sway_real_int(0);
-    sway_real_t damping = sway_real_int(0);
+    sway_real_t limit = sway_real_zero();
+    sway_real_t damping = sway_real_zero();
     for (int i = 0; i < (int)SWAY_PARAMETER_COUNT; i++) {
         const sway_complex_t by = margin->limit_per_percent[i];
         const sway_complex_t ds = margin->root_per_percent[i];
         sway_real_t re;
         sway_real_t im;
         parameter_variance(margin, (sway_parameter_t)i, &re, &im);
-        limit = ADD(limit, ADD(MUL(re, square(by.re)), MUL(im, square(by.im))));
-        damping = ADD(damping, ADD(MUL(re, square(ratio_change(next->root, ds))),
-                                   MUL(im, square(ratio_change(next->root, times_j(ds))))));
+        limit = ADD(limit, ADD(MUL(re, sway_real_square(by.re)), MUL(im, sway_real_square(by.im))));
+        damping =
+            ADD(damping, ADD(MUL(re, sway_real_square(ratio_change(next->root, ds))),
+                             MUL(im, sway_real_square(ratio_change(next->root, times_j(ds))))));
         next->sensitivity_m_s[i] = by.re;
     }
-    next->v_crit_se_m_s = critical_is_wanted(margin) ? sway_real_sqrt(limit) : sway_real_int(0);
+    next->v_crit_se_m_s = critical_is_wanted(margin) ? sway_real_sqrt(limit) : sway_real_zero();
     /* Where two roots meet the derivatives have no bound; the ratio has. */
     next->damping_ratio_se = sway_real_min(sway_real_sqrt(damping), sway_real_int(1));
     if (margin->complete) {
-        margin->turn = (uint8_t)((margin->turn + SWAY_MARGIN_TURN) % SWAY_PARAMETER_COUNT);
+        margin->turn =
+            (uint8_t)((margin->turn + (uint32_t)SWAY_MARGIN_TURN) % SWAY_PARAMETER_COUNT);
     }
     margin->complete = next->has_model && critical_is_wanted(margin);
     return true;
@@ -609,17 +612,17 @@ bool sway_margin_run(sway_margin_t *margin)
 /* Amplitude that the driver's hand may add or take in one oscillation, over 2 pi, squared. */
 static sway_real_t square_of_hand(sway_real_t steered_rad_s)
 {
-    return square(MUL(steered_rad_s, sway_real_ratio(3, 4)));
+    return sway_real_square(MUL(steered_rad_s, sway_real_ratio(3, 4)));
 }
 
 sway_real_t sway_margin_signal_se(const sway_unrest_t *unrest, sway_real_t fit_se,
                                   sway_real_t amplitude_rad_s, sway_real_t steered_rad_s)
 {
-    const sway_real_t start = square(ppm(UNREST_START_URAD_S));
+    const sway_real_t start = sway_real_square(ppm(UNREST_START_URAD_S));
     const sway_real_t pushed = unrest->started ? unrest->variance : start;
     const sway_real_t both = ADD(pushed, square_of_hand(steered_rad_s));
-    return sway_real_sqrt(
-        ADD(square(sway_real_scale(fit_se, 1)), DIV(both, square(amplitude_rad_s))));
+    return sway_real_sqrt(ADD(sway_real_square(sway_real_scale(fit_se, 1)),
+                              DIV(both, sway_real_square(amplitude_rad_s))));
 }
 
 void sway_margin_learn_unrest(sway_unrest_t *unrest, int64_t time_us, sway_real_t difference,
@@ -629,19 +632,20 @@ void sway_margin_learn_unrest(sway_unrest_t *unrest, int64_t time_us, sway_real_
     unrest->time_us = time_us;
     if (!unrest->started) {
         unrest->started = true;
-        unrest->variance = square(ppm(UNREST_START_URAD_S));
+        unrest->variance = sway_real_square(ppm(UNREST_START_URAD_S));
         unrest->learnt_us = UNREST_START_US;
         return;
     }
     elapsed_us = elapsed_us > UNREST_TIME_US / 8 ? UNREST_TIME_US / 8 : elapsed_us;
     unrest->learnt_us += (int32_t)elapsed_us;
     unrest->learnt_us = unrest->learnt_us > UNREST_TIME_US ? UNREST_TIME_US : unrest->learnt_us;
-    const sway_real_t least = square(ppm(UNREST_LEAST_URAD_S));
-    const sway_real_t most = square(ppm(UNREST_MOST_URAD_S));
+    const sway_real_t least = sway_real_square(ppm(UNREST_LEAST_URAD_S));
+    const sway_real_t most = sway_real_square(ppm(UNREST_MOST_URAD_S));
     const sway_real_t moved =
-        SUB(square(MUL(difference, amplitude_rad_s)), square_of_hand(steered_rad_s));
-    const sway_real_t seen = sway_real_max(sway_real_min(moved, most), sway_real_int(0));
-    const sway_real_t weight = sway_real_ratio(elapsed_us, unrest->learnt_us);
+        SUB(sway_real_square(MUL(difference, amplitude_rad_s)), square_of_hand(steered_rad_s));
+    const sway_real_t seen = sway_real_max(sway_real_min(moved, most), sway_real_zero());
+    const sway_real_t weight =
+        sway_real_div(sway_real(elapsed_us, 0), sway_real_int(unrest->learnt_us));
     unrest->variance = ADD(unrest->variance, MUL(weight, SUB(seen, unrest->variance)));
     unrest->variance = sway_real_max(unrest->variance, least);
 }
@@ -656,11 +660,12 @@ sway_belief_t sway_margin_combine(const sway_margin_damping_t *model,
         const sway_belief_t alone = model->usable ? SWAY_BELIEF_MODEL : SWAY_BELIEF_SIGNAL;
         return combined->usable ? alone : SWAY_BELIEF_NONE;
     }
-    const sway_real_t of_model = ADD(square(model->se), square(ppm(MODEL_FLOOR_PPM)));
-    const sway_real_t of_signal = square(signal->se);
+    const sway_real_t of_model =
+        ADD(sway_real_square(model->se), sway_real_square(ppm(MODEL_FLOOR_PPM)));
+    const sway_real_t of_signal = sway_real_square(signal->se);
     const sway_real_t sum = ADD(of_model, of_signal);
     const sway_real_t difference = SUB(signal->ratio, model->ratio);
-    if (sway_real_less(MUL(sway_real_int(9), sum), square(difference))) {
+    if (sway_real_less(MUL(sway_real_int(9), sum), sway_real_square(difference))) {
         *disagrees = true;
         *combined = *signal;
         return SWAY_BELIEF_SIGNAL;

@@ -27,52 +27,53 @@
 /// One filtered quantity: complex stiffness of an axle, or a yaw inertia (imaginary part 0).
 /// Variances are relative to `scale` squared.
 typedef struct {
+    bool strange;    ///< the last estimate did not fit
+    bool started;    ///< has a value
+    bool identified; ///< at least one estimate is in it
     sway_complex_t value;
     sway_real_t variance_re;
     sway_real_t variance_im;
     sway_complex_t s_by_v; ///< at the last estimate: what the argument belongs to
     int64_t time_us;       ///< of the last prediction
-    bool strange;          ///< the last estimate did not fit
-    bool started;          ///< has a value
-    bool identified;       ///< at least one estimate is in it
 } sway_margin_state_t;
 
 typedef struct {
+    bool has_model; ///< damping ratio is valid
+    bool has_steady;
+    sway_vcrit_t kind;
+    sway_source_t source;
     sway_real_t damping_ratio;
     sway_real_t damping_ratio_se;
     sway_complex_t root; ///< dominant root at the present speed
     sway_real_t v_crit_m_s;
     sway_real_t v_crit_se_m_s;
     sway_real_t omega_crit_rad_s;
-    sway_vcrit_t kind;
-    sway_source_t source;
     sway_real_t sensitivity_m_s[SWAY_PARAMETER_COUNT];
     sway_stm_static_t steady;
-    bool has_model; ///< damping ratio is valid
-    bool has_steady;
 } sway_margin_model_t;
 
 typedef struct {
-    sway_vehicle_t vehicle;
-    sway_margin_state_t stiffness[SWAY_AXLE_COUNT];
-    sway_margin_state_t inertia[2];
-    sway_margin_model_t model; ///< latest finished
     /* Work in progress. */
-    sway_margin_model_t next;
-    sway_stm_t stm; ///< with relaxation
-    sway_stm_quartic_t quartic;
-    sway_stm_roots_t roots;
-    sway_complex_t f_s;
-    sway_complex_t f_v;
-    sway_complex_t limit_per_percent[SWAY_PARAMETER_COUNT]; ///< change of v_crit for +1 %: of the
-                                                            ///< value (re), of its argument (im)
-    sway_complex_t root_per_percent[SWAY_PARAMETER_COUNT];  ///< change of the dominant root
-    sway_real_t speed_m_s;
     uint8_t step;
     uint8_t count;
     uint8_t turn;  ///< parameter whose derivatives are renewed next
     bool complete; ///< all derivatives have been computed once
     bool far;      ///< the limit was found far from where its slopes were taken
+    sway_real_t speed_m_s;
+    sway_complex_t f_s;
+    sway_complex_t f_v;
+    sway_stm_quartic_t quartic;
+    sway_stm_roots_t roots;
+    sway_stm_t stm; ///< with relaxation
+    sway_margin_model_t next;
+    sway_complex_t limit_per_percent[SWAY_PARAMETER_COUNT]; ///< change of v_crit for +1 %: of the
+                                                            ///< value (re), of its argument (im)
+    sway_complex_t root_per_percent[SWAY_PARAMETER_COUNT];  ///< change of the dominant root
+    /* What stays. */
+    sway_margin_model_t model; ///< latest finished
+    sway_margin_state_t stiffness[SWAY_AXLE_COUNT];
+    sway_margin_state_t inertia[2];
+    sway_vehicle_t vehicle;
 } sway_margin_t;
 
 /// Starts from the user's values.

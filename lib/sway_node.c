@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "sway_wide.h"
+
 #define OUTPUT_BIT(output) ((uint32_t)1U << (uint32_t)(output))
 #define HEARTBEATS_PER_REPORT 10U
 #define ALARM_NEVER_SENT (-1)
@@ -51,7 +53,8 @@ static void beat(sway_node_t *node)
     if (node->time_us < node->heartbeat_us) {
         return;
     }
-    const int64_t beats = 1 + (node->time_us - node->heartbeat_us) / SWAY_NODE_HEARTBEAT_US;
+    const int64_t beats =
+        1 + sway_wide_divide(node->time_us - node->heartbeat_us, SWAY_NODE_HEARTBEAT_US);
     node->heartbeat_us += beats * SWAY_NODE_HEARTBEAT_US;
     node->pending |= OUTPUT_BIT(SWAY_OUTPUT_ALARM);
     node->heartbeats++;

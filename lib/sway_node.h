@@ -70,23 +70,23 @@ typedef struct {
 } sway_node_watch_t;
 
 typedef struct {
-    sway_core_t core;
+    bool started;
+    bool is_due;       ///< sway_node_run() may have something to do
+    uint32_t pending;  ///< outputs due, bit = sway_output_t
+    uint32_t sequence; ///< of the estimate that was sent last
+    uint32_t heartbeats;
+    uint32_t accepted;    ///< frames that were used; saturates
+    int32_t alarm_sent;   ///< what the last alarm frame said, lost inputs too
     int64_t time_us;      ///< newest time seen
     int64_t heartbeat_us; ///< when the next heartbeat is due
     int64_t travel_urad_s;
     int32_t travel_anchor_urad_s[2];
-    uint32_t heartbeats;
-    uint32_t sequence; ///< of the estimate that was sent last
-    uint32_t pending;  ///< outputs due, bit = sway_output_t
     uint32_t frame_fault[SWAY_FRAME_FAULT_COUNT];
-    uint32_t accepted; ///< frames that were used; saturates
-    sway_node_message_t message[SWAY_MESSAGE_COUNT];
-    sway_node_watch_t watch[SWAY_INPUT_COUNT];
     uint8_t message_state[SWAY_MESSAGE_COUNT]; ///< as it was sent last
     uint8_t counter[SWAY_OUTPUT_COUNT];        ///< of the next frame of each output
-    int32_t alarm_sent;                        ///< what the last alarm frame said, lost inputs too
-    bool started;
-    bool is_due; ///< sway_node_run() may have something to do
+    sway_node_message_t message[SWAY_MESSAGE_COUNT];
+    sway_node_watch_t watch[SWAY_INPUT_COUNT];
+    sway_core_t core;
 } sway_node_t;
 
 /// Resets everything, fault counters included. Errors as sway_core_init(); `node` is not usable

@@ -40,9 +40,9 @@ typedef enum {
 #endif
 
 typedef struct {
+    bool known; ///< false: made of something that was not measured
     sway_complex_t value;
     sway_complex_t slope[SWAY_FROM_COUNT]; ///< d value / d source
-    bool known;                            ///< false: made of something that was not measured
 } sway_phasor_t;
 
 /// Variances of the sources: of the real part, and the same of the imaginary one.

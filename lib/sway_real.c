@@ -85,9 +85,19 @@ word_t sway_real_word(int64_t value, int32_t exponent)
     return pack(value < 0, (uint32_t)(mag >> 32), (uint32_t)mag, exponent);
 }
 
-word_t sway_real_word_ratio(int64_t numerator, int64_t denominator)
+word_t sway_real_word_int(int32_t value)
 {
-    return sway_real_word_div(sway_real_word(numerator, 0), sway_real_word(denominator, 0));
+    return pack(value < 0, 0U, magnitude(value), 0);
+}
+
+word_t sway_real_word_micro(int64_t value)
+{
+    return sway_real_word_div(sway_real_word(value, 0), sway_real_word_int(1000000));
+}
+
+word_t sway_real_word_ratio(int32_t numerator, int32_t denominator)
+{
+    return sway_real_word_div(sway_real_word_int(numerator), sway_real_word_int(denominator));
 }
 
 /* |a| + |b| for a.e = b.e + distance, distance 0..32. */
@@ -283,9 +293,9 @@ word_t sway_real_word_exp(word_t word)
     if (sway_real_compare(sway_real_abs(a), limit) > 0) {
         a = a.m < 0 ? sway_real_neg(limit) : limit;
     }
-    const int64_t octaves = sway_real_to_int64(sway_real_mul(a, log2_e), 0);
+    const int32_t octaves = (int32_t)sway_real_to_int64(sway_real_mul(a, log2_e), 0);
     const sway_real_t rest = sway_real_sub(a, sway_real_mul(sway_real_int(octaves), ln_2));
-    return sway_real_word(horner_q31(to_q31(rest), taylor, 11), (int32_t)octaves - 31);
+    return sway_real_word(horner_q31(to_q31(rest), taylor, 11), octaves - 31);
 }
 
 word_t sway_real_word_ln(word_t word)
@@ -320,11 +330,11 @@ void sway_real_sincos(sway_real_t a, sway_real_t *sine, sway_real_t *cosine)
     const sway_real_t half_pi = {1686629713, -30};
     const sway_real_t half_pi_rest = {1121027178, -64}; // what half_pi lacks: 6.0771e-11
     if (sway_real_compare(sway_real_abs(a), sway_real_scale(sway_real_int(1), 20)) >= 0) {
-        *sine = sway_real_int(0);
+        *sine = sway_real_zero();
         *cosine = sway_real_int(1);
         return;
     }
-    const int64_t quadrant = sway_real_to_int64(sway_real_mul(a, two_by_pi), 0);
+    const int32_t quadrant = (int32_t)sway_real_to_int64(sway_real_mul(a, two_by_pi), 0);
     const sway_real_t turns = sway_real_int(quadrant);
     sway_real_t rest = sway_real_sub(a, sway_real_mul(turns, half_pi));
     rest = sway_real_sub(rest, sway_real_mul(turns, half_pi_rest));
@@ -403,6 +413,16 @@ int sway_real_compare(sway_real_t a, sway_real_t b)
     return (a.m > b.m) - (a.m < b.m);
 }
 
+word_t sway_real_word_min(word_t a, word_t b)
+{
+    return sway_real_less(sway_real_of_word(b), sway_real_of_word(a)) ? b : a;
+}
+
+word_t sway_real_word_max(word_t a, word_t b)
+{
+    return sway_real_less(sway_real_of_word(a), sway_real_of_word(b)) ? b : a;
+}
+
 int64_t sway_real_to_int64(sway_real_t a, int32_t shift)
 {
     const int32_t exponent = a.e + shift;
@@ -427,12 +447,6 @@ int32_t sway_real_to_int(sway_real_t a, int32_t scale, int32_t low, int32_t high
         return low;
     }
     return value > high ? high : (int32_t)value;
-}
-
-sway_complex_t sway_complex(sway_real_t re, sway_real_t im)
-{
-    const sway_complex_t result = {re, im};
-    return result;
 }
 
 sway_complex_t sway_complex_add(sway_complex_t a, sway_complex_t b)
@@ -468,19 +482,14 @@ sway_complex_t sway_complex_div(sway_complex_t a, sway_complex_t b)
     return sway_complex(sway_real_div(product.re, norm), sway_real_div(product.im, norm));
 }
 
-sway_real_t sway_complex_norm(sway_complex_t a)
+word_t sway_complex_word_norm(word_t re, word_t im)
 {
-    return sway_real_add(sway_real_mul(a.re, a.re), sway_real_mul(a.im, a.im));
+    return sway_real_word_add(sway_real_word_mul(re, re), sway_real_word_mul(im, im));
 }
 
-sway_real_t sway_complex_abs(sway_complex_t a)
+word_t sway_complex_word_abs(word_t re, word_t im)
 {
-    return sway_real_sqrt(sway_complex_norm(a));
-}
-
-sway_real_t sway_complex_arg(sway_complex_t a)
-{
-    return sway_real_atan2(a.im, a.re);
+    return sway_real_word_sqrt(sway_complex_word_norm(re, im));
 }
 
 sway_complex_t sway_complex_unit(sway_real_t angle)

@@ -49,7 +49,9 @@ SWAY_INLINE sway_real_t sway_real_of_word(sway_real_word_t word)
 
 /// The arithmetic itself; use the functions without `word` below.
 sway_real_word_t sway_real_word(int64_t value, int32_t exponent);
-sway_real_word_t sway_real_word_ratio(int64_t numerator, int64_t denominator);
+sway_real_word_t sway_real_word_int(int32_t value);
+sway_real_word_t sway_real_word_micro(int64_t value);
+sway_real_word_t sway_real_word_ratio(int32_t numerator, int32_t denominator);
 sway_real_word_t sway_real_word_add(sway_real_word_t a, sway_real_word_t b);
 sway_real_word_t sway_real_word_sub(sway_real_word_t a, sway_real_word_t b);
 sway_real_word_t sway_real_word_mul(sway_real_word_t a, sway_real_word_t b);
@@ -59,6 +61,10 @@ sway_real_word_t sway_real_word_sqrt(sway_real_word_t a);
 sway_real_word_t sway_real_word_exp(sway_real_word_t a);
 sway_real_word_t sway_real_word_ln(sway_real_word_t a);
 sway_real_word_t sway_real_word_atan2(sway_real_word_t y, sway_real_word_t x);
+sway_real_word_t sway_real_word_min(sway_real_word_t a, sway_real_word_t b);
+sway_real_word_t sway_real_word_max(sway_real_word_t a, sway_real_word_t b);
+sway_real_word_t sway_complex_word_norm(sway_real_word_t re, sway_real_word_t im);
+sway_real_word_t sway_complex_word_abs(sway_real_word_t re, sway_real_word_t im);
 
 /// value * 2^exponent, rounded to 31 bits.
 SWAY_INLINE sway_real_t sway_real(int64_t value, int32_t exponent)
@@ -66,14 +72,26 @@ SWAY_INLINE sway_real_t sway_real(int64_t value, int32_t exponent)
     return sway_real_of_word(sway_real_word(value, exponent));
 }
 
-/// The integer `value`, exact up to 31 bits.
-SWAY_INLINE sway_real_t sway_real_int(int64_t value)
+/// 0.
+SWAY_INLINE sway_real_t sway_real_zero(void)
 {
-    return sway_real_of_word(sway_real_word(value, 0));
+    return sway_real_of_word(0);
+}
+
+/// The integer `value`, exact; sway_real(value, 0) for one of 64 bits.
+SWAY_INLINE sway_real_t sway_real_int(int32_t value)
+{
+    return sway_real_of_word(sway_real_word_int(value));
+}
+
+/// `value` millionths: of microradian, rad; of microseconds, s.
+SWAY_INLINE sway_real_t sway_real_micro(int64_t value)
+{
+    return sway_real_of_word(sway_real_word_micro(value));
 }
 
 /// numerator / denominator; 0 for a denominator of 0. E.g. sway_real_ratio(981, 100) = 9.81.
-SWAY_INLINE sway_real_t sway_real_ratio(int64_t numerator, int64_t denominator)
+SWAY_INLINE sway_real_t sway_real_ratio(int32_t numerator, int32_t denominator)
 {
     return sway_real_of_word(sway_real_word_ratio(numerator, denominator));
 }
@@ -91,6 +109,11 @@ SWAY_INLINE sway_real_t sway_real_sub(sway_real_t a, sway_real_t b)
 SWAY_INLINE sway_real_t sway_real_mul(sway_real_t a, sway_real_t b)
 {
     return sway_real_of_word(sway_real_word_mul(sway_real_to_word(a), sway_real_to_word(b)));
+}
+
+SWAY_INLINE sway_real_t sway_real_square(sway_real_t a)
+{
+    return sway_real_mul(a, a);
 }
 
 /// a / b; 0 where b is 0 (callers that can meet it test first).
@@ -166,12 +189,12 @@ SWAY_INLINE int sway_real_sign(sway_real_t a)
 
 SWAY_INLINE sway_real_t sway_real_min(sway_real_t a, sway_real_t b)
 {
-    return sway_real_less(b, a) ? b : a;
+    return sway_real_of_word(sway_real_word_min(sway_real_to_word(a), sway_real_to_word(b)));
 }
 
 SWAY_INLINE sway_real_t sway_real_max(sway_real_t a, sway_real_t b)
 {
-    return sway_real_less(a, b) ? b : a;
+    return sway_real_of_word(sway_real_word_max(sway_real_to_word(a), sway_real_to_word(b)));
 }
 
 /// a * scale rounded to the nearest integer, clipped to [low, high].
@@ -189,7 +212,14 @@ SWAY_INLINE sway_real_t sway_real_pi(void)
     return pi;
 }
 
-sway_complex_t sway_complex(sway_real_t re, sway_real_t im);
+SWAY_INLINE sway_complex_t sway_complex(sway_real_t re, sway_real_t im)
+{
+    sway_complex_t result;
+    result.re = re;
+    result.im = im;
+    return result;
+}
+
 sway_complex_t sway_complex_add(sway_complex_t a, sway_complex_t b);
 sway_complex_t sway_complex_sub(sway_complex_t a, sway_complex_t b);
 sway_complex_t sway_complex_mul(sway_complex_t a, sway_complex_t b);
@@ -198,10 +228,24 @@ sway_complex_t sway_complex_conj(sway_complex_t a);
 /// a / b; 0 where b is 0.
 sway_complex_t sway_complex_div(sway_complex_t a, sway_complex_t b);
 /// |a|^2 and |a|.
-sway_real_t sway_complex_norm(sway_complex_t a);
-sway_real_t sway_complex_abs(sway_complex_t a);
+SWAY_INLINE sway_real_t sway_complex_norm(sway_complex_t a)
+{
+    return sway_real_of_word(
+        sway_complex_word_norm(sway_real_to_word(a.re), sway_real_to_word(a.im)));
+}
+
+SWAY_INLINE sway_real_t sway_complex_abs(sway_complex_t a)
+{
+    return sway_real_of_word(
+        sway_complex_word_abs(sway_real_to_word(a.re), sway_real_to_word(a.im)));
+}
+
 /// Argument in (-pi, pi].
-sway_real_t sway_complex_arg(sway_complex_t a);
+SWAY_INLINE sway_real_t sway_complex_arg(sway_complex_t a)
+{
+    return sway_real_atan2(a.im, a.re);
+}
+
 /// e^(j angle), angle in rad.
 sway_complex_t sway_complex_unit(sway_real_t angle);
 

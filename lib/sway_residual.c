@@ -28,7 +28,7 @@ static bool is_even(const int32_t *residual, uint32_t n)
         const int32_t size = residual[b] < 0 ? -residual[b] : residual[b];
         largest = size > largest ? size : largest;
     }
-    const int32_t ninth = (largest + 8) / 9;
+    const int32_t ninth = (int32_t)(((uint32_t)largest + 8U) / 9U);
     for (uint32_t b = 0; b < n; b++) {
         const int32_t size = residual[b] < 0 ? -residual[b] : residual[b];
         reach += size >= ninth ? 1U : 0U;
@@ -56,7 +56,7 @@ sway_real_t sway_residual_inflation(const int32_t *residual, uint32_t n, sway_re
     const int64_t sum = sway_wide_dot(residual + 1, residual, n - 1U);
     const sway_real_t one = sway_real_int(1);
     const sway_real_t rho =
-        sway_real_min(sway_real_div(sway_real_int(sum), squares), sway_real_ratio(95, 100));
+        sway_real_min(sway_real_div(sway_real(sum, 0), squares), sway_real_ratio(95, 100));
     if (sway_real_less(rho, sway_real_ratio(35, 100))) {
         return one;
     }

@@ -10,13 +10,13 @@
 #define SWAY_WINDOW_MIN 32
 
 typedef struct {
-    int32_t sample[SWAY_CHANNELS][SWAY_RING_SAMPLES];
-    uint32_t speed[SWAY_RING_SAMPLES]; ///< twice the speed in mm/s, plus 1 where it is valid
-    uint16_t valid[SWAY_RING_SAMPLES]; ///< valid_mask of the channels
-    uint32_t present_mask;
     uint32_t head;   ///< slot of the next row
     uint32_t filled; ///< rows held, at most SWAY_RING_SAMPLES
+    uint32_t present_mask;
     int64_t newest_time_us;
+    uint32_t speed[SWAY_RING_SAMPLES]; ///< twice the speed in mm/s, plus 1 where it is valid
+    uint16_t valid[SWAY_RING_SAMPLES]; ///< valid_mask of the channels
+    int32_t sample[SWAY_CHANNELS][SWAY_RING_SAMPLES];
 } sway_ring_t;
 
 void sway_ring_clear(sway_ring_t *ring);

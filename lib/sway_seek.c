@@ -76,8 +76,7 @@ static void take_slope_out(int32_t *data, int64_t n)
     for (int64_t b = 0; b < n; b++) {
         moment += data[b] * (2 * b - n + 1);
     }
-    const int64_t spread = n * (n * n - 1) / 3;
-    const int64_t slope = moment / spread;
+    const int64_t slope = sway_wide_divide(3 * moment, n * (n * n - 1));
     for (int64_t b = 0; b < n; b++) {
         data[b] -= (int32_t)(slope * (2 * b - n + 1));
     }
@@ -114,7 +113,7 @@ static void load_channel(sway_seek_t *seek, const sway_ring_t *ring, uint32_t ch
     const int32_t gain = INT32_C(1) << headroom(data, n);
     /* Hann: (1 - cos(2 pi (b + 1/2) / n)) / 2, the cosine by turning a Q30 pointer. */
     const sway_real_t turn =
-        sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int((int64_t)n));
+        sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int((int32_t)n));
     const sway_complex_t step = sway_complex_unit(turn);
     const sway_complex_t at = sway_complex_unit(sway_real_scale(turn, -1));
     const int32_t step_re = (int32_t)sway_real_to_int64(step.re, 30);
@@ -228,14 +227,14 @@ static uint32_t bin_of(const sway_seek_t *seek, int32_t mhz)
 {
     const int64_t period_us =
         (int64_t)seek->config.sample_period_us * seek->block * SWAY_SEEK_POINTS;
-    const int64_t bin = ((int64_t)mhz * period_us + 500000000) / 1000000000;
+    const int64_t bin = sway_wide_divide((int64_t)mhz * period_us + 500000000, 1000000000);
     const int64_t last = SWAY_SEEK_POINTS / 2 - 2;
     return (uint32_t)(bin < 1 ? 1 : bin > last ? last : bin);
 }
 
 static sway_real_t magnitude_at(const sway_seek_t *seek, uint32_t k)
 {
-    return sway_real_sqrt(sway_real_int(seek->power[k]));
+    return sway_real_sqrt(sway_real(seek->power[k], 0));
 }
 
 bool sway_seek_result(const sway_seek_t *seek, sway_real_t *omega_rad_s)
@@ -250,9 +249,9 @@ bool sway_seek_result(const sway_seek_t *seek, sway_real_t *omega_rad_s)
     }
     const sway_real_t x = sway_seek_offset(magnitude_at(seek, best - 1U), magnitude_at(seek, best),
                                            magnitude_at(seek, best + 1U));
-    const sway_real_t bins = sway_real_add(sway_real_int(best), x);
+    const sway_real_t bins = sway_real_add(sway_real_int((int32_t)best), x);
     const int64_t span_us = (int64_t)seek->config.sample_period_us * seek->block * SWAY_SEEK_POINTS;
-    const sway_real_t span_s = sway_real_ratio(span_us, 1000000);
+    const sway_real_t span_s = sway_real_micro(span_us);
     const sway_real_t turn = sway_real_scale(sway_real_pi(), 1);
     *omega_rad_s = sway_real_div(sway_real_mul(turn, bins), span_s);
     return true;

@@ -69,12 +69,12 @@ void sway_spectrum_push(sway_spectrum_t *spectrum, const sway_ring_t *ring)
 static void make_table(sway_spectrum_t *spectrum)
 {
     const sway_real_t step =
-        sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int((int64_t)spectrum->window));
+        sway_real_div(sway_real_scale(sway_real_pi(), 1), sway_real_int((int32_t)spectrum->window));
     for (uint32_t i = 0; i < TABLE_SLICE && !has_table(spectrum); i++) {
         const uint32_t at = spectrum->tabled;
         sway_real_t s;
         sway_real_t c;
-        sway_real_sincos(sway_real_mul(step, sway_real_int((int64_t)at)), &s, &c);
+        sway_real_sincos(sway_real_mul(step, sway_real_int((int32_t)at)), &s, &c);
         spectrum->cosine[at] = (int32_t)sway_real_to_int64(c, SWAY_TWIDDLE_BITS);
         spectrum->sine[at] = -(int32_t)sway_real_to_int64(s, SWAY_TWIDDLE_BITS);
         spectrum->tabled = at + 1U;

@@ -28,14 +28,14 @@
                                  : 22)
 
 typedef struct {
+    uint32_t window;  ///< N
+    uint32_t phase;   ///< row number of the next row, modulo N
+    uint32_t covered; ///< newest rows that are in the sums; ready when equal to N
+    uint32_t tabled;  ///< entries of the table that are made, N/2 + 1 in the end
     int64_t re[SWAY_CHANNELS][SWAY_BINS + 1];
     int64_t im[SWAY_CHANNELS][SWAY_BINS + 1];
     int32_t cosine[SWAY_RING_SAMPLES / 2 + 1]; ///< w of the present window, entries 0 .. N/2:
     int32_t sine[SWAY_RING_SAMPLES / 2 + 1];   ///< the others mirror them
-    uint32_t window;                           ///< N
-    uint32_t phase;                            ///< row number of the next row, modulo N
-    uint32_t covered; ///< newest rows that are in the sums; ready when equal to N
-    uint32_t tabled;  ///< entries of the table that are made, N/2 + 1 in the end
 } sway_spectrum_t;
 
 /// Real and imaginary part of w[at], at < N, when the table is made.

@@ -42,12 +42,7 @@ typedef struct {
 
 static sway_real_t zero(void)
 {
-    return sway_real_int(0);
-}
-
-static sway_real_t square(sway_real_t a)
-{
-    return MUL(a, a);
+    return sway_real_zero();
 }
 
 static sway_complex_t from_real(sway_real_t a)
@@ -67,7 +62,7 @@ sway_real_t sway_stm_speed_high(void)
 
 static sway_real_t metre(int32_t micrometre)
 {
-    return sway_real_ratio(micrometre, 1000000);
+    return sway_real_micro(micrometre);
 }
 
 static void car_from_vehicle(sway_stm_body_t *body, const sway_car_t *car)
@@ -136,19 +131,20 @@ static factors_t body_factors(const sway_stm_body_t *body, sway_complex_t s, swa
     const sway_real_t d_r = SUB(x_r, h);
     const sway_real_t base_by_v = DIV(SUB(x_f, x_r), v);
     /* Factors of C in the coefficient of s/v: m x^2 + I, and d^2. */
-    const sway_real_t turn_f = ADD(MUL(m, square(x_f)), inertia);
-    const sway_real_t turn_r = ADD(MUL(m, square(x_r)), inertia);
+    const sway_real_t turn_f = ADD(MUL(m, sway_real_square(x_f)), inertia);
+    const sway_real_t turn_r = ADD(MUL(m, sway_real_square(x_r)), inertia);
 
     factors_t result;
     const sway_complex_t p1 = CADD(CSCALE(c_f, turn_f), CSCALE(c_r, turn_r));
-    const sway_complex_t cross = CSCALE(CMUL(c_f, c_r), square(base_by_v));
+    const sway_complex_t cross = CSCALE(CMUL(c_f, c_r), sway_real_square(base_by_v));
     const sway_complex_t moment = CADD(CSCALE(c_f, x_f), CSCALE(c_r, x_r));
     result.p = CADD(CSCALE(s2, MUL(m, inertia)), CMUL(p1, z));
     result.p = CADD(result.p, CSUB(cross, CSCALE(moment, m)));
 
     const sway_complex_t k1 = CADD(CSCALE(c_f, d_f), CSCALE(c_r, d_r));
-    const sway_complex_t k2 = CADD(CSCALE(c_f, square(d_f)), CSCALE(c_r, square(d_r)));
-    const sway_real_t about_hitch = ADD(inertia, MUL(m, square(h)));
+    const sway_complex_t k2 =
+        CADD(CSCALE(c_f, sway_real_square(d_f)), CSCALE(c_r, sway_real_square(d_r)));
+    const sway_real_t about_hitch = ADD(inertia, MUL(m, sway_real_square(h)));
     result.q = CSUB(CADD(CSCALE(s2, about_hitch), CMUL(k2, z)), k1);
     return result;
 }
@@ -182,15 +178,16 @@ static body_poly_t body_poly(const sway_stm_body_t *body)
         const sway_real_t d = SUB(x, h);
         sum = ADD(sum, c);
         moment = ADD(moment, MUL(c, x));
-        second = ADD(second, MUL(c, square(x)));
-        poly.q1 = ADD(poly.q1, MUL(c, square(d)));
+        second = ADD(second, MUL(c, sway_real_square(x)));
+        poly.q1 = ADD(poly.q1, MUL(c, sway_real_square(d)));
         poly.q0 = SUB(poly.q0, MUL(c, d));
     }
     poly.p2 = MUL(m, body->yaw_inertia_kgm2);
     poly.p1 = ADD(MUL(m, second), MUL(body->yaw_inertia_kgm2, sum));
-    poly.p02 = MUL(MUL(body->stiffness_n_per_rad[0], body->stiffness_n_per_rad[1]), square(base));
+    poly.p02 = MUL(MUL(body->stiffness_n_per_rad[0], body->stiffness_n_per_rad[1]),
+                   sway_real_square(base));
     poly.p00 = sway_real_neg(MUL(m, moment));
-    poly.q2 = ADD(body->yaw_inertia_kgm2, MUL(m, square(h)));
+    poly.q2 = ADD(body->yaw_inertia_kgm2, MUL(m, sway_real_square(h)));
     return poly;
 }
 
@@ -223,7 +220,7 @@ sway_stm_quartic_t sway_stm_quartic(const sway_stm_t *stm, sway_real_t v)
 {
     const speed_poly_t poly = speed_poly(stm);
     const sway_real_t u = DIV(sway_real_int(1), v);
-    const sway_real_t w = square(u);
+    const sway_real_t w = sway_real_square(u);
     sway_stm_quartic_t quartic;
     quartic.a[4] = poly.a4;
     quartic.a[3] = MUL(poly.a3, u);
@@ -245,7 +242,7 @@ bool sway_stm_is_stable(const sway_stm_quartic_t *quartic)
         }
     }
     const sway_real_t hurwitz =
-        SUB(MUL(a[1], SUB(MUL(a[2], a[3]), MUL(a[4], a[1]))), MUL(a[0], square(a[3])));
+        SUB(MUL(a[1], SUB(MUL(a[2], a[3]), MUL(a[4], a[1]))), MUL(a[0], sway_real_square(a[3])));
     return sway_real_sign(hurwitz) > 0;
 }
 
@@ -255,7 +252,7 @@ bool sway_stm_is_stable(const sway_stm_quartic_t *quartic)
 static bool larger_root(sway_real_t h2, sway_real_t h1, sway_real_t h0, sway_real_t *w)
 {
     const sway_real_t half = sway_real_scale(h1, -1);
-    const sway_real_t discriminant = SUB(square(half), MUL(h2, h0));
+    const sway_real_t discriminant = SUB(sway_real_square(half), MUL(h2, h0));
     if (sway_real_sign(discriminant) < 0) {
         return false;
     }
@@ -274,12 +271,12 @@ static bool flutter(const speed_poly_t *p, sway_real_t *w)
 {
     const sway_real_t a3a22 = MUL(p->a3, p->a22);
     const sway_real_t a3a20 = MUL(p->a3, p->a20);
-    const sway_real_t a3a3 = square(p->a3);
+    const sway_real_t a3a3 = sway_real_square(p->a3);
     const sway_real_t h2 = MUL(p->a13, SUB(a3a22, MUL(p->a4, p->a13)));
     const sway_real_t twice = sway_real_scale(MUL(p->a4, MUL(p->a11, p->a13)), 1);
     const sway_real_t h1 = SUB(SUB(pair(p->a11, a3a22, p->a13, a3a20), MUL(p->a02, a3a3)), twice);
     const sway_real_t h0 =
-        SUB(SUB(MUL(p->a11, a3a20), MUL(p->a00, a3a3)), MUL(p->a4, square(p->a11)));
+        SUB(SUB(MUL(p->a11, a3a20), MUL(p->a00, a3a3)), MUL(p->a4, sway_real_square(p->a11)));
     return larger_root(h2, h1, h0, w);
 }
 
@@ -369,7 +366,8 @@ void sway_stm_roots_start(sway_stm_roots_t *roots, const sway_stm_quartic_t *qua
         radius = sway_real_int(1);
     }
     for (int k = 0; k < roots->count; k++) {
-        const sway_real_t angle = sway_real_ratio(50 + 314 * 2 * k / roots->count, 100);
+        const sway_real_t angle =
+            sway_real_ratio(50 + (int32_t)(628U * (uint32_t)k / (uint32_t)roots->count), 100);
         roots->root[k] = CSCALE(sway_complex_unit(angle), radius);
     }
 }
@@ -398,7 +396,8 @@ bool sway_stm_roots_sweep(sway_stm_roots_t *roots, const sway_stm_quartic_t *qua
         roots->root[k] = CSUB(roots->root[k], step);
         /* |step|^2 against (1e-7)^2 |root|^2 */
         const sway_real_t bound =
-            MUL(sway_complex_norm(roots->root[k]), sway_real_ratio(1, INT64_C(100000000000000)));
+            MUL(sway_complex_norm(roots->root[k]),
+                sway_real_div(sway_real_int(1), sway_real(INT64_C(100000000000000), 0)));
         settled = settled && sway_real_compare(sway_complex_norm(step), bound) <= 0;
     }
     return settled;
@@ -550,8 +549,7 @@ sway_error_t sway_stm_shift(sway_complex_t f_s, sway_complex_t f_v, sway_complex
     const sway_complex_t f_omega = sway_complex(sway_real_neg(f_s.im), f_s.re);
     const sway_real_t determinant = SUB(MUL(f_omega.re, f_v.im), MUL(f_v.re, f_omega.im));
     const sway_real_t size = MUL(sway_complex_abs(f_omega), sway_complex_abs(f_v));
-    if (sway_real_compare(sway_real_abs(determinant), MUL(size, sway_real_ratio(1, 1000000))) <=
-        0) {
+    if (sway_real_compare(sway_real_abs(determinant), MUL(size, sway_real_micro(1))) <= 0) {
         return SWAY_ERROR_SINGULAR;
     }
     *d_omega = DIV(SUB(MUL(f_v.re, df.im), MUL(df.re, f_v.im)), determinant);
@@ -586,12 +584,12 @@ static sway_error_t trailer_steady(const sway_stm_body_t *t, trailer_steady_t *r
     /* Slip of an axle b behind the hitch: alpha = g + b r/v, g the slip of the drawbar at the hitch
      * (psi2 less the course of the hitch). Moments about the hitch: m2 v r h = sum C b alpha;
      * lateral: F_hitch = m2 v r - sum C alpha. */
-    const sway_real_t second = pair(c_f, square(b_f), c_r, square(b_r));
+    const sway_real_t second = pair(c_f, sway_real_square(b_f), c_r, sway_real_square(b_r));
     const sway_real_t sum = ADD(c_f, c_r);
     result->angle_v2 = DIV(MUL(t->mass_kg, t->hitch_m), moment);
     result->angle_0 = sway_real_neg(DIV(second, moment));
     result->force_v2 = SUB(t->mass_kg, MUL(sum, result->angle_v2));
-    result->force_0 = DIV(MUL(MUL(c_f, c_r), square(base)), moment);
+    result->force_0 = DIV(MUL(MUL(c_f, c_r), sway_real_square(base)), moment);
     return SWAY_OK;
 }
 
@@ -620,7 +618,7 @@ sway_error_t sway_stm_steady_state(const sway_stm_t *stm, sway_real_t v, sway_st
     result->understeer_gradient_rad = MUL(g, solo);
     result->combination_understeer_gradient_rad = MUL(g, gradient);
     result->effective_wheelbase_m = SUB(base, MUL(trailer.force_0, bend));
-    const sway_real_t v2 = square(v);
+    const sway_real_t v2 = sway_real_square(v);
     const sway_real_t below = ADD(result->effective_wheelbase_m, MUL(gradient, v2));
     if (sway_real_is_zero(below)) {
         return SWAY_ERROR_SINGULAR;

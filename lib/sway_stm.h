@@ -32,8 +32,8 @@ typedef struct {
 } sway_stm_body_t;
 
 typedef struct {
-    sway_stm_body_t body[2];
     bool has_trailer;
+    sway_stm_body_t body[2];
 } sway_stm_t;
 
 /// Coefficients a[k] of s^k; a[3] = a[4] = 0 without trailer. Relaxation is not in them.

@@ -79,7 +79,7 @@ void sway_track_push(sway_track_t *track, const sway_tick_t *tick)
 /* Rows in the configured number of oscillations, before any limit. */
 static uint32_t wanted_window(const sway_track_t *track, sway_real_t omega_rad_s)
 {
-    const sway_real_t row_s = sway_real_ratio(track->config.sample_period_us, 1000000);
+    const sway_real_t row_s = sway_real_micro(track->config.sample_period_us);
     const sway_real_t turns = sway_real_ratio(track->config.window_cycles_milli, 500);
     const sway_real_t angle = sway_real_mul(turns, sway_real_pi());
     const sway_real_t rows = sway_real_div(angle, sway_real_mul(omega_rad_s, row_s));
@@ -100,7 +100,7 @@ static void give_up(sway_track_t *track, uint32_t flags)
  * than 1 rad at the ends of the window. */
 static sway_real_t known_chirp(const sway_track_t *track, uint32_t window)
 {
-    const sway_real_t none = sway_real_int(0);
+    const sway_real_t none = sway_real_zero();
     if (!track->locked || track->past_count < SWAY_TRACK_HISTORY) {
         return none;
     }
@@ -112,11 +112,10 @@ static sway_real_t known_chirp(const sway_track_t *track, uint32_t window)
     const sway_real_t spread =
         sway_real_add(sway_real_mul(se_new, se_new), sway_real_mul(se_old, se_old));
     const sway_real_t bar = sway_real_scale(spread, 4);
-    const sway_real_t span_s =
-        sway_real_ratio(track->past_us[newest] - track->past_us[oldest], 1000000);
+    const sway_real_t span_s = sway_real_micro(track->past_us[newest] - track->past_us[oldest]);
     const sway_real_t chirp = sway_real_div(change, span_s);
     const sway_real_t half_s =
-        sway_real_ratio((int64_t)window * track->config.sample_period_us, 2000000);
+        sway_real_scale(sway_real_micro((int64_t)window * track->config.sample_period_us), -1);
     const sway_real_t bow = sway_real_mul(sway_real_abs(chirp), sway_real_mul(half_s, half_s));
     const bool known =
         sway_real_less(bar, sway_real_mul(change, change)) && sway_real_less(bow, sway_real_int(1));
@@ -201,16 +200,16 @@ static sway_real_t spectrum_omega(const sway_track_t *track)
     const sway_channel_t channel = track->pilot;
     sway_real_t size[SWAY_BINS];
     uint32_t best = 1;
-    size[0] = sway_real_int(0);
+    size[0] = sway_real_zero();
     for (uint32_t k = 1; k < SWAY_BINS; k++) {
         size[k] = sway_complex_abs(sway_spectrum_hann(&track->spectrum, channel, k));
         best = k + 1U < SWAY_BINS && sway_real_less(size[best], size[k]) ? k : best;
     }
     const sway_real_t x = sway_seek_offset(size[best - 1U], size[best], size[best + 1U]);
-    const sway_real_t bins = sway_real_add(sway_real_int(best), x);
+    const sway_real_t bins = sway_real_add(sway_real_int((int32_t)best), x);
     const int64_t span_us = (int64_t)track->config.sample_period_us * track->spectrum.window;
     const sway_real_t turn = sway_real_scale(sway_real_pi(), 1);
-    return sway_real_div(sway_real_mul(turn, bins), sway_real_ratio(span_us, 1000000));
+    return sway_real_div(sway_real_mul(turn, bins), sway_real_micro(span_us));
 }
 
 static bool start_seek(sway_track_t *track, uint32_t mask)
@@ -230,7 +229,7 @@ static void start_held_line(sway_track_t *track)
 
 static void start_estimate(sway_track_t *track)
 {
-    track->forced_rad_s = sway_real_int(0);
+    track->forced_rad_s = sway_real_zero();
     if (track->lost > 0U) {
         track->pilot = pilot(track); // now: a line of the steering wheel would take its place
     }

@@ -41,27 +41,27 @@ typedef union {
 #define SWAY_TRACK_HISTORY 16
 
 typedef struct {
-    sway_track_config_t config;
-    sway_ring_t ring;
-    sway_spectrum_t spectrum;
-    sway_track_work_t work;
-    sway_line_t line;        ///< latest result, or the one in the making
-    uint32_t harmonics_mask; ///< channels that had 2f and 3f in their last model
-    sway_channel_t pilot;    ///< the clearest channel, while a line is lost
-    int64_t break_time_us;   ///< windows that begin earlier hold a break of the line
-    uint32_t sequence;
-    uint32_t rows_to_hop; ///< rows until the next estimate is due
-    uint32_t lost;        ///< estimates in a row that held no line
-    uint32_t state;
     bool locked;
-    bool spectrum_first;      ///< a row has come since the sums were filled by a slice
-    bool free;                ///< the line was there while the steering was quiet
+    bool spectrum_first; ///< a row has come since the sums were filled by a slice
+    bool free;           ///< the line was there while the steering was quiet
+    uint32_t state;
+    sway_channel_t pilot; ///< the clearest channel, while a line is lost
+    uint32_t sequence;
+    uint32_t rows_to_hop;    ///< rows until the next estimate is due
+    uint32_t lost;           ///< estimates in a row that held no line
+    uint32_t harmonics_mask; ///< channels that had 2f and 3f in their last model
+    uint32_t past_count;     ///< since the line was found
+    sway_track_config_t config;
+    int64_t break_time_us;    ///< windows that begin earlier hold a break of the line
     sway_real_t forced_rad_s; ///< the driver's tone, found for the estimate that follows; or 0
     sway_real_t omega_rad_s;  ///< start of the next estimate
     sway_real_t past_omega[SWAY_TRACK_HISTORY];
     sway_real_t past_se[SWAY_TRACK_HISTORY];
     int64_t past_us[SWAY_TRACK_HISTORY];
-    uint32_t past_count; ///< since the line was found
+    sway_line_t line; ///< latest result, or the one in the making
+    sway_spectrum_t spectrum;
+    sway_ring_t ring;
+    sway_track_work_t work;
 } sway_track_t;
 
 /// 2 oscillations, 0.25..2 Hz, all channels except the steering wheel, 1 deg, 5 %.

@@ -9,40 +9,47 @@
 #define KGM2 1000
 #define NEWTON 1000
 
-static const sway_vehicle_range_t RANGES[] = {
-    {"car.mass", CAR(mass_g), 3 * TON / 10, 60 * TON, 1000, false},
-    {"car.yaw_inertia", CAR(yaw_inertia_gm2), 100 * KGM2, 1000000 * KGM2, KGM2, true},
-    {"car.front_axle_to_cog", CAR(front_axle_to_cog_um), METRE / 10, 10 * METRE, METRE, false},
-    {"car.rear_axle_to_cog", CAR(rear_axle_to_cog_um), METRE / 10, 10 * METRE, METRE, false},
-    {"car.hitch_to_cog", CAR(hitch_to_cog_um), METRE / 10, 15 * METRE, METRE, true},
-    {"car.front_cornering_stiffness", CAR(front_cornering_stiffness_n_per_rad), 1000, 2000000, 1,
-     true},
-    {"car.rear_cornering_stiffness", CAR(rear_cornering_stiffness_n_per_rad), 1000, 2000000, 1,
-     true},
-    {"car.front_axle_load", CAR(front_axle_load_mn), 100 * NEWTON, 500000 * NEWTON, NEWTON, true},
-    {"car.rear_axle_load", CAR(rear_axle_load_mn), 100 * NEWTON, 500000 * NEWTON, NEWTON, true},
-    {"car.steering_ratio", CAR(steering_ratio_milli), 1000, 60000, 1000, false},
-    {"car.lateral_acceleration_position", CAR(lateral_acc_position_um), -15 * METRE, 15 * METRE,
-     METRE, true},
-    {"trailer.axles", TRAILER(axles), 0, 2, 1, true},
-    {"trailer.mass", TRAILER(mass_g), TON / 20, 60 * TON, 1000, false},
-    {"trailer.yaw_inertia", TRAILER(yaw_inertia_gm2), 10 * KGM2, 2000000 * KGM2, KGM2, false},
-    {"trailer.front_axle_to_cog", TRAILER(front_axle_to_cog_um), -10 * METRE, 10 * METRE, METRE,
-     true},
-    {"trailer.rear_axle_to_cog", TRAILER(rear_axle_to_cog_um), -10 * METRE, 10 * METRE, METRE,
-     true},
-    {"trailer.hitch_to_cog", TRAILER(hitch_to_cog_um), METRE / 2, 15 * METRE, METRE, false},
-    {"trailer.front_cornering_stiffness", TRAILER(front_cornering_stiffness_n_per_rad), 1000,
-     2000000, 1, true},
-    {"trailer.rear_cornering_stiffness", TRAILER(rear_cornering_stiffness_n_per_rad), 1000, 2000000,
-     1, true},
-    {"trailer.front_axle_load", TRAILER(front_axle_load_mn), 100 * NEWTON, 500000 * NEWTON, NEWTON,
-     true},
-    {"trailer.rear_axle_load", TRAILER(rear_axle_load_mn), 100 * NEWTON, 500000 * NEWTON, NEWTON,
-     true},
-    {"trailer.lateral_acceleration_position", TRAILER(lateral_acc_position_um), -15 * METRE,
-     15 * METRE, METRE, true},
-};
+/* key of vehicle.toml, field, lowest, highest, units in one SI unit, 0 allowed too */
+#define FIELDS(ROW)                                                                                \
+    ROW("car.mass", CAR(mass_g), 3 * TON / 10, 60 * TON, 1000, false)                              \
+    ROW("car.yaw_inertia", CAR(yaw_inertia_gm2), 100 * KGM2, 1000000 * KGM2, KGM2, true)           \
+    ROW("car.front_axle_to_cog", CAR(front_axle_to_cog_um), METRE / 10, 10 * METRE, METRE, false)  \
+    ROW("car.rear_axle_to_cog", CAR(rear_axle_to_cog_um), METRE / 10, 10 * METRE, METRE, false)    \
+    ROW("car.hitch_to_cog", CAR(hitch_to_cog_um), METRE / 10, 15 * METRE, METRE, true)             \
+    ROW("car.front_cornering_stiffness", CAR(front_cornering_stiffness_n_per_rad), 1000, 2000000,  \
+        1, true)                                                                                   \
+    ROW("car.rear_cornering_stiffness", CAR(rear_cornering_stiffness_n_per_rad), 1000, 2000000, 1, \
+        true)                                                                                      \
+    ROW("car.front_axle_load", CAR(front_axle_load_mn), 100 * NEWTON, 500000 * NEWTON, NEWTON,     \
+        true)                                                                                      \
+    ROW("car.rear_axle_load", CAR(rear_axle_load_mn), 100 * NEWTON, 500000 * NEWTON, NEWTON, true) \
+    ROW("car.steering_ratio", CAR(steering_ratio_milli), 1000, 60000, 1000, false)                 \
+    ROW("car.lateral_acceleration_position", CAR(lateral_acc_position_um), -15 * METRE,            \
+        15 * METRE, METRE, true)                                                                   \
+    ROW("trailer.axles", TRAILER(axles), 0, 2, 1, true)                                            \
+    ROW("trailer.mass", TRAILER(mass_g), TON / 20, 60 * TON, 1000, false)                          \
+    ROW("trailer.yaw_inertia", TRAILER(yaw_inertia_gm2), 10 * KGM2, 2000000 * KGM2, KGM2, false)   \
+    ROW("trailer.front_axle_to_cog", TRAILER(front_axle_to_cog_um), -10 * METRE, 10 * METRE,       \
+        METRE, true)                                                                               \
+    ROW("trailer.rear_axle_to_cog", TRAILER(rear_axle_to_cog_um), -10 * METRE, 10 * METRE, METRE,  \
+        true)                                                                                      \
+    ROW("trailer.hitch_to_cog", TRAILER(hitch_to_cog_um), METRE / 2, 15 * METRE, METRE, false)     \
+    ROW("trailer.front_cornering_stiffness", TRAILER(front_cornering_stiffness_n_per_rad), 1000,   \
+        2000000, 1, true)                                                                          \
+    ROW("trailer.rear_cornering_stiffness", TRAILER(rear_cornering_stiffness_n_per_rad), 1000,     \
+        2000000, 1, true)                                                                          \
+    ROW("trailer.front_axle_load", TRAILER(front_axle_load_mn), 100 * NEWTON, 500000 * NEWTON,     \
+        NEWTON, true)                                                                              \
+    ROW("trailer.rear_axle_load", TRAILER(rear_axle_load_mn), 100 * NEWTON, 500000 * NEWTON,       \
+        NEWTON, true)                                                                              \
+    ROW("trailer.lateral_acceleration_position", TRAILER(lateral_acc_position_um), -15 * METRE,    \
+        15 * METRE, METRE, true)
+
+#define RANGE(name, offset, low, high, scale, may_be_zero)                                         \
+    {low, high, (uint16_t)offset, may_be_zero},
+#define NAME(name, offset, low, high, scale, may_be_zero) {name, scale},
+
+static const sway_vehicle_range_t RANGES[] = {FIELDS(RANGE)};
 
 enum {
     RANGE_COUNT = (int)(sizeof RANGES / sizeof RANGES[0]),
@@ -54,6 +61,13 @@ const sway_vehicle_range_t *sway_vehicle_ranges(size_t *count)
 {
     *count = (size_t)RANGE_COUNT;
     return RANGES;
+}
+
+/* Only for messages to people: an ECU links neither the function nor its table. */
+const sway_vehicle_name_t *sway_vehicle_name(const sway_vehicle_range_t *range)
+{
+    static const sway_vehicle_name_t NAMES[] = {FIELDS(NAME)};
+    return &NAMES[range - RANGES];
 }
 
 int32_t sway_vehicle_value(const sway_vehicle_t *vehicle, const sway_vehicle_range_t *range)

@@ -45,19 +45,25 @@ typedef struct {
     sway_trailer_t trailer;
 } sway_vehicle_t;
 
-/// Allowed range of one field; `name` is the key of vehicle.toml ("trailer.mass"), `scale` the
-/// number of its integer units in one SI unit (mass_g: 1000).
+/// Allowed range of one field.
 typedef struct {
-    const char *name;
-    size_t offset; ///< of the int32_t in sway_vehicle_t
     int32_t low;
     int32_t high;
-    int32_t scale;
+    uint16_t offset;  ///< of the int32_t in sway_vehicle_t
     bool may_be_zero; ///< 0 (unknown) is allowed besides [low, high]
 } sway_vehicle_range_t;
 
+/// What people call that field.
+typedef struct {
+    const char *key; ///< of vehicle.toml: "trailer.mass"
+    int32_t scale;   ///< integer units in one SI unit (mass_g: 1000)
+} sway_vehicle_name_t;
+
 /// The table of ranges and its length; car first, then trailer.
 const sway_vehicle_range_t *sway_vehicle_ranges(size_t *count);
+
+/// The name of an entry of that table.
+const sway_vehicle_name_t *sway_vehicle_name(const sway_vehicle_range_t *range);
 
 /// SWAY_OK, or SWAY_ERROR_VEHICLE with `*offender` (may be NULL) pointing at the range that is
 /// violated. Beyond the single ranges: axle distances must add up to a positive wheelbase. For a

@@ -50,25 +50,25 @@ typedef struct {
 } sway_ecu_retained_t;
 
 typedef struct {
-    sway_port_t port;
-    sway_node_t node;
-    sway_core_config_t config;  ///< in use
-    sway_core_config_t staged;  ///< being changed over CAN
-    sway_port_frame_t outgoing; ///< refused by port.send, offered again
     bool outgoing_waits;
+    uint8_t report_counter;
+    uint8_t reply_counter;
     sway_ecu_state_t state;
     sway_ecu_cause_t cause;  ///< of the safe state
     sway_ecu_cause_t notice; ///< told while running, if there is one
     sway_ecu_retained_t *retained;
-    int64_t now_us;
-    int64_t frame_us; ///< of the last frame received
-    int64_t report_due_us;
     uint32_t block_sequence;
-    uint8_t report_counter;
-    uint8_t reply_counter;
     uint32_t frames_received; ///< never go down, any of the three
     uint32_t frames_sent;
     uint32_t requests_refused; ///< wrong CRC, length, command or value
+    int64_t now_us;
+    int64_t frame_us; ///< of the last frame received
+    int64_t report_due_us;
+    sway_port_t port;
+    sway_port_frame_t outgoing; ///< refused by port.send, offered again
+    sway_core_config_t config;  ///< in use
+    sway_core_config_t staged;  ///< being changed over CAN
+    sway_node_t node;
     uint32_t canary;
 } sway_ecu_t;
 

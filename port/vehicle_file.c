@@ -58,7 +58,7 @@ static const sway_vehicle_range_t *find(const char *table, const char *key, size
     const sway_vehicle_range_t *ranges = sway_vehicle_ranges(&count);
     snprintf(name, sizeof name, "%s.%s", table, key);
     for (*index = 0; *index < count; (*index)++) {
-        if (strcmp(ranges[*index].name, name) == 0) {
+        if (strcmp(sway_vehicle_name(&ranges[*index])->key, name) == 0) {
             return &ranges[*index];
         }
     }
@@ -116,12 +116,13 @@ static bool read_value(reader_t *r, const char *key, char *text)
     if (!parse_number(text, &value)) {
         return refuse(r, "not a number", text);
     }
-    const double scaled = round(value * range->scale);
-    const double low = (double)range->low / range->scale;
-    const double high = (double)range->high / range->scale;
+    const sway_vehicle_name_t *named = sway_vehicle_name(range);
+    const double scaled = round(value * named->scale);
+    const double low = (double)range->low / named->scale;
+    const double high = (double)range->high / named->scale;
     if (!(scaled >= range->low && scaled <= range->high)) {
         snprintf(r->message, r->size, "%s: %s = %g is out of range; expected %g to %g (SI)",
-                 place(r), range->name, value, low, high);
+                 place(r), named->key, value, low, high);
         return false;
     }
     const int32_t integer = (int32_t)scaled;
@@ -177,12 +178,15 @@ static bool check(reader_t *r)
     if (sway_vehicle_check(&r->vehicle, &offender) == SWAY_OK) {
         return true;
     }
-    const double scale = offender != NULL ? offender->scale : 1;
+    if (offender == NULL) {
+        snprintf(r->message, r->size, "%s: vehicle refused", r->path);
+        return false;
+    }
+    const sway_vehicle_name_t *named = sway_vehicle_name(offender);
+    const double scale = named->scale;
     snprintf(r->message, r->size, "%s: %s = %g is missing or out of range; expected %g to %g (SI)",
-             r->path, offender != NULL ? offender->name : "vehicle",
-             offender != NULL ? sway_vehicle_value(&r->vehicle, offender) / scale : 0.0,
-             offender != NULL ? offender->low / scale : 0.0,
-             offender != NULL ? offender->high / scale : 0.0);
+             r->path, named->key, sway_vehicle_value(&r->vehicle, offender) / scale,
+             offender->low / scale, offender->high / scale);
     return false;
 }
 

@@ -41,7 +41,7 @@ static const char *name_of(size_t word)
     const sway_vehicle_range_t *ranges = sway_vehicle_ranges(&count);
     for (size_t i = 0; i < count; i++) {
         if ((offsetof(sway_core_config_t, vehicle) + ranges[i].offset) / sizeof(int32_t) == word) {
-            return ranges[i].name;
+            return sway_vehicle_name(&ranges[i])->key;
         }
     }
     (void)sizeof(all_alarm_words_have_a_name);

@@ -164,6 +164,22 @@ static void test_wide_products(void)
     }
 }
 
+static void test_wide_quotients(void)
+{
+    static const int64_t ends[] = {0, 1, -1, 2, 3, -7, INT32_MAX, INT32_MIN, INT64_MAX, -INT64_MAX};
+    for (size_t i = 0; i < sizeof ends / sizeof ends[0]; i++) {
+        for (size_t j = 1; j < sizeof ends / sizeof ends[0]; j++) {
+            TEST_ASSERT_EQUAL_INT64(ends[i] / ends[j], sway_wide_divide(ends[i], ends[j]));
+        }
+    }
+    for (int i = 0; i < TRIALS; i++) {
+        const int64_t value = (int64_t)(random_bits() >> (random_bits() % 63U + 1U));
+        const int64_t divisor = (int64_t)(random_bits() >> (random_bits() % 63U + 1U)) + 1;
+        TEST_ASSERT_EQUAL_INT64(value / divisor, sway_wide_divide(value, divisor));
+        TEST_ASSERT_EQUAL_INT64(-(value / divisor), sway_wide_divide(value, -divisor));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -174,5 +190,6 @@ int main(void)
     RUN_TEST(test_every_operation_is_total);
     RUN_TEST(test_comparison_orders_as_double_does);
     RUN_TEST(test_wide_products);
+    RUN_TEST(test_wide_quotients);
     return UNITY_END();
 }

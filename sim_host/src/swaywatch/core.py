@@ -255,8 +255,8 @@ def _vehicle_key(name: str) -> tuple[str, float]:
 def _refusal(vehicle: Vehicle, result: Any, offender: Any) -> str:
     if offender == ffi.NULL:
         return f"{vehicle.path}: the core refuses this vehicle"
-    name = ffi.string(offender.name).decode()
-    scale = offender.scale
+    named = lib.sway_vehicle_name(offender)
+    name, scale = ffi.string(named.key).decode(), named.scale
     value = lib.sway_vehicle_value(result, offender) / scale
     return (
         f"{vehicle.path}: {name} = {value:g} is out of range; expected "
