@@ -48,7 +48,7 @@ def stated(score: float, *, shared: bool) -> float:
 
 
 def interval(
-    name: str, value: float, deviation: float, error: float, reached: float
+    name: str, value: float, deviation: float, error: float, reached: float, assumed: float = 0.0
 ) -> dict[str, Any]:
     """90 % interval of a value.
 
@@ -62,12 +62,14 @@ def interval(
         Standard error of the fit, as if noise were white and the model exact.
     reached
         Level of the fit.
+    assumed
+        Share of the size that hangs on a value nobody measured, 90 %.
     """
     fitted = table()["intervals"]
     noise = float(fitted["noise"])
     forms = fitted["form"]
     other = fitted["form_beside" if name.endswith(BESIDE) else "form_other"]
-    form = float(forms.get(name, other))
+    form = max(float(forms.get(name, other)), assumed)
     half = math.hypot(NINETY * noise * error * math.sqrt(max(reached, 1.0)), form * abs(deviation))
     return {
         "value": float(value), "low": float(value - half), "high": float(value + half),

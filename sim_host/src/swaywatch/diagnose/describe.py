@@ -94,9 +94,10 @@ def _reported(term: Term, name: str, covariance: Array, reached: float) -> dict[
         changed = report(moved)
         columns.append([(changed[k] - found[k]) / (moved[index] - raw[index]) for k in found])
     jacobian = np.array(columns)
+    assumed = float(str(effect.extra.get("assumed_share", 0.0)))
     errors_ = np.sqrt(np.abs(np.diag(jacobian.T @ covariance @ jacobian)))
     return {
-        key: interval(name, value, _size(value, neutral[key]), float(error), reached)
+        key: interval(name, value, _size(value, neutral[key]), float(error), reached, assumed)
         for (key, value), error in zip(found.items(), errors_, strict=True)
     }
 

@@ -243,12 +243,18 @@ def simplified(term: Term, shortest: float = 0.6, gap: float = 0.6) -> Term:
     merged: list[list[float]] = []
     for row in rows:
         last = merged[-1] if merged else None
-        if last is not None and last[0] == row[0] and row[1] < last[2] + gap:
+        if last is not None and last[0] == row[0] and abs(row[1] - last[2]) < gap:
             a, b = np.array(last[3:]) - neutral, np.array(row[3:]) - neutral
             if np.linalg.norm(a - b) < 0.5 * max(np.linalg.norm(a), np.linalg.norm(b)):
                 la, lb = last[2] - last[1], row[2] - row[1]
                 mean = neutral + (a * la + b * lb) / max(la + lb, 1e-9)
                 merged[-1] = [last[0], min(last[1], row[1]), max(last[2], row[2]), *mean]
+                continue
+        elif last is not None and last[0] == row[0] and row[2] < last[2] - shortest:
+            a, b = np.array(last[3:]) - neutral, np.array(row[3:]) - neutral
+            if np.linalg.norm(a + b) < 0.3 * np.linalg.norm(a):  # a gap in the window before
+                merged[-1] = [*last[:2], row[1], *last[3:]]
+                merged.append([row[0], row[2], *last[2:]])
                 continue
         merged.append(list(row))
     kept = [row for row in merged if row[2] - row[1] >= shortest]

@@ -53,6 +53,15 @@ def level(fit: Fit) -> float:
     return fit.chi2 / max(fit.count, 1)
 
 
+def _each_once(ranked: Sequence[Candidate]) -> list[Candidate]:
+    """Of forms of one windowed effect the best: `refined` tries the others on its windows."""
+    kept: dict[object, Candidate] = {}
+    for index, candidate in enumerate(ranked):
+        term = candidate.fit.terms[-1]
+        kept.setdefault(term.effect.name if term.effect.windowed else index, candidate)
+    return list(kept.values())
+
+
 class Search:
     """Search over one problem."""
 
@@ -97,11 +106,16 @@ class Search:
 
     def windowed(self, parent: Fit, course: Course) -> Fit | None:
         """Best fit of an effect in windows on top of a parent."""
+        fit = self.rough(parent, course)
+        return None if fit is None else self.completed(self.edges(fit))
+
+    def rough(self, parent: Fit, course: Course) -> Fit | None:
+        """Fit of an effect in windows before their edges are moved over local minima."""
         term = windows(course)
         if term is None:
             return None
         fit = Fit((*parent.terms, term), parent.nuisance, self.cold.shared)
-        return self.completed(self.edges(self.fitter.run(fit, 6, free=1)))
+        return self.fitter.run(fit, 6, free=1)
 
     def completed(self, fit: Fit) -> Fit:
         """With windows that show once the first ones are in the model."""
@@ -311,10 +325,14 @@ class Search:
             courses = [c for c in courses if c.gain > 0.05 * parent.chi2]
             courses = [c for c in courses if parent.chi2 - c.gain < WORTH * best]
             courses.sort(key=lambda c: -c.gain)
-            for fit in pool.map(lambda c: self.windowed(parent, c), courses[:WINDOWED_LIST]):
-                if fit is not None and np.isfinite(fit.chi2):
-                    found.append(Candidate(fit, parent))
-        found.sort(key=lambda c: c.level)
+            started = pool.map(lambda c: self.rough(parent, c), courses[:WINDOWED_LIST])
+            rough = [f for f in started if f is not None and np.isfinite(f.chi2)]
+            best = min([best, *(f.chi2 for f in rough)])
+            near = [f for f in rough if f.chi2 < WORTH * best]
+            far = [f for f in rough if f.chi2 >= WORTH * best]
+            moved = list(pool.map(lambda f: self.completed(self.edges(f)), near))
+            found += [Candidate(f, parent) for f in (*moved, *far) if np.isfinite(f.chi2)]
+        found = _each_once(sorted(found, key=lambda c: c.level))
         with ThreadPoolExecutor(WORKERS) as pool:
             polished = [
                 Candidate(fit, parent)

@@ -6,19 +6,35 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
 from swaywatch.diagnose.modules.crosswind_gust import PULSE_S, SHAPES, ramp
-from swaywatch.diagnose.plant import PlantInput
+from swaywatch.diagnose.modules.sensor_roll_gravity import roll
+from swaywatch.diagnose.plant import GRAVITY, PlantInput
 from swaywatch.diagnose.runs import Run
 
 
-def _act(shape: str, sensing: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+#: Loads of car and trailer, and the roll they follow.
+TRANSFERS = {"car": ("car_front", "car_rear"), "trailer": ("trailer_front", "trailer_rear")}
+
+
+def _level_bodies(plant: PlantInput, tilt: Array) -> None:
+    """Take out of the loads what the bodies' roll against the cross-fall moves; tilt in m/s2."""
+    for body, axles in TRANSFERS.items():
+        lag = roll(tilt, plant.get(f"roll_frequency_{body}"), plant.get(f"roll_damping_{body}"))
+        for axle in axles:
+            plant.add_series(f"shift_{axle}", -plant.get(f"transfer_{axle}") * lag)
+
+
+def _act(shape: str, variant: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
-        plant.scalar("bank_unsensed", 1.0 if sensing else 0.0)
+        plant.scalar("bank_unsensed", 1.0 if "motion" in variant else 0.0)
+        angle = np.zeros(run.time.size)
         for window in windows:
-            angle = np.radians(window.values["angle_deg"])
-            plant.add_series("bank", angle * SHAPES[shape](window, run.time))
+            angle += np.radians(window.values["angle_deg"]) * SHAPES[shape](window, run.time)
+        plant.add_series("bank", angle)
+        if "level" in variant and windows:
+            _level_bodies(plant, GRAVITY * np.sin(angle))
 
     return act
 
@@ -33,13 +49,16 @@ EFFECTS = [
         parameters=(
             Parameter("angle_deg", "deg", 0.0, -15.0, 15.0, (1.0,), 0.05, 0.1), *ramp(shape),
         ),  # fmt: skip
-        act=_act(shape, sensing),
+        act=_act(shape, variant),
         windowed=True,
         lines=("mean", "broadband"),
         decided_by="height profile of the road",
-        extra={"form": shape + sensing, "pulse_s": PULSE_S},
+        extra={"form": shape + variant, "pulse_s": PULSE_S},
     )
-    for shape in SHAPES
-    # inertial units with an attitude filter take gravity's part out
-    for sensing in ("", "_motion")
+    # inertial units with an attitude filter take gravity's part out; a short or slow bank, or a
+    # body that leans against it, leaves the wheel loads alone
+    for shape, variant in (
+        ("box", ""), ("box", "_motion"), ("half_sine", ""), ("half_sine", "_motion"),
+        ("ramped", ""), ("ramped", "_motion"), ("ramped", "_level"), ("ramped", "_motion_level"),
+    )
 ]

@@ -25,6 +25,10 @@ def _report(values: Values) -> dict[str, float]:
     return {"coefficient": values["coefficient"]}
 
 
+#: What is seen is coefficient times roll; the roll per lateral acceleration is a typical one
+#: (`plant.neutral`), and cars and caravans of one class differ by so much.
+ASSUMED_SHARE = 0.35
+
 #: Roll is not recorded: its frequency and damping are fitted with the coefficient.
 _PARAMETERS = (
     Parameter("coefficient", "rad/rad", 0.0, -1.0, 1.0, (0.05, -0.05), 0.005, 0.002),
@@ -42,6 +46,7 @@ EFFECTS = [
         parameters=_PARAMETERS,
         act=_act(axle),
         report=_report,
+        extra={"assumed_share": ASSUMED_SHARE},
         decided_by="roll angle, and slip stiffness at two speeds",
     )
     for axle in ("car_front", "car_rear", "trailer")
