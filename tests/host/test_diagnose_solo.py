@@ -10,9 +10,9 @@ import pytest
 from conftest import DATA, recordings
 
 from swaywatch.diagnose.engine import diagnose, write
-from swaywatch.diagnose.modules.sensor_roll_gravity import roll
 from swaywatch.diagnose.plant import GRAVITY
 from swaywatch.diagnose.predict import predict
+from swaywatch.diagnose.roll import lag
 from swaywatch.diagnose.solo_car import SLOTS, CarInput, simulate
 from swaywatch.diagnose.solo_data import load_solo, without_spikes
 from swaywatch.diagnose.solo_relations import banked, relations
@@ -60,7 +60,7 @@ def _run(path: Path, seed: int, *, sign: float = 1.0, gravity: float = ROLL) -> 
     moving = speed > 1.0
     true = np.where(moving, out["acceleration"], 0.0)
     yaw = np.where(moving, out["yaw_rate"], 0.0)
-    seen = true + GRAVITY * gravity * roll(true, 10.0, 0.35)
+    seen = true + GRAVITY * gravity * lag(true, 10.0, 0.35)
     columns = {
         "time_s": time,
         "Steer [rad]": sign * wheel,

@@ -111,9 +111,7 @@ class Locator:
             ]
         return found
 
-    def course(
-        self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None
-    ) -> Course:
+    def course(self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None) -> Course:
         """Least-squares amplitudes of pulses of one effect, as long as its module has them."""
         pulse_s = pulse_s or float(str(effect.extra.get("pulse_s", PULSE_S)))
         runs = self.fitter.problem.runs
@@ -140,8 +138,9 @@ class Locator:
             right = full.T @ self.base[r]
             x = -np.linalg.solve(normal, right)
             rest = self.base[r] + full @ x
-            for j in np.flatnonzero(constant.any(axis=0)):
-                x[j : k : len(effect.parameters)] -= np.median(x[j : k : len(effect.parameters)])
+            for level in constant.T:
+                if level.any():
+                    x[:k] -= level * np.median(x[:k][level > 0.0])
             only = self.nuisance[r]
             y = -np.linalg.lstsq(only, self.base[r], rcond=None)[0]
             rest_only = self.base[r] + only @ y
@@ -225,12 +224,14 @@ def widened(term: Term, by: float) -> Term:
 
 
 def reformed(term: Term, effect: Effect, start: int = 0) -> Term:
-    """The windows of a term for another form of its effect; what the form adds begins at `start`."""
+    """The windows of a term in another form of its effect; what that adds begins at `start`."""
     values: list[float] = []
     for w in range(len(term.window_runs)):
         old = term.values[w * term.stride : (w + 1) * term.stride]
         known = dict(zip((p.name for p in term.effect.parameters), old[2:], strict=True))
-        new = [known.get(p.name, p.starts[min(start, len(p.starts) - 1)]) for p in effect.parameters]
+        new = [
+            known.get(p.name, p.starts[min(start, len(p.starts) - 1)]) for p in effect.parameters
+        ]
         values += [*old[:2], *new]
     return Term(effect, tuple(values), term.window_runs)
 

@@ -165,7 +165,9 @@ class Search:
                             continue
                         if keep and old > 0.0:
                             for j in sizes:
-                                v[at + 2 + j] = neutral[j] + (v[at + 2 + j] - neutral[j]) * old / new
+                                v[at + 2 + j] = (
+                                    neutral[j] + (v[at + 2 + j] - neutral[j]) * old / new
+                                )
                         trial = Term(term.effect, tuple(v), term.window_runs)
                         chi2 = self._chi2(fit, trial, r)
                         if chi2 < 0.995 * best:

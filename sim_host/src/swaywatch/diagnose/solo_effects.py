@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.modules.sensor_delay import shift
-from swaywatch.diagnose.modules.sensor_roll_gravity import roll
 from swaywatch.diagnose.plant import GRAVITY
+from swaywatch.diagnose.roll import lag
 from swaywatch.diagnose.solo_car import CarInput
 
 Array = NDArray[np.float64]
@@ -159,7 +159,7 @@ def _position(outputs: Outputs, time: Array, values: Values) -> None:
 
 def _roll(outputs: Outputs, time: Array, values: Values) -> None:
     del time
-    angle = values["roll_per_acceleration"] * roll(
+    angle = values["roll_per_acceleration"] * lag(
         outputs[ACC], values["roll_frequency_rad_s"], values["roll_damping"]
     )
     outputs[ACC] = outputs[ACC] + GRAVITY * angle

@@ -12,6 +12,7 @@ import numpy as np
 from swaywatch.diagnose.calibration import separation, stated
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Fit, Fitter, Problem
+from swaywatch.diagnose.roll import seen
 from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
@@ -43,6 +44,8 @@ UNEXPLAINED = 3.5
 APART = 5.0
 #: Explanations whose excess over the clean level differs less than this cannot be told apart.
 EQUIVALENT_SHARE = 0.06
+#: The two readings of an accelerometer that shows too much.
+ROLLED = ("sensor_gain", "sensor_roll_gravity")
 #: Pairs that are the same in every planar signal.
 TWINS = (
     ("steering_compliance:car_front", "parameter_error:car.front_cornering_stiffness"),
@@ -168,6 +171,7 @@ def decide(search: Search, progress: Progress) -> Verdict:
         if level(base) > REMAINS:
             cleared.word = "unexplained"
         return cleared
+    first = _by_roll(search, accepted, first)
     progress("two effects", 0.55)
     best, alternatives = first, accepted
     if level(first.fit) > PERFECT + clean - CLEAN:
@@ -285,6 +289,41 @@ def _choose(ranked: Sequence[Candidate]) -> Candidate | None:
     limit = _limit(level(top.fit))
     equals = [c for c in ranked if level(c.fit) <= limit]
     return max(equals, key=lambda c: (sum(_plausibility(t) for t in c.fit.terms), -c.level))
+
+
+def _by_roll(search: Search, ranked: Sequence[Candidate], chosen: Candidate) -> Candidate:
+    """Gain or gravity in an accelerometer: where both do, roll has to lag as the wheel loads do.
+
+    With the lag known both have one number to fit, and the better fit decides.
+    """
+    mine = chosen.fit.terms[-1].effect
+    if mine.id not in ROLLED or not mine.component.endswith("lateral_acceleration"):
+        return chosen
+    rest = [t.effect.name for t in chosen.fit.terms[:-1]]
+    pair = {
+        c.fit.terms[-1].effect.id: c
+        for c in reversed(ranked)
+        if c.fit.terms[-1].effect.component == mine.component
+        and [t.effect.name for t in c.fit.terms[:-1]] == rest
+        and level(c.fit) <= _limit(level(ranked[0].fit))
+    }
+    dynamics = seen(search.problem.runs)
+    if dynamics is None or not all(id_ in pair for id_ in ROLLED):
+        return chosen
+    rolled = pair["sensor_roll_gravity"].fit
+    effect = rolled.terms[-1].effect
+    known = tuple(
+        replace(p, low=value, high=value)
+        for p, value in zip(effect.parameters[1:], dynamics, strict=True)
+    )
+    term = Term(
+        replace(effect, parameters=(effect.parameters[0], *known)),
+        (rolled.terms[-1].values[0], *dynamics),
+    )
+    fit = replace(rolled, terms=(*rolled.terms[:-1], term))
+    fit = search.exact.run(fit, 6, shared_free=search.problem.free_start, tolerance=1e-5)
+    better = fit.chi2 < pair["sensor_gain"].fit.chi2
+    return pair["sensor_roll_gravity" if better else "sensor_gain"]
 
 
 def _limit(best: float) -> float:

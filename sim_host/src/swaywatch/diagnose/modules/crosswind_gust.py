@@ -40,8 +40,9 @@ EFFECTS = [
         equation=f"side force at the centre of gravity, {shape.replace('_', ' ')} in time",
         source="external force",
         parameters=(
-            Parameter("force_n", "N", 0.0, -2e4, 2e4, (300.0,), 10.0, 30.0), *ramp(shape),
-        ),  # fmt: skip
+            Parameter("force_n", "N", 0.0, -2e4, 2e4, (300.0,), 10.0, 30.0),
+            *ramp(shape),
+        ),
         act=_act(f"force_{body}", shape),
         windowed=True,
         lines=("broadband",),

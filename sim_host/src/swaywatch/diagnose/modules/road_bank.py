@@ -8,10 +8,9 @@ import numpy as np
 
 from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
 from swaywatch.diagnose.modules.crosswind_gust import PULSE_S, SHAPES, ramp
-from swaywatch.diagnose.modules.sensor_roll_gravity import roll
 from swaywatch.diagnose.plant import GRAVITY, PlantInput
+from swaywatch.diagnose.roll import lag
 from swaywatch.diagnose.runs import Run
-
 
 #: Loads of car and trailer, and the roll they follow.
 TRANSFERS = {"car": ("car_front", "car_rear"), "trailer": ("trailer_front", "trailer_rear")}
@@ -20,9 +19,9 @@ TRANSFERS = {"car": ("car_front", "car_rear"), "trailer": ("trailer_front", "tra
 def _level_bodies(plant: PlantInput, tilt: Array) -> None:
     """Take out of the loads what the bodies' roll against the cross-fall moves; tilt in m/s2."""
     for body, axles in TRANSFERS.items():
-        lag = roll(tilt, plant.get(f"roll_frequency_{body}"), plant.get(f"roll_damping_{body}"))
+        rolled = lag(tilt, plant.get(f"roll_frequency_{body}"), plant.get(f"roll_damping_{body}"))
         for axle in axles:
-            plant.add_series(f"shift_{axle}", -plant.get(f"transfer_{axle}") * lag)
+            plant.add_series(f"shift_{axle}", -plant.get(f"transfer_{axle}") * rolled)
 
 
 def _act(shape: str, variant: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
@@ -47,8 +46,9 @@ EFFECTS = [
         equation=f"-m g sin(angle) on both bodies, {shape.replace('_', ' ')} in time",
         source="ISO 8855 (positive: left side high); an accelerometer sees the specific force",
         parameters=(
-            Parameter("angle_deg", "deg", 0.0, -15.0, 15.0, (1.0,), 0.05, 0.1), *ramp(shape),
-        ),  # fmt: skip
+            Parameter("angle_deg", "deg", 0.0, -15.0, 15.0, (1.0,), 0.05, 0.1),
+            *ramp(shape),
+        ),
         act=_act(shape, variant),
         windowed=True,
         lines=("mean", "broadband"),
@@ -58,7 +58,13 @@ EFFECTS = [
     # inertial units with an attitude filter take gravity's part out; a short or slow bank, or a
     # body that leans against it, leaves the wheel loads alone
     for shape, variant in (
-        ("box", ""), ("box", "_motion"), ("half_sine", ""), ("half_sine", "_motion"),
-        ("ramped", ""), ("ramped", "_motion"), ("ramped", "_level"), ("ramped", "_motion_level"),
+        ("box", ""),
+        ("box", "_motion"),
+        ("half_sine", ""),
+        ("half_sine", "_motion"),
+        ("ramped", ""),
+        ("ramped", "_motion"),
+        ("ramped", "_level"),
+        ("ramped", "_motion_level"),
     )
 ]

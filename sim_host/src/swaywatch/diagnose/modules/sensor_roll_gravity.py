@@ -8,25 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-from scipy.signal import bilinear, lfilter
-
 from swaywatch.diagnose.effect import Array, Effect, Parameter, Values
 from swaywatch.diagnose.plant import GRAVITY
-from swaywatch.diagnose.runs import RATE_HZ, Run
-
-
-def roll(acceleration: Array, frequency: float, damping: float) -> Array:
-    """Roll per (roll per acceleration): a second-order low-pass. Shapes (n,)."""
-    b, a = bilinear([frequency**2], [1.0, 2.0 * damping * frequency, frequency**2], RATE_HZ)
-    return np.asarray(lfilter(b, a, acceleration))
+from swaywatch.diagnose.roll import lag
+from swaywatch.diagnose.runs import Run
 
 
 def _observe(channel: str) -> Callable[[dict[str, Array], Run, Values], None]:
     def observe(outputs: dict[str, Array], run: Run, values: Values) -> None:
         del run
         if channel in outputs:
-            angle = values["roll_per_acceleration"] * roll(
+            angle = values["roll_per_acceleration"] * lag(
                 outputs[channel], values["roll_frequency_rad_s"], values["roll_damping"]
             )
             outputs[channel] = outputs[channel] + GRAVITY * angle
