@@ -20,6 +20,7 @@ WORKERS = 2
 BEAM = 3
 WINDOW_SHARE = 0.01  # of chi2 that a window must be worth
 FAR = 10.0  # level above which start values found without the effect are not trusted
+HOPELESS = 4.0  # a rival whose level is so many times the best one's is not polished
 SHORT_LIST = 10
 WINDOWED_LIST = 5
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have
@@ -335,12 +336,13 @@ class Search:
             moved = list(pool.map(lambda f: self.completed(self.edges(f)), near))
             found += [Candidate(f, parent) for f in (*moved, *far) if np.isfinite(f.chi2)]
         found = _each_once(sorted(found, key=lambda c: c.level))
+        polished = [Candidate(self.polish(c.fit), parent) for c in found[:1]]
+        worth = [c for c in found[1:BEAM] if c.level < HOPELESS * polished[0].level]
         with ThreadPoolExecutor(WORKERS) as pool:
-            polished = [
-                Candidate(fit, parent)
-                for fit in pool.map(self.polish, [c.fit for c in found[:BEAM]])
+            polished += [
+                Candidate(fit, parent) for fit in pool.map(self.polish, [c.fit for c in worth])
             ]
-        return sorted([*polished, *found[BEAM:]], key=lambda c: c.level)
+        return sorted([*polished, *found[1 + len(worth) :]], key=lambda c: c.level)
 
     def swap(self, pair: Candidate) -> list[Candidate]:
         """Each term of a pair searched again in the presence of the other."""

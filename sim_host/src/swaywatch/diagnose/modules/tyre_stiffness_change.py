@@ -26,7 +26,7 @@ EFFECTS = [
         kind="physics",
         equation="C = factor x C_0 within the windows",
         source="stiffness at unchanged load",
-        parameters=(Parameter("factor", "-", 1.0, 0.2, 3.0, (0.9,), 0.01, 0.02),),
+        parameters=(Parameter("factor", "-", 1.0, 0.2, 3.0, (0.9,), 0.01, 0.005),),
         act=_act(slots),
         windowed=True,
         decided_by="wheel loads: they do not change with it",
