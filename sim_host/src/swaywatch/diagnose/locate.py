@@ -17,6 +17,8 @@ from swaywatch.diagnose.term import Term
 Array = NDArray[np.float64]
 
 PULSE_S = 1.0
+NORMAL_QUARTER = 0.3186  # a quarter of normal numbers are smaller than so many sigmas
+NEIGHBOUR = 0.6  # a pulse beside a sure one needs this share of the same evidence
 UNSEEN = 0.02  # share of its pulses' own effect below which a constant level is not observable
 FADE = 8.0  # times the observer's time constant: the pulled combination forgets by e^-4
 
@@ -185,11 +187,19 @@ def windows(
     values: list[float] = []
     runs: list[int] = []
     sizes = [np.hypot.reduce(a, axis=1) for a in course.amplitude]
-    largest = max(least / share, *(float(size.max()) for size in sizes))
-    for r, size in enumerate(sizes):
-        noise = np.hypot.reduce(course.error[r], axis=1)
-        robust = 1.4826 * float(np.median(size))
-        on = (size > share * largest) & (size > sigmas * noise) & (size > 2.0 * robust)
+    ratios = [
+        size / np.hypot.reduce(e, axis=1) for size, e in zip(sizes, course.error, strict=True)
+    ]
+    # what a wrong explanation scatters by is more than the noise: taken from the quietest quarter
+    needs = [max(sigmas, 2.0 * float(np.quantile(z, 0.25)) / NORMAL_QUARTER) for z in ratios]
+    sure = [z > need for z, need in zip(ratios, needs, strict=True)]
+    # pulses at a time when the effect can hardly act have wild amplitudes, and say nothing
+    known = [float(size[on].max()) for size, on in zip(sizes, sure, strict=True) if on.any()]
+    if not known:
+        return None
+    least = max(least, share * max(known))
+    for r, (size, z, need) in enumerate(zip(sizes, ratios, needs, strict=True)):
+        on = (size > least) & (z > NEIGHBOUR * need)
         i = 0
         while i < len(on):
             if not on[i]:
@@ -198,16 +208,17 @@ def windows(
             j = i
             while j + 1 < len(on) and on[j + 1] and _same(course.amplitude[r], i, j + 1):
                 j += 1
-            part = course.amplitude[r][i : j + 1]
-            level = np.median(part, axis=0) if j - i > 1 else part.mean(axis=0)
-            values += [
-                float(course.edges[r][i]), float(course.edges[r][j + 1]),
-                *(
-                    float(p.neutral + x)
-                    for p, x in zip(course.effect.parameters, level, strict=True)
-                ),
-            ]  # fmt: skip
-            runs.append(r)
+            if sure[r][i : j + 1].any():
+                part = course.amplitude[r][i : j + 1]
+                level = np.median(part, axis=0) if j - i > 1 else part.mean(axis=0)
+                values += [
+                    float(course.edges[r][i]), float(course.edges[r][j + 1]),
+                    *(
+                        float(p.neutral + x)
+                        for p, x in zip(course.effect.parameters, level, strict=True)
+                    ),
+                ]  # fmt: skip
+                runs.append(r)
             i = j + 1
     if not runs or len(runs) > 8:
         return None

@@ -20,6 +20,8 @@ WORKERS = 2
 BEAM = 3
 WINDOW_SHARE = 0.01  # of chi2 that a window must be worth
 FAR = 10.0  # level above which start values found without the effect are not trusted
+VALUE_PRICE = 0.0005  # share of the level that a free number gains by chance
+WINDOW_PRICE = 0.005  # the same for the place of a window
 HOPELESS = 4.0  # a rival whose level is so many times the best one's is not polished
 SHORT_LIST = 10
 WINDOWED_LIST = 5
@@ -45,13 +47,19 @@ class Candidate:
     @property
     def level(self) -> float:
         """Mean squared normalised residual, with the price of the windows."""
-        free = sum(len(term.values) for term in self.fit.terms)
-        return self.fit.chi2 / self.fit.count * (1.0 + 0.0005 * free)
+        return priced(self.fit)
 
 
 def level(fit: Fit) -> float:
     """Mean squared normalised residual."""
     return fit.chi2 / max(fit.count, 1)
+
+
+def priced(fit: Fit) -> float:
+    """Level with what free numbers, and windows found by looking everywhere, lower by chance."""
+    free = sum(len(term.values) for term in fit.terms)
+    chosen = sum(len(term.window_runs) for term in fit.terms)
+    return level(fit) * (1.0 + VALUE_PRICE * free + WINDOW_PRICE * chosen)
 
 
 def _each_once(ranked: Sequence[Candidate]) -> list[Candidate]:

@@ -13,7 +13,7 @@ from swaywatch.diagnose.calibration import separation, stated
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Fit, Fitter, Problem
 from swaywatch.diagnose.roll import seen
-from swaywatch.diagnose.search import Candidate, Progress, Search, level
+from swaywatch.diagnose.search import Candidate, Progress, Search, level, priced
 from swaywatch.diagnose.term import Term
 
 #: Mean squared residual against the noise of each channel that clean recordings reach: 0.97 to
@@ -120,7 +120,7 @@ def _hidden(singles: Sequence[Candidate]) -> list[dict[str, Any]]:
 def _too_small(ranked: Sequence[Candidate], first: Candidate) -> bool:
     """Something too small to claim explains it better than the first that could be claimed."""
     top = ranked[0]
-    return _inside(top.fit.terms[-1]) and level(first.fit) > _limit(level(top.fit))
+    return _inside(top.fit.terms[-1]) and priced(first.fit) > _limit(priced(top.fit))
 
 
 def _inside(term: Term) -> bool:
@@ -286,8 +286,8 @@ def _choose(ranked: Sequence[Candidate]) -> Candidate | None:
     if not ranked:
         return None
     top = ranked[0]
-    limit = _limit(level(top.fit))
-    equals = [c for c in ranked if level(c.fit) <= limit]
+    limit = _limit(priced(top.fit))
+    equals = [c for c in ranked if priced(c.fit) <= limit]
     return max(equals, key=lambda c: (sum(_plausibility(t) for t in c.fit.terms), -c.level))
 
 
@@ -305,7 +305,7 @@ def _by_roll(search: Search, ranked: Sequence[Candidate], chosen: Candidate) -> 
         for c in reversed(ranked)
         if c.fit.terms[-1].effect.component == mine.component
         and [t.effect.name for t in c.fit.terms[:-1]] == rest
-        and level(c.fit) <= _limit(level(ranked[0].fit))
+        and priced(c.fit) <= _limit(priced(ranked[0].fit))
     }
     dynamics = seen(search.problem.runs)
     if dynamics is None or not all(id_ in pair for id_ in ROLLED):
@@ -353,11 +353,12 @@ def _verdict(
     terms = sorted(fit.terms, key=lambda t: -_loss(search, fit, t))
     fit = _ordered(fit, terms)
     reached = level(fit)
-    limit = _limit(reached)
-    equals = [c for c in alternatives if level(c.fit) <= limit and c is not best]
+    cost = priced(fit)
+    limit = _limit(cost)
+    equals = [c for c in alternatives if priced(c.fit) <= limit and c is not best]
     equivalents = [_equivalents(term, terms, equals) for term in terms]
     others = [
-        level(c.fit) for c in alternatives if c is not best and level(c.fit) > limit
+        level(c.fit) for c in alternatives if c is not best and priced(c.fit) > limit
         and _key(c.fit) != _key(fit)
         and not any(e in _key(c.fit) for group in equivalents for e in group)
     ]  # fmt: skip
@@ -365,8 +366,8 @@ def _verdict(
     scores = []
     for term, group in zip(terms, equivalents, strict=True):
         same = {term.effect.name, *group}
-        without = [level(c.fit) for c in (*alternatives, *singles) if not same & set(_key(c.fit))]
-        scores.append(separation(level(base), reached, min([level(base), *without])))
+        without = [priced(c.fit) for c in (*alternatives, *singles) if not same & set(_key(c.fit))]
+        scores.append(separation(level(base), cost, min([level(base), *without])))
     confidence = [
         round(stated(score, shared=bool(group)), 3)
         for score, group in zip(scores, equivalents, strict=True)
