@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from swaywatch.diagnose.plant import (
     simulate,
 )  # fmt: skip
 from swaywatch.diagnose.runs import BLOCK, RATE_HZ, Run, block_mean
+from swaywatch.diagnose.side_by_side import Item, Result, SideBySide
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
@@ -48,6 +48,7 @@ COMPARED = (
 )  # fmt: skip
 #: Compared only with a simulation that has them: the planar plant does not.
 _VERTICAL = ("trailer_wheel_vertical", "hitch_vertical")
+WORKERS = 16  # calculations whose trials share the lanes
 _AT_ONCE = 8 * LANES  # trials in memory at a time
 _NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
@@ -326,11 +327,6 @@ class Trial:
     shared: Array
 
 
-_T = TypeVar("_T")
-#: A calculation that asks for trials, is given their residuals (flat), and ends with a result.
-Steps = Generator[list[Trial], list[Array], _T]
-
-
 class Fitter:
     """Levenberg-Marquardt over effect values, start values and offsets of all runs."""
 
@@ -338,6 +334,7 @@ class Fitter:
         self.problem = problem
         self.fine = fine
         self.comparisons: dict[int, Comparison] = {}
+        self._threads = SideBySide(self._evaluated)
 
     def comparison(self, index: int) -> Comparison:
         """What a run is compared by."""
@@ -351,6 +348,15 @@ class Fitter:
 
     def evaluate_all(self, trials: Sequence[Trial]) -> list[Array]:
         """Normalised residuals of several trials, flat, simulated side by side."""
+        return self._threads.ask(trials)
+
+    def side_by_side(
+        self, calculate: Callable[[Item], Result], items: Iterable[Item]
+    ) -> list[Result]:
+        """`calculate` of every item, in their order, with the trials of all simulated together."""
+        return self._threads.map(calculate, items, WORKERS)
+
+    def _evaluated(self, trials: Sequence[Trial]) -> list[Array]:
         found: list[Array] = []
         for at in range(0, len(trials), _AT_ONCE):
             some = trials[at : at + _AT_ONCE]
@@ -365,31 +371,6 @@ class Fitter:
                 e = self.comparison(trial.run).residual(outcome, trial.terms)
                 found.append(np.asarray(e.ravel()))
         return found
-
-    def together(self, tasks: Sequence[Steps[_T]]) -> list[_T]:
-        """Run several calculations in step, their trials side by side."""
-        results: dict[int, _T] = {}
-        wanted: dict[int, list[Trial]] = {}
-
-        def go_on(index: int, answer: list[Array] | None) -> None:
-            try:
-                task = tasks[index]
-                wanted[index] = next(task) if answer is None else task.send(answer)
-            except StopIteration as end:
-                wanted.pop(index, None)
-                results[index] = end.value
-
-        for index in range(len(tasks)):
-            go_on(index, None)
-        while wanted:
-            order = list(wanted)
-            answers = self.evaluate_all([trial for i in order for trial in wanted[i]])
-            at = 0
-            for i in order:
-                count = len(wanted[i])
-                go_on(i, answers[at : at + count])
-                at += count
-        return [results[index] for index in range(len(tasks))]
 
     def nuisance_trials(self, index: int, fit: Fit) -> list[Trial]:
         """What `nuisance_columns` needs."""
@@ -463,34 +444,16 @@ class Fitter:
         tolerance
             Relative gain of chi2 below which to stop.
         """
-        steps = self.steps(
-            start, iterations, runs=runs, free=free, shared_free=shared_free, frozen=frozen,
-            tolerance=tolerance,
-        )  # fmt: skip
-        return self.together([steps])[0]
-
-    def steps(
-        self,
-        start: Fit,
-        iterations: int = 8,
-        *,
-        runs: Sequence[int] | None = None,
-        free: int | None = None,
-        shared_free: bool = False,
-        frozen: Sequence[Array] | None = None,
-        tolerance: float = 1e-3,
-    ) -> Steps[Fit]:
-        """The same as `run`, for `together`."""
         use = tuple(range(len(self.problem.runs))) if runs is None else tuple(runs)
         task = _Task(self, start.terms, use, free, shared_free, frozen)
-        state = yield from task.first(start)
+        state = task.first(start)
         hessian = np.eye(task.size)
         damping = 1e-3
         for _ in range(iterations):
-            hessian, gradient = yield from task.normal(state)
+            hessian, gradient = task.normal(state)
             found = None
             for _ in range(6):
-                trial = yield from task.move(state, hessian, gradient, damping)
+                trial = task.move(state, hessian, gradient, damping)
                 if trial is not None and trial.chi2 < state.chi2:
                     found = trial
                     break
@@ -558,12 +521,12 @@ class _Task:
             Term(t.effect, tuple(w), t.window_runs) for t, w in zip(self.given, new, strict=True)
         )
 
-    def state(self, values: Array, nuisance: Array, shared: Array) -> Steps[_State]:
+    def state(self, values: Array, nuisance: Array, shared: Array) -> _State:
         built = self.terms(values)
-        found = yield [Trial(r, built, nuisance[r], shared) for r in self.use]
+        found = self.fitter.evaluate_all([Trial(r, built, nuisance[r], shared) for r in self.use])
         return _State(values, nuisance, shared, tuple(found))
 
-    def first(self, start: Fit) -> Steps[_State]:
+    def first(self, start: Fit) -> _State:
         values = np.array([self.given[i].values[j] for i, j in self.layout])
         return self.state(values, start.nuisance.copy(), start.shared.copy())
 
@@ -606,13 +569,13 @@ class _Task:
             )
         return columns
 
-    def normal(self, state: _State) -> Steps[tuple[Array, Array]]:
+    def normal(self, state: _State) -> tuple[Array, Array]:
         """J'J and J'e over all runs."""
         hessian = np.zeros((self.size, self.size))
         gradient = np.zeros(self.size)
         common = self.k + self.s
         asked = [self.moved(state, position) for position in range(len(self.use))]
-        found = yield [trial for trials, _ in asked for trial in trials]
+        found = self.fitter.evaluate_all([trial for trials, _ in asked for trial in trials])
         first = 0
         for position, (trials, steps) in enumerate(asked):
             own = found[first : first + len(trials)]
@@ -625,9 +588,7 @@ class _Task:
         hessian += np.diag(np.where(np.diag(hessian) < 1e-9, 1e-6, 0.0))
         return hessian, gradient
 
-    def move(
-        self, state: _State, hessian: Array, gradient: Array, damping: float
-    ) -> Steps[_State | None]:
+    def move(self, state: _State, hessian: Array, gradient: Array, damping: float) -> _State | None:
         """State after a damped step inside the bounds."""
         try:
             step = -np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), gradient)
@@ -646,8 +607,7 @@ class _Task:
         for position, r in enumerate(self.use):
             at = self.k + self.s + position * self.n
             nuisance[r, : self.n] += step[at : at + self.n]
-        moved = yield from self.state(values, nuisance, shared)
-        return moved
+        return self.state(values, nuisance, shared)
 
 
 def _step(parameter: Parameter, value: float) -> float:

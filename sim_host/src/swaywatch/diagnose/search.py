@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import RISE, Effect
-from swaywatch.diagnose.fit import Fit, Fitter, Problem
+from swaywatch.diagnose.fit import Fit, Fitter, Problem, Trial
 from swaywatch.diagnose.locate import Course, Locator, reformed, simplified, widened, windows
 from swaywatch.diagnose.term import Term
 
@@ -162,8 +162,7 @@ class Search:
         for w, r in enumerate(term.window_runs):
             for edge in (0, 1):
                 at = w * term.stride
-                best = self._chi2(fit, term, r)
-                found = term
+                trials = [term]
                 for shift in (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7):
                     for keep in (False, True):
                         v = list(term.values)
@@ -177,19 +176,23 @@ class Search:
                                 v[at + 2 + j] = (
                                     neutral[j] + (v[at + 2 + j] - neutral[j]) * old / new
                                 )
-                        trial = Term(term.effect, tuple(v), term.window_runs)
-                        chi2 = self._chi2(fit, trial, r)
-                        if chi2 < 0.995 * best:
-                            best, found = chi2, trial
+                        trials.append(Term(term.effect, tuple(v), term.window_runs))
+                found = term
+                best, *others = self._chi2(fit, trials, r)
+                for trial, chi2 in zip(trials[1:], others, strict=True):
+                    if chi2 < 0.995 * best:
+                        best, found = chi2, trial
                 changed |= found is not term
                 term = found
         if not changed:
             return None
         return Fit((*fit.terms[:-1], term), fit.nuisance, fit.shared)
 
-    def _chi2(self, fit: Fit, term: Term, run: int) -> float:
-        e = self.fitter.evaluate(run, (*fit.terms[:-1], term), fit.nuisance[run], fit.shared)
-        return float(np.dot(e, e))
+    def _chi2(self, fit: Fit, terms: Sequence[Term], run: int) -> list[float]:
+        """Of one run, with each of the terms as the last one."""
+        nuisance, before = fit.nuisance[run], fit.terms[:-1]
+        trials = [Trial(run, (*before, term), nuisance, fit.shared) for term in terms]
+        return [float(np.dot(e, e)) for e in self.fitter.evaluate_all(trials)]
 
     def refined(self, fit: Fit) -> Fit:
         """Better forms of windowed terms, where a module has them."""
@@ -242,8 +245,9 @@ class Search:
 
     def _total(self, fit: Fit) -> float:
         total = 0.0
-        for r in range(len(self.problem.runs)):
-            e = self.fitter.evaluate(r, fit.terms, fit.nuisance[r], fit.shared)
+        runs = range(len(self.problem.runs))
+        trials = [Trial(r, fit.terms, fit.nuisance[r], fit.shared) for r in runs]
+        for e in self.fitter.evaluate_all(trials):
             total += float(np.dot(e, e))
         return total
 
@@ -263,17 +267,20 @@ class Search:
             )
         ]
 
-    def polish(self, fit: Fit) -> Fit:
+    def polish(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fit to the end, in the best form."""
-        fit = self.pruned(self.refined(self.fitter.run(fit, 20, tolerance=1e-4)))
-        return self.exact.run(fit, 6, shared_free=self.problem.free_start)
+        shaped = self.fitter.side_by_side(
+            lambda fit: self.pruned(self.refined(self.fitter.run(fit, 20, tolerance=1e-4))), fits
+        )
+        return self.exact.side_by_side(
+            lambda fit: self.exact.run(fit, 6, shared_free=self.problem.free_start), shaped
+        )
 
     def linear_gain(self, locator: Locator, effect: Effect) -> float:
         """Drop of chi2 that a linear step of an effect without windows promises."""
         fit = locator.fit
-        columns: list[list[Array]] = []
+        trials = []
         for r in range(len(self.problem.runs)):
-            row = []
             for j, p in enumerate(effect.parameters):
                 values = [q.neutral for q in effect.parameters]
                 toward = 1.0 if p.starts[0] >= p.neutral else -1.0
@@ -283,14 +290,14 @@ class Search:
                 if effect.id == "tyre_relaxation":
                     values[j] = 0.2
                 term = Term(effect, tuple(values))
-                e = self.fitter.evaluate(r, (*fit.terms, term), fit.nuisance[r], fit.shared)
-                row.append(e - locator.base[r])
-            columns.append(row)
+                trials.append(Trial(r, (*fit.terms, term), fit.nuisance[r], fit.shared))
+        found = self.fitter.evaluate_all(trials)
         k = len(effect.parameters)
         normal = np.zeros((k, k))
         right = np.zeros(k)
-        for r, row in enumerate(columns):
-            a = np.stack(row, axis=1)
+        for r in range(len(self.problem.runs)):
+            own = found[r * k : (r + 1) * k]
+            a = np.stack([e - locator.base[r] for e in own], axis=1)
             n = locator.nuisance[r]
             project = np.linalg.lstsq(n, a, rcond=None)[0]
             a = a - n @ project
@@ -323,33 +330,34 @@ class Search:
         ]
         constant = [e for e in open_ if not e.windowed]
         if not everything:
-            gains = [(self.linear_gain(locator, e), i) for i, e in enumerate(constant)]
-            gains.sort(reverse=True)
-            constant = [constant[i] for _, i in gains[:SHORT_LIST]]
+            gains = self.fitter.side_by_side(lambda e: self.linear_gain(locator, e), constant)
+            ranked = sorted(zip(gains, range(len(gains)), strict=True), reverse=True)
+            constant = [constant[i] for _, i in ranked[:SHORT_LIST]]
         windowed = [e for e in open_ if e.windowed and e.extra.get("form", "box") in FIRST_FORMS]
         found: list[Candidate] = []
         with ThreadPoolExecutor(WORKERS) as pool:
             courses = list(pool.map(locator.course, windowed))
-            fits = list(pool.map(lambda e: self.constant(parent, e, locator.nuisance), constant))
+            fits = self.fitter.side_by_side(
+                lambda e: self.constant(parent, e, locator.nuisance), constant
+            )
             found = [Candidate(f, parent) for f in fits if f is not None and np.isfinite(f.chi2)]
             best = min((f.chi2 for f in fits if f is not None), default=parent.chi2)
             courses = [c for c in courses if c.gain > 0.05 * parent.chi2]
             courses = [c for c in courses if parent.chi2 - c.gain < WORTH * best]
             courses.sort(key=lambda c: -c.gain)
-            started = pool.map(lambda c: self.rough(parent, c), courses[:WINDOWED_LIST])
+            started = self.fitter.side_by_side(
+                lambda c: self.rough(parent, c), courses[:WINDOWED_LIST]
+            )
             rough = [f for f in started if f is not None and np.isfinite(f.chi2)]
             best = min([best, *(f.chi2 for f in rough)])
             near = [f for f in rough if f.chi2 < WORTH * best]
             far = [f for f in rough if f.chi2 >= WORTH * best]
-            moved = list(pool.map(lambda f: self.completed(self.edges(f)), near))
+            moved = self.fitter.side_by_side(lambda f: self.completed(self.edges(f)), near)
             found += [Candidate(f, parent) for f in (*moved, *far) if np.isfinite(f.chi2)]
         found = _each_once(sorted(found, key=lambda c: c.level))
-        polished = [Candidate(self.polish(c.fit), parent) for c in found[:1]]
+        polished = [Candidate(fit, parent) for fit in self.polish([c.fit for c in found[:1]])]
         worth = [c for c in found[1:BEAM] if c.level < HOPELESS * polished[0].level]
-        with ThreadPoolExecutor(WORKERS) as pool:
-            polished += [
-                Candidate(fit, parent) for fit in pool.map(self.polish, [c.fit for c in worth])
-            ]
+        polished += [Candidate(fit, parent) for fit in self.polish([c.fit for c in worth])]
         return sorted([*polished, *found[1 + len(worth) :]], key=lambda c: c.level)
 
     def swap(self, pair: Candidate) -> list[Candidate]:
