@@ -649,6 +649,22 @@ static void every_message_times_out_after_100_ms_and_is_told(void)
     }
 }
 
+/* By the frame of the inputs alone, when the alarm has no news. */
+static void a_change_of_state_is_told_at_once(void)
+{
+    send(SWAY_MESSAGE_SPEED, 0, 9000, 0);
+    due();
+    send(SWAY_MESSAGE_ARTICULATION, 1000, 0, 0);
+    uint32_t id;
+    uint8_t dlc;
+    uint8_t data[8];
+    TEST_ASSERT_TRUE(sway_node_transmit(&node, &id, &dlc, data));
+    TEST_ASSERT_EQUAL_HEX32(0x1B8, id);
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_GOOD << 2, data[2]); /* SwaySpeed */
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_GOOD, data[3]);      /* SwayArticulation */
+    TEST_ASSERT_FALSE(sway_node_transmit(&node, &id, &dlc, data));
+}
+
 static void speed_and_both_motions_are_needed(void)
 {
     static const sway_message_t needed[] = {SWAY_MESSAGE_SPEED, SWAY_MESSAGE_CAR_MOTION,
@@ -923,6 +939,7 @@ int main(void)
     RUN_TEST(the_alarm_is_sent_when_it_changes);
     RUN_TEST(each_output_has_its_own_counter);
     RUN_TEST(every_message_times_out_after_100_ms_and_is_told);
+    RUN_TEST(a_change_of_state_is_told_at_once);
     RUN_TEST(speed_and_both_motions_are_needed);
     RUN_TEST(a_counter_is_stuck_at_its_third_repetition);
     RUN_TEST(either_sample_of_a_frame_can_be_refused);
