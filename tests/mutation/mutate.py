@@ -1,7 +1,8 @@
 """Mutation testing of lib/ and port/: does a unit test notice when one token is wrong?
 
 Each mutant changes one operator or number of one file, is compiled with the unit tests of that
-file, and must make one of them fail or hang. What survives is listed; survivors that were looked at
+file, and must make one of them fail, hang or be
+stopped by a sanitizer. What survives is listed; survivors that were looked at
 and change nothing that a test could hold them to stand in ``excused.txt`` with the reason.
 
 A sample takes the mutants with the smallest hash of what they change, so it stays the same while
@@ -110,6 +111,7 @@ FOLDERS = (
 )
 FLAGS = (
     *("-std=c99", "-O0", "-w", "-D_GNU_SOURCE", "-DFIXED_POINT=32", "-DSWAY_REGISTER_MODEL"),
+    *("-fsanitize=address,undefined", "-fno-sanitize-recover=all"),
     *("-DUNITY_INCLUDE_DOUBLE", "-DUNITY_SUPPORT_64", *(f"-I{ROOT / f}" for f in FOLDERS)),
 )
 
@@ -174,7 +176,17 @@ class Bench:
 
     def _passes(self, test: Path, mutant: Path) -> bool:
         program = self.work / "test"
-        link = ["gcc", test, self.unity, mutant, self.archive, "-lm", "-o", program]
+        link = [
+            "gcc",
+            "-fsanitize=address,undefined",
+            test,
+            self.unity,
+            mutant,
+            self.archive,
+            "-lm",
+            "-o",
+            program,
+        ]
         if subprocess.run(link, capture_output=True, check=False).returncode != 0:
             return False
         try:

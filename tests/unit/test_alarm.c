@@ -183,6 +183,201 @@ static void negative_thresholds_are_refused(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_alarm_init(&alarm_, &config));
 }
 
+/* --- the thresholds themselves -----------------------------------------------------------------
+ */
+
+static sway_real_t urad(int32_t value)
+{
+    return sway_real_ratio(value, 1000000);
+}
+
+static void every_threshold_may_be_zero_but_not_negative(void)
+{
+    for (size_t i = 0; i < sizeof(sway_alarm_config_t) / sizeof(int32_t); i++) {
+        for (int32_t value = -1; value <= 0; value++) {
+            sway_alarm_config_t config;
+            sway_alarm_defaults(&config);
+            memcpy((char *)&config + i * sizeof(int32_t), &value, sizeof value);
+            TEST_ASSERT_EQUAL_INT(value < 0 ? SWAY_ERROR_ARGUMENT : SWAY_OK,
+                                  sway_alarm_init(&alarm_, &config));
+        }
+    }
+}
+
+static void off_below_the_minimum_speed(void)
+{
+    input.speed_mm_s = 8333;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(0.1));
+    setUp();
+    input.speed_mm_s = 8332;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_OFF, after(0.1));
+}
+
+static void small_margin_begins_and_ends_where_it_is_said(void)
+{
+    input.speed_mm_s = 34000 - 2778;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
+    input.speed_mm_s = 34000 - 2777;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(3));
+    input.speed_mm_s = 34000 - 3333;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(3));
+    input.speed_mm_s = 34000 - 3334;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
+    input.has_critical_speed = false;
+    input.speed_mm_s = 50000;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
+}
+
+/* 2.5 standard errors of 0.5 m/s; 0.75 where the swing is at the limit amplitude. */
+static void the_excess_that_warns_is_that_many_errors(void)
+{
+    input.speed_mm_s = 35250;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    input.speed_mm_s = 35251;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+    setUp();
+    input.has_swing = true;
+    input.amplitude_rad_s = urad(261799);
+    input.speed_mm_s = 34375;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    input.speed_mm_s = 34376;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+    setUp();
+    input.speed_mm_s = 34376;
+    input.has_swing = true;
+    input.amplitude_rad_s = urad(261798);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    input.amplitude_rad_s = urad(300000);
+    input.has_swing = false; /* an amplitude of nothing */
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+}
+
+static void low_damping_begins_and_ends_where_it_is_said(void)
+{
+    swing(5, -0.1, 0.05, 0.01);
+    input.damping.ratio = urad(50000);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
+    input.damping.ratio = urad(49999);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(3));
+    input.damping.ratio = urad(64999);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(3));
+    input.damping.ratio = urad(65000);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
+    input.damping.ratio = urad(10000);
+    input.amplitude_rad_s = urad(43632);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
+    input.amplitude_rad_s = urad(43633);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(3));
+    setUp();
+    swing(5, -0.1, 0.01, 0.01);
+    input.belief = SWAY_BELIEF_MODEL; /* the model's damping is no low damping of a swing */
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
+}
+
+static void time_to_limit_is_told_only_of_a_free_growth(void)
+{
+    swing(4, 0.1, 0.1, 0.01);
+    (void)after(0.1);
+    TEST_ASSERT_INT32_WITHIN(20, 12218, alarm_.time_to_limit_ms);
+    input.has_oscillation = false;
+    (void)after(0.1);
+    TEST_ASSERT_EQUAL_INT32(-1, alarm_.time_to_limit_ms);
+    swing(4, 0, 0.1, 0.01);
+    (void)after(0.1);
+    TEST_ASSERT_EQUAL_INT32(-1, alarm_.time_to_limit_ms);
+    swing(4, -0.1, 0.1, 0.01);
+    (void)after(0.1);
+    TEST_ASSERT_EQUAL_INT32(-1, alarm_.time_to_limit_ms);
+    swing(20, 0.1, 0.1, 0.01); /* beyond the limit already */
+    (void)after(0.1);
+    TEST_ASSERT_EQUAL_INT32(0, alarm_.time_to_limit_ms);
+    swing(0.001, 0.0001, 0.1, 0.01); /* an hour is the most */
+    (void)after(0.1);
+    TEST_ASSERT_EQUAL_INT32(3600000, alarm_.time_to_limit_ms);
+}
+
+/* What has to hold for growth to warn; each alone is not enough. */
+static void growth_warns_when_it_is_sure(void)
+{
+    swing(5, 0.1, -0.025, 0.03);
+    input.damping.ratio = urad(-22499); /* 0.75 errors of 0.03 would be 0.0225 */
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    input.damping.ratio = urad(-22501);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+    setUp();
+    swing(5, 0.1, -0.1, 0.03);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1)); /* no time yet in which it grew */
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+    setUp();
+    swing(5, 0.1, -0.1, 0.03);
+    input.growth_se_1_s = input.growth_1_s; /* growth is not beyond its error */
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    setUp();
+    swing(5, 0.1, -0.1, 0.03);
+    input.belief = SWAY_BELIEF_SIGNAL;
+    for (int i = 0; i < 14; i++) {
+        TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1)); /* an oscillation is 1.5 s */
+    }
+    input.amplitude_rad_s = urad(43632); /* a break: it begins anew */
+    (void)after(0.1);
+    input.amplitude_rad_s = urad(43633);
+    for (int i = 0; i < 14; i++) {
+        TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    }
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+}
+
+static void a_large_or_soon_large_swing_is_critical(void)
+{
+    for (int k = 0; k < 2; k++) { /* exactly large, not more; then more */
+        setUp();
+        swing(8, 0.03, -0.025, 0.01);
+        input.growth_se_1_s = real(0.001);
+        input.time_us = 1000000;
+        for (int i = 0; i < 3; i++) {
+            input.time_us += 100000;
+            input.mid_time_us = input.time_us; /* nothing to carry on */
+            input.amplitude_rad_s = urad(139626 + k);
+            sway_alarm_update(&alarm_, &input);
+        }
+        TEST_ASSERT_EQUAL_INT(k == 0 ? SWAY_ALARM_WARNING : SWAY_ALARM_CRITICAL, alarm_.state);
+        TEST_ASSERT_EQUAL_UINT32(SWAY_REASON_LOW_DAMPING | SWAY_REASON_GROWING |
+                                     (k == 0 ? 0 : SWAY_REASON_LARGE_AMPLITUDE),
+                                 alarm_.reasons);
+    }
+    /* ln(15/5) / g = 3 s at 0.366/s */
+    for (int k = 0; k < 2; k++) {
+        setUp();
+        swing(5, k == 0 ? 0.3659 : 0.3665, -0.09, 0.01);
+        for (int i = 0; i < 3; i++) {
+            input.time_us += 100000;
+            input.mid_time_us = input.time_us;
+            sway_alarm_update(&alarm_, &input);
+        }
+        TEST_ASSERT_INT32_WITHIN(6, 3000, alarm_.time_to_limit_ms);
+        TEST_ASSERT_EQUAL_INT(k == 0 ? SWAY_ALARM_WARNING : SWAY_ALARM_CRITICAL, alarm_.state);
+    }
+}
+
+/* Down only after hold_ms without having been asked for; reasons are gathered meanwhile. */
+static void a_state_is_held_and_its_reasons_too(void)
+{
+    input.speed_mm_s = 36000;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(1));
+    const uint32_t reasons = alarm_.reasons;
+    TEST_ASSERT_EQUAL_UINT32(SWAY_REASON_SMALL_MARGIN | SWAY_REASON_ABOVE_CRITICAL_SPEED, reasons);
+    input.speed_mm_s = 25000;
+    swing(5, -0.1, 0.03, 0.01);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(1.999999));
+    TEST_ASSERT_EQUAL_UINT32(reasons | SWAY_REASON_LOW_DAMPING, alarm_.reasons);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.000001));
+    TEST_ASSERT_EQUAL_UINT32(SWAY_REASON_LOW_DAMPING, alarm_.reasons);
+    input.speed_mm_s = 36000; /* up at once */
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.000001));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -199,5 +394,14 @@ int main(void)
     RUN_TEST(a_forced_oscillation_does_not_warn);
     RUN_TEST(growth_against_the_model_must_last_one_oscillation);
     RUN_TEST(negative_thresholds_are_refused);
+    RUN_TEST(every_threshold_may_be_zero_but_not_negative);
+    RUN_TEST(off_below_the_minimum_speed);
+    RUN_TEST(small_margin_begins_and_ends_where_it_is_said);
+    RUN_TEST(the_excess_that_warns_is_that_many_errors);
+    RUN_TEST(low_damping_begins_and_ends_where_it_is_said);
+    RUN_TEST(time_to_limit_is_told_only_of_a_free_growth);
+    RUN_TEST(growth_warns_when_it_is_sure);
+    RUN_TEST(a_large_or_soon_large_swing_is_critical);
+    RUN_TEST(a_state_is_held_and_its_reasons_too);
     return UNITY_END();
 }

@@ -500,7 +500,7 @@ static void nothing_is_due_before_anything_was_heard(void)
 /* Every 100 ms the alarm, every second the reports, from the first time that is heard of. */
 static void the_heart_beats_every_100_ms_and_reports_every_tenth_time(void)
 {
-    const int64_t start = 7012345;
+    const int64_t start = 7092345;
     int beat = 1;
     for (int64_t t = start; t < start + 3500000; t += 20000) {
         sway_node_time(&node, t);
