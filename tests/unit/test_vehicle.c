@@ -63,10 +63,10 @@ static void set(const sway_vehicle_range_t *range, int64_t value)
 static bool allowed(const sway_vehicle_range_t *range, int64_t value)
 {
     setUp();
-    if (strcmp(range->name, "trailer.front_axle_to_cog") == 0) {
+    if (strcmp(sway_vehicle_name(range)->key, "trailer.front_axle_to_cog") == 0) {
         vehicle.trailer.rear_axle_to_cog_um = value < 0 ? 10000000 : 526000;
         vehicle.trailer.front_axle_to_cog_um = 1000000;
-    } else if (strcmp(range->name, "trailer.rear_axle_to_cog") == 0) {
+    } else if (strcmp(sway_vehicle_name(range)->key, "trailer.rear_axle_to_cog") == 0) {
         vehicle.trailer.front_axle_to_cog_um = 10000000;
         vehicle.trailer.hitch_to_cog_um = 15000000;
     }
@@ -75,7 +75,7 @@ static bool allowed(const sway_vehicle_range_t *range, int64_t value)
     TEST_ASSERT_EQUAL(error != SWAY_OK, offender != NULL);
     if (offender != NULL) {
         TEST_ASSERT_EQUAL(SWAY_ERROR_VEHICLE, error);
-        TEST_ASSERT_EQUAL_STRING(range->name, offender->name);
+        TEST_ASSERT_EQUAL_STRING(sway_vehicle_name(range)->key, sway_vehicle_name(offender)->key);
     }
     return error == SWAY_OK;
 }
@@ -89,10 +89,11 @@ static void both_ends_of_every_range_are_allowed_and_no_more(void)
         const double scale = ranges[i].scale;
         const int64_t low = (int64_t)(ranges[i].low * scale + (ranges[i].low < 0 ? -0.5 : 0.5));
         const int64_t high = (int64_t)(ranges[i].high * scale + 0.5);
-        const bool has_base = strstr(table[i].name, "trailer.front_axle_to") != NULL ||
-                              strstr(table[i].name, "trailer.rear_axle_to") != NULL;
-        TEST_ASSERT_EQUAL_STRING(ranges[i].name, table[i].name);
-        TEST_ASSERT_EQUAL_INT32(ranges[i].scale, table[i].scale);
+        const bool has_base =
+            strstr(sway_vehicle_name(&table[i])->key, "trailer.front_axle_to") != NULL ||
+            strstr(sway_vehicle_name(&table[i])->key, "trailer.rear_axle_to") != NULL;
+        TEST_ASSERT_EQUAL_STRING(ranges[i].name, sway_vehicle_name(&table[i])->key);
+        TEST_ASSERT_EQUAL_INT32(ranges[i].scale, sway_vehicle_name(&table[i])->scale);
         TEST_ASSERT_FALSE(allowed(&table[i], low - 1));
         TEST_ASSERT_FALSE(allowed(&table[i], high + 1));
         TEST_ASSERT_FALSE(allowed(&table[i], INT32_MIN));
@@ -132,10 +133,10 @@ static void fields_of_no_trailer_are_ignored(void)
     vehicle.car.mass_g = 0;
     vehicle.trailer.axles = 3;
     TEST_ASSERT_EQUAL(SWAY_ERROR_VEHICLE, sway_vehicle_check(&vehicle, &offender));
-    TEST_ASSERT_EQUAL_STRING("trailer.axles", offender->name);
+    TEST_ASSERT_EQUAL_STRING("trailer.axles", sway_vehicle_name(offender)->key);
     vehicle.trailer.axles = 2;
     TEST_ASSERT_EQUAL(SWAY_ERROR_VEHICLE, sway_vehicle_check(&vehicle, &offender));
-    TEST_ASSERT_EQUAL_STRING("car.mass", offender->name);
+    TEST_ASSERT_EQUAL_STRING("car.mass", sway_vehicle_name(offender)->key);
 }
 
 static sway_error_t lengths(int32_t axles, int32_t front_um, int32_t rear_um, int32_t hitch_um)
@@ -147,7 +148,7 @@ static sway_error_t lengths(int32_t axles, int32_t front_um, int32_t rear_um, in
     vehicle.trailer.hitch_to_cog_um = hitch_um;
     const sway_error_t error = sway_vehicle_check(&vehicle, &offender);
     if (error != SWAY_OK) {
-        TEST_ASSERT_EQUAL_STRING("trailer.rear_axle_to_cog", offender->name);
+        TEST_ASSERT_EQUAL_STRING("trailer.rear_axle_to_cog", sway_vehicle_name(offender)->key);
     }
     return error;
 }
