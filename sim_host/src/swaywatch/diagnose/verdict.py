@@ -292,9 +292,10 @@ def _choose(ranked: Sequence[Candidate]) -> Candidate | None:
 
 
 def _by_roll(search: Search, ranked: Sequence[Candidate], chosen: Candidate) -> Candidate:
-    """Gain or gravity in an accelerometer: where both do, roll has to lag as the wheel loads do.
+    """Gain or gravity in an accelerometer, where both do: the better fit decides.
 
-    With the lag known both have one number to fit, and the better fit decides.
+    Roll has to lag as the wheel loads do, so that both have one number to fit. Beside a simulation
+    with suspensions loads lead the roll, by their dampers: the lag stays free, and is paid for.
     """
     mine = chosen.fit.terms[-1].effect
     if mine.id not in ROLLED or not mine.component.endswith("lateral_acceleration"):
@@ -307,9 +308,11 @@ def _by_roll(search: Search, ranked: Sequence[Candidate], chosen: Candidate) -> 
         and [t.effect.name for t in c.fit.terms[:-1]] == rest
         and priced(c.fit) <= _limit(priced(ranked[0].fit))
     }
-    dynamics = seen(search.problem.runs)
-    if dynamics is None or not all(id_ in pair for id_ in ROLLED):
+    if not all(id_ in pair for id_ in ROLLED):
         return chosen
+    dynamics = seen(search.problem.runs) if search.problem.free_start else None
+    if dynamics is None:
+        return min(pair.values(), key=lambda c: priced(c.fit))
     rolled = pair["sensor_roll_gravity"].fit
     effect = rolled.terms[-1].effect
     known = tuple(

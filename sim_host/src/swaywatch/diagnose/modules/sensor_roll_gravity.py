@@ -8,18 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from swaywatch.diagnose.effect import Array, Effect, Parameter, Values
 from swaywatch.diagnose.plant import GRAVITY
 from swaywatch.diagnose.roll import lag
-from swaywatch.diagnose.runs import Run
+from swaywatch.diagnose.runs import RATE_HZ, Run
 
 
 def _observe(channel: str) -> Callable[[dict[str, Array], Run, Values], None]:
+    body = channel.split("_", maxsplit=1)[0]
+
+    def _of_the_body(outputs: dict[str, Array], run: Run) -> Array:
+        """A body rolls with the acceleration of its centre of gravity, wherever the sensor is."""
+        ahead, yaw_rate = run.positions.get(channel, 0.0), outputs.get(f"{body}_yaw_rate")
+        if ahead == 0.0 or yaw_rate is None:
+            return outputs[channel]
+        return np.asarray(outputs[channel] - ahead * np.gradient(yaw_rate) * RATE_HZ)
+
     def observe(outputs: dict[str, Array], run: Run, values: Values) -> None:
-        del run
         if channel in outputs:
             angle = values["roll_per_acceleration"] * lag(
-                outputs[channel], values["roll_frequency_rad_s"], values["roll_damping"]
+                _of_the_body(outputs, run), values["roll_frequency_rad_s"], values["roll_damping"]
             )
             outputs[channel] = outputs[channel] + GRAVITY * angle
 
