@@ -1,0 +1,108 @@
+"""Windows of a diagnosis: their forms, and where a course over time has them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swaywatch.diagnose.effect import RISE, Effect, Parameter, Window, library
+from swaywatch.diagnose.locate import Course, reformed, simplified, windows
+from swaywatch.diagnose.modules.sensor_roll_gravity import EFFECTS as GRAVITY_EFFECTS
+from swaywatch.diagnose.roll import lag, seen
+from swaywatch.diagnose.runs import Run
+from swaywatch.diagnose.term import Term
+
+SIZE = Parameter("n", "N", 0.0, -1e4, 1e4, (1.0,), 1.0)
+FORCE = Effect("push", "car", "physics", "", "", (SIZE,), windowed=True)
+
+
+def _course(amplitude: list[float], error: list[float]) -> Course:
+    size = len(amplitude)
+    return Course(
+        FORCE,
+        (np.arange(size + 1.0),),
+        (np.array(amplitude)[:, None],),
+        (np.array(error)[:, None],),
+        1.0,
+    )
+
+
+def _effect(name: str, form: str) -> Effect:
+    return next(e for e in library() if e.name == name and e.extra.get("form") == form)
+
+
+def test_ramps_are_at_half_at_the_edges_of_the_window() -> None:
+    time = np.arange(0.0, 10.0, 0.01)
+    window = Window(3.0, 6.0, {"rise_s": 1.0})
+    value = window.ramped(time)
+    assert value[[200, 450, 800]] == pytest.approx([0.0, 1.0, 0.0])
+    assert np.interp([3.0, 6.0], time, value) == pytest.approx([0.5, 0.5], abs=0.02)
+    assert np.sum(value) * 0.01 == pytest.approx(3.0, abs=0.02)
+    sharp = Window(3.0, 6.0, {"rise_s": 0.0})
+    assert np.abs(sharp.ramped(time) - sharp.mask(time)).max() < 0.51
+
+
+def test_a_wild_amplitude_that_means_nothing_hides_no_window() -> None:
+    quiet = [0.1, -0.2, 0.1, 0.2, -0.1]
+    found = windows(_course([90.0, *quiet, 10.0, 9.0, 11.0, *quiet], [60.0, *[0.5] * 13]))
+    assert found is not None
+    assert found.values == pytest.approx((6.0, 9.0, 10.0))
+
+
+def test_no_window_without_evidence() -> None:
+    rng = np.random.default_rng(1)
+    assert windows(_course(list(rng.normal(size=40)), [1.0] * 40)) is None
+
+
+def test_a_gap_found_as_a_window_of_the_other_sign_splits_the_long_one() -> None:
+    term = Term(FORCE, (5.0, 15.0, 100.0, 9.0, 11.0, -95.0), (0, 0))
+    assert simplified(term).values == (5.0, 9.0, 100.0, 11.0, 15.0, 100.0)
+
+
+def test_windows_that_overlap_stay_and_those_that_touch_are_one() -> None:
+    overlapping = Term(FORCE, (5.0, 12.0, 100.0, 10.0, 15.0, 100.0), (0, 0))
+    assert simplified(overlapping).values == overlapping.values
+    touching = Term(FORCE, (5.0, 10.0, 100.0, 10.2, 15.0, 100.0), (0, 0))
+    assert simplified(touching).values == pytest.approx((5.0, 15.0, 100.0))
+
+
+def test_another_form_keeps_the_windows_and_begins_what_it_adds() -> None:
+    box, ramped = (_effect("crosswind_gust:car", form) for form in ("box", "ramped"))
+    other = reformed(Term(box, (2.0, 4.0, 300.0), (1,)), ramped, 1)
+    assert other.values == (2.0, 4.0, 300.0, RISE.starts[1])
+    assert other.window_runs == (1,)
+
+
+def _rolling(frequency: float, damping: float) -> Run:
+    time = np.arange(0.0, 30.0, 0.01)
+    force = 2000.0 * np.sin(4.0 * time) * np.exp(-((time - 12.0) ** 2) / 30.0)
+    force[500:560] += 1500.0
+    shift = 0.4 * lag(force - force.mean(), frequency, damping)
+    channels = {f"wheel_lateral_force_{w}": 0.25 * force for w in ("fl", "fr", "rl", "rr")}
+    channels |= {"hitch_lateral_force": np.zeros(time.size)}
+    for side, sign in (("l", -0.25), ("r", 0.25)):
+        channels |= {f"wheel_vertical_load_{end}{side}": 4000.0 + sign * shift for end in "fr"}
+    return Run("run1", time, channels, {}, 16.0)
+
+
+def test_the_lag_of_the_roll_is_read_from_the_wheel_loads() -> None:
+    assert seen([_rolling(13.0, 0.112)]) == (13.0, 0.112)
+    run = _rolling(20.0, 0.35)
+    assert seen([run]) == (20.0, 0.35)
+    del run.channels["hitch_lateral_force"]
+    assert seen([run]) is None
+
+
+def test_gravity_in_an_accelerometer_follows_the_centre_of_gravity() -> None:
+    time = np.arange(0.0, 20.0, 0.01)
+    yaw, ahead = 0.1 * np.sin(4.0 * time), -1.4
+    of_the_body = 3.0 * np.sin(4.0 * time + 0.3)
+    channel = "car_lateral_acceleration"
+    measured = of_the_body + ahead * np.gradient(yaw) * 100.0
+    outputs = {channel: measured.copy(), "car_yaw_rate": yaw}
+    run = Run("run1", time, {}, {channel: ahead}, 16.0)
+    effect = next(e for e in GRAVITY_EFFECTS if e.component == channel)
+    values = {"roll_per_acceleration": 0.01, "roll_frequency_rad_s": 40.0, "roll_damping": 0.4}
+    effect.observe(outputs, run, values)
+    expected = measured + 9.81 * 0.01 * lag(of_the_body, 40.0, 0.4)
+    assert outputs[channel] == pytest.approx(expected, abs=1e-9)
