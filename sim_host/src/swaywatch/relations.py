@@ -1,0 +1,332 @@
+"""Relations that hold between the channels of a drive whatever the tyres do.
+
+A relation is a sum of terms, one per channel, that is zero (band-passed 0.15-3 Hz): kinematics of
+the hitch, balances of forces and moments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.signal
+
+from swaywatch.drive import Drive, Grid
+from swaywatch.vehicle import Vehicle
+
+FloatArray = npt.NDArray[np.float64]
+_Terms = dict[tuple[str, ...], FloatArray]
+
+BESIDE_S = 0.5
+BROKEN = 0.6
+"""A relation whose rest is above this part of its largest term does not hold."""
+
+
+@dataclass(frozen=True)
+class Relation:
+    """Terms (channels -> array over the grid) that add up to zero.
+
+    `tight` ones are kinematics and balances; loose ones of two terms hold only roughly, and tell
+    signs and orders of magnitude.
+    """
+
+    name: str
+    terms: _Terms
+    tight: bool = True
+
+    @property
+    def channels(self) -> set[str]:
+        """Channels in it."""
+        return {name for names in self.terms for name in names}
+
+    def is_broken(self, channel: str | None = None, factor: float = 1.0) -> bool:
+        """Whether it does not hold, with `channel` times `factor`."""
+        rest = self.rest(channel, factor)
+        if self.tight:
+            return rest > BROKEN
+        sizes = sorted(
+            float(np.sqrt(np.mean((term * (factor if channel in names else 1.0)) ** 2)))
+            for names, term in self.terms.items()
+        )
+        return rest > 1.4 or sizes[-1] > 2.5 * sizes[-2]
+
+    def rest(self, channel: str | None = None, factor: float = 1.0) -> float:
+        """Root mean square of the sum over that of its largest term, `channel` times `factor`."""
+        total = np.zeros(len(next(iter(self.terms.values()))))
+        largest = 1e-12
+        for names, term in self.terms.items():
+            scaled = term * factor if channel in names else term
+            total += scaled
+            largest = max(largest, float(np.sqrt(np.mean(scaled**2))))
+        return float(np.sqrt(np.mean(np.square(total)))) / largest
+
+
+def make_relations(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Relation]:
+    """Every relation whose channels are there and that is excited."""
+    return RelationBuilder(drive, vehicle, grid).all()
+
+
+class RelationBuilder:
+    """Terms of the relations on the grid."""
+
+    def __init__(self, drive: Drive, vehicle: Vehicle, grid: Grid) -> None:
+        self.drive = drive
+        self.car, self.trailer = vehicle.car, vehicle.trailer
+        self.value = grid.value
+        self.band = scipy.signal.butter(
+            2, (0.15, 3.0), btype="bandpass", fs=grid.rate_hz, output="sos"
+        )
+        self.rate_hz = grid.rate_hz
+        good = np.ones(len(grid.time_s), dtype=np.bool_)
+        for valid in grid.valid.values():
+            good &= valid
+        if not good.all():  # the filter carries the edge of a gap on
+            near = np.ones(2 * round(BESIDE_S * grid.rate_hz) + 1)
+            good = np.convolve(~good, near, mode="same") < 0.5
+        if "speed" in self.value:
+            good &= self.value["speed"] > 5.0
+        self.good = good
+        self.unfiltered: list[_Terms] = []
+
+    def all(self) -> list[Relation]:
+        """Every relation whose channels are there."""
+        made = [
+            self.speed_times_yaw_rate(),
+            self.hitch_kinematics(),
+            self.articulation_rate(),
+            self.car_lateral(),
+            self.car_yaw(),
+            self.trailer_lateral(),
+            self.trailer_yaw(),
+            self.trailer_pull(),
+        ]
+        return [relation for relation in made if relation is not None]
+
+    def raw(self) -> list[dict[str, tuple[float, FloatArray]]]:
+        """Unfiltered terms of the tight relations: channel to (static factor, term).
+
+        The factor is 0 for a channel that enters by its slope.
+        """
+        self.unfiltered = []
+        self.all()
+        return [
+            {names[0]: (self._factor(names[0], term), term) for names, term in terms.items()}
+            for terms in self.unfiltered
+        ]
+
+    def _factor(self, name: str, term: FloatArray) -> float:
+        value = self.value[name]
+        factor = float(term @ value) / (float(value @ value) + 1e-30)
+        return factor if np.allclose(term, factor * value, rtol=1e-6) else 0.0
+
+    def has(self, *names: str) -> bool:
+        return all(name in self.value for name in names)
+
+    def filtered(self, signal: FloatArray) -> FloatArray:
+        result: FloatArray = scipy.signal.sosfiltfilt(self.band, signal)
+        return result[self.good]
+
+    def slope(self, name: str) -> FloatArray:
+        result: FloatArray = np.gradient(self.value[name], 1.0 / self.rate_hz)
+        return result
+
+    def relation(self, name: str, terms: _Terms, tight: bool = True) -> Relation | None:
+        if self.good.sum() < 3 * self.rate_hz:
+            return None
+        if tight:
+            self.unfiltered.append(terms)
+        return Relation(name, {key: self.filtered(term) for key, term in terms.items()}, tight)
+
+    def axle(self, prefix: str, axle: str) -> tuple[tuple[str, str], FloatArray] | None:
+        names = (f"{prefix}wheel_lateral_force_{axle}l", f"{prefix}wheel_lateral_force_{axle}r")
+        if not self.has(*names):
+            return None
+        return names, self.value[names[0]] + self.value[names[1]]
+
+    def each(self, names: Iterable[str], factor: float) -> _Terms:
+        return {(name,): factor * self.value[name] for name in names}
+
+    def speed_times_yaw_rate(self) -> Relation | None:
+        if not self.has("speed", "car_yaw_rate", "car_lateral_acceleration"):
+            return None
+        return self.relation(
+            "car lateral acceleration = speed x yaw rate",
+            {
+                ("car_lateral_acceleration",): self.value["car_lateral_acceleration"],
+                ("speed", "car_yaw_rate"): -self.value["speed"] * self.value["car_yaw_rate"],
+            },
+            tight=False,
+        )
+
+    def hitch_kinematics(self) -> Relation | None:
+        names = (
+            "car_yaw_rate",
+            "car_lateral_acceleration",
+            "trailer_yaw_rate",
+            "trailer_lateral_acceleration",
+        )
+        if not self.has(*names) or self.trailer is None or self.car.hitch_to_cog is None:
+            return None
+        ahead_1 = self.drive.channels["car_lateral_acceleration"].position_m
+        ahead_2 = self.drive.channels["trailer_lateral_acceleration"].position_m
+        return self.relation(
+            "lateral acceleration of the hitch, seen from both bodies",
+            {
+                ("car_lateral_acceleration",): self.value["car_lateral_acceleration"],
+                ("car_yaw_rate",): -(self.car.hitch_to_cog + ahead_1) * self.slope("car_yaw_rate"),
+                ("trailer_lateral_acceleration",): -self.value["trailer_lateral_acceleration"],
+                ("trailer_yaw_rate",): -(self.trailer.hitch_to_cog - ahead_2)
+                * self.slope("trailer_yaw_rate"),
+            },
+        )
+
+    def articulation_rate(self) -> Relation | None:
+        if not self.has("articulation", "car_yaw_rate", "trailer_yaw_rate"):
+            return None
+        return self.relation(
+            "rate of articulation = difference of the yaw rates",
+            {
+                ("articulation",): self.slope("articulation"),
+                ("trailer_yaw_rate",): -self.value["trailer_yaw_rate"],
+                ("car_yaw_rate",): self.value["car_yaw_rate"],
+            },
+        )
+
+    def car_acceleration(self) -> _Terms:
+        """Terms of m1 times the lateral acceleration of the COG."""
+        ahead = self.drive.channels["car_lateral_acceleration"].position_m
+        return {
+            ("car_lateral_acceleration",): self.car.mass * self.value["car_lateral_acceleration"],
+            ("car_yaw_rate",): -self.car.mass * ahead * self.slope("car_yaw_rate"),
+        }
+
+    def car_lateral(self) -> Relation | None:
+        axles = [self.axle("", axle) for axle in ("f", "r")]
+        needed = ["car_lateral_acceleration", "car_yaw_rate"]
+        needed += ["hitch_lateral_force"] if self.trailer is not None else []
+        if None in axles or not self.has(*needed):
+            return None
+        terms = self.car_acceleration()
+        for axle in axles:
+            assert axle is not None
+            terms |= self.each(axle[0], -1.0)
+        if self.trailer is not None:
+            terms |= self.each(("hitch_lateral_force",), -1.0)
+        return self.relation("lateral forces on the car = mass x lateral acceleration", terms)
+
+    def car_yaw(self) -> Relation | None:
+        axles = [self.axle("", axle) for axle in ("f", "r")]
+        needed = ["car_yaw_rate"] + (["hitch_lateral_force"] if self.trailer is not None else [])
+        if None in axles or not self.has(*needed):
+            return None
+        terms: _Terms = {("car_yaw_rate",): self.car.yaw_inertia * self.slope("car_yaw_rate")}
+        levers = (-self.car.front_axle_to_cog, self.car.rear_axle_to_cog)
+        for axle, lever in zip(axles, levers, strict=True):
+            assert axle is not None
+            terms |= self.each(axle[0], lever)
+        if self.trailer is not None and self.car.hitch_to_cog is not None:
+            terms |= self.each(("hitch_lateral_force",), self.car.hitch_to_cog)
+        return self.relation("yaw moments on the car = inertia x yaw acceleration", terms)
+
+    def trailer_forces(self) -> list[tuple[tuple[str, str], FloatArray]] | None:
+        axles = [self.axle("trailer_", axle) for axle in ("f", "r")]
+        found = [axle for axle in axles if axle is not None]
+        if self.trailer is None or not found or not self.has("hitch_lateral_force"):
+            return None
+        if self.trailer.front_axle_to_cog is not None and len(found) < 2:
+            return None
+        return found
+
+    def trailer_lateral(self) -> Relation | None:
+        found = self.trailer_forces()
+        if found is None or not self.has("trailer_lateral_acceleration", "trailer_yaw_rate"):
+            return None
+        assert self.trailer is not None
+        ahead = self.drive.channels["trailer_lateral_acceleration"].position_m
+        mass = self.trailer.mass
+        terms: _Terms = {
+            ("trailer_lateral_acceleration",): mass * self.value["trailer_lateral_acceleration"],
+            ("trailer_yaw_rate",): -mass * ahead * self.slope("trailer_yaw_rate"),
+        }
+        terms |= self.each(("hitch_lateral_force",), 1.0)
+        for names, _ in found:
+            terms |= self.each(names, -1.0)
+        return self.relation("lateral forces on the trailer = mass x acceleration", terms)
+
+    def trailer_yaw(self) -> Relation | None:
+        found = self.trailer_forces()
+        if found is None or not self.has("trailer_yaw_rate"):
+            return None
+        assert self.trailer is not None
+        terms: _Terms = {
+            ("trailer_yaw_rate",): self.trailer.yaw_inertia * self.slope("trailer_yaw_rate")
+        }
+        terms |= self.each(("hitch_lateral_force",), self.trailer.hitch_to_cog)
+        for names, _ in found:
+            front = names[0].endswith("_fl")
+            ahead = self.trailer.front_axle_to_cog if front else -self.trailer.rear_axle_to_cog
+            terms |= self.each(names, -(ahead or 0.0))
+        return self.relation("yaw moments on the trailer = inertia x yaw acceleration", terms)
+
+    def trailer_pull(self) -> Relation | None:
+        """Yaw of the trailer about the middle of its axles, without its tyre forces."""
+        names = ("trailer_yaw_rate", "trailer_lateral_acceleration", "hitch_lateral_force")
+        if self.trailer is None or self.trailer_forces() is not None or not self.has(*names):
+            return None
+        trailer = self.trailer
+        front = trailer.front_axle_to_cog
+        behind = trailer.rear_axle_to_cog
+        lever = behind if front is None else 0.5 * (behind - front)
+        return self.relation(
+            "yaw moments on the trailer about its axles",
+            {
+                ("trailer_yaw_rate",): trailer.yaw_inertia * self.slope("trailer_yaw_rate"),
+                ("hitch_lateral_force",): (trailer.hitch_to_cog + lever)
+                * self.value["hitch_lateral_force"],
+                ("trailer_lateral_acceleration",): lever
+                * trailer.mass
+                * self.value["trailer_lateral_acceleration"],
+            },
+            tight=False,
+        )
+
+    def steering_gain(self) -> float | None:
+        """Part of the front slip that the steering angle makes, over what it should make.
+
+        Front force against front slip without drift (both sides through s/(s+a), a = 2.5 rad/s);
+        the steering angle and the rest of the slip get a stiffness each, the result is their
+        ratio: 1 where the steering angle is right. None where it cannot be told.
+        """
+        axle = self.axle("", "f")
+        names = ("steering_wheel_angle", "speed", "car_yaw_rate", "car_lateral_acceleration")
+        if axle is None or not self.has(*names) or self.good.sum() < 3 * self.rate_hz:
+            return None
+        corner = 2.5
+        high = scipy.signal.bilinear([1.0, 0.0], [1.0, corner], fs=self.rate_hz)
+        lag = scipy.signal.bilinear([1.0], [1.0, corner], fs=self.rate_hz)
+        speed = np.maximum(self.value["speed"], 5.0)
+        ahead = self.drive.channels["car_lateral_acceleration"].position_m
+        yaw = self.value["car_yaw_rate"]
+        side = self.value["car_lateral_acceleration"] - speed * yaw
+        reach = self.car.front_axle_to_cog - ahead
+        drift = scipy.signal.lfilter(*lag, side / speed)
+        drift = drift + reach * scipy.signal.lfilter(*high, yaw / speed)
+        steer = scipy.signal.lfilter(*high, self.value["steering_wheel_angle"])
+        force = scipy.signal.lfilter(*high, axle[1])
+        columns = np.column_stack(
+            [self.filtered(steer / self.car.steering_ratio), self.filtered(-drift)]
+        )
+        target = self.filtered(force)
+        fit, *_ = np.linalg.lstsq(columns, target, rcond=None)
+        rest = target - columns @ fit
+        error = float(np.std(rest) / np.sqrt(np.sum(columns[:, 0] ** 2) + 1e-12))
+        if fit[1] <= 0.0 or abs(fit[0]) < 15.0 * error or np.std(rest) > 0.5 * np.std(target):
+            return None
+        return float(fit[0] / fit[1])
+
+
+def badness(rests: list[float]) -> float:
+    """One number for the rests of several relations."""
+    return float(np.sqrt(np.mean(np.square(np.minimum(rests, 2.0)))))
