@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -88,7 +89,7 @@ def _check_relations(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding
     if not found:
         score, late = _check_delays(drive, grid, relations)
         found = _check_own_clock(drive, grid, relations, score) or late
-    return found + check_drift(drive, vehicle, grid)
+    return found or check_drift(drive, vehicle, grid)
 
 
 def check_balances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
@@ -253,7 +254,7 @@ def _check_pairs(drive: Drive) -> list[Finding]:
             if n[:-2] == name[:-2] and n[:-1] != name[:-1]
         ]
         usual = float(np.median(others)) if others else max(sizes)
-        off = int(abs(_decades(sizes[1], usual)) > abs(_decades(sizes[0], usual)))
+        off = int(_distance(sizes[1], usual) > _distance(sizes[0], usual))
         factor = _known_factor(sizes[1 - off] / sizes[off] if sizes[off] else math.inf)
         text = dict(FACTORS).get(factor or 0.0)
         culprit = (left.name, right.name)[off]
@@ -273,8 +274,10 @@ def _check_pairs(drive: Drive) -> list[Finding]:
     return findings
 
 
-def _decades(size: float, usual: float) -> float:
-    return math.log10(max(abs(size), 1e-9) / max(abs(usual), 1e-9))
+def _distance(size: float, usual: float) -> float:
+    """Powers of ten between two sizes; a wrong sign is worse than any."""
+    decades = abs(math.log10(max(abs(size), 1e-9) / max(abs(usual), 1e-9)))
+    return decades + (100.0 if size * usual < 0.0 else 0.0)
 
 
 def _check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list[Finding]]:
@@ -429,7 +432,7 @@ def _check_own_clock(
     now = badness([relation.rest() for relation in tight]) if tight else 0.0
     if now < 0.06:
         return []
-    best: tuple[float, float, float, list[str]] = (0.6 * min(now, shifted), 0.0, 0.0, [])
+    best: tuple[float, float, float, list[str]] = (min(0.6 * now, 0.85 * shifted), 0.0, 0.0, [])
     for names in _on_one_clock(drive, set().union(*(relation.channels for relation in tight))):
         mine = [r for r in tight if r.channels & names and r.channels - names]
         delays, middles = _delays_by_part(mine, names, grid)

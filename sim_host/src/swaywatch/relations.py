@@ -122,17 +122,21 @@ class RelationBuilder:
         return factor if np.allclose(term, factor * value, rtol=1e-6) else 0.0
 
     def has(self, *names: str) -> bool:
+        """Whether all these channels are there."""
         return all(name in self.value for name in names)
 
     def filtered(self, signal: FloatArray) -> FloatArray:
+        """Band-passed, the good samples."""
         result: FloatArray = scipy.signal.sosfiltfilt(self.band, signal)
         return result[self.good]
 
     def slope(self, name: str) -> FloatArray:
+        """Time derivative of a channel."""
         result: FloatArray = np.gradient(self.value[name], 1.0 / self.rate_hz)
         return result
 
     def relation(self, name: str, terms: _Terms, tight: bool = True) -> Relation | None:
+        """A relation of these terms; None where too little is good."""
         if self.good.sum() < 3 * self.rate_hz:
             return None
         if tight:
@@ -140,15 +144,18 @@ class RelationBuilder:
         return Relation(name, {key: self.filtered(term) for key, term in terms.items()}, tight)
 
     def axle(self, prefix: str, axle: str) -> tuple[tuple[str, str], FloatArray] | None:
+        """Names and sum of the lateral forces of an axle."""
         names = (f"{prefix}wheel_lateral_force_{axle}l", f"{prefix}wheel_lateral_force_{axle}r")
         if not self.has(*names):
             return None
         return names, self.value[names[0]] + self.value[names[1]]
 
     def each(self, names: Iterable[str], factor: float) -> _Terms:
+        """Terms of several channels with one factor."""
         return {(name,): factor * self.value[name] for name in names}
 
     def speed_times_yaw_rate(self) -> Relation | None:
+        """Lateral acceleration against speed times yaw rate."""
         if not self.has("speed", "car_yaw_rate", "car_lateral_acceleration"):
             return None
         return self.relation(
@@ -161,6 +168,7 @@ class RelationBuilder:
         )
 
     def hitch_kinematics(self) -> Relation | None:
+        """The hitch belongs to both bodies."""
         names = (
             "car_yaw_rate",
             "car_lateral_acceleration",
@@ -183,6 +191,7 @@ class RelationBuilder:
         )
 
     def articulation_rate(self) -> Relation | None:
+        """Articulation against both yaw rates."""
         if not self.has("articulation", "car_yaw_rate", "trailer_yaw_rate"):
             return None
         return self.relation(
@@ -203,6 +212,7 @@ class RelationBuilder:
         }
 
     def car_lateral(self) -> Relation | None:
+        """Forces on the car."""
         axles = [self.axle("", axle) for axle in ("f", "r")]
         needed = ["car_lateral_acceleration", "car_yaw_rate"]
         needed += ["hitch_lateral_force"] if self.trailer is not None else []
@@ -217,6 +227,7 @@ class RelationBuilder:
         return self.relation("lateral forces on the car = mass x lateral acceleration", terms)
 
     def car_yaw(self) -> Relation | None:
+        """Moments on the car."""
         axles = [self.axle("", axle) for axle in ("f", "r")]
         needed = ["car_yaw_rate"] + (["hitch_lateral_force"] if self.trailer is not None else [])
         if None in axles or not self.has(*needed):
@@ -231,6 +242,7 @@ class RelationBuilder:
         return self.relation("yaw moments on the car = inertia x yaw acceleration", terms)
 
     def trailer_forces(self) -> list[tuple[tuple[str, str], FloatArray]] | None:
+        """Lateral forces of the trailer axles, if all are measured."""
         axles = [self.axle("trailer_", axle) for axle in ("f", "r")]
         found = [axle for axle in axles if axle is not None]
         if self.trailer is None or not found or not self.has("hitch_lateral_force"):
@@ -240,6 +252,7 @@ class RelationBuilder:
         return found
 
     def trailer_lateral(self) -> Relation | None:
+        """Forces on the trailer."""
         found = self.trailer_forces()
         if found is None or not self.has("trailer_lateral_acceleration", "trailer_yaw_rate"):
             return None
@@ -256,6 +269,7 @@ class RelationBuilder:
         return self.relation("lateral forces on the trailer = mass x acceleration", terms)
 
     def trailer_yaw(self) -> Relation | None:
+        """Moments on the trailer."""
         found = self.trailer_forces()
         if found is None or not self.has("trailer_yaw_rate"):
             return None

@@ -77,15 +77,14 @@ def check_samples(drive: Drive) -> list[Finding]:
     """Findings on each channel of a drive, the others told about frozen ones."""
     findings: list[Finding] = []
     for channel in drive.channels.values():
-        found = _gaps(channel)
         runs = _runs(channel.value)
         stuck = _all_along(channel, runs)
         if not stuck:
             windows = _equal_stretches(channel, runs)
             frozen = [w for w in windows if _should_move(drive, channel, w, windows)]
-            stuck = _stuck(channel, _merged(frozen))
-        found += stuck or _clipped(channel, runs)
-        findings += found + _spikes(channel)
+            stuck = _frozen_or_clipped(channel, runs, frozen)
+        moving = cleaned(drive, stuck).channels[channel.name]
+        findings += _gaps(channel) + stuck + _spikes(moving)
     return findings
 
 
@@ -93,9 +92,11 @@ def check_channel(channel: Channel) -> list[Finding]:
     """Findings on a channel of which nothing else is known."""
     runs = _runs(channel.value)
     stuck = _all_along(channel, runs)
-    if not stuck and channel.name not in OFTEN_EQUAL:
-        stuck = _stuck(channel, _equal_stretches(channel, runs))
-    return _gaps(channel) + (stuck or _clipped(channel, runs)) + _spikes(channel)
+    if not stuck:
+        often = channel.name in OFTEN_EQUAL
+        windows = [] if often else _equal_stretches(channel, runs)
+        stuck = _frozen_or_clipped(channel, runs, windows)
+    return _gaps(channel) + stuck + _spikes(channel)
 
 
 def cleaned(drive: Drive, findings: Iterable[Finding]) -> Drive:
@@ -272,6 +273,15 @@ def _stuck(channel: Channel, windows: Sequence[Window]) -> list[Finding]:
     ]
 
 
+def _frozen_or_clipped(
+    channel: Channel, runs: tuple[IntArray, IntArray], frozen: Sequence[Window]
+) -> list[Finding]:
+    """A flat top is clipped, however long it lasts."""
+    clipped = _clipped(channel, runs)
+    flat = clipped[0].windows if clipped else ()
+    return _stuck(channel, _merged([w for w in frozen if w not in flat])) + clipped
+
+
 def _clipped(channel: Channel, runs: tuple[IntArray, IntArray]) -> list[Finding]:
     """Flat tops: several stretches at the highest or lowest value, entered by a large step."""
     starts, lengths = runs
@@ -287,11 +297,12 @@ def _clipped(channel: Channel, runs: tuple[IntArray, IntArray]) -> list[Finding]
         flat = at_end & (entry >= 3.0 * resolution)
         limit = max(channel.limits) if word == "upper" else min(channel.limits)
         on_limit = math.isfinite(limit) and abs(end - limit) <= resolution
-        if int(flat.sum()) >= 2 or (on_limit and np.any(at_end)):
-            at = np.flatnonzero(at_end)
+        if (flat.any() and at_end.sum() >= 2) or (on_limit and at_end.any()):
+            first = starts[at_end]
+            last = first + lengths[at_end] - 1
+            time_s = channel.time_s
             windows += [
-                (float(channel.time_s[starts[i]]), float(channel.time_s[starts[i] + lengths[i] - 1]))
-                for i in at
+                (float(time_s[i]), float(time_s[j])) for i, j in zip(first, last, strict=True)
             ]
             ends.append(f"its {word} end {end:g} {channel.unit}")
             limited |= on_limit

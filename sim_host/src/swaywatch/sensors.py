@@ -30,6 +30,8 @@ SWAP_REST = 0.35
 AGAINST = -0.6
 """Correlation below which left and right are taken for each other."""
 
+SLOW_HZ = 0.15
+"""Corner below which a drift is looked for: no sway is that slow."""
 BLOCK_S = 2.0
 FEWEST_BLOCKS = 8
 LEAST_DRIFT = 0.1
@@ -153,8 +155,8 @@ def side_score(
     return float(difference @ expected) / norm if norm > 0.0 else None
 
 
-def _slow(value: FloatArray, rate_hz: float) -> FloatArray:
-    sos = scipy.signal.butter(2, 2.5, fs=rate_hz, output="sos")
+def _slow(value: FloatArray, rate_hz: float, corner_hz: float = 2.5) -> FloatArray:
+    sos = scipy.signal.butter(2, corner_hz, fs=rate_hz, output="sos")
     return np.asarray(scipy.signal.sosfiltfilt(sos, value))
 
 
@@ -215,7 +217,7 @@ def check_drift(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding]:
             "drift",
             (channel.signal, *(drive.channels[n].signal for n in equal)),
             f"{channel.signal}: its offset{also} drifts by {change:+.3g} {channel.unit} over the "
-            f"{length:.0f} s of the run ({slope:+.2g} +- {1.645 * error:.1g} {channel.unit} per s), "
+            f"{length:.0f} s of the run ({slope:+.2g} +- {1.645 * error:.1g} {channel.unit}/s), "
             "against the balances with the other signals",
             float(grid.time_s[0]),
             (name, *equal),
@@ -249,8 +251,15 @@ def _trend(balance: Balance, grid: Grid) -> _Trend | None:
     if count < FEWEST_BLOCKS:
         return None
 
+    valid = np.all(list(grid.valid.values()), axis=0)[: count * size].reshape(count, size)
+    whole = valid.all(axis=1)
+    count = int(whole.sum())
+    if count < FEWEST_BLOCKS:
+        return None
+
     def blocks(value: FloatArray) -> FloatArray:
-        return np.asarray(value[: count * size].reshape(count, size).mean(axis=1))
+        value = _slow(value, grid.rate_hz, SLOW_HZ)[: whole.size * size]
+        return np.asarray(value.reshape(-1, size).mean(axis=1)[whole])
 
     time = blocks(grid.time_s)
     time = time - time.mean()
@@ -292,7 +301,18 @@ def balances(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Balance]:
         total = value["trailer_yaw_rate"] - value["car_yaw_rate"]
         weight = {"trailer_yaw_rate": 1.0, "car_yaw_rate": -1.0}
         found.append(Balance(weight, total, zero, float(np.std(value["trailer_yaw_rate"]))))
+    found += _steering(value)
     return found + _wheels(value, known)
+
+
+def _steering(value: dict[str, FloatArray]) -> list[Balance]:
+    """The steering angle of slow driving: a part for the bend and one for the side force."""
+    names = ("steering_wheel_angle", "speed", "car_yaw_rate", "car_lateral_acceleration")
+    if not all(name in value for name in names):
+        return []
+    steer, speed, yaw, side = (value[name] for name in names)
+    bend = yaw / np.maximum(speed, 5.0)
+    return [Balance({names[0]: 1.0}, steer, (bend, side), float(np.std(steer)))]
 
 
 def _weighted(
@@ -318,8 +338,7 @@ def _wheels(value: dict[str, FloatArray], known: tuple[FloatArray, ...]) -> list
                     continue
                 total = value[left] + value[right]
                 size = float(np.std(value[left]))
-                moved = total - total.mean()
-                apart = (side,) if "vertical" in quantity else (moved, moved * side)
+                apart = (side,) if "vertical" in quantity else (side, side**2)
                 weight = {right: 1.0, left: -1.0}
                 difference = value[right] - value[left]
                 found.append(Balance(weight, difference, (*known, *apart), size))

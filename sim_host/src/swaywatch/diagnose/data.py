@@ -11,8 +11,10 @@ import numpy as np
 from swaywatch.diagnose.fit import COMPARED, Problem
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import RATE_HZ, Run, on_grid
+from swaywatch.diagnose.sensor_faults import MOST_LOST, SensorFaults
 from swaywatch.drive import Drive, load_drives
 from swaywatch.errors import RecordingError, SignalError, VehicleError
+from swaywatch.samples import check_samples, cleaned
 from swaywatch.vehicle import Vehicle, load_vehicle
 
 #: Without these there is nothing to drive the model with.
@@ -38,6 +40,8 @@ class Loaded:
         Reasons why nothing can be said.
     checks
         Sentences about the data for the report.
+    faults
+        Of sensors, found before the fit and put right for it.
     """
 
     problem: Problem | None
@@ -45,6 +49,7 @@ class Loaded:
     signals: dict[str, str] = field(default_factory=dict)
     cannot: list[str] = field(default_factory=list)
     checks: list[str] = field(default_factory=list)
+    faults: SensorFaults = field(default_factory=SensorFaults)
 
 
 def body_of(vehicle: Vehicle) -> np.ndarray:
@@ -103,15 +108,18 @@ def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> 
     if not drives:
         raise RecordingError("no run in the recordings")
     runs: list[Run] = []
-    for index, drive in enumerate(drives):
+    for index, recorded in enumerate(drives):
         name = f"run {index + 1}"
-        loaded.signals.update({k: c.signal for k, c in drive.channels.items()})
+        loaded.signals.update({k: c.signal for k, c in recorded.channels.items()})
+        drive = loaded.faults.put_right(recorded, vehicle, name)
         run = run_of(drive, vehicle.car.steering_ratio, name)
-        reason = _too_little(run)
+        run.silent, run.kept = loaded.faults.masks(name, run.time, COMPARED)
+        reason = _without_lost(run, loaded) or _too_little(run)
         if reason:
             loaded.cannot.append(f"{name}: {reason}")
             continue
         runs.append(run.prepare())
+    loaded.checks += loaded.faults.checks
     if runs:
         # order of the files must not matter: sort by what was driven
         runs.sort(key=lambda run: -float(np.mean(run.channels["speed"])))
@@ -121,6 +129,22 @@ def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> 
             loaded.checks.append("not recorded: " + ", ".join(missing))
         loaded.checks += _foreign(runs, body)
     return loaded
+
+
+def _without_lost(run: Run, loaded: Loaded) -> str:
+    """Drop channels that say nothing most of the time; why the run is of no use, if one drives."""
+    for name, windows in loaded.faults.lost.get(run.name, {}).items():
+        share = sum(b - a for a, b in windows) / max(float(run.time[-1]), 1e-9)
+        if share < MOST_LOST:
+            continue
+        signal = loaded.signals.get(name, name)
+        if name in INPUTS:
+            return f"cannot say: {signal} says nothing for {100 * share:.0f} % of the run"
+        run.channels.pop(name, None)
+        loaded.checks.append(
+            f"{run.name}: {signal} says nothing for {100 * share:.0f} % of the run: left out"
+        )
+    return ""
 
 
 def _too_little(run: Run) -> str:
@@ -166,7 +190,8 @@ def load_with_body(
 ) -> Problem:
     """One run with constants that are already known."""
     drives = load_drives([recording], signals_file)
-    run = run_of(drives[0], steering_ratio, recording.name)
+    drive = cleaned(drives[0], check_samples(drives[0]))
+    run = run_of(drive, steering_ratio, recording.name)
     reason = _too_little(run)
     if reason:
         raise RecordingError(f"{recording.name}: {reason}")

@@ -19,6 +19,7 @@ from swaywatch.diagnose.model import embedded, model_block
 from swaywatch.diagnose.page import page, write_page
 from swaywatch.diagnose.remains import locate_rest, suspicious
 from swaywatch.diagnose.search import Progress, Search, level
+from swaywatch.diagnose.sensor_faults import combined
 from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
 from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, settle
@@ -108,7 +109,7 @@ def _cannot(loaded: Loaded) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "verdict": "unexplained",
-        "effects": [],
+        "effects": loaded.faults.entries(loaded.signals),
         "unexplained": [{"reason": text} for text in loaded.cannot],
         "model": {},
         "checks": [*loaded.checks, *loaded.cannot],
@@ -150,10 +151,12 @@ def _unseen(verdict: Verdict) -> list[str]:
 def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict[str, Any]:
     problem = loaded.problem
     assert problem is not None
+    effects_found = describe(verdict, problem, loaded.signals)
+    faults = loaded.faults.entries(loaded.signals)
     result: dict[str, Any] = {
         "format": FORMAT,
-        "verdict": verdict.word,
-        "effects": describe(verdict, problem, loaded.signals),
+        "verdict": combined(verdict.word, faults),
+        "effects": [*effects_found, *faults],
         "unexplained": verdict.notes,
         "model": model_block(problem, verdict.fit),
         "checks": [

@@ -267,6 +267,9 @@ class Comparison:
         self.names = problem.channels(run)
         self.measured = block_mean(np.stack([run.channels[n] for n in self.names], axis=1))
         self.scales = np.array([scale(run, name) for name in self.names])
+        # 0 where the sensor said nothing
+        rows = [run.kept_blocks(name) for name in self.names]
+        self.kept = np.stack(rows, axis=1).astype(float)
         found = [_COLUMN.get(_SOURCE.get(name, name)) for name in self.names]
         self.at = [i for i, column in enumerate(found) if column is not None]
         self.columns = [column for column in found if column is not None]
@@ -305,7 +308,10 @@ class Comparison:
         e = self.measured - means
         if self.run.correction:
             e = _without_heave(self.names, loads, e)
-        return np.asarray((e - e.mean(axis=0)) / self.scales)
+        if not self.run.kept:
+            return np.asarray((e - e.mean(axis=0)) / self.scales)
+        mean = (e * self.kept).sum(axis=0) / self.kept.sum(axis=0)
+        return np.asarray((e - mean) / self.scales * self.kept / np.sqrt(self.kept.mean(axis=0)))
 
 
 def roll_filter(acceleration: Array) -> Array:

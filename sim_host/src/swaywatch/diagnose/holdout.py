@@ -35,6 +35,8 @@ def first_seconds(run: Run, seconds: float) -> Run:
         correction={k: v[:cut] for k, v in run.correction.items()},
         # what modules keep for themselves begins with an underscore and depends on the whole run
         simulated={k: v[:cut] for k, v in run.simulated.items() if not k.startswith("_")},
+        silent={k: v[:cut] for k, v in run.silent.items()},
+        kept={k: v[:cut] for k, v in run.kept.items()},
     )
 
 

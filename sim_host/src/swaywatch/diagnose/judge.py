@@ -22,8 +22,9 @@ def errors(problem: Problem, index: int, outputs: Mapping[str, Array]) -> dict[s
     run = problem.runs[index]
     found = {}
     for name in problem.channels(run):
-        measured = block_mean(run.channels[name])
-        error = measured - block_mean(outputs[name])
+        kept = run.kept_blocks(name)
+        measured = block_mean(run.channels[name])[kept]
+        error = measured - block_mean(outputs[name])[kept]
         found[name] = float(np.std(error) / (np.std(measured) + 1e-12))
     return found
 

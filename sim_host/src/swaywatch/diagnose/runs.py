@@ -59,6 +59,10 @@ class Run:
         The same with both under the observer: what is wrong where and when it is, not carried on.
     simulated
         Scratch of the modules.
+    silent
+        Of the channels that say nothing at times: where, shape (n,).
+    kept
+        Of the channels of which not all samples count: which do, shape (n,).
     """
 
     name: str
@@ -74,6 +78,14 @@ class Run:
     correction: dict[str, Array] = field(default_factory=dict)
     observed: dict[str, Array] = field(default_factory=dict)
     simulated: dict[str, Array] = field(default_factory=dict)
+    silent: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
+    kept: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
+
+    def kept_blocks(self, name: str) -> NDArray[np.bool_]:
+        """Which block means of a channel count. Shape (n // BLOCK,)."""
+        if name not in self.kept:
+            return np.ones(self.time.size // BLOCK, dtype=np.bool_)
+        return block_mean(self.kept[name].astype(float)) > 0.999
 
     @cached_property
     def yaw_rates(self) -> Array | None:
@@ -81,8 +93,25 @@ class Run:
         names = ("car_yaw_rate", "trailer_yaw_rate")
         if any(name not in self.channels for name in names):
             return None
-        rows = [self.channels[n] for n in names]
+        rows = [self._filled(n) for n in names]
         return np.stack([low_pass(r - r.mean(), 5.0) for r in rows], axis=1)
+
+    def _filled(self, name: str) -> Array:
+        """A channel, where its sensor says nothing told by the others. Shape (n,)."""
+        value = self.channels[name]
+        silent = self.silent.get(name)
+        if silent is None:
+            return value
+        good = ~silent
+        columns = [np.ones(value.size)]
+        for other, theirs in self.channels.items():
+            if other != name and not np.any(self.silent.get(other, good) & silent):
+                smooth = low_pass(theirs, 5.0)
+                columns += [smooth, np.gradient(smooth) * RATE_HZ]
+        a = np.stack(columns, axis=1)
+        a = a / (np.sqrt(np.mean(a**2, axis=0)) + 1e-12)
+        told = a @ np.linalg.lstsq(a[good], value[good], rcond=None)[0]
+        return np.where(good, value, told)
 
     def prepare(self) -> Run:
         """Drop dead channels, measure noise, smooth the inputs."""

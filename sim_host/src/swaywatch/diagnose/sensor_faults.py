@@ -83,8 +83,10 @@ class SensorFaults:
         self.checks += [f"{run}: {f.text}" for f in findings if f not in mine]
         return fixed
 
-    def keep(self, run: str, time: NDArray[np.float64], names: Iterable[str]) -> dict[str, Any]:
-        """Which samples of the grid count, for the channels that lack some. Shapes of `time`.
+    def masks(
+        self, run: str, time: NDArray[np.float64], names: Iterable[str]
+    ) -> tuple[dict[str, BoolArray], dict[str, BoolArray]]:
+        """Where channels of the grid say nothing, and which samples count. Shapes of `time`.
 
         While an input of the model is missing, and shortly after, no channel counts.
         """
@@ -95,12 +97,13 @@ class SensorFaults:
             for a, b in lost.get(name, [])
             if b - a > 0.2 and b - a < MOST_LOST * float(time[-1] - time[0])
         ]
+        silent = {name: inside(time, windows) for name, windows in lost.items()}
         kept: dict[str, BoolArray] = {}
         for name in names:
             out = inside(time, [*lost.get(name, []), *blind])
             if out.any():
                 kept[name] = ~out
-        return kept
+        return silent, kept
 
     def entries(self, signals: dict[str, str]) -> list[dict[str, Any]]:
         """`effects` of diagnosis.json."""
@@ -128,7 +131,7 @@ def entry(
     signals: dict[str, str],
 ) -> dict[str, Any]:
     """One effect from findings of several runs."""
-    details = [
+    details: list[dict[str, Any]] = [
         {"run": run, "start": a, "stop": b} for run, finding in group for a, b in finding.windows
     ]
     first = group[0][1]
@@ -156,13 +159,9 @@ def entry(
     }
 
 
-def combined(verdict: str, effects: Sequence[dict[str, Any]], faults: Sequence[Any]) -> str:
-    """The verdict on runs that had such faults: missing physics behind them comes first."""
-    if not faults:
-        return verdict
-    if verdict in ("consistent", "measurement_fault"):
-        return "measurement_fault"
-    return verdict if effects or verdict == "unexplained" else "measurement_fault"
+def combined(verdict: str, faults: Sequence[dict[str, Any]]) -> str:
+    """The verdict on runs that had such faults; what is missing behind them comes first."""
+    return "measurement_fault" if faults and verdict == "consistent" else verdict
 
 
 def _parameters(name: str, found: Sequence[Finding]) -> dict[str, dict[str, float]]:
