@@ -14,7 +14,7 @@ from swaywatch.diagnose.plant import GRAVITY
 from swaywatch.diagnose.predict import predict
 from swaywatch.diagnose.roll import lag
 from swaywatch.diagnose.solo_car import SLOTS, CarInput, simulate
-from swaywatch.diagnose.solo_data import load_solo, without_spikes
+from swaywatch.diagnose.solo_data import load_solo
 from swaywatch.diagnose.solo_relations import banked, relations
 from swaywatch.errors import RecordingError, SignalError
 from swaywatch.vehicle import load_vehicle
@@ -179,25 +179,15 @@ def test_a_simulation_of_a_car_alone_is_refused(case: tuple[Path, list[Path], Pa
         diagnose(runs, vehicle, signals, simulations=runs)
 
 
-def test_spikes_are_single_samples() -> None:
-    time = np.arange(0.0, 10.0, 0.01)
-    clean = 0.2 * np.sin(time)
-    spoiled = clean.copy()
-    spoiled[[300, 700]] += (0.3, -0.2)
-    mended, at = without_spikes(spoiled, 0.02)
-    assert at.tolist() == [300, 700]
-    assert np.allclose(mended, clean, atol=1e-4)
-    step = clean + 0.5 * (time > 5.0)
-    assert without_spikes(step, 0.02)[1].size == 0
-
-
 def test_dropouts_of_the_infiniti_and_its_turns() -> None:
     folder = recordings("real", "infiniti_g35")
     data = load_solo(
         sorted(folder.glob("run*.mf4")), load_vehicle(folder / "vehicle.toml"),
         DATA / "real" / "infiniti_g35.toml",
     )  # fmt: skip
-    assert sum(len(run.spikes.get("steering_wheel_angle", [])) for run in data.runs) == 3
+    wild = [f for _, f in data.faults.found]
+    assert {f.channels for f in wild} == {("steering_wheel_angle",)}
+    assert sum(len(f.windows) for f in wild) == 3
     found = {f.name.split(",", maxsplit=1)[0]: f for f in relations(data)}
     assert 1.05 < found["lateral acceleration / (speed x yaw rate)"].value < 1.2
     # no gain of the yaw rate: the wheels say a track that the car can have
@@ -213,5 +203,7 @@ def test_spikes_of_the_ferrari() -> None:
         sorted(folder.glob("run*.mf4")), load_vehicle(folder / "vehicle.toml"),
         DATA / "real" / "ferrari_250lm.toml",
     )  # fmt: skip
-    times = data.runs[0].spikes["steering_wheel_angle"]
+    ((_, finding),) = data.faults.found
+    assert finding.channels == ("steering_wheel_angle",)
+    times = [start for start, _ in finding.windows]
     assert np.allclose(times, [57.28, 353.50, 374.86, 521.68], atol=0.011)

@@ -210,7 +210,6 @@ def _known_factor(factor: float) -> float | None:
     return next(near, None)
 
 
-
 def _check_steering(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding]:
     """Sign and unit of the steering angle, from the force it makes at the front axle."""
     gain = RelationBuilder(drive, vehicle, grid).steering_gain()

@@ -26,13 +26,20 @@ LONGER = 8.0
 """A frozen stretch is so many times longer than equal values usually last,"""
 AWAY = 2.0
 """and so many times farther from what the other channels say than the channel ever is."""
+KNOWN = 0.25
+"""Part of a recording that it takes to learn what the other channels say."""
 OFTEN_EQUAL = ("steering_wheel_angle", "speed")
 """Channels that may rest at one value; only the others tell whether they should."""
+STANDING_M_S = 1.0
 MOST_WINDOWS = 20
-WILD = 25.0
+LONG_FLAT = 10
+"""Samples of a flat top that is none of a rough resolution."""
+WILD = 12.0
 """A spike leaves its surroundings by so many times the usual bend between neighbours,"""
 FLAT = 0.3
 """which themselves move by less than this part of it."""
+WILD_WHEEL = 25.0
+"""A wheel can jump: bumps, and a brake that locks it and lets go."""
 NAMED = 4
 """Windows or times that a sentence lists."""
 
@@ -206,25 +213,23 @@ def _equal_stretches(channel: Channel, runs: tuple[IntArray, IntArray]) -> list[
         usual = float(np.percentile(np.repeat(short, short), 90))
         if count >= LONGER * usual:
             first = int(starts[at])
-            found.append(
-                (float(channel.time_s[first]), float(channel.time_s[first + count - 1]))
-            )
+            found.append((float(channel.time_s[first]), float(channel.time_s[first + count - 1])))
     return sorted(found)
 
 
-def _should_move(
-    drive: Drive, channel: Channel, window: Window, suspect: Sequence[Window]
-) -> bool:
+def _should_move(drive: Drive, channel: Channel, window: Window, suspect: Sequence[Window]) -> bool:
     """Whether the other channels, which elsewhere tell this one, say another value here."""
     others = [c for c in drive.channels.values() if c is not channel and len(c.time_s) > 3]
+    if channel.name == "speed":  # steady is what it should be; only the wheels know better
+        others = [c for c in others if c.name.startswith("wheel_speed")]
+        if np.interp(window[0], channel.time_s, channel.value) < STANDING_M_S:
+            return False
     rate_hz = 20.0
     grid = np.arange(channel.time_s[0], channel.time_s[-1], 1.0 / rate_hz)
     columns = [np.ones(len(grid))]
     for other in others:
         held = _equal_stretches(other, _runs(other.value))
-        if other.name not in OFTEN_EQUAL and any(
-            a < window[1] and b > window[0] for a, b in held
-        ):
+        if other.name not in OFTEN_EQUAL and any(a < window[1] and b > window[0] for a, b in held):
             continue  # perhaps frozen with it
         value = np.interp(grid, other.time_s, other.value)
         columns += [value, np.gradient(value)]
@@ -233,7 +238,8 @@ def _should_move(
     value = np.interp(grid, channel.time_s, channel.value)
     out = inside(grid, suspect)
     here = inside(grid, [window])
-    if len(columns) < 3 or np.count_nonzero(~out) < 4 * a.shape[1] or not here.any():
+    known = np.count_nonzero(~out)
+    if len(columns) < 3 or known < max(4 * a.shape[1], KNOWN * len(grid)) or not here.any():
         return False
     normal = a[~out].T @ a[~out] + 1e-6 * np.eye(a.shape[1]) * np.count_nonzero(~out)
     rest = value - a @ np.linalg.solve(normal, a[~out].T @ value[~out])
@@ -297,7 +303,8 @@ def _clipped(channel: Channel, runs: tuple[IntArray, IntArray]) -> list[Finding]
         flat = at_end & (entry >= 3.0 * resolution)
         limit = max(channel.limits) if word == "upper" else min(channel.limits)
         on_limit = math.isfinite(limit) and abs(end - limit) <= resolution
-        if (flat.any() and at_end.sum() >= 2) or (on_limit and at_end.any()):
+        held = flat.any() and at_end.sum() >= 2 and lengths[at_end].max() >= LONG_FLAT
+        if flat.sum() >= 2 or held or (on_limit and at_end.any()):
             first = starts[at_end]
             last = first + lengths[at_end] - 1
             time_s = channel.time_s
@@ -325,7 +332,7 @@ def _clipped(channel: Channel, runs: tuple[IntArray, IntArray]) -> list[Finding]
     ]
 
 
-def wild_samples(value: FloatArray, resolution: float) -> IntArray:
+def wild_samples(value: FloatArray, resolution: float, jumpy: bool = False) -> IntArray:
     """Indices of samples, alone or in pairs, that leave their surroundings and come back.
 
     The tip of a fast steering impulse is none: beside it the signal moves as fast.
@@ -338,32 +345,34 @@ def wild_samples(value: FloatArray, resolution: float) -> IntArray:
     bend = value[1:-1] - 0.5 * (value[2:] + value[:-2])
     scale = 1.4826 * float(np.median(np.abs(bend))) + resolution
     spread = float(np.subtract(*np.percentile(value, [84.0, 16.0]))) / 2.0
+    times, least = (WILD_WHEEL, 0.1) if jumpy else (WILD, 0.01)
     step = np.abs(np.diff(smooth, prepend=smooth[0]))
     moving = np.max([np.roll(step, shift) for shift in range(-2, 4)], axis=0)
     found: IntArray = np.flatnonzero(
-        (rest > max(WILD * scale, 0.1 * spread)) & (moving < FLAT * rest)
+        (rest > max(times * scale, least * spread)) & (moving < FLAT * rest)
     )
     return found[(found > 1) & (found < len(value) - 2)]
 
 
 def _spikes(channel: Channel) -> list[Finding]:
     """Single samples far off their surroundings."""
-    wild = wild_samples(channel.value, _resolution(channel))
+    jumpy = channel.name == "speed" or channel.name.startswith(("wheel_", "trailer_wheel_"))
+    wild = wild_samples(channel.value, _resolution(channel), jumpy)
     if not len(wild):
         return []
     smooth = scipy.signal.medfilt(channel.value, 5)
     size = channel.value[wild] - smooth[wild]
     worst = int(np.argmax(np.abs(size)))
-    times = tuple((float(t), float(t)) for t in channel.time_s[wild])
+    at = tuple((float(t), float(t)) for t in channel.time_s[wild])
     return [
         Finding(
             "warning",
             "spike",
             (channel.signal,),
-            f"{channel.signal}: {len(wild)} single-sample spike(s) ({listed(times)}), the largest "
-            f"by {size[worst]:+.3g} {channel.unit} at {times[worst][0]:.2f} s",
-            times[worst][0],
+            f"{channel.signal}: {len(wild)} single-sample spike(s) ({listed(at)}), the largest "
+            f"by {size[worst]:+.3g} {channel.unit} at {at[worst][0]:.2f} s",
+            at[worst][0],
             (channel.name,),
-            times,
+            at,
         )
     ]

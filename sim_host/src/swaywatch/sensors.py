@@ -131,9 +131,7 @@ def _sides(drive: Drive, grid: Grid) -> list[Finding]:
     return found
 
 
-def side_score(
-    grid: Grid, pair: tuple[str, str], side: FloatArray, vertical: bool
-) -> float | None:
+def side_score(grid: Grid, pair: tuple[str, str], side: FloatArray, vertical: bool) -> float | None:
     """Correlation of right minus left with where the load goes; positive as it should be."""
     left, right = (grid.value[name] for name in pair)
     difference = _slow(right - left, grid.rate_hz)
@@ -227,9 +225,7 @@ def check_drift(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding]:
     ]
 
 
-def _explained(
-    trends: list[_Trend], name: str
-) -> tuple[float, float, float, float] | None:
+def _explained(trends: list[_Trend], name: str) -> tuple[float, float, float, float] | None:
     """What a drift of one channel leaves of all trends; its slope, error and straightness."""
     mine = [t for t in trends if name in t.weight]
     weight = np.array([t.weight[name] for t in mine])

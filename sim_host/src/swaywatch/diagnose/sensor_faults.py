@@ -112,9 +112,7 @@ class SensorFaults:
             shown = finding.channels if finding.kind in ("swapped", "clock") else ()
             key = (effect_id(finding), shown or finding.channels[:1])
             groups.setdefault(key, []).append((run, finding))
-        return [
-            entry(name, channels, group, signals) for (name, channels), group in groups.items()
-        ]
+        return [entry(name, channels, group, signals) for (name, channels), group in groups.items()]
 
 
 def effect_id(finding: Finding) -> str:

@@ -276,7 +276,7 @@ def diagnose_solo(
 
 def _result(fitter: SoloFitter, verdict: SoloVerdict, found: list[Finding]) -> dict[str, Any]:
     data = fitter.data
-    entries = [_spikes(data, c) for c in sorted({c for run in data.runs for c in run.spikes})]
+    entries = data.faults.entries(data.signals)
     quantities = _quantities(fitter, verdict)
     shown = quantities.get(ROLL_QUANTITY, {}).get("low", 0.0) > 0.0
     entries = [_effect(fitter, verdict, claim, shown) for claim in verdict.claims] + entries
@@ -380,23 +380,6 @@ def _effect(
             "held_out_without_this_nrmse": before,
             "iso18571_before": None, "iso18571_after": None,
         },
-    }  # fmt: skip
-
-
-def _spikes(data: SoloData, channel: str) -> dict[str, Any]:
-    """Single samples that no motion makes: replaced before anything else, and named."""
-    times = [(run.name, t) for run in data.runs for t in run.spikes.get(channel, [])]
-    return {
-        "id": "sensor_spikes",
-        "parameters": {"count": {"value": len(times), "low": len(times), "high": len(times)}},
-        "component": data.signals.get(channel, channel), "role": channel,
-        "channel": data.signals.get(channel, channel),
-        "windows": [[round(t, 3), round(t, 3)] for _, t in times],
-        "window_details": [{"run": name, "start": t, "stop": t} for name, t in times],
-        "lines": ["broadband"], "confidence": 0.98, "equivalent": [], "equivalent_details": [],
-        "told_apart_by": "", "kind": "measurement", "source": "fault of the measurement",
-        "equation": "single samples leave both neighbours and come back; replaced by their mean",
-        "fit": {},
     }  # fmt: skip
 
 

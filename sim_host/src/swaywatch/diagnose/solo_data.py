@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import medfilt
 
 from swaywatch.diagnose.runs import RATE_HZ, low_pass, on_grid, white_noise
+from swaywatch.diagnose.sensor_faults import SensorFaults
 from swaywatch.diagnose.solo_effects import ACC, STEER, YAW
 from swaywatch.drive import Drive, load_drives
 from swaywatch.errors import RecordingError, SignalError
+from swaywatch.samples import inside
 from swaywatch.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -24,9 +25,7 @@ LEAST_SPEED = 4.0  # m/s: below it slip angles say nothing
 SHORTEST_PART_S = 4.0
 LONGEST_PART_S = 60.0
 SMOOTH_HZ = 8.0
-SPIKE = 12.0  # times the usual step between neighbours
-AGREE = 0.3  # the neighbours of a spike differ by less than this share of it
-LEAST_SPIKE = {STEER: 0.02, YAW: 0.1, ACC: 3.0}
+LONGEST_BRIDGED_S = 0.2  # of a sensor that says nothing
 LEAST_EXCITATION = 0.02  # rad/s RMS of the yaw rate
 
 
@@ -42,8 +41,6 @@ class SoloRun:
         Cleaned, offsets at standstill taken off.
     position_m
         Of the lateral accelerometer ahead of the centre of gravity.
-    spikes
-        Channel to times of single samples that no motion makes.
     offsets
         Channel to what it shows at standstill.
     flipped
@@ -54,7 +51,6 @@ class SoloRun:
     time: Array
     channels: dict[str, Array]
     position_m: float
-    spikes: dict[str, list[float]] = field(default_factory=dict)
     offsets: dict[str, float] = field(default_factory=dict)
     flipped: bool = False
     noise: dict[str, float] = field(default_factory=dict)
@@ -86,6 +82,7 @@ class SoloData:
     signals: dict[str, str]
     checks: list[str] = field(default_factory=list)
     cannot: list[str] = field(default_factory=list)
+    faults: SensorFaults = field(default_factory=SensorFaults)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -105,7 +102,9 @@ def load_solo(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> So
     for number, drive in enumerate(load_drives(list(recordings), signals, join=False)):
         data.signals.update({k: c.signal for k, c in drive.channels.items()})
         data.checks += list(drive.remarks)
-        data.runs.append(_run(drive, recordings[number].name))
+        name = recordings[number].name
+        data.runs.append(_run(data.faults.put_right(drive, vehicle, name), name))
+    data.checks += data.faults.checks
     data.runs.sort(key=lambda run: run.name)
     _signs(data)
     _parts(data)
@@ -129,16 +128,9 @@ def _run(drive: Drive, name: str) -> SoloRun:
     for need in (STEER, "speed"):
         if need not in channels:
             raise SignalError(f"{name}: no {need}; the model cannot be driven without it")
-    spikes = {}
-    for key in (k for k in (STEER, *COMPARED) if k in channels):
-        time, value = channels[key]
-        value, at = without_spikes(value, LEAST_SPIKE[key])
-        channels[key] = (time, value)
-        if at.size:
-            spikes[key] = [float(t) for t in time[at]]
     time, values = on_grid(channels)
     position = drive.channels[ACC].position_m if ACC in drive.channels else 0.0
-    run = SoloRun(name, time, values, position, spikes)
+    run = SoloRun(name, time, values, position)
     for key in (k for k in COMPARED if k in channels):
         run.steps[key] = _step(channels[key][1])
         run.noise[key] = max(white_noise(values[key]), run.steps[key] / np.sqrt(12.0))
@@ -153,26 +145,6 @@ def _take_offsets_off(run: SoloRun) -> None:
         for key in (k for k in COMPARED if k in run.channels):
             run.offsets[key] = float(np.mean(run.channels[key][still]))
             run.channels[key] = run.channels[key] - run.offsets[key]
-
-
-def without_spikes(value: Array, least: float) -> tuple[Array, NDArray[np.int64]]:
-    """Replace single samples that leave both neighbours by far and come back at once.
-
-    Returns
-    -------
-    value
-        Shape (n,), with the mean of the neighbours in their place.
-    at
-        Their indices.
-    """
-    rest = value - medfilt(value, 3)
-    usual = float(np.median(np.abs(np.diff(value)))) + 1e-12
-    at = np.flatnonzero(np.abs(rest) > max(SPIKE * usual, least))
-    at = at[(at > 0) & (at < value.size - 1)]
-    at = at[np.abs(value[at + 1] - value[at - 1]) < AGREE * np.abs(rest[at])]
-    cleaned = value.copy()
-    cleaned[at] = 0.5 * (value[at - 1] + value[at + 1])
-    return cleaned, at
 
 
 def _step(value: Array) -> float:
@@ -210,6 +182,8 @@ def _parts(data: SoloData) -> None:
     """Stretches in motion; folds are runs, or consecutive stretches of a single run."""
     for number, run in enumerate(data.runs):
         moving = low_pass(run.channels["speed"], 1.0) > LEAST_SPEED
+        for windows in data.faults.lost.get(run.name, {}).values():
+            moving &= ~inside(run.time, [w for w in windows if w[1] - w[0] > LONGEST_BRIDGED_S])
         edges = np.flatnonzero(np.diff(np.r_[False, moving, False].astype(int)))
         pieces = [
             (a, b) for a, b in zip(edges[::2], edges[1::2], strict=True)
