@@ -309,9 +309,9 @@ def _usual(figure: go.Figure, row: int) -> list[float] | None:
 
 
 def _scores(result: Mapping[str, Any]) -> str:
-    if not result["effects"]:
+    fit = next((effect["fit"] for effect in result["effects"] if effect["fit"]), None)
+    if fit is None:
         return ""
-    fit = result["effects"][0]["fit"]
     rows = []
     for label, keys in (
         ("NRMSE, fitted runs", ("baseline_nrmse", "diagnosed_nrmse")),
