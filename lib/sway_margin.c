@@ -14,10 +14,12 @@ static sway_real_t ppm(int32_t value)
     return sway_real_micro(value);
 }
 
-/* Relative standard errors of the user's values: stiffness, its lag, inertia; and how fast the true
- * values may drift, per square root of a second. */
+/* Relative standard errors of the user's values: stiffness, its lag (at USER_LAG_S_BY_V, in 1/m:
+ * 0.67 Hz at 30 m/s), inertia; and how fast the true values may drift, per square root of a second.
+ */
 #define USER_STIFFNESS_PPM 100000
 #define USER_LAG_PPM 40000
+#define USER_LAG_S_BY_V sway_real_ratio(14, 100)
 #define USER_INERTIA_PPM 70000
 #define DRIFT_STIFFNESS_PPM 2000
 #define DRIFT_LAG_PPM 500
@@ -32,6 +34,7 @@ static void state_start(sway_margin_state_t *state, sway_real_t value, int32_t r
     state->value.re = value;
     state->variance_re = sway_real_square(MUL(value, ppm(re_ppm)));
     state->variance_im = sway_real_square(MUL(value, ppm(im_ppm)));
+    state->s_by_v.im = USER_LAG_S_BY_V;
     state->started = sway_real_sign(value) > 0;
 }
 
@@ -92,11 +95,24 @@ static void follow_jump(sway_margin_state_t *state, const sway_estimate_t *estim
     state->strange = far;
 }
 
+/* The imaginary part of C = C0/(1 + sigma s/v) grows with s/v: at another frequency or speed the
+ * same lag is another argument. */
+static void move_to(sway_margin_state_t *state, sway_complex_t s_by_v)
+{
+    if (sway_real_sign(state->s_by_v.im) > 0) {
+        const sway_real_t ratio = DIV(s_by_v.im, state->s_by_v.im);
+        state->value.im = MUL(state->value.im, ratio);
+        state->variance_im = MUL(state->variance_im, sway_real_square(ratio));
+    }
+    state->s_by_v = s_by_v;
+}
+
 static void state_take(sway_margin_state_t *state, const sway_estimate_t *estimate,
                        sway_complex_t s_by_v)
 {
     const sway_complex_t value = estimate->value;
     const sway_real_t r = MUL(sway_real_square(estimate->se), sway_real_int(SWAY_MARGIN_OVERLAP));
+    move_to(state, s_by_v);
     if (!state->started) {
         state->value = value;
         state->variance_re = r;
@@ -107,7 +123,6 @@ static void state_take(sway_margin_state_t *state, const sway_estimate_t *estima
         update(&state->value.re, &state->variance_re, value.re, r);
         update(&state->value.im, &state->variance_im, value.im, r);
     }
-    state->s_by_v = s_by_v;
     state->identified = true;
 }
 

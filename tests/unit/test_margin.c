@@ -97,6 +97,24 @@ static void the_argument_of_a_stiffness_is_a_lag_in_the_model(void)
     TEST_ASSERT_TRUE(value(sway_complex_abs(f)) < 1e-3 * value(sway_complex_abs(far)));
 }
 
+static void the_lag_stays_when_the_frequency_changes(void)
+{
+    /* A slalom goes from 0.5 to 0.78 Hz: the argument of the lagging axle grows with it. */
+    static const double hertz[] = {0.5, 0.78, 0.62};
+    for (unsigned part = 0; part < 3; part++) {
+        for (int i = 0; i < 40; i++) {
+            test_plant_t plant = reference_plant(90);
+            plant.s = 2 * M_PI * I * hertz[part];
+            plant.stiffness[1] /= 1 + 0.7 * plant.s / plant.v;
+            identify_plant(&plant, 0.001);
+            run(&id, 1000000 + 100000 * (int64_t)(40 * part + (unsigned)i), 90);
+            if (part > 0 || i > 30) {
+                TEST_ASSERT_DOUBLE_WITHIN(0.5, 111.83, value(margin.model.v_crit_m_s) * 3.6);
+            }
+        }
+    }
+}
+
 static void a_sudden_change_is_followed(void)
 {
     test_plant_t plant = reference_plant(100);
@@ -256,6 +274,7 @@ int main(void)
     RUN_TEST(the_users_vehicle_gives_the_golden_values);
     RUN_TEST(identified_stiffnesses_replace_the_users);
     RUN_TEST(the_argument_of_a_stiffness_is_a_lag_in_the_model);
+    RUN_TEST(the_lag_stays_when_the_frequency_changes);
     RUN_TEST(a_sudden_change_is_followed);
     RUN_TEST(without_enough_vehicle_data_there_is_no_model);
     RUN_TEST(missing_samples_stay_out_of_the_model);
