@@ -25,7 +25,9 @@ typedef struct {
     const double *body;
     const double *scalars;
     double state[PLANT_STATES]; ///< in: at `first`; out: at the last sample
-    double *output;             ///< rows of PLANT_OUTPUTS, or NULL
+    double *output;             ///< rows of `columns` outputs, or NULL
+    int32_t columns;            ///< outputs in a row of `output`
+    int32_t column[PLANT_OUTPUTS]; ///< which
     double *blocks;             ///< rows of sums over PLANT_BLOCK samples, or NULL
     double *states;             ///< rows of PLANT_STATES at the samples stepped on, or NULL
     double sums[PLANT_OUTPUTS]; ///< of the block that is open; zero at the start

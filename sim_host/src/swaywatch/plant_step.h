@@ -56,14 +56,9 @@ INLINE V NAME(nearest)(V x)
     return shifted - magic;
 }
 
-/// Sine and cosine by their series within a quarter turn of a multiple of pi.
-INLINE void NAME(turn)(V x, V *sine, V *cosine)
+/// Sine of an angle of at most a quarter turn, by its series; `q` is its square.
+INLINE V NAME(sine)(V r, V q)
 {
-    const V n = NAME(nearest)(x * 0.31830988618379067154);
-    const V odd = n - 2.0 * NAME(nearest)(0.5 * n);
-    const V sign = 1.0 - 2.0 * odd * odd;
-    const V r = (x - n * 3.14159265358979311600) - n * 1.22464679914735317722e-16;
-    const V q = r * r;
     V s = q * (-1.0 / 5.1090942171709440e19) + 1.0 / 1.21645100408832e17;
     s = s * q - 1.0 / 355687428096000.0;
     s = s * q + 1.0 / 1307674368000.0;
@@ -73,7 +68,18 @@ INLINE void NAME(turn)(V x, V *sine, V *cosine)
     s = s * q + 1.0 / 5040.0;
     s = s * q - 1.0 / 120.0;
     s = s * q + 1.0 / 6.0;
-    *sine = sign * (r - r * q * s);
+    return r - r * q * s;
+}
+
+/// Sine and cosine, from within a quarter turn of a multiple of pi.
+INLINE void NAME(turn)(V x, V *sine, V *cosine)
+{
+    const V n = NAME(nearest)(x * 0.31830988618379067154);
+    const V odd = n - 2.0 * NAME(nearest)(0.5 * n);
+    const V sign = 1.0 - 2.0 * odd * odd;
+    const V r = (x - n * 3.14159265358979311600) - n * 1.22464679914735317722e-16;
+    const V q = r * r;
+    *sine = sign * NAME(sine)(r, q);
     V c = q * (-1.0 / 1.1240007277776077e21) + 1.0 / 2432902008176640000.0;
     c = c * q - 1.0 / 6402373705728000.0;
     c = c * q + 1.0 / 20922789888000.0;
@@ -133,6 +139,43 @@ INLINE V NAME(hyperbolic_tangent)(V x)
     return y;
 }
 
+/// Saturated force of a wheel: peak sin(SHAPE atan(linear / (SHAPE peak))), peak above zero.
+///
+/// The arc tangent of a ratio up to one is a polynomial with Chebyshev nodes (error 3e-17), that of
+/// the inverse the rest of a quarter turn: one division.
+INLINE V NAME(saturation)(V linear, V peak)
+{
+    const V size = NAME(absolute)(linear);
+    const V bound = SHAPE * peak;
+    const M steep = size > bound;
+    const V t = NAME(choose)(steep, bound, size) / NAME(choose)(steep, size, bound);
+    const V q = t * t;
+    const V u = q * q;
+    V odd = 1.806195461861215e-05 * u + 0.0010496035084968515;
+    V even = -0.00019996189377901382 * u - 0.0034958859739163094;
+    odd = odd * u + 0.008368931178450162;
+    even = even * u - 0.015535152475414177;
+    odd = odd * u + 0.023696731580048622;
+    even = even * u - 0.031277189066996385;
+    odd = odd * u + 0.03749486812535247;
+    even = even * u - 0.04260356632601652;
+    odd = odd * u + 0.04737749579527779;
+    even = even * u - 0.052579733342841106;
+    odd = odd * u + 0.05881506877793656;
+    even = even * u - 0.06666564699289104;
+    odd = odd * u + 0.07692298971033217;
+    even = even * u - 0.09090908590891934;
+    odd = odd * u + 0.11111111093490827;
+    even = even * u - 0.14285714285384132;
+    odd = odd * u + 0.1999999999999753;
+    even = even * u - 0.3333333333333333;
+    const V angle = t + t * q * (odd * q + even);
+    const V full = SHAPE * NAME(choose)(steep, 1.57079632679489661923 - angle, angle);
+    const V near = NAME(least)(full, 3.14159265358979323846 - full);
+    const V sine = peak * NAME(sine)(near, near * near);
+    return (V)((M)sine ^ ((M)linear & INT64_MIN));
+}
+
 typedef struct {
     V force[2], load[2];
 } NAME(axle_t);
@@ -152,9 +195,8 @@ INLINE V NAME(axle)(V stiffness, V load, V per_load, V left, V right, V shift, V
         V force = linear;
         if (saturated) {
             const V peak = fz * friction;
-            V sine, unused;
-            NAME(turn)(SHAPE * NAME(arc_tangent)(linear / (SHAPE * peak)), &sine, &unused);
-            force = NAME(choose)((friction > 0.0) & (fz > 1.0), peak * sine, linear);
+            force = NAME(choose)((friction > 0.0) & (fz > 1.0), NAME(saturation)(linear, peak),
+                                 linear);
         }
         out->force[wheel] = force;
         out->load[wheel] = fz;
@@ -434,9 +476,10 @@ INLINE void NAME(put)(plant_lane_t *const *lane, int32_t count, const NAME(featu
         for (int32_t l = 0; l < count; l++) {
             double *to = lane[l]->output;
             if (to != NULL) {
-                to += (lane[l]->at + sample) * PLANT_OUTPUTS;
-                for (int j = 0; j < PLANT_OUTPUTS; j++) {
-                    to[j] = out[j][l];
+                const int32_t columns = lane[l]->columns;
+                to += (lane[l]->at + sample) * columns;
+                for (int32_t j = 0; j < columns; j++) {
+                    to[j] = out[lane[l]->column[j]][l];
                 }
             }
         }

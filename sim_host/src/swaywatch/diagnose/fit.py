@@ -26,10 +26,14 @@ from swaywatch.diagnose.side_by_side import Item, Result, SideBySide
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
+ColumnOf = Callable[[int], Array]
 
 #: Pull of the yaw rates during the search, 1/s: half the angular frequency of sway.
 OBSERVER = 2.0
-ADDED = ("_added_front", "_added_rear")  # sums of the car's axle loads, before any sensor
+ADDED = (
+    "_added_front",
+    "_added_rear",
+)  # sums of the car's axle loads, before any sensor
 ROUNDING_N2 = 1e-9  # variance of an axle load that nothing was added to
 HEAVE_N = 10.0  # axle loads (RMS over a run) well below it move no body
 _COLUMN = {name: index for index, name in enumerate(OUTPUT)}
@@ -160,37 +164,89 @@ def predict_run(
     return observe(problem, index, simulate(plant, fine=fine), terms)
 
 
+#: Outputs of the plant whose sum a channel is, where their names differ.
+_SOURCES: dict[str, tuple[str, ...]] = {
+    "car_lateral_acceleration": ("car_acceleration",),
+    "trailer_lateral_acceleration": ("trailer_acceleration",),
+    "hitch_longitudinal_force": ("hitch_x",),
+    "hitch_lateral_force": ("hitch_y",),
+    "hitch_vertical_force": (),
+    **{f"wheel_lateral_force_{w}": (f"lateral_{w}",) for w in _WHEELS},
+    **{f"wheel_vertical_load_{w}": (f"vertical_{w}",) for w in _WHEELS},
+    **{f"trailer_wheel_lateral_force_{w}": (f"trailer_lateral_{w}",) for w in _WHEELS},
+    **{f"trailer_wheel_vertical_load_{w}": (f"trailer_vertical_{w}",) for w in _WHEELS},
+    ADDED[0]: ("vertical_fl", "vertical_fr"),
+    ADDED[1]: ("vertical_rl", "vertical_rr"),
+}
+#: and what turns an accelerometer that is not at the centre of gravity.
+_TURNING = {
+    "car_lateral_acceleration": "car_yaw_acceleration",
+    "trailer_lateral_acceleration": "trailer_yaw_acceleration",
+}
+#: Every channel, and the columns of the plant that it is made of.
+_MADE_OF = {
+    name: tuple(
+        _COLUMN[source]
+        for source in (
+            *_SOURCES.get(name, (name,)),
+            *((_TURNING[name],) if name in _TURNING else ()),
+        )
+    )
+    for name in (*COMPARED, "hitch_longitudinal_force", *ADDED)
+}
+
+
+class Channels(dict[str, Array]):
+    """Channels of a run at every sample, made of the plant's outputs when they are read.
+
+    Attributes
+    ----------
+    used
+        Columns of the plant that were read.
+    changed
+        Channels that were written to.
+    """
+
+    def __init__(self, run: Run, correction: Mapping[str, Array], column: ColumnOf) -> None:
+        super().__init__()
+        self.used: set[int] = set()
+        self.changed: set[str] = set()
+        self._run, self._correction, self._column = run, correction, column
+
+    def __contains__(self, name: object) -> bool:
+        return name in _MADE_OF
+
+    def __setitem__(self, name: str, value: Array) -> None:
+        self.changed.add(name)
+        super().__setitem__(name, value)
+
+    def __missing__(self, name: str) -> Array:
+        columns = _MADE_OF[name]
+        self.used.update(columns)
+        parts = [self._column(column) for column in columns]
+        if name in _TURNING:
+            parts[-1] = self._run.positions.get(name, 0.0) * parts[-1]
+        if name in self._correction:
+            parts.append(self._correction[name])
+        value = parts[0] if parts else np.zeros(self._run.time.size)
+        for part in parts[1:]:
+            value = value + part
+        super().__setitem__(name, value)
+        return value
+
+
+def correction_of(problem: Problem, run: Run) -> dict[str, Array]:
+    """What the user's simulation has beyond the plant."""
+    return run.observed if problem.observer > 0.0 else run.correction
+
+
 def observe(problem: Problem, index: int, result: Array, terms: Sequence[Term]) -> dict[str, Array]:
     """Sensors: plant outputs (n, len(OUTPUT)) to channels of the recording."""
     run = problem.runs[index]
-    col = {name: result[:, index] for name, index in _COLUMN.items()}
-    car = run.positions.get("car_lateral_acceleration", 0.0)
-    trailer = run.positions.get("trailer_lateral_acceleration", 0.0)
-    out = {
-        "car_yaw_rate": col["car_yaw_rate"],
-        "trailer_yaw_rate": col["trailer_yaw_rate"],
-        "articulation": col["articulation"],
-        "car_lateral_acceleration": col["car_acceleration"] + car * col["car_yaw_acceleration"],
-        "trailer_lateral_acceleration": col["trailer_acceleration"]
-        + trailer * col["trailer_yaw_acceleration"],
-        "hitch_longitudinal_force": col["hitch_x"],
-        "hitch_lateral_force": col["hitch_y"],
-    }
-    for wheel in _WHEELS:
-        out[f"wheel_lateral_force_{wheel}"] = col[f"lateral_{wheel}"]
-        out[f"wheel_vertical_load_{wheel}"] = col[f"vertical_{wheel}"]
-    for wheel in _WHEELS:
-        out[f"trailer_wheel_lateral_force_{wheel}"] = col[f"trailer_lateral_{wheel}"]
-        out[f"trailer_wheel_vertical_load_{wheel}"] = col[f"trailer_vertical_{wheel}"]
-    out["hitch_vertical_force"] = np.zeros(result.shape[0])
-    out[ADDED[0]] = col["vertical_fl"] + col["vertical_fr"]
-    out[ADDED[1]] = col["vertical_rl"] + col["vertical_rr"]
-    correction = run.observed if problem.observer > 0.0 else run.correction
-    for name, value in correction.items():
-        out[name] = out[name] + value
+    out = Channels(run, correction_of(problem, run), lambda column: result[:, column])
     for term in terms:
         term.effect.observe(out, run, term.as_dict())
-    return out
+    return {name: out[name] for name in _MADE_OF}
 
 
 def scale(run: Run, name: str) -> float:
@@ -235,26 +291,7 @@ def _without_heave(names: Sequence[str], loads: Sequence[Array], e: Array) -> Ar
     return e
 
 
-#: Outputs of the plant that a compared channel is, without position and correction.
-_SOURCE = {
-    "car_lateral_acceleration": "car_acceleration",
-    "trailer_lateral_acceleration": "trailer_acceleration",
-    "hitch_lateral_force": "hitch_y",
-    **{f"wheel_lateral_force_{w}": f"lateral_{w}" for w in _WHEELS},
-    **{f"wheel_vertical_load_{w}": f"vertical_{w}" for w in _WHEELS},
-    **{f"trailer_wheel_lateral_force_{w}": f"trailer_lateral_{w}" for w in _WHEELS},
-    **{f"trailer_wheel_vertical_load_{w}": f"trailer_vertical_{w}" for w in _WHEELS},
-}
-_TURNING = {
-    "car_lateral_acceleration": "car_yaw_acceleration",
-    "trailer_lateral_acceleration": "trailer_yaw_acceleration",
-}
 _LOADS = [[_COLUMN[f"vertical_{w}"] for w in axle] for axle in (("fl", "fr"), ("rl", "rr"))]
-
-
-def observes(term: Term) -> bool:
-    """Whether an effect changes channels after the simulation."""
-    return term.effect.observe is not no_observation
 
 
 class Comparison:
@@ -270,36 +307,63 @@ class Comparison:
         # 0 where the sensor said nothing
         rows = [run.kept_blocks(name) for name in self.names]
         self.kept = np.stack(rows, axis=1).astype(float)
-        found = [_COLUMN.get(_SOURCE.get(name, name)) for name in self.names]
-        self.at = [i for i, column in enumerate(found) if column is not None]
-        self.columns = [column for column in found if column is not None]
+        self.at = [i for i, name in enumerate(self.names) if _MADE_OF[name]]
+        self.columns = [_MADE_OF[self.names[i]][0] for i in self.at]
+        self.read: dict[Callable[..., None], tuple[int, ...]] = {}
         self.turning = [
-            (i, _COLUMN[_TURNING[name]], run.positions.get(name, 0.0))
+            (i, _MADE_OF[name][1], run.positions.get(name, 0.0))
             for i, name in enumerate(self.names)
             if name in _TURNING
         ]
-        correction = run.observed if problem.observer > 0.0 else run.correction
+        correction = correction_of(problem, run)
         self.correction = np.zeros_like(self.measured)
         for i, name in enumerate(self.names):
             if name in correction:
                 self.correction[:, i] = block_mean(correction[name])
 
+    def wanted(self, terms: Sequence[Term]) -> tuple[int, ...]:
+        """Columns of the plant that the sensors' part of the terms needs at every sample."""
+        found: set[int] = set()
+        for term in terms:
+            sensor = term.effect.observe
+            if sensor is no_observation:
+                continue
+            if sensor not in self.read:
+                trial = Channels(self.run, {}, self._nothing)
+                sensor(trial, self.run, term.as_dict())
+                self.read[sensor] = tuple(trial.used)
+            found.update(self.read[sensor])
+        return tuple(sorted(found))
+
+    def _nothing(self, column: int) -> Array:
+        del column
+        return np.zeros(self.run.time.size)
+
     def residual(self, outcome: Outcome, terms: Sequence[Term]) -> Array:
-        """Normalised residuals of a simulation, shape (n / BLOCK, channels)."""
+        """Normalised residuals of a simulation, shape (n / BLOCK, channels).
+
+        The outcome has the columns that are `wanted` for the terms.
+        """
         blocks = outcome.blocks[: self.measured.shape[0]] / BLOCK
         means = np.zeros_like(self.measured)
         means[:, self.at] = blocks[:, self.columns]
         for i, column, position in self.turning:
             means[:, i] += position * blocks[:, column]
         means += self.correction
-        if outcome.output is not None:
-            outputs = observe(self.problem, self.index, outcome.output, ())
-            before = dict(outputs)
-            for term in terms:
-                term.effect.observe(outputs, self.run, term.as_dict())
+        active = [term for term in terms if term.effect.observe is not no_observation]
+        if active:
+            place = {column: i for i, column in enumerate(outcome.columns)}
+            output = outcome.output if outcome.output is not None else np.zeros((0, 0))
+            channels = Channels(
+                self.run,
+                correction_of(self.problem, self.run),
+                lambda column: output[:, place[column]],
+            )
+            for term in active:
+                term.effect.observe(channels, self.run, term.as_dict())
             for i, name in enumerate(self.names):
-                if outputs[name] is not before[name]:
-                    means[:, i] = block_mean(outputs[name])
+                if name in channels.changed:
+                    means[:, i] = block_mean(channels[name])
         loads = [blocks[:, left] + blocks[:, right] for left, right in _LOADS]
         return self.normalised(means, loads)
 
@@ -369,7 +433,7 @@ class Fitter:
             jobs = [
                 Job(
                     plant_of(self.problem, t.run, t.terms, t.nuisance, t.shared),
-                    full=any(observes(term) for term in t.terms),
+                    columns=self.comparison(t.run).wanted(t.terms),
                 )
                 for t in some
             ]
@@ -560,7 +624,11 @@ class _Task:
         return trials, steps
 
     def columns(
-        self, state: _State, position: int, steps: list[tuple[int, float]], found: list[Array]
+        self,
+        state: _State,
+        position: int,
+        steps: list[tuple[int, float]],
+        found: list[Array],
     ) -> Array:
         """Derivatives of the residuals of one run, shape (residuals, k + s + n)."""
         base = state.errors[position]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect, Window
-from swaywatch.diagnose.fit import Fit, Fitter, Trial, observes, plant_of
-from swaywatch.diagnose.plant import BLOCK, LANES, Job, Outcome, run_jobs
+from swaywatch.diagnose.fit import Fit, Fitter, Trial, plant_of
+from swaywatch.diagnose.plant import ALL, BLOCK, LANES, Job, Outcome, run_jobs
 from swaywatch.diagnose.runs import RATE_HZ
 from swaywatch.diagnose.term import Term
 
@@ -64,7 +64,7 @@ class Locator:
             self.base.append(base)
             self.nuisance.append(fitter.nuisance_columns(base, moved))
             plant = plant_of(problem, r, fit.terms, fit.nuisance[r], fit.shared)
-            job = Job(plant, full=True, states=True)
+            job = Job(plant, columns=ALL, states=True)
             self.paths += run_jobs([job], fine=fitter.fine)
 
     def _job(self, r: int, term: Term) -> Job:
@@ -81,8 +81,8 @@ class Locator:
         assert path.states is not None
         terms = (*fit.terms, term)
         plant = plant_of(problem, r, terms, fit.nuisance[r], fit.shared)
-        full = any(observes(t) for t in terms)
-        return Job(plant, (first, last), path.states[first], full)
+        columns = self.fitter.comparison(r).wanted(terms)
+        return Job(plant, (first, last), path.states[first], columns)
 
     def _residual(self, r: int, term: Term, job: Job, branch: Outcome) -> Array:
         """Residuals of the run that goes along the branch, and without the term elsewhere."""
@@ -95,9 +95,9 @@ class Locator:
             blocks[stop - 1] += path.output[last : stop * BLOCK].sum(axis=0)
         output = None
         if branch.output is not None:
-            output = path.output.copy()
+            output = path.output[:, job.columns]
             output[first:last] = branch.output[first:last]
-        joined = Outcome(blocks, output, None)
+        joined = Outcome(blocks, job.columns, output, None)
         return self.fitter.comparison(r).residual(joined, (*self.fit.terms, term)).ravel()
 
     def columns(self, r: int, terms: Sequence[Term]) -> list[Array]:
@@ -260,7 +260,12 @@ def simplified(term: Term, shortest: float = 0.6, gap: float = 0.6) -> Term:
             if np.linalg.norm(a - b) < 0.5 * max(np.linalg.norm(a), np.linalg.norm(b)):
                 la, lb = last[2] - last[1], row[2] - row[1]
                 mean = neutral + (a * la + b * lb) / max(la + lb, 1e-9)
-                merged[-1] = [last[0], min(last[1], row[1]), max(last[2], row[2]), *mean]
+                merged[-1] = [
+                    last[0],
+                    min(last[1], row[1]),
+                    max(last[2], row[2]),
+                    *mean,
+                ]
                 continue
         elif last is not None and last[0] == row[0] and row[2] < last[2] - shortest:
             a, b = np.array(last[3:]) - neutral, np.array(row[3:]) - neutral

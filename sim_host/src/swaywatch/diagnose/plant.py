@@ -89,6 +89,7 @@ OUTPUT = (
     "trailer_lateral_fl", "trailer_lateral_fr", "trailer_lateral_rl", "trailer_lateral_rr",
     "trailer_vertical_fl", "trailer_vertical_fr", "trailer_vertical_rl", "trailer_vertical_rr",
 )  # fmt: skip
+ALL = tuple(range(len(OUTPUT)))
 _STATES = int(lib.PLANT_STATES)
 _SCALARS = {name: index for index, name in enumerate(SCALARS)}
 _SERIES = {name: index for index, name in enumerate(SERIES)}
@@ -182,14 +183,16 @@ class Job:
         First sample (a multiple of `BLOCK`) and the one after the last; None: all.
     state
         At the first sample, shape (states,); None: that of `plant.initial`.
-    full, states
-        Whether outputs at every sample and the states are wanted beside the sums.
+    columns
+        Outputs wanted at every sample beside the sums, by their index.
+    states
+        Whether the states are wanted too.
     """
 
     plant: PlantInput
     span: tuple[int, int] | None = None
     state: Array | None = None
-    full: bool = False
+    columns: tuple[int, ...] = ()
     states: bool = False
 
 
@@ -201,13 +204,14 @@ class Outcome:
     ----------
     blocks
         Sums of the outputs over `BLOCK` samples each, shape (ceil(n / BLOCK), len(OUTPUT)).
-    output
-        Outputs at every sample, shape (n, len(OUTPUT)), if wanted.
+    columns, output
+        The wanted outputs at every sample, shape (n, columns), if any.
     states
         Shape (n, states), if wanted.
     """
 
     blocks: Array
+    columns: tuple[int, ...]
     output: Array | None
     states: Array | None
 
@@ -217,7 +221,7 @@ def simulate(plant: PlantInput, *, fine: bool = True) -> Array:
 
     Not `fine` takes steps of two samples: half the time, up to 0.1 % off near the critical speed.
     """
-    found = run_jobs([Job(plant, full=True)], fine=fine)[0]
+    found = run_jobs([Job(plant, columns=ALL)], fine=fine)[0]
     assert found.output is not None
     return found.output
 
@@ -249,7 +253,7 @@ def _kind(job: Job, fine: bool) -> tuple[int, ...]:
     lengths = [value for value in scalars[_RELAXATION].tolist() if value > 0.0]
     stride = 1 if fine or (lengths and min(lengths) < SHORT_RELAXATION_M) else 2
     used = tuple(int(value != 0.0) for value in scalars[_FEATURES].tolist())
-    return (stride, int(job.full), *used)
+    return (stride, int(bool(job.columns)), *used)
 
 
 def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
@@ -272,7 +276,10 @@ def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
         plant = job.plant
         n = plant.speed.size
         lane.first, lane.stop = (0, n) if job.span is None else job.span
-        lane.speed, lane.acceleration = pointer(plant.speed), pointer(plant.acceleration)
+        lane.speed, lane.acceleration = (
+            pointer(plant.speed),
+            pointer(plant.acceleration),
+        )
         lane.steer = pointer(plant.steer)
         lane.body, lane.scalars = pointer(plant.body), pointer(plant.scalars)
         for name, value in plant.series.items():
@@ -282,10 +289,12 @@ def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
         lane.state = (state if job.state is None else job.state).tolist()
         blocks, lane.blocks = room(-(-n // BLOCK), len(OUTPUT))
         output = states = None
-        if job.full:
-            output, lane.output = room(n, len(OUTPUT))
+        if job.columns:
+            output, lane.output = room(n, len(job.columns))
+            lane.columns = len(job.columns)
+            lane.column[0 : len(job.columns)] = list(job.columns)
         if job.states:
             states, lane.states = room(n, _STATES)
-        found.append(Outcome(blocks, output, states))
+        found.append(Outcome(blocks, job.columns, output, states))
     lib.plant_lanes(lanes, len(jobs), jobs[0].plant.period_s, stride)
     return found

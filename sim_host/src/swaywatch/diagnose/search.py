@@ -71,6 +71,26 @@ def _each_once(ranked: Sequence[Candidate]) -> list[Candidate]:
     return list(kept.values())
 
 
+def _moved_edges(term: Term, at: int, edge: int) -> list[Term]:
+    """The term with an edge of the window at `at` of its values shifted, by what is worth a try."""
+    neutral = [p.neutral for p in term.effect.parameters]
+    sizes = [j for j, p in enumerate(term.effect.parameters) if p.name != RISE.name]
+    found = []
+    for shift in (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7):
+        for keep in (False, True):
+            v = list(term.values)
+            old = v[at + 1] - v[at]
+            v[at + edge] += shift
+            new = v[at + 1] - v[at]
+            if new < 0.2:
+                continue
+            if keep and old > 0.0:
+                for j in sizes:
+                    v[at + 2 + j] = neutral[j] + (v[at + 2 + j] - neutral[j]) * old / new
+            found.append(Term(term.effect, tuple(v), term.window_runs))
+    return found
+
+
 class Search:
     """Search over one problem."""
 
@@ -156,30 +176,13 @@ class Search:
     def _scan_edges(self, fit: Fit) -> Fit | None:
         """Best shift of each edge in turn, amplitude kept or its product with the length."""
         term = fit.terms[-1]
-        neutral = [p.neutral for p in term.effect.parameters]
-        sizes = [j for j, p in enumerate(term.effect.parameters) if p.name != RISE.name]
         changed = False
         for w, r in enumerate(term.window_runs):
             for edge in (0, 1):
-                at = w * term.stride
-                trials = [term]
-                for shift in (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7):
-                    for keep in (False, True):
-                        v = list(term.values)
-                        old = v[at + 1] - v[at]
-                        v[at + edge] += shift
-                        new = v[at + 1] - v[at]
-                        if new < 0.2:
-                            continue
-                        if keep and old > 0.0:
-                            for j in sizes:
-                                v[at + 2 + j] = (
-                                    neutral[j] + (v[at + 2 + j] - neutral[j]) * old / new
-                                )
-                        trials.append(Term(term.effect, tuple(v), term.window_runs))
+                trials = _moved_edges(term, w * term.stride, edge)
                 found = term
-                best, *others = self._chi2(fit, trials, r)
-                for trial, chi2 in zip(trials[1:], others, strict=True):
+                best, *others = self._chi2(fit, [term, *trials], r)
+                for trial, chi2 in zip(trials, others, strict=True):
                     if chi2 < 0.995 * best:
                         best, found = chi2, trial
                 changed |= found is not term
