@@ -1,18 +1,9 @@
 #include "sway_break.h"
 
-#include <string.h>
-
 #include "sway_wide.h"
 
-/* Parts of a window, shorter at its ends; at most SWAY_FIT_COLUMNS. */
-#define PARTS 10U
-
-enum {
-    SUM_WEIGHT, // first: |line|^2 over the variance
-    SUM_RE,     // by part: residual times the line over the variance, and
-    SUM_IM,     // times the line a quarter turn later
-    SUM_ROWS
-};
+/* Parts of a window, shorter at its ends. Behind each but the last is a place. */
+#define PARTS (SWAY_BREAK_PLACES + 1U)
 
 /* sum + a b */
 SWAY_INLINE sway_real_t mac(sway_real_t sum, sway_real_t a, sway_real_t b)
@@ -27,30 +18,23 @@ static uint32_t part_end(const sway_fit_basis_t *basis, uint32_t part)
     return end_16[part] * basis->blocks / 16U;
 }
 
-void sway_break_clear(sway_fit_basis_t *basis)
+void sway_break_add(sway_break_sums_t *sums, const sway_fit_basis_t *basis, sway_complex_t line,
+                    sway_real_t variance, const int32_t *residual)
 {
-    memset(basis->gram, 0, SUM_ROWS * sizeof basis->gram[0]);
-}
-
-void sway_break_add(sway_fit_basis_t *basis, sway_complex_t line, sway_real_t variance,
-                    const int32_t *residual)
-{
-    sway_real_t(*sum)[SWAY_FIT_COLUMNS] = basis->gram;
     const sway_complex_t weighed =
         sway_complex_scale(line, sway_real_div(sway_real_int(1), variance));
-    sum[SUM_WEIGHT][0] = mac(mac(sum[SUM_WEIGHT][0], line.re, weighed.re), line.im, weighed.im);
-    uint32_t b = 0;
-    for (uint32_t part = 0; part < PARTS; part++) {
-        const uint32_t n = part_end(basis, part) - b;
+    sums->weight = mac(mac(sums->weight, line.re, weighed.re), line.im, weighed.im);
+    for (uint32_t place = 0; place < SWAY_BREAK_PLACES; place++) {
+        sway_complex_t *const sum = &sums->part[place];
+        const uint32_t b = part_end(basis, place);
+        const uint32_t n = part_end(basis, place + 1U) - b;
         /* below 8 * 2^29 * 2^28 */
         const int64_t re = sway_wide_dot(residual + b, basis->column[0] + b, n);
         const int64_t im = sway_wide_dot(residual + b, basis->column[1] + b, n);
-        b += n;
         const sway_real_t by_re = sway_real(re, -SWAY_FIT_BITS);
         const sway_real_t by_im = sway_real(im, -SWAY_FIT_BITS);
-        sum[SUM_RE][part] = mac(mac(sum[SUM_RE][part], weighed.re, by_re), weighed.im, by_im);
-        sum[SUM_IM][part] = sway_real_sub(mac(sum[SUM_IM][part], weighed.re, by_im),
-                                          sway_real_mul(weighed.im, by_re));
+        sum->re = mac(mac(sum->re, weighed.re, by_re), weighed.im, by_im);
+        sum->im = sway_real_sub(mac(sum->im, weighed.re, by_im), sway_real_mul(weighed.im, by_re));
     }
 }
 
@@ -96,9 +80,9 @@ static sway_real_t change_information(const sway_real_t *tail, const sway_real_t
     return sway_real_sub(tail[0], sway_real_div(taken, det));
 }
 
-uint32_t sway_break_find(const sway_fit_basis_t *basis)
+uint32_t sway_break_find(const sway_break_sums_t *sums, const sway_fit_basis_t *basis)
 {
-    const sway_real_t weight = sway_real_scale(basis->gram[SUM_WEIGHT][0], -1);
+    const sway_real_t weight = sway_real_scale(sums->weight, -1);
     const sway_real_t none = sway_real_zero();
     sway_real_t all[3] = {none, none, none};
     sway_real_t tail[3] = {none, none, none};
@@ -117,8 +101,7 @@ uint32_t sway_break_find(const sway_fit_basis_t *basis)
     add_moments(&whole, all);
     for (uint32_t part = PARTS - 1U; part > 0U; part--) {
         add_moments(&moments[part], tail);
-        score = sway_complex_add(
-            score, sway_complex(basis->gram[SUM_RE][part], basis->gram[SUM_IM][part]));
+        score = sway_complex_add(score, sums->part[part - 1U]);
         const sway_real_t information = sway_real_mul(weight, change_information(tail, all));
         const sway_real_t norm = sway_complex_norm(score);
         const sway_real_t chi_2 = sway_real_div(norm, information);

@@ -116,12 +116,16 @@ sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, con
     return sway_real(sway_wide_dot(basis->column[column], data, basis->blocks), -SWAY_FIT_BITS);
 }
 
+/* A row of the lower triangle: entries 0..i. */
+static uint32_t row_of(uint32_t i)
+{
+    return i * (i + 1U) / 2U;
+}
+
 static void gram_entry(sway_fit_basis_t *basis, uint32_t i, uint32_t j)
 {
     const sway_real_t sum = sway_fit_product(basis, i, basis->column[j]);
-    const sway_real_t value = sway_real_scale(sum, -SWAY_FIT_BITS);
-    basis->gram[i][j] = value;
-    basis->gram[j][i] = value;
+    basis->gram[row_of(i) + j] = sway_real_scale(sum, -SWAY_FIT_BITS);
 }
 
 void sway_fit_gram(sway_fit_basis_t *basis, uint32_t first, uint32_t last)
@@ -140,51 +144,46 @@ void sway_fit_gram(sway_fit_basis_t *basis, uint32_t first, uint32_t last)
     }
 }
 
-void sway_fit_factor(sway_fit_system_t *system, const sway_fit_basis_t *basis, uint32_t n)
+/* first - a[0] b[0] - .. - a[n-1] b[n-1] */
+static sway_real_t less_products(sway_real_t first, const sway_real_t *a, const sway_real_t *b,
+                                 uint32_t n)
 {
-    sway_real_t d[SWAY_FIT_LINEAR];
-    system->n = n;
     for (uint32_t i = 0; i < n; i++) {
-        sway_real_t scaled[SWAY_FIT_LINEAR]; // L[i][j] d[j]
-        for (uint32_t j = 0; j <= i; j++) {
-            sway_real_t sum = basis->gram[i][j];
-            for (uint32_t k = 0; k < j; k++) {
-                const sway_real_t term = sway_real_mul(scaled[k], system->lower[j][k]);
-                sum = sway_real_sub(sum, term);
-            }
-            scaled[j] = sum;
-            if (j < i) {
-                system->lower[i][j] = sway_real_mul(sum, system->inverse_d[j]);
-                /* the diagonal takes the product with the scaled entry just made */
-            }
-        }
-        d[i] = basis->gram[i][i];
-        for (uint32_t k = 0; k < i; k++) {
-            d[i] = sway_real_sub(d[i], sway_real_mul(scaled[k], system->lower[i][k]));
-        }
-        system->inverse_d[i] = sway_real_div(sway_real_int(1), d[i]);
+        first = sway_real_sub(first, sway_real_mul(a[i], b[i]));
     }
+    return first;
 }
 
-void sway_fit_solve(const sway_fit_system_t *system, const sway_real_t *right, sway_real_t *x)
+void sway_fit_factor(sway_fit_basis_t *basis, uint32_t first, uint32_t last)
 {
-    for (uint32_t i = 0; i < system->n; i++) {
-        sway_real_t sum = right[i];
-        for (uint32_t k = 0; k < i; k++) {
-            sum = sway_real_sub(sum, sway_real_mul(system->lower[i][k], x[k]));
+    for (uint32_t i = first; i <= last; i++) {
+        sway_real_t *row = &basis->gram[row_of(i)];
+        sway_real_t scaled[SWAY_FIT_LINEAR]; // L[i][j] d[j]
+        for (uint32_t j = 0; j < i; j++) {
+            const sway_real_t *above = &basis->gram[row_of(j)];
+            scaled[j] = less_products(row[j], scaled, above, j);
+            row[j] = sway_real_mul(scaled[j], above[j]);
         }
-        x[i] = sum;
+        row[i] = sway_real_div(sway_real_int(1), less_products(row[i], scaled, row, i));
     }
-    for (uint32_t i = system->n; i-- > 0U;) {
-        sway_real_t sum = sway_real_mul(x[i], system->inverse_d[i]);
-        for (uint32_t k = i + 1U; k < system->n; k++) {
-            sum = sway_real_sub(sum, sway_real_mul(system->lower[k][i], x[k]));
+}
+
+void sway_fit_solve(const sway_fit_basis_t *basis, uint32_t n, const sway_real_t *right,
+                    sway_real_t *x)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        x[i] = less_products(right[i], &basis->gram[row_of(i)], x, i);
+    }
+    for (uint32_t i = n; i-- > 0U;) {
+        sway_real_t sum = sway_real_mul(x[i], basis->gram[row_of(i) + i]);
+        for (uint32_t k = i + 1U; k < n; k++) {
+            sum = sway_real_sub(sum, sway_real_mul(basis->gram[row_of(k) + i], x[k]));
         }
         x[i] = sum;
     }
 }
 
-static sway_real_t dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
+sway_real_t sway_fit_dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
 {
     sway_real_t sum = sway_real_mul(a[0], b[0]);
     for (uint32_t i = 1; i < n; i++) {
@@ -193,41 +192,42 @@ static sway_real_t dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
     return sum;
 }
 
-void sway_fit_cross(sway_fit_system_t *system, const sway_fit_basis_t *basis)
+void sway_fit_cross(sway_fit_system_t *system, const sway_fit_basis_t *basis, uint32_t n)
 {
-    const sway_real_t *re = basis->gram[SWAY_FIT_TAU_RE];
-    const sway_real_t *im = basis->gram[SWAY_FIT_TAU_IM];
-    sway_fit_solve(system, re, system->cross[0]);
-    sway_fit_solve(system, im, system->cross[1]);
-    system->schur[0] = sway_real_sub(re[SWAY_FIT_TAU_RE], dot(re, system->cross[0], system->n));
-    system->schur[1] = sway_real_sub(im[SWAY_FIT_TAU_RE], dot(im, system->cross[0], system->n));
-    system->schur[2] = sway_real_sub(im[SWAY_FIT_TAU_IM], dot(im, system->cross[1], system->n));
+    const sway_real_t *re = &basis->gram[row_of(SWAY_FIT_TAU_RE)];
+    const sway_real_t *im = &basis->gram[row_of(SWAY_FIT_TAU_IM)];
+    system->n = n;
+    sway_fit_solve(basis, n, re, system->cross[0]);
+    sway_fit_solve(basis, n, im, system->cross[1]);
+    system->schur[0] = sway_real_sub(re[SWAY_FIT_TAU_RE], sway_fit_dot(re, system->cross[0], n));
+    system->schur[1] = sway_real_sub(im[SWAY_FIT_TAU_RE], sway_fit_dot(im, system->cross[0], n));
+    system->schur[2] = sway_real_sub(im[SWAY_FIT_TAU_IM], sway_fit_dot(im, system->cross[1], n));
 }
 
-static void unit_column(const sway_fit_system_t *system, uint32_t index, sway_real_t *x)
+static void unit_column(const sway_fit_basis_t *basis, uint32_t n, uint32_t index, sway_real_t *x)
 {
-    for (uint32_t i = 0; i < system->n; i++) {
+    for (uint32_t i = 0; i < n; i++) {
         x[i] = sway_real_int(i == index ? 1 : 0);
     }
-    sway_fit_solve(system, x, x);
+    sway_fit_solve(basis, n, x, x);
 }
 
-void sway_fit_variance(sway_fit_system_t *system)
+void sway_fit_variance(sway_fit_system_t *system, const sway_fit_basis_t *basis)
 {
     sway_real_t x[SWAY_FIT_LINEAR];
-    unit_column(system, 0, x);
+    unit_column(basis, system->n, 0, x);
     system->variance[0] = x[0];
     system->variance[1] = x[1];
-    unit_column(system, 1, x);
+    unit_column(basis, system->n, 1, x);
     system->variance[2] = x[1];
 }
 
-void sway_fit_second_variance(sway_fit_system_t *system)
+void sway_fit_second_variance(sway_fit_system_t *system, const sway_fit_basis_t *basis)
 {
     sway_real_t x[SWAY_FIT_LINEAR];
-    unit_column(system, 4, x);
+    unit_column(basis, system->n, 4, x);
     const sway_real_t first = x[4];
-    unit_column(system, 5, x);
+    unit_column(basis, system->n, 5, x);
     system->second_variance = sway_real_scale(sway_real_add(first, x[5]), -1);
 }
 

@@ -53,15 +53,15 @@ typedef struct {
     uint32_t blocks;
     sway_real_t scale; ///< e^(-|growth| (n-1)/2), so that |z| <= 1
     sway_fit_walk_t walk;
-    sway_real_t gram[SWAY_FIT_COLUMNS][SWAY_FIT_COLUMNS]; ///< products of columns, lower triangle
+    sway_real_t gram[SWAY_FIT_COLUMNS * (SWAY_FIT_COLUMNS + 1) / 2]; ///< products of columns, the
+                                                                     ///< lower triangle by rows
     int32_t column[SWAY_FIT_COLUMNS][SWAY_FIT_BLOCKS];
 } sway_fit_basis_t;
 
-/// Least squares on columns 0..n-1 (n = 4: one line; n = 8: with 2f and 3f).
+/// Least squares on columns 0..n-1 (n = 4: one line; n = 8: with 2f and 3f). Their factor is in the
+/// basis, the same for both.
 typedef struct {
     uint32_t n;
-    sway_real_t lower[SWAY_FIT_LINEAR][SWAY_FIT_LINEAR]; ///< L of L D L^T, unit diagonal
-    sway_real_t inverse_d[SWAY_FIT_LINEAR];
     sway_real_t cross[2][SWAY_FIT_LINEAR]; ///< solutions for columns 8 and 9
     sway_real_t schur[3];    ///< what of columns 8, 9 the linear part leaves: (8,8), (8,9), (9,9)
     sway_real_t variance[3]; ///< of parameters 0, 1 for unit noise: (0,0), (0,1), (1,1)
@@ -87,14 +87,21 @@ bool sway_fit_columns(sway_fit_basis_t *basis, uint32_t count, bool harmonics);
 /// adds.
 void sway_fit_gram(sway_fit_basis_t *basis, uint32_t first, uint32_t last);
 
-/// The steps of building a system, each of bounded cost, in this order.
-void sway_fit_factor(sway_fit_system_t *system, const sway_fit_basis_t *basis, uint32_t n);
-void sway_fit_cross(sway_fit_system_t *system, const sway_fit_basis_t *basis);
-void sway_fit_variance(sway_fit_system_t *system);
-void sway_fit_second_variance(sway_fit_system_t *system);
+/// Puts the factor L D L^T in the place of the products, rows first..last, when those before are
+/// done: L, and 1/d on the diagonal. (0, 3), then (4, 7).
+void sway_fit_factor(sway_fit_basis_t *basis, uint32_t first, uint32_t last);
 
-/// x = (products of columns)^-1 right, for the n columns of the system; x may be `right`.
-void sway_fit_solve(const sway_fit_system_t *system, const sway_real_t *right, sway_real_t *x);
+/// The steps of building a system of n columns, each of bounded cost, in this order.
+void sway_fit_cross(sway_fit_system_t *system, const sway_fit_basis_t *basis, uint32_t n);
+void sway_fit_variance(sway_fit_system_t *system, const sway_fit_basis_t *basis);
+void sway_fit_second_variance(sway_fit_system_t *system, const sway_fit_basis_t *basis);
+
+/// x = (products of columns)^-1 right, for columns 0..n-1; x may be `right`.
+void sway_fit_solve(const sway_fit_basis_t *basis, uint32_t n, const sway_real_t *right,
+                    sway_real_t *x);
+
+/// a[0] b[0] + .. + a[n-1] b[n-1], n > 0.
+sway_real_t sway_fit_dot(const sway_real_t *a, const sway_real_t *b, uint32_t n);
 
 /// Sum over the blocks of column times data; |data| < 2^27.
 sway_real_t sway_fit_product(const sway_fit_basis_t *basis, uint32_t column, const int32_t *data);

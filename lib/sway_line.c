@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "sway_break.h"
 #include "sway_residual.h"
 #include "sway_wide.h"
 
@@ -322,9 +321,9 @@ static uint32_t run_gram(sway_line_job_t *job, const sway_ring_t *ring)
 static uint32_t run_system(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    sway_fit_factor(&job->system[0], &job->basis, 4);
-    sway_fit_cross(&job->system[0], &job->basis);
-    sway_fit_variance(&job->system[0]);
+    sway_fit_factor(&job->basis, 0, 3);
+    sway_fit_cross(&job->system[0], &job->basis, 4);
+    sway_fit_variance(&job->system[0], &job->basis);
     return needs_harmonics(job) ? STATE_GRAM_HARMONICS : STATE_CHANNELS;
 }
 
@@ -345,29 +344,29 @@ static uint32_t run_gram_third(sway_line_job_t *job, const sway_ring_t *ring)
 static uint32_t run_factor_harmonics(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    sway_fit_factor(&job->system[1], &job->basis, SWAY_FIT_LINEAR);
+    sway_fit_factor(&job->basis, 4, 7);
     return STATE_CROSS_HARMONICS;
 }
 
 static uint32_t run_cross_harmonics(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    sway_fit_cross(&job->system[1], &job->basis);
+    sway_fit_cross(&job->system[1], &job->basis, SWAY_FIT_LINEAR);
     return job->final ? STATE_VARIANCE_HARMONICS : STATE_CHANNELS;
 }
 
 static uint32_t run_variance_harmonics(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    sway_fit_variance(&job->system[1]);
+    sway_fit_variance(&job->system[1], &job->basis);
     return STATE_SECOND_VARIANCE;
 }
 
 static uint32_t run_second_variance(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    sway_fit_second_variance(&job->system[1]);
-    sway_break_clear(&job->basis);
+    sway_fit_second_variance(&job->system[1], &job->basis);
+    memset(&job->sums, 0, sizeof job->sums);
     return STATE_CHANNELS;
 }
 
@@ -402,6 +401,12 @@ static sway_real_t block_variance(const sway_line_job_t *job, const sway_line_da
         sway_real_scale(sway_real_ratio((int32_t)job->block, 12), -2 * data->shift);
     const sway_real_t least = sway_real_max(rounding, sway_real_ratio(1, 12));
     return sway_real_max(sway_real_max(variance, least), sway_real_scale(total, -32));
+}
+
+/* Of the columns that the channel's model has. */
+static const sway_fit_system_t *system_of(const sway_line_job_t *job)
+{
+    return &job->system[job->columns == 4U ? 0 : 1];
 }
 
 static void channel_products(const sway_line_job_t *job, const sway_line_data_t *data, uint32_t n,
@@ -445,16 +450,7 @@ static void solve_channel(const sway_line_job_t *job, sway_line_data_t *data, ui
                           sway_real_t *product)
 {
     channel_products(job, data, n, product);
-    sway_fit_solve(&job->system[n == 4U ? 0 : 1], product, data->parameter);
-}
-
-static sway_real_t dot(const sway_real_t *a, const sway_real_t *b, uint32_t n)
-{
-    sway_real_t sum = sway_real_zero();
-    for (uint32_t i = 0; i < n; i++) {
-        sum = mac(sum, a[i], b[i]);
-    }
-    return sum;
+    sway_fit_solve(&job->basis, n, product, data->parameter);
 }
 
 /* a^T S b of a 2x2 symmetric S. */
@@ -480,15 +476,15 @@ static sway_complex_t by_omega(const sway_line_data_t *data)
 static void add_normal(sway_line_job_t *job, const sway_line_data_t *data, uint32_t n,
                        const sway_real_t *product, sway_real_t variance)
 {
-    const sway_fit_system_t *system = &job->system[n == 4U ? 0 : 1];
+    const sway_fit_system_t *system = system_of(job);
     sway_line_normal_t *normal = &job->normal;
     const sway_real_t weight = sway_real_div(sway_real_int(1), variance);
     const sway_complex_t g = by_growth(data);
     const sway_complex_t o = by_omega(data);
     const sway_real_t re =
-        sway_real_sub(product[SWAY_FIT_TAU_RE], dot(system->cross[0], product, n));
+        sway_real_sub(product[SWAY_FIT_TAU_RE], sway_fit_dot(system->cross[0], product, n));
     const sway_real_t im =
-        sway_real_sub(product[SWAY_FIT_TAU_IM], dot(system->cross[1], product, n));
+        sway_real_sub(product[SWAY_FIT_TAU_IM], sway_fit_dot(system->cross[1], product, n));
     normal->growth_growth = mac(normal->growth_growth, weight, form(system->schur, g, g));
     normal->growth_omega = mac(normal->growth_omega, weight, form(system->schur, g, o));
     normal->omega_omega = mac(normal->omega_omega, weight, form(system->schur, o, o));
@@ -508,7 +504,7 @@ static void measure_second(sway_line_job_t *job, uint32_t channel, sway_real_t v
     for (uint32_t i = 4; i < SWAY_FIT_LINEAR && job->columns == 4U; i++) {
         product[i] = sway_fit_product(&job->basis, i, data->sum);
     }
-    sway_fit_solve(&job->system[1], product, full);
+    sway_fit_solve(&job->basis, SWAY_FIT_LINEAR, product, full);
     const sway_real_t spread = sway_real_mul(variance, job->system[1].second_variance);
     const sway_real_t second = sway_real_add(sway_real_square(full[4]), sway_real_square(full[5]));
     const sway_real_t third = sway_real_add(sway_real_square(full[6]), sway_real_square(full[7]));
@@ -564,7 +560,7 @@ static uint32_t run_fill(sway_line_job_t *job, const sway_ring_t *ring)
     if (fill_missing(job, data, job->columns, job->product) < 4) {
         return STATE_NORMAL;
     }
-    sway_fit_solve(&job->system[job->columns == 4U ? 0 : 1], job->product, data->parameter);
+    sway_fit_solve(&job->basis, job->columns, job->product, data->parameter);
     job->rounds_left--;
     return job->rounds_left > 0U ? STATE_FILL : STATE_NORMAL;
 }
@@ -578,7 +574,7 @@ static uint32_t run_normal(sway_line_job_t *job, const sway_ring_t *ring)
     product[SWAY_FIT_TAU_RE] = sway_fit_product(&job->basis, SWAY_FIT_TAU_RE, data->sum);
     product[SWAY_FIT_TAU_IM] = sway_fit_product(&job->basis, SWAY_FIT_TAU_IM, data->sum);
     const sway_real_t total = sum_of_squares(data->sum, job->basis.blocks);
-    const sway_real_t rest = sway_real_sub(total, dot(data->parameter, product, n));
+    const sway_real_t rest = sway_real_sub(total, sway_fit_dot(data->parameter, product, n));
     job->variance = block_variance(job, data, n, rest, total);
     if ((job->used_mask & SWAY_CHANNEL_BIT(job->channel)) != 0U) {
         add_normal(job, data, n, product, job->variance);
@@ -611,7 +607,7 @@ static void reject_outliers(sway_line_job_t *job, sway_line_data_t *data, const 
 static sway_real_t variance_along(const sway_line_job_t *job, const sway_line_data_t *data,
                                   sway_real_t variance, sway_complex_t e)
 {
-    const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
+    const sway_fit_system_t *system = system_of(job);
     const sway_complex_t g = by_growth(data);
     const sway_complex_t o = by_omega(data);
     const sway_real_t re = mac(sway_real_mul(e.re, system->cross[0][0]), e.im, system->cross[0][1]);
@@ -669,7 +665,7 @@ static uint32_t run_residuals(sway_line_job_t *job, const sway_ring_t *ring)
 static void add_share(sway_line_job_t *job, const sway_line_data_t *data, sway_real_t blow)
 {
     const sway_complex_t o = by_omega(data);
-    const sway_fit_system_t *system = &job->system[job->columns == 4U ? 0 : 1];
+    const sway_fit_system_t *system = system_of(job);
     const sway_real_t share = sway_real_div(form(system->schur, o, o), job->variance);
     const sway_real_t line =
         sway_real_mul(sway_real_square(job->basis.scale),
@@ -681,7 +677,7 @@ static void add_share(sway_line_job_t *job, const sway_line_data_t *data, sway_r
         job->normal.misfit = sway_real_add(job->normal.misfit, share);
     }
     job->normal.all = sway_real_add(job->normal.all, share);
-    sway_break_add(&job->basis, by_growth(data), job->variance, job->residual);
+    sway_break_add(&job->sums, &job->basis, by_growth(data), job->variance, job->residual);
 }
 
 static uint32_t run_noise(sway_line_job_t *job, const sway_ring_t *ring)
@@ -873,7 +869,7 @@ static uint32_t run_final_step(sway_line_job_t *job, sway_real_t growth, sway_re
 static uint32_t run_break(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    const uint32_t block = sway_break_find(&job->basis);
+    const uint32_t block = sway_break_find(&job->sums, &job->basis);
     job->broken = block > 0U;
     if (job->broken) {
         const int64_t halves = 2 * (int64_t)block - (int64_t)job->basis.blocks;

@@ -16,7 +16,7 @@
 #ifndef SWAY_LINE_H
 #define SWAY_LINE_H
 
-#include "sway_fit.h"
+#include "sway_break.h"
 #include "sway_ring.h"
 
 /// Flags of a result; 0 is good.
@@ -121,6 +121,7 @@ typedef struct {
     sway_real_t factor_size[2];
     sway_fit_basis_t basis;
     sway_fit_system_t system[2]; ///< one line; with 2f and 3f
+    sway_break_sums_t sums;      ///< in the pass that makes the result
     sway_line_data_t data[SWAY_CHANNELS];
     int32_t residual[SWAY_FIT_BLOCKS]; ///< of the channel, in the pass that makes the result
 } sway_line_job_t;
