@@ -27,7 +27,10 @@ static sway_error_t init_parts(sway_core_t *core, const sway_core_config_t *conf
     sway_grid_config_t grid = sway_grid_default(config->sample_period_us);
     sway_track_config_t track = sway_track_default(config->sample_period_us);
     for (int i = 0; i < (int)SWAY_INPUT_COUNT; i++) {
-        grid.delay_us[i] = config->input_delay_us[i];
+        const uint32_t place = sway_input_place((sway_input_t)i);
+        if (place < SWAY_INPUT_PLACES) {
+            grid.delay_us[place] = config->input_delay_us[i];
+        }
     }
     const int32_t rows = SWAY_GRID_ROWS - 2 < 10 ? SWAY_GRID_ROWS - 2 : 10;
     grid.max_wait_us = config->sample_period_us * rows;

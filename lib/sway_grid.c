@@ -58,7 +58,7 @@ static bool config_is_good(const sway_grid_config_t *config)
     if (config->input_period_us != 0 && !within(config->input_period_us, 1000, 100000)) {
         return false;
     }
-    for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
+    for (uint32_t i = 0; i < SWAY_INPUT_PLACES; i++) {
         if (!within(config->delay_us[i], -500000, 500000)) {
             return false;
         }
@@ -96,7 +96,7 @@ static int64_t row_at_or_after(const sway_grid_t *grid, int64_t time_us)
 
 static void start_at(sway_grid_t *grid, int64_t time_us)
 {
-    for (int i = 0; i < SWAY_INPUT_COUNT; i++) {
+    for (uint32_t i = 0; i < SWAY_INPUT_PLACES; i++) {
         grid->input[i].usable = false;
         grid->input[i].timed = false;
         grid->input[i].silent = false;
@@ -197,19 +197,19 @@ static int32_t interpolate(const sway_grid_input_t *from, int64_t to_us, int32_t
     return from->value + share(to - from->value, at_us - from->time_us, span);
 }
 
-static void put_row(sway_grid_t *grid, uint32_t slot, sway_input_t input, int32_t value, bool valid)
+static void put_row(sway_grid_t *grid, uint32_t slot, uint32_t place, int32_t value, bool valid)
 {
-    const uint32_t bit = (uint32_t)1U << (uint32_t)input;
-    grid->row[slot][input] = value;
+    const uint32_t bit = (uint32_t)1U << place;
+    grid->row[slot][place] = value;
     grid->filled[slot] |= bit;
     grid->valid[slot] |= valid ? bit : 0U;
 }
 
 /* Fills the waiting rows after the input's last sample up to that of now. */
-static void fill_rows(sway_grid_t *grid, sway_input_t input, const sway_grid_input_t *now,
+static void fill_rows(sway_grid_t *grid, uint32_t place, const sway_grid_input_t *now,
                       bool span_valid)
 {
-    const sway_grid_input_t *last = &grid->input[input];
+    const sway_grid_input_t *last = &grid->input[place];
     int64_t row = grid->next_time_us;
     if (now->time_us < row) {
         count(&grid->faults.late);
@@ -217,9 +217,9 @@ static void fill_rows(sway_grid_t *grid, sway_input_t input, const sway_grid_inp
     for (uint32_t i = 0; i < SWAY_GRID_ROWS && row <= now->time_us; i++) {
         const uint32_t slot = (grid->next_slot + i) & (SWAY_GRID_ROWS - 1U);
         if (row == now->time_us) {
-            put_row(grid, slot, input, now->value, span_valid || (now->usable && !last->doubted));
+            put_row(grid, slot, place, now->value, span_valid || (now->usable && !last->doubted));
         } else if (last->timed && row > last->time_us) {
-            put_row(grid, slot, input, interpolate(last, now->time_us, now->value, row),
+            put_row(grid, slot, place, interpolate(last, now->time_us, now->value, row),
                     span_valid);
         }
         row += grid->config.sample_period_us;
@@ -227,11 +227,11 @@ static void fill_rows(sway_grid_t *grid, sway_input_t input, const sway_grid_inp
 }
 
 /* Whether the input has had no sample for too long at `time_us`. Such a gap is counted once. */
-static bool is_silent(sway_grid_t *grid, sway_input_t input, int64_t time_us)
+static bool is_silent(sway_grid_t *grid, uint32_t place, int64_t time_us)
 {
-    sway_grid_input_t *in = &grid->input[input];
+    sway_grid_input_t *in = &grid->input[place];
     const int32_t max_gap =
-        input == SWAY_INPUT_SPEED ? grid->config.max_speed_gap_us : grid->config.max_gap_us;
+        place == SWAY_PLACE_OF_SPEED ? grid->config.max_speed_gap_us : grid->config.max_gap_us;
     const bool silent = in->seen && time_us - in->time_us > max_gap;
     if (silent && !in->silent) {
         in->silent = true;
@@ -268,10 +268,10 @@ static void watch_rate(sway_grid_t *grid, sway_grid_input_t *in, int64_t time_us
     }
 }
 
-static void take(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value, bool usable)
+static void take(sway_grid_t *grid, uint32_t place, int64_t time_us, int32_t value, bool usable)
 {
-    sway_grid_input_t *in = &grid->input[input];
-    const bool gap = is_silent(grid, input, time_us);
+    sway_grid_input_t *in = &grid->input[place];
+    const bool gap = is_silent(grid, place, time_us);
     watch_rate(grid, in, time_us);
     sway_grid_input_t now = *in;
     now.time_us = time_us;
@@ -280,45 +280,57 @@ static void take(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t
     now.usable = usable && !in->off_rate;
     now.doubted = false;
     now.silent = false;
-    fill_rows(grid, input, &now, now.usable && in->timed && in->usable && !gap);
+    fill_rows(grid, place, &now, now.usable && in->timed && in->usable && !gap);
     *in = now;
+}
+
+static bool is_good_call(const sway_grid_t *grid, sway_input_t input, int64_t time_us)
+{
+    return grid != NULL && (uint32_t)input < SWAY_INPUT_COUNT && time_us >= -SWAY_GRID_TIME_LIMIT &&
+           time_us <= SWAY_GRID_TIME_LIMIT;
 }
 
 sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value)
 {
-    if (grid == NULL || (uint32_t)input >= SWAY_INPUT_COUNT || time_us < -SWAY_GRID_TIME_LIMIT ||
-        time_us > SWAY_GRID_TIME_LIMIT) {
+    if (!is_good_call(grid, input, time_us)) {
         return SWAY_ERROR_ARGUMENT;
     }
-    sway_grid_input_t *in = &grid->input[input];
+    const uint32_t place = sway_input_place(input);
     const int32_t low = is_unsigned(input) ? 0 : -limits[input];
-    if (value < low || value > limits[input]) {
+    const bool in_range = value >= low && value <= limits[input];
+    if (!in_range) {
         count(&grid->faults.out_of_range);
+    }
+    if (place == SWAY_INPUT_PLACES) {
+        return in_range ? SWAY_OK : SWAY_ERROR_RANGE;
+    }
+    sway_grid_input_t *in = &grid->input[place];
+    if (!in_range) {
         in->usable = false;
         return SWAY_ERROR_RANGE;
     }
-    const int64_t measured_us = time_us - grid->config.delay_us[input];
+    const int64_t measured_us = time_us - grid->config.delay_us[place];
     if (!accept_time(grid, in, measured_us)) {
         in->usable = false;
         in->doubted = true;
         return SWAY_ERROR_TIME;
     }
-    take(grid, input, measured_us, value, true);
+    take(grid, place, measured_us, value, true);
     in->seen = true;
     return SWAY_OK;
 }
 
 void sway_grid_invalid(sway_grid_t *grid, sway_input_t input, int64_t time_us)
 {
-    if (grid == NULL || (uint32_t)input >= SWAY_INPUT_COUNT || time_us < -SWAY_GRID_TIME_LIMIT ||
-        time_us > SWAY_GRID_TIME_LIMIT) {
+    const uint32_t place = sway_input_place(input);
+    if (!is_good_call(grid, input, time_us) || place == SWAY_INPUT_PLACES) {
         return;
     }
     count(&grid->faults.invalid);
-    const int64_t measured_us = time_us - grid->config.delay_us[input];
-    sway_grid_input_t *in = &grid->input[input];
+    const int64_t measured_us = time_us - grid->config.delay_us[place];
+    sway_grid_input_t *in = &grid->input[place];
     if (accept_time(grid, in, measured_us)) {
-        take(grid, input, measured_us, in->value, false);
+        take(grid, place, measured_us, in->value, false);
     }
 }
 
@@ -326,9 +338,9 @@ void sway_grid_invalid(sway_grid_t *grid, sway_input_t input, int64_t time_us)
 static bool is_waiting(const sway_grid_t *grid)
 {
     const uint32_t filled = grid->filled[grid->next_slot];
-    for (uint32_t i = 0; i < SWAY_INPUT_COUNT; i++) {
+    for (uint32_t i = 0; i < SWAY_INPUT_PLACES; i++) {
         const sway_grid_input_t *in = &grid->input[i];
-        if (((filled >> i) & 1U) == 0U && in->timed && i != SWAY_INPUT_SPEED &&
+        if (((filled >> i) & 1U) == 0U && in->timed && i != SWAY_PLACE_OF_SPEED &&
             grid->newest_time_us - in->time_us < SILENT_US) {
             return true;
         }
@@ -341,18 +353,18 @@ typedef struct {
     bool valid;
 } input_value_t;
 
-static input_value_t input_value(const sway_grid_t *grid, uint32_t input)
+static input_value_t input_value(const sway_grid_t *grid, uint32_t place)
 {
     const uint32_t slot = grid->next_slot;
-    const sway_grid_input_t *in = &grid->input[input];
-    if (((grid->filled[slot] >> input) & 1U) != 0U) {
-        const input_value_t known = {grid->row[slot][input],
-                                     ((grid->valid[slot] >> input) & 1U) != 0U};
+    const sway_grid_input_t *in = &grid->input[place];
+    if (((grid->filled[slot] >> place) & 1U) != 0U) {
+        const input_value_t known = {grid->row[slot][place],
+                                     ((grid->valid[slot] >> place) & 1U) != 0U};
         return known;
     }
-    const input_value_t held = {in->value, input == SWAY_INPUT_SPEED && in->timed && in->usable &&
-                                               grid->next_time_us - in->time_us <=
-                                                   grid->config.max_speed_gap_us};
+    const input_value_t held = {
+        in->value, place == SWAY_PLACE_OF_SPEED && in->timed && in->usable &&
+                       grid->next_time_us - in->time_us <= grid->config.max_speed_gap_us};
     return held;
 }
 
@@ -374,18 +386,18 @@ static bool row_is_ready(const sway_grid_t *grid)
 
 static void add_channels(const sway_grid_t *grid, sway_tick_t *tick)
 {
-    for (uint32_t c = 0; c < SWAY_CHANNEL_CAR_FRONT_FY; c++) {
+    for (uint32_t c = 0; c < SWAY_CHANNEL_CAR_FRONT_FY && c < SWAY_CHANNELS; c++) {
         add_channel(tick, c, input_value(grid, c), grid->input[c].seen);
     }
-    for (uint32_t c = SWAY_CHANNEL_CAR_FRONT_FY; c < SWAY_CHANNEL_COUNT; c++) {
+    for (uint32_t c = SWAY_CHANNEL_CAR_FRONT_FY; c < SWAY_CHANNELS; c++) {
         const uint32_t left = 2U * c - SWAY_CHANNEL_CAR_FRONT_FY;
         const input_value_t a = input_value(grid, left);
         const input_value_t b = input_value(grid, left + 1U);
         const input_value_t both = {a.value + b.value, a.valid && b.valid};
         add_channel(tick, c, both, grid->input[left].seen && grid->input[left + 1U].seen);
     }
-    add_channel(tick, SWAY_CHANNEL_SPEED, input_value(grid, SWAY_INPUT_SPEED),
-                grid->input[SWAY_INPUT_SPEED].seen);
+    add_channel(tick, SWAY_CHANNEL_SPEED, input_value(grid, SWAY_PLACE_OF_SPEED),
+                grid->input[SWAY_PLACE_OF_SPEED].seen);
 }
 
 bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
@@ -393,8 +405,8 @@ bool sway_grid_tick(sway_grid_t *grid, sway_tick_t *tick)
     if (grid == NULL || tick == NULL || !row_is_ready(grid)) {
         return false;
     }
-    for (uint32_t i = 0; i < SWAY_INPUT_COUNT; i++) {
-        (void)is_silent(grid, (sway_input_t)i, grid->next_time_us);
+    for (uint32_t i = 0; i < SWAY_INPUT_PLACES; i++) {
+        (void)is_silent(grid, i, grid->next_time_us);
     }
     const uint32_t slot = grid->next_slot;
     memset(tick, 0, sizeof *tick);

@@ -40,9 +40,9 @@ typedef struct {
     /// are off by more than 6 % in the mean of about 64 is not valid until they are within 4 %;
     /// whole multiples (lost or slower messages) and less than 3/4 of it are not judged.
     int32_t input_period_us;
-    /// Age of an input's value when its message is stamped; subtracted from its timestamps. us,
-    /// +-500000.
-    int32_t delay_us[SWAY_INPUT_COUNT];
+    /// Age of an input's value when its message is stamped, by place; subtracted from its
+    /// timestamps. us, +-500000.
+    int32_t delay_us[SWAY_INPUT_PLACES];
 } sway_grid_config_t;
 
 /// One row of the grid.
@@ -88,10 +88,10 @@ typedef struct {
     int64_t suspect_us; ///< a stamp far ahead that waits for a second one
     sway_grid_faults_t faults;
     sway_grid_config_t config;
-    sway_grid_input_t input[SWAY_INPUT_COUNT];
-    int32_t row[SWAY_GRID_ROWS][SWAY_INPUT_COUNT];
-    uint32_t filled[SWAY_GRID_ROWS]; ///< bit per input: has a value
-    uint32_t valid[SWAY_GRID_ROWS];  ///< bit per input: that value is data
+    uint32_t filled[SWAY_GRID_ROWS]; ///< bit per place: has a value
+    uint32_t valid[SWAY_GRID_ROWS];  ///< bit per place: that value is data
+    sway_grid_input_t input[SWAY_INPUT_PLACES];
+    int32_t row[SWAY_GRID_ROWS][SWAY_INPUT_PLACES];
 } sway_grid_t;
 
 /// period, max_gap 60 ms (20 Hz with jitter), speed gap 500 ms, wait 100 ms, no delays, any rate.
@@ -105,8 +105,8 @@ sway_error_t sway_grid_init(sway_grid_t *grid, const sway_grid_config_t *config)
 /// ahead of all others while no second one agrees. After 16 refusals in a row for being old the
 /// clock counts as restarted. SWAY_ERROR_ARGUMENT: no such input, or |time_us| beyond
 /// SWAY_GRID_TIME_LIMIT. A sample of the same time replaces the one before for what follows. Take
-/// the rows that became ready with sway_grid_tick() before the next call. Cost: at most
-/// SWAY_GRID_ROWS interpolations.
+/// the rows that became ready with sway_grid_tick() before the next call. Nothing but its range is
+/// looked at where the build does not keep the input. Cost: at most SWAY_GRID_ROWS interpolations.
 sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value);
 
 /// The sender says that this input has no valid value at `time_us`.

@@ -145,7 +145,7 @@ static void travel(sway_node_t *node, sway_input_t input, int32_t value)
 
 static bool is_frozen(sway_node_t *node, const sway_sample_t *sample, int64_t time_us)
 {
-    sway_node_watch_t *w = &node->watch[sample->input];
+    sway_node_watch_t *w = &node->watch[sway_input_place(sample->input)];
     if (!w->started || sample->value != w->value) {
         travel(node, sample->input, sample->value);
         w->started = true;
@@ -206,9 +206,13 @@ static sway_error_t use(sway_node_t *node, sway_message_t message, int64_t time_
     sway_error_t result = SWAY_OK;
     bool frozen = false;
     for (uint32_t i = 0U; i < length; i++) {
+        const uint32_t place = sway_input_place(samples[i].input);
+        if (place == SWAY_INPUT_PLACES) {
+            continue; // the build has no use for it
+        }
         const sway_error_t error = feed(node, time_us, &samples[i]);
         result = error != SWAY_OK ? error : result;
-        frozen = frozen || node->watch[samples[i].input].frozen;
+        frozen = frozen || node->watch[place].frozen;
     }
     node->message[message].accepted_us = time_us;
     node->message[message].state = (uint8_t)(frozen ? SWAY_MESSAGE_STUCK : SWAY_MESSAGE_GOOD);

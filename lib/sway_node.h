@@ -85,7 +85,7 @@ typedef struct {
     uint8_t message_state[SWAY_MESSAGE_COUNT]; ///< as it was sent last
     uint8_t counter[SWAY_OUTPUT_COUNT];        ///< of the next frame of each output
     sway_node_message_t message[SWAY_MESSAGE_COUNT];
-    sway_node_watch_t watch[SWAY_INPUT_COUNT];
+    sway_node_watch_t watch[SWAY_INPUT_PLACES];
     sway_core_t core;
 } sway_node_t;
 

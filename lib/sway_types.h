@@ -79,6 +79,21 @@ typedef enum {
     SWAY_CHANNEL_SPEED = SWAY_CHANNEL_COUNT ///< kept as mean and slope over the window
 } sway_channel_t;
 
+/// Inputs that the build keeps, at a place each: those of its channels in their order, the speed
+/// last. With all channels the place of an input is its number.
+#define SWAY_INPUT_PLACES (SWAY_CHANNELS <= 8 ? SWAY_CHANNELS + 1 : 2 * SWAY_CHANNELS - 7)
+#define SWAY_PLACE_OF_SPEED (SWAY_INPUT_PLACES - 1)
+
+/// Place of an input; SWAY_INPUT_PLACES for one that the build does not keep.
+SWAY_INLINE uint32_t sway_input_place(sway_input_t input)
+{
+    const uint32_t speed = SWAY_PLACE_OF_SPEED;
+    if (input == SWAY_INPUT_SPEED) {
+        return speed;
+    }
+    return (uint32_t)input < speed ? (uint32_t)input : (uint32_t)SWAY_INPUT_PLACES;
+}
+
 /// Bit of a channel in a mask.
 #define SWAY_CHANNEL_BIT(channel) ((uint32_t)1U << (uint32_t)(channel))
 
