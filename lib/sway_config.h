@@ -10,6 +10,14 @@
 #define SWAY_INLINE static inline
 #endif
 
+/// Functions with a large frame that are called seldom: they are not put into their callers, whose
+/// frames lie under everything else.
+#if defined(__GNUC__)
+#define SWAY_APART static __attribute__((noinline))
+#else
+#define SWAY_APART static
+#endif
+
 /// Samples a channel's ring holds; the longest window. A power of two.
 /// 512 samples at 100 Hz hold 6 oscillations down to 1.2 Hz, 3 at 0.6 Hz, 2 at 0.4 Hz.
 #ifndef SWAY_RING_SAMPLES

@@ -280,7 +280,7 @@ static void learn(sway_core_t *core, const sway_margin_damping_t *combined)
     }
 }
 
-static void publish(sway_core_t *core)
+SWAY_APART void publish(sway_core_t *core)
 {
     bool disagrees;
     sway_publish_t from;

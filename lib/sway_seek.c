@@ -102,7 +102,7 @@ static int32_t headroom(const int32_t *data, uint32_t n)
 static void load_channel(sway_seek_t *seek, const sway_ring_t *ring, uint32_t channel,
                          uint32_t part)
 {
-    int64_t sums[SWAY_SEEK_POINTS];
+    int64_t *sums = seek->output; // free until the input is transformed
     int32_t data[SWAY_SEEK_POINTS];
     int64_t mean;
     kiss_fft_cpx *input = (kiss_fft_cpx *)(void *)seek->input;

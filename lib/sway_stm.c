@@ -116,35 +116,41 @@ static sway_complex_t stiffness_at(const sway_stm_body_t *body, int axle, sway_c
     return sway_complex_div(c, CADD(from_real(sway_real_int(1)), lag));
 }
 
+/* sum + term factor */
+static void add_scaled(sway_complex_t *sum, const sway_complex_t *term, sway_real_t factor)
+{
+    sum->re = ADD(sum->re, MUL(term->re, factor));
+    sum->im = ADD(sum->im, MUL(term->im, factor));
+}
+
 static factors_t body_factors(const sway_stm_body_t *body, sway_complex_t s, sway_real_t v)
 {
     const sway_complex_t z = sway_complex(DIV(s.re, v), DIV(s.im, v));
     const sway_complex_t s2 = CMUL(s, s);
     const sway_real_t m = body->mass_kg;
     const sway_real_t inertia = body->yaw_inertia_kgm2;
-    const sway_real_t h = body->hitch_m;
-    const sway_complex_t c_f = stiffness_at(body, 0, z);
-    const sway_complex_t c_r = stiffness_at(body, 1, z);
-    const sway_real_t x_f = body->axle_m[0];
-    const sway_real_t x_r = body->axle_m[1];
-    const sway_real_t d_f = SUB(x_f, h);
-    const sway_real_t d_r = SUB(x_r, h);
-    const sway_real_t base_by_v = DIV(SUB(x_f, x_r), v);
-    /* Factors of C in the coefficient of s/v: m x^2 + I, and d^2. */
-    const sway_real_t turn_f = ADD(MUL(m, sway_real_square(x_f)), inertia);
-    const sway_real_t turn_r = ADD(MUL(m, sway_real_square(x_r)), inertia);
-
+    const sway_real_t base_by_v = DIV(SUB(body->axle_m[0], body->axle_m[1]), v);
+    const sway_complex_t none = from_real(zero());
+    /* Sums over the axles of C times m x^2 + I, x, d and d^2, d being the distance to the hitch. */
+    sway_complex_t turn = none;
+    sway_complex_t moment = none;
+    sway_complex_t k1 = none;
+    sway_complex_t k2 = none;
+    sway_complex_t c[2];
+    for (int axle = 0; axle < 2; axle++) {
+        const sway_real_t x = body->axle_m[axle];
+        const sway_real_t d = SUB(x, body->hitch_m);
+        c[axle] = stiffness_at(body, axle, z);
+        add_scaled(&turn, &c[axle], ADD(MUL(m, sway_real_square(x)), inertia));
+        add_scaled(&moment, &c[axle], x);
+        add_scaled(&k1, &c[axle], d);
+        add_scaled(&k2, &c[axle], sway_real_square(d));
+    }
+    const sway_complex_t cross = CSCALE(CMUL(c[0], c[1]), sway_real_square(base_by_v));
+    const sway_real_t about_hitch = ADD(inertia, MUL(m, sway_real_square(body->hitch_m)));
     factors_t result;
-    const sway_complex_t p1 = CADD(CSCALE(c_f, turn_f), CSCALE(c_r, turn_r));
-    const sway_complex_t cross = CSCALE(CMUL(c_f, c_r), sway_real_square(base_by_v));
-    const sway_complex_t moment = CADD(CSCALE(c_f, x_f), CSCALE(c_r, x_r));
-    result.p = CADD(CSCALE(s2, MUL(m, inertia)), CMUL(p1, z));
+    result.p = CADD(CSCALE(s2, MUL(m, inertia)), CMUL(turn, z));
     result.p = CADD(result.p, CSUB(cross, CSCALE(moment, m)));
-
-    const sway_complex_t k1 = CADD(CSCALE(c_f, d_f), CSCALE(c_r, d_r));
-    const sway_complex_t k2 =
-        CADD(CSCALE(c_f, sway_real_square(d_f)), CSCALE(c_r, sway_real_square(d_r)));
-    const sway_real_t about_hitch = ADD(inertia, MUL(m, sway_real_square(h)));
     result.q = CSUB(CADD(CSCALE(s2, about_hitch), CMUL(k2, z)), k1);
     return result;
 }

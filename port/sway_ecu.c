@@ -127,12 +127,13 @@ void sway_ecu_warn(sway_ecu_t *ecu, sway_ecu_cause_t cause)
     ecu->report_due_us = ecu->now_us;
 }
 
-static void start_node(sway_ecu_t *ecu)
+static bool start_node(sway_ecu_t *ecu, const sway_core_config_t *config)
 {
     ecu->state = SWAY_ECU_RUNNING;
-    if (sway_node_init(&ecu->node, &ecu->config) != SWAY_OK) {
+    if (sway_node_init(&ecu->node, config) != SWAY_OK) {
         sway_ecu_fail(ecu, (sway_ecu_cause_t)(SWAY_ECU_BLOCK + SWAY_BLOCK_REFUSED));
     }
+    return ecu->state == SWAY_ECU_RUNNING;
 }
 
 sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_retained_t *retained,
@@ -165,7 +166,7 @@ sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_r
     } else if (result != SWAY_BLOCK_OK) {
         sway_ecu_fail(ecu, (sway_ecu_cause_t)(SWAY_ECU_BLOCK + (int)result));
     } else {
-        start_node(ecu);
+        (void)start_node(ecu, &ecu->config);
     }
     return SWAY_OK;
 }
@@ -184,21 +185,18 @@ static uint8_t apply(sway_ecu_t *ecu)
     if (!may_apply(ecu)) {
         return RESULT_REFUSED;
     }
-    const sway_core_config_t before = ecu->config;
-    const sway_ecu_state_t state = ecu->state;
-    ecu->config = ecu->staged;
-    start_node(ecu);
-    if (ecu->state == SWAY_ECU_RUNNING) {
+    const bool was_running = ecu->state == SWAY_ECU_RUNNING;
+    if (start_node(ecu, &ecu->staged)) {
+        ecu->config = ecu->staged;
         return RESULT_DONE;
     }
-    ecu->config = before;
-    if (state == SWAY_ECU_RUNNING) {
-        start_node(ecu);
+    if (was_running) {
+        (void)start_node(ecu, &ecu->config);
     }
     return RESULT_REFUSED;
 }
 
-static uint8_t store(sway_ecu_t *ecu)
+SWAY_APART uint8_t store(sway_ecu_t *ecu)
 {
     uint8_t block[SWAY_BLOCK_SIZE];
     const uint8_t result = apply(ecu);

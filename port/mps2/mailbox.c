@@ -28,7 +28,7 @@ extern uint32_t bss_end[];
 mailbox_t mailbox_in;
 mailbox_t mailbox_out;
 volatile int64_t mailbox_time_us;
-uint8_t mailbox_block[SWAY_BLOCK_SIZE];
+__attribute__((section(".parameters"))) uint8_t mailbox_block[SWAY_BLOCK_SIZE]; // in flash
 
 __attribute__((section(".noinit"))) static sway_ecu_retained_t retained;
 

@@ -43,7 +43,7 @@ FW_CPU_m7 := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard
 FW_CPU_small := -mcpu=cortex-m0plus -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 \
     -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8 -DMAILBOX_FRAMES=8
 FW_RAM_small := 64K
-FW_STACK_small := 3072
+FW_STACK_small := 2560
 FW_M := m0plus m3 m4f m7 small
 $(foreach t,$(FW_M),$(eval FW_CC_$t := arm-none-eabi-gcc)\
     $(eval FW_FLAGS_$t := $(FW_CPU_$t) $(FW_CORTEX_M_INCLUDE) $(FW_EMBEDDED))\
