@@ -81,17 +81,19 @@ typedef enum {
 
 /// Inputs that the build keeps, at a place each: those of its channels in their order, the speed
 /// last. With all channels the place of an input is its number.
-#define SWAY_INPUT_PLACES (SWAY_CHANNELS <= 8 ? SWAY_CHANNELS + 1 : 2 * SWAY_CHANNELS - 7)
-#define SWAY_PLACE_OF_SPEED (SWAY_INPUT_PLACES - 1)
+#if SWAY_CHANNELS <= 8
+#define SWAY_INPUT_PLACES (SWAY_CHANNELS + 1U)
+#else
+#define SWAY_INPUT_PLACES (2U * SWAY_CHANNELS - 7U)
+#endif
+#define SWAY_PLACE_OF_SPEED (SWAY_INPUT_PLACES - 1U)
 
 /// Place of an input; SWAY_INPUT_PLACES for one that the build does not keep.
 SWAY_INLINE uint32_t sway_input_place(sway_input_t input)
 {
-    const uint32_t speed = SWAY_PLACE_OF_SPEED;
-    if (input == SWAY_INPUT_SPEED) {
-        return speed;
-    }
-    return (uint32_t)input < speed ? (uint32_t)input : (uint32_t)SWAY_INPUT_PLACES;
+    const uint32_t number = (uint32_t)input;
+    const uint32_t place = number < SWAY_PLACE_OF_SPEED ? number : SWAY_INPUT_PLACES;
+    return input == SWAY_INPUT_SPEED ? SWAY_PLACE_OF_SPEED : place;
 }
 
 /// Bit of a channel in a mask.
