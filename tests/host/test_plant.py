@@ -1,0 +1,149 @@
+"""The compiled plant: simulations side by side do not disturb each other; forces as documented."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+
+from swaywatch.diagnose.plant import ALL, BLOCK, OUTPUT, SHAPE, Job, PlantInput, run_jobs, simulate
+from swaywatch.diagnose.side_by_side import SideBySide
+
+BODY = np.array(
+    [
+        1600.0, 2600.0, 1.2, 1.5, 2.5, 90e3, 110e3, 1400.0, 2500.0, 0.3, 0.4, 3.8, 60e3, 50e3,
+        8500.0, 7000.0, 6500.0, 6500.0,
+    ]
+)  # fmt: skip
+FEATURES = [
+    {},
+    {"peak_friction_inverse": 1.3},
+    {"relaxation_car_front": 0.2, "relaxation_trailer": 0.05},
+    {"roll_steer_car_front": 0.1, "free_play": 0.002},
+    {"hitch_friction": 300.0, "aero_side": 1.0, "steering_flexibility": 1e-6},
+]
+
+
+def plant(samples: int, seed: int, steer: float = 0.02, **scalars: float) -> PlantInput:
+    """A drive at some 25 m/s with a steering of 0.6 Hz and a load that comes and goes."""
+    time = np.arange(samples) / 100.0
+    shift = np.random.default_rng(seed).uniform(-1.0, 1.0)
+    found = PlantInput(
+        0.01,
+        25.0 + np.sin(time / 7.0 + shift),
+        np.cos(time / 7.0 + shift) / 7.0,
+        steer * np.sin(2.0 * np.pi * 0.6 * time + shift),
+        BODY * (1.0 + 0.01 * shift),
+    )
+    for name, value in scalars.items():
+        found.scalar(name, value)
+    found.add_series("load_car_rear", 300.0 * np.sin(3.0 * time))
+    return found
+
+
+@pytest.mark.parametrize("fine", [True, False])
+def test_alone_and_beside_others(fine: bool) -> None:
+    """Bit by bit the same, whatever the lengths and the physics of the others are."""
+    plants = [
+        plant(samples, seed, **FEATURES[seed % len(FEATURES)])
+        for seed, samples in enumerate((401, 300, 402, 57, 400, 400, 399, 310, 20, 11, 1, 401))
+    ]
+    together = run_jobs([Job(p, columns=ALL) for p in plants], fine=fine)
+    for one, among in zip(plants, together, strict=True):
+        assert among.output is not None
+        np.testing.assert_array_equal(simulate(one, fine=fine), among.output)
+
+
+def test_blocks_are_sums_of_the_samples() -> None:
+    outcome = run_jobs([Job(plant(403, 0), columns=ALL)], fine=False)[0]
+    assert outcome.output is not None
+    whole = outcome.output[:400].reshape(40, BLOCK, -1).sum(axis=1)
+    np.testing.assert_allclose(outcome.blocks[:40], whole, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(outcome.blocks[40], outcome.output[400:].sum(axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("fine", [True, False])
+def test_branch_goes_on_from_a_state(fine: bool) -> None:
+    whole = run_jobs([Job(plant(400, 3), columns=ALL, states=True)], fine=fine)[0]
+    assert whole.states is not None
+    assert whole.output is not None
+    job = Job(plant(400, 3), (120, 305), whole.states[120], columns=(3, 16))
+    branch = run_jobs([job], fine=fine)[0]
+    assert branch.output is not None
+    part = whole.output[120:304][:, [3, 16]]
+    np.testing.assert_array_equal(branch.output[120:304], part)
+    assert not branch.output[:120].any()
+    assert not branch.output[305:].any()
+
+
+def test_divergence_leaves_zeros_and_the_neighbours_alone() -> None:
+    wild = plant(2000, 5)
+    wild.add_series("moment_trailer", np.full(2000, 1e12))
+    calm = plant(2000, 6)
+    alone = simulate(calm)
+    both = run_jobs([Job(wild, columns=ALL), Job(calm, columns=ALL)])
+    assert both[0].output is not None
+    assert both[1].output is not None
+    assert both[0].output[0].any()
+    assert not both[0].output[-1].any()
+    np.testing.assert_array_equal(both[1].output, alone)
+
+
+@pytest.mark.parametrize("steer", [0.005, 0.05, 0.2])
+def test_saturated_forces(steer: float) -> None:
+    """Below, around and far above the knee, against the formula in numpy."""
+    outputs = simulate(plant(200, 1, steer, peak_friction_inverse=1.25))
+    col = {name: outputs[:, index] for index, name in enumerate(OUTPUT)}
+    for axle, stiffness, load in (("f", 5, 14), ("r", 6, 15)):
+        body = plant(200, 1).body
+        for side in "lr":
+            fz = col[f"vertical_{axle}{side}"]
+            linear = body[stiffness] * col[f"slip_{axle}"] * fz / body[load]
+            peak = fz / 1.25
+            force = peak * np.sin(SHAPE * np.arctan(linear / (SHAPE * np.maximum(peak, 1e-9))))
+            held = fz > 1.0
+            np.testing.assert_allclose(
+                col[f"lateral_{axle}{side}"][held], force[held], rtol=1e-11, atol=1e-9
+            )
+
+
+def test_requests_of_threads_are_answered_together() -> None:
+    sizes: list[int] = []
+
+    def answer(requests: list[int]) -> list[int]:
+        sizes.append(len(requests))
+        return [10 * request for request in requests]
+
+    side_by_side: SideBySide[int, int] = SideBySide(answer)
+
+    def calculate(item: int) -> int:
+        first = side_by_side.ask([item])[0]
+        return first + sum(side_by_side.ask([item, 1])) if item % 2 else first
+
+    results = side_by_side.map(calculate, range(6), 6)
+    assert results == [0, 30, 20, 70, 40, 110]
+    assert sum(sizes) == 12
+    assert side_by_side.ask([7]) == [70]
+
+
+def test_an_error_reaches_every_thread() -> None:
+    """No thread waits for ever when a calculation, or what answers it, fails."""
+
+    def answer(requests: list[int]) -> list[int]:
+        if 3 in requests:
+            raise ValueError("three")
+        return list(requests)
+
+    side_by_side: SideBySide[int, int] = SideBySide(answer)
+
+    def calculate(item: int) -> int:
+        if item == 1:
+            raise KeyError("one")
+        return side_by_side.ask([item])[0]
+
+    with pytest.raises(KeyError):
+        side_by_side.map(calculate, [0, 1, 2], 3)
+    with pytest.raises(ValueError, match="three"):
+        side_by_side.map(calculate, [2, 3, 4], 3)
+    assert threading.active_count() < 20
