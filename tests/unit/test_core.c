@@ -320,6 +320,123 @@ static void bad_configurations_are_refused(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_core_init(&core, &bad));
 }
 
+static void sample_periods_from_5_to_20_ms_are_taken(void)
+{
+    static const int32_t period_us[][2] = {{4999, 0}, {5000, 1}, {20000, 1}, {20001, 0}};
+    for (size_t i = 0; i < sizeof period_us / sizeof period_us[0]; i++) {
+        config.sample_period_us = period_us[i][0];
+        TEST_ASSERT_EQUAL_INT(period_us[i][1] ? SWAY_OK : SWAY_ERROR_ARGUMENT,
+                              sway_core_init(&core, &config));
+    }
+}
+
+/* Only what `mask` names of a line, from 0 to 6 s. */
+static const sway_status_t *run_with(sway_line_t line, const test_plant_t *plant, uint32_t mask,
+                                     bool with_speed)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&core, &config));
+    for (int k = 0; k < 600; k++) {
+        const int64_t time_us = 1000000 + 10000 * (int64_t)k;
+        if (with_speed || k < 200) {
+            (void)sway_core_input(&core, SWAY_INPUT_SPEED, time_us,
+                                  (int32_t)lround(plant->v * 1e3));
+        }
+        for (unsigned i = 0; i < sizeof SIGNALS / sizeof SIGNALS[0]; i++) {
+            const sway_line_channel_t *const channel = &line.channel[SIGNALS[i].channel];
+            const double x = creal(cvalue(channel->amplitude) * cexp(plant->s * 0.01 * k));
+            if ((mask & SWAY_CHANNEL_BIT(SIGNALS[i].channel)) != 0U) {
+                (void)sway_core_input(&core, SIGNALS[i].input, time_us,
+                                      (int32_t)lround(x * SIGNALS[i].scale));
+            }
+        }
+        drain(&core);
+    }
+    TEST_ASSERT_TRUE(sway_core_status(&core)->sequence > 10);
+    return sway_core_status(&core);
+}
+
+/* The trailer's yaw rate of a combination, the car's of a solo car. */
+static void the_yaw_rate_that_swings_is_needed(void)
+{
+    const uint32_t car = SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE);
+    const uint32_t trailer = SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE);
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    for (int axles = 0; axles <= 2; axles += 2) {
+        config.vehicle.trailer.axles = axles;
+        const uint32_t needed = axles == 0 ? car : trailer;
+        const uint32_t other = axles == 0 ? trailer : car;
+        const sway_status_t *status = run_with(line, &plant, needed, true);
+        TEST_ASSERT_BITS_LOW(SWAY_QUALITY_MISSING_INPUT, status->quality);
+        TEST_ASSERT_BITS_HIGH(SWAY_VALID_LINE, status->valid);
+        TEST_ASSERT_NOT_EQUAL(0, status->amplitude_urad_s);
+        status = run_with(line, &plant, other, true);
+        TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_MISSING_INPUT, status->quality);
+        TEST_ASSERT_EQUAL_INT32(0, status->amplitude_urad_s);
+    }
+}
+
+/* 4 s without a speed: no model at an old one, and no judgement. */
+static void a_speed_that_stays_away_is_not_known(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    const sway_status_t *status = run_with(line, &plant, line.valid_mask, true);
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_SPEED | SWAY_VALID_CRITICAL_SPEED, status->valid);
+    TEST_ASSERT_BITS_LOW(SWAY_QUALITY_NO_SPEED | SWAY_QUALITY_SLOW, status->quality);
+    status = run_with(line, &plant, line.valid_mask, false);
+    TEST_ASSERT_BITS_LOW(SWAY_VALID_SPEED | SWAY_VALID_CRITICAL_SPEED, status->valid);
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_NO_SPEED, status->quality);
+    TEST_ASSERT_BITS_LOW(SWAY_QUALITY_SLOW, status->quality);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_OFF, status->alarm);
+}
+
+/* A hand that moves the wheel a little makes the signal's damping less certain; nothing else of
+ * the two runs differs, as no axle is identified from yaw rates alone. */
+static void steering_takes_certainty_from_the_signal(void)
+{
+    const uint32_t mask = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE) |
+                          SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE) |
+                          SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE);
+    static const double wheel_rad[] = {0, 0.01, 0.02};
+    int32_t se_ppm[3];
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    for (int k = 0; k < 3; k++) {
+        line.channel[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].amplitude = complex_of(wheel_rad[k]);
+        const sway_status_t *status = run_with(line, &plant, mask, true);
+        TEST_ASSERT_BITS_LOW(SWAY_QUALITY_FORCED, status->quality);
+        TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_BOTH, status->belief);
+        se_ppm[k] = status->margin_damping_ratio_se_ppm;
+    }
+    TEST_ASSERT_TRUE(se_ppm[1] > se_ppm[0]);
+    TEST_ASSERT_TRUE(se_ppm[2] > se_ppm[1]);
+}
+
+/* 20 deg/s and growing: the limit of 15 deg/s lies behind. */
+static void a_swing_beyond_the_limit_has_no_time_left(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant.s = 0.05 + 4.2 * I;
+    plant_line(&plant, &config.vehicle, &line);
+    const double size = cabs(cvalue(line.channel[SWAY_CHANNEL_TRAILER_YAW_RATE].amplitude));
+    for (int i = 0; i < (int)SWAY_CHANNELS; i++) {
+        line.channel[i].amplitude = complex_of(cvalue(line.channel[i].amplitude) * 0.35 / size);
+    }
+    const uint32_t wheel = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
+    const sway_status_t *status = run_with(line, &plant, line.valid_mask & ~wheel, true);
+    TEST_ASSERT_EQUAL_INT32(0, status->time_to_limit_ms);
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_TIME_TO_LIMIT, status->valid);
+    plant.s = -0.1 + 4.2 * I;
+    status = run_with(line, &plant, line.valid_mask & ~wheel, true);
+    TEST_ASSERT_EQUAL_INT32(-1, status->time_to_limit_ms);
+    TEST_ASSERT_BITS_LOW(SWAY_VALID_TIME_TO_LIMIT, status->valid);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -332,5 +449,10 @@ int main(void)
     RUN_TEST(zero_and_impossible_stiffness_keep_the_last_result_marked_old);
     RUN_TEST(a_standing_vehicle_says_nothing);
     RUN_TEST(bad_configurations_are_refused);
+    RUN_TEST(sample_periods_from_5_to_20_ms_are_taken);
+    RUN_TEST(the_yaw_rate_that_swings_is_needed);
+    RUN_TEST(a_speed_that_stays_away_is_not_known);
+    RUN_TEST(steering_takes_certainty_from_the_signal);
+    RUN_TEST(a_swing_beyond_the_limit_has_no_time_left);
     return UNITY_END();
 }
