@@ -38,6 +38,7 @@ static inline struct swaywatch_dbc_sway_parameter_reply_t reply_of(const sway_po
 {
     struct swaywatch_dbc_sway_parameter_reply_t reply;
     TEST_ASSERT_EQUAL_HEX16(SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID, frame->id);
+    TEST_ASSERT_EQUAL_UINT8(8, frame->dlc);
     TEST_ASSERT_TRUE(sway_e2e_check(frame->id, frame->data));
     swaywatch_dbc_sway_parameter_reply_unpack(&reply, frame->data, frame->dlc);
     return reply;
@@ -47,6 +48,7 @@ static inline struct swaywatch_dbc_sway_fault_report_t report_of(const sway_port
 {
     struct swaywatch_dbc_sway_fault_report_t report;
     TEST_ASSERT_EQUAL_HEX16(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID, frame->id);
+    TEST_ASSERT_EQUAL_UINT8(8, frame->dlc);
     TEST_ASSERT_TRUE(sway_e2e_check(frame->id, frame->data));
     swaywatch_dbc_sway_fault_report_unpack(&report, frame->data, frame->dlc);
     return report;

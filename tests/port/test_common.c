@@ -85,6 +85,18 @@ static void the_best_of_all_divisions_is_found(void)
     }
 }
 
+/* Any sample point, any number of clocks in a bit. */
+static void the_best_is_found_for_any_sample_point(void)
+{
+    uint32_t noise = 1;
+    for (int trial = 0; trial < 20000; trial++) {
+        noise = noise * 1664525U + 1013904223U;
+        const uint32_t clocks = 8U + (noise >> 8) % 400U;
+        const uint32_t wanted_milli = 300U + (noise >> 20) % 700U;
+        expect_best(clocks * 100000U, 100000U, wanted_milli, &limits[trial % 4]);
+    }
+}
+
 /* Of equally good ones the one with the most quanta: the finest adjustment. */
 static void of_equals_the_finest_is_taken(void)
 {
@@ -209,6 +221,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_best_of_all_divisions_is_found);
+    RUN_TEST(the_best_is_found_for_any_sample_point);
     RUN_TEST(of_equals_the_finest_is_taken);
     RUN_TEST(what_cannot_be_is_refused);
     RUN_TEST(can_needs_a_rate_a_clock_and_few_enough_filters);

@@ -584,6 +584,95 @@ static void test_self_test_passes(void)
     TEST_ASSERT_EQUAL(SWAY_ECU_NO_CAUSE, sway_ecu_self_test());
 }
 
+/* --- counters and due times --------------------------------------------------------------------
+ */
+
+static void test_frames_and_refusals_are_counted(void)
+{
+    start_good();
+    (void)report();
+    const uint32_t sent_before = ecu.frames_sent;
+    TEST_ASSERT_EQUAL_UINT32(0, ecu.frames_received);
+    sent_count = 0U;
+    for (uint8_t i = 0; i < 5U; i++) {
+        sway_port_frame_t frame = {.id = 0x121, .dlc = 8};
+        sway_e2e_protect(frame.id, i, frame.data);
+        give(frame);
+    }
+    give(request_frame(READ, 0, 0));
+    TEST_ASSERT_EQUAL_UINT32(6, ecu.frames_received);
+    TEST_ASSERT_EQUAL_UINT32(sent_before + sent_count, ecu.frames_sent);
+    TEST_ASSERT_EQUAL_UINT32(0, ecu.requests_refused);
+}
+
+/* Reports at start and then every second while running, every 100 ms in the safe state. */
+static void test_reports_come_when_they_are_due(void)
+{
+    for (int safe = 0; safe < 2; safe++) {
+        setUp();
+        start_good();
+        if (safe) {
+            sway_ecu_fail(&ecu, SWAY_ECU_MEMORY);
+        }
+        const int64_t period_us = safe ? 100000 : 1000000;
+        int64_t last_us = -1;
+        for (int i = 0; i < 4000; i++, now_us += 1000) {
+            sent_count = 0U;
+            while (sway_ecu_poll(&ecu)) {
+            }
+            for (unsigned k = 0; k < sent_count; k++) {
+                if (sent[k].id == SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID) {
+                    TEST_ASSERT_TRUE(last_us < 0 ? now_us == 0 : now_us - last_us == period_us);
+                    last_us = now_us;
+                }
+            }
+        }
+        TEST_ASSERT_TRUE(last_us > 4000000 - 2 * period_us);
+    }
+}
+
+/* --- flash that lies ---------------------------------------------------------------------------
+ */
+
+static bool forget(void *context, uint32_t slot, const uint8_t *block, size_t size)
+{
+    (void)write(context, slot, block, size);
+    page[slot][17] ^= 1U;
+    return true;
+}
+
+static bool deny(void *context, uint32_t slot, const uint8_t *block, size_t size)
+{
+    (void)write(context, slot, block, size);
+    return false;
+}
+
+static bool keep(void *context, uint32_t slot)
+{
+    (void)context;
+    (void)slot;
+    return true; // erased nothing
+}
+
+static void test_flash_that_does_not_hold_is_found(void)
+{
+    const sway_core_config_t config = good_config();
+    uint8_t block[SWAY_BLOCK_SIZE];
+    sway_store_t bad = flash;
+    sway_block_write(&config, 1, block);
+    TEST_ASSERT_TRUE(sway_store_write(&flash, block, sizeof block));
+    TEST_ASSERT_FALSE(sway_store_write(&flash, block, sizeof block - 1U));
+    bad.write = forget;
+    TEST_ASSERT_FALSE(sway_store_write(&bad, block, sizeof block));
+    bad.write = deny;
+    TEST_ASSERT_FALSE(sway_store_write(&bad, block, sizeof block));
+    bad = flash;
+    bad.erase = keep;
+    memset(page[1], 0, sizeof page[1]);
+    TEST_ASSERT_FALSE(sway_store_write(&bad, block, sizeof block));
+    TEST_ASSERT_TRUE(sway_store_write(&flash, block, sizeof block));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -614,5 +703,8 @@ int main(void)
     RUN_TEST(test_memory_check_puts_everything_back);
     RUN_TEST(test_image_check_finds_every_flipped_bit);
     RUN_TEST(test_self_test_passes);
+    RUN_TEST(test_frames_and_refusals_are_counted);
+    RUN_TEST(test_reports_come_when_they_are_due);
+    RUN_TEST(test_flash_that_does_not_hold_is_found);
     return UNITY_END();
 }

@@ -341,6 +341,54 @@ static void standard_errors_are_those_of_the_scatter(void)
     }
 }
 
+/* Neither hitch nor car forces: the wheels of the trailer are enough, of one axle as of two. */
+static void trailer_wheel_forces_alone_are_enough_for_the_car(void)
+{
+    for (int axles = 1; axles <= 2; axles++) {
+        test_plant_t plant = reference_plant(90);
+        vehicle.trailer.axles = axles;
+        plant_line(&plant, &vehicle, &line);
+        drop_forces();
+        line.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_REAR_FY);
+        if (axles == 2) {
+            line.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_FRONT_FY);
+        }
+        identify();
+        expect_stiffness(plant.stiffness, axles == 2 ? 15 : 11, 5e-6);
+    }
+}
+
+/* Of the mean by the noise of a window, of half the harmonic by its own error. */
+static void errors_of_the_effective_load_add_by_their_squares(void)
+{
+    test_plant_t plant = reference_plant(110);
+    for (int with = 0; with < 4; with++) {
+        const double noise = with & 1 ? 600 : 0, second_se = with & 2 ? 80 : 0;
+        plant_line(&plant, &vehicle, &line);
+        line.window_samples = 400;
+        set_channel(&line, SWAY_CHANNEL_TRAILER_REAR_FZ, 0);
+        line.channel[SWAY_CHANNEL_TRAILER_REAR_FZ].mean = real(7000);
+        line.channel[SWAY_CHANNEL_TRAILER_REAR_FZ].noise_rms = real(noise);
+        line.channel[SWAY_CHANNEL_TRAILER_REAR_FZ].second_se = real(second_se);
+        identify();
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, hypot(noise / 20, second_se / 2),
+                                  value(id.axle[3].effective_load_se_n));
+    }
+}
+
+static void a_load_is_positive(void)
+{
+    static const double mean[] = {-5000, -0.001, 0, 0.001, 5000};
+    test_plant_t plant = reference_plant(110);
+    for (int k = 0; k < 5; k++) {
+        plant_line(&plant, &vehicle, &line);
+        set_channel(&line, SWAY_CHANNEL_CAR_FRONT_FZ, 0);
+        line.channel[SWAY_CHANNEL_CAR_FRONT_FZ].mean = real(mean[k]);
+        identify();
+        TEST_ASSERT_EQUAL(mean[k] > 0, (id.valid & SWAY_VALID_CAR_FRONT_LOAD) != 0U);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -358,5 +406,8 @@ int main(void)
     RUN_TEST(bad_lines_are_refused);
     RUN_TEST(no_slip_gives_no_stiffness);
     RUN_TEST(standard_errors_are_those_of_the_scatter);
+    RUN_TEST(trailer_wheel_forces_alone_are_enough_for_the_car);
+    RUN_TEST(errors_of_the_effective_load_add_by_their_squares);
+    RUN_TEST(a_load_is_positive);
     return UNITY_END();
 }

@@ -494,17 +494,29 @@ static void test_search_finds_lines_over_the_band(void)
     }
 }
 
+/* The band reaches above what the rows resolve: the last point with two neighbours is the end. */
 static void test_search_stays_in_its_spectrum(void)
 {
     static sway_seek_t seek;
-    const sway_seek_config_t config = {0x1E, 10000, 9000, 10000}; // above what 512 rows resolve
-    sway_real_t omega;
-    feed(noisy, 512);
-    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_seek_start(&seek, &config, &track.ring));
-    while (sway_seek_run(&seek, &track.ring)) {
-    }
-    if (sway_seek_result(&seek, &omega)) {
-        TEST_ASSERT_TRUE(to_double(omega) < 2.0 * M_PI * 10.5);
+    const sway_seek_config_t config = {0x02, 40000, 100, 10000};
+    for (int point = 4; point < SWAY_SEEK_POINTS / 2; point++) {
+        setUp();
+        sway_real_t omega;
+        const double step_hz = 1 / (0.04 * SWAY_RING_SAMPLES);
+        for (int i = 0; i < SWAY_RING_SAMPLES; i++) {
+            tick.value[1] = (int32_t)lround(1e6 * cos(2 * M_PI * point * step_hz * i * 0.04 + 1));
+            sway_ring_push(&track.ring, &tick);
+        }
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_seek_start(&seek, &config, &track.ring));
+        while (sway_seek_run(&seek, &track.ring)) {
+        }
+        TEST_ASSERT_TRUE(sway_seek_result(&seek, &omega));
+        const double found_hz = to_double(omega) / (2 * M_PI);
+        if (point < SWAY_SEEK_POINTS / 2 - 1) {
+            TEST_ASSERT_DOUBLE_WITHIN(0.1 * step_hz, point * step_hz, found_hz);
+        } else {
+            TEST_ASSERT_TRUE(found_hz < (point - 0.3) * step_hz);
+        }
     }
 }
 

@@ -266,6 +266,82 @@ static void a_restless_road_widens_the_signals_error(void)
     const double handled =
         value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0.02)));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, hypot(calm, 0.3), handled);
+    /* Twice what the fit states, and 0.003 rad/s before any experience. */
+    const sway_unrest_t none = {{0, 0}, 0, 0, false};
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, hypot(0.2, 0.003 / 0.05),
+                              value(sway_margin_signal_se(&none, real(0.1), real(0.05), real(0))));
+}
+
+/* Loads that are valid are no stiffnesses, and inertias do not count as axles. */
+static void the_source_counts_axles_alone(void)
+{
+    const uint32_t inertias = SWAY_VALID_CAR_INERTIA | SWAY_VALID_TRAILER_INERTIA;
+    const uint32_t axles = SWAY_VALID_CAR_FRONT | SWAY_VALID_CAR_REAR | SWAY_VALID_TRAILER_FRONT |
+                           SWAY_VALID_TRAILER_REAR;
+    const uint32_t loads = axles << 4;
+    test_plant_t plant = reference_plant(100);
+    identify_plant(&plant, 0.001);
+    TEST_ASSERT_BITS_HIGH(axles | inertias, id.valid);
+    id.valid = inertias | loads;
+    run(&id, 1000000, 100);
+    TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_USER, margin.model.source);
+    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
+        setUp();
+        id.valid = (uint32_t)SWAY_VALID_CAR_FRONT << (unsigned)axle;
+        run(&id, 1000000, 100);
+        TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_PARTLY, margin.model.source);
+        setUp();
+        id.valid = axles & ~id.valid;
+        run(&id, 1000000, 100);
+        TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_PARTLY, margin.model.source);
+    }
+    setUp();
+    id.valid = axles;
+    run(&id, 1000000, 100);
+    TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_IDENTIFIED, margin.model.source);
+    TEST_ASSERT_FALSE(margin.inertia[0].identified || margin.inertia[1].identified);
+}
+
+/* Per square root of a second: 0.2 % of a stiffness, 0.05 % of it its argument, 0.1 % of an
+ * inertia. The user's values, which nobody has measured, stay as certain as they were. */
+static void identified_values_grow_less_certain_with_time(void)
+{
+    test_plant_t plant = reference_plant(100);
+    identify_plant(&plant, 0.001);
+    for (int measured = 0; measured < 2; measured++) {
+        setUp();
+        run(measured ? &id : NULL, 1000000, 100);
+        const sway_margin_t before = margin;
+        run(NULL, 101000000, 100); /* 100 s on */
+        for (int k = 0; k < 6; k++) {
+            const sway_margin_state_t *const a =
+                k < 4 ? &before.stiffness[k] : &before.inertia[k - 4];
+            const sway_margin_state_t *const b =
+                k < 4 ? &margin.stiffness[k] : &margin.inertia[k - 4];
+            const double size = value(a->value.re) * measured;
+            const double re = pow(size * (k < 4 ? 0.02 : 0.01), 2);
+            const double im = pow(size * (k < 4 ? 0.005 : 0), 2);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4 * re, re, value(b->variance_re) - value(a->variance_re));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4 * im, im, value(b->variance_im) - value(a->variance_im));
+            TEST_ASSERT_DOUBLE_WITHIN(0, value(a->value.re), value(b->value.re));
+        }
+    }
+}
+
+/* An eighth of 20 s at most, of the 6 s that the value before is worth and what came since. */
+static void after_a_pause_the_unrest_is_learnt_as_after_2_5_s(void)
+{
+    static const double pause_s[][2] = {{1, 1}, {2.4, 2.4}, {2.5, 2.5}, {100, 2.5}};
+    for (int k = 0; k < 4; k++) {
+        sway_unrest_t unrest = {{0, 0}, 0, 0, false};
+        const double start = 0.003 * 0.003, seen = 0.2 * 0.2 * 0.03 * 0.03;
+        sway_margin_learn_unrest(&unrest, 1000000, real(0.2), real(0.03), real(0));
+        sway_margin_learn_unrest(&unrest, 1000000 + (int64_t)(pause_s[k][0] * 1e6), real(0.2),
+                                 real(0.03), real(0));
+        const double weight = pause_s[k][1] / (6 + pause_s[k][1]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * start, start + weight * (seen - start),
+                                  value(unrest.variance));
+    }
 }
 
 int main(void)
@@ -282,5 +358,8 @@ int main(void)
     RUN_TEST(an_overdamped_solo_car_has_errors_that_mean_something);
     RUN_TEST(which_margin_is_believed);
     RUN_TEST(a_restless_road_widens_the_signals_error);
+    RUN_TEST(the_source_counts_axles_alone);
+    RUN_TEST(identified_values_grow_less_certain_with_time);
+    RUN_TEST(after_a_pause_the_unrest_is_learnt_as_after_2_5_s);
     return UNITY_END();
 }

@@ -94,6 +94,7 @@ static void both_ends_of_every_range_are_allowed_and_no_more(void)
             strstr(sway_vehicle_name(&table[i])->key, "trailer.rear_axle_to") != NULL;
         TEST_ASSERT_EQUAL_STRING(ranges[i].name, sway_vehicle_name(&table[i])->key);
         TEST_ASSERT_EQUAL_INT32(ranges[i].scale, sway_vehicle_name(&table[i])->scale);
+        TEST_ASSERT_EQUAL(ranges[i].may_be_zero, table[i].may_be_zero);
         TEST_ASSERT_FALSE(allowed(&table[i], low - 1));
         TEST_ASSERT_FALSE(allowed(&table[i], high + 1));
         TEST_ASSERT_FALSE(allowed(&table[i], INT32_MIN));
