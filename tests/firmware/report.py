@@ -123,8 +123,9 @@ def main(build: Path, case: Path) -> int:
     """Write and print the table."""
     rows = [measure(build, target, case) for target in LABELS]
     lines = [
-        "**`make firmware-test`**: the ECU alone (`build/firmware/ecu_*.elf`, `-Os -flto`; flash with"
-        " start-up code and parameter block, RAM with stack); instructions while a recording runs through it (`-Os`), 100 Hz",
+        "**`make firmware-test`**: the ECU alone (`build/firmware/ecu_*.elf`, `-Os -flto`;"
+        " flash with start-up code and parameter block, RAM with stack); instructions while a"
+        " recording runs through it (`-Os`), 100 Hz",
         "",
         "| image | flash, KiB | RAM, KiB | stack, painted / static bound, B "
         + "".join(f"| {label}: median / longest / ratio " for label in ENTRIES.values())
