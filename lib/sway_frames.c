@@ -1,12 +1,13 @@
 #include "sway_frames.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "sway_wide.h"
 #include "swaywatch_dbc.h"
 
-#define NOT_AVAILABLE_U16 UINT16_MAX
-#define NOT_AVAILABLE_S16 INT16_MIN
+#define NOT_AVAILABLE UINT16_C(0xFFFF)
+#define NOT_AVAILABLE_SIGNED UINT16_C(0x8000)
 #define CENTIDEGREE_NRAD_MILLI INT64_C(174532925199) // 0.01 deg in 1e-9 urad
 #define NANO INT64_C(1000000000)
 
@@ -25,16 +26,37 @@ static int64_t clip(int64_t value, int64_t low, int64_t high)
     return value < low ? low : (value > high ? high : value);
 }
 
-static uint16_t raw_u16(bool valid, int64_t value, int64_t numerator, int64_t denominator)
-{
-    return valid ? (uint16_t)clip(ratio(value, numerator, denominator), 0, UINT16_MAX - 1)
-                 : NOT_AVAILABLE_U16;
-}
+/* Raw values by values of the status. */
+enum {
+    PER_1,
+    PER_10,
+    PER_20,
+    PER_100,
+    PER_1000,
+    PER_4000,
+    PER_5000,
+    PER_20000,
+    CENTI_KMH,   // of mm/s
+    CENTIDEGREE, // of microradian
+};
 
-static int16_t raw_s16(bool valid, int64_t value, int64_t numerator, int64_t denominator)
+static const struct {
+    int64_t numerator;
+    int64_t denominator;
+} UNITS[] = {
+    [PER_1] = {1, 1},       [PER_10] = {1, 10},
+    [PER_20] = {1, 20},     [PER_100] = {1, 100},
+    [PER_1000] = {1, 1000}, [PER_4000] = {1, 4000},
+    [PER_5000] = {1, 5000}, [PER_20000] = {1, 20000},
+    [CENTI_KMH] = {9, 25},  [CENTIDEGREE] = {NANO, CENTIDEGREE_NRAD_MILLI},
+};
+
+/* 16 bits of a frame: at most its range's end, which is not the code for "not available". */
+static uint16_t raw_word(int32_t value, uint8_t unit, bool is_signed)
 {
-    return valid ? (int16_t)clip(ratio(value, numerator, denominator), INT16_MIN + 1, INT16_MAX)
-                 : NOT_AVAILABLE_S16;
+    const int64_t raw = ratio(value, UNITS[unit].numerator, UNITS[unit].denominator);
+    return is_signed ? (uint16_t)clip(raw, INT16_MIN + 1, INT16_MAX)
+                     : (uint16_t)clip(raw, 0, UINT16_MAX - 1);
 }
 
 static uint16_t count_u16(uint32_t count)
@@ -60,11 +82,6 @@ static int32_t from_decidegree(int32_t raw)
 static int32_t from_centidegree(int32_t raw)
 {
     return (int32_t)ratio(raw, CENTIDEGREE_NRAD_MILLI, NANO);
-}
-
-static int16_t to_centidegree(bool valid, int32_t urad)
-{
-    return raw_s16(valid, urad, NANO, CENTIDEGREE_NRAD_MILLI);
 }
 
 static int32_t from_acc(int32_t raw)
@@ -235,123 +252,87 @@ static void encode_alarm(const sway_frames_source_t *source, uint8_t *data)
         .reason_short_time = bit(reasons, SWAY_REASON_SHORT_TIME),
         .reason_static = bit(reasons, SWAY_REASON_STATIC),
         .inputs_lost = off ? 1U : 0U,
-        .time_to_limit = raw_u16(timed, s->time_to_limit_ms, 1, 10),
+        .time_to_limit = timed ? raw_word(s->time_to_limit_ms, PER_10, false) : NOT_AVAILABLE,
     };
     (void)swaywatch_dbc_sway_alarm_pack(data, &m, 8U);
 }
 
-static void encode_margin(const sway_status_t *s, uint8_t *data)
+/* --- three words and the number of the estimate ---------------------------------------------- */
+
+typedef struct {
+    uint32_t valid;  // bits that have to be set; those of the first axle
+    uint16_t offset; // of the int32_t in the status; that of the first axle
+    uint8_t unit;
+    bool is_signed;
+} word_t;
+
+enum { KIND_AXLES = SWAY_OUTPUT_STIFFNESS - SWAY_OUTPUT_MARGIN, KIND_INERTIA = KIND_AXLES + 3 };
+
+#define OF(field) (uint16_t) offsetof(sway_status_t, field)
+
+/* By kind of output: those before the axles, three of an axle, the inertias. */
+static const word_t WORDS[][3] = {
+    {{SWAY_VALID_CRITICAL_SPEED, OF(v_crit_mm_s), CENTI_KMH, false},
+     {SWAY_VALID_CRITICAL_SPEED, OF(v_crit_se_mm_s), CENTI_KMH, false},
+     {SWAY_VALID_CRITICAL_SPEED | SWAY_VALID_SPEED, OF(margin_mm_s), CENTI_KMH, true}},
+    {{SWAY_VALID_MARGIN, OF(margin_damping_ratio_ppm), PER_100, true},
+     {SWAY_VALID_MARGIN, OF(margin_damping_ratio_se_ppm), PER_100, false},
+     {SWAY_VALID_MODEL, OF(model_damping_ratio_ppm), PER_100, true}},
+    {{SWAY_VALID_LINE, OF(damping_ratio_ppm), PER_100, true},
+     {SWAY_VALID_LINE, OF(damping_ratio_se_ppm), PER_100, false},
+     {SWAY_VALID_LINE, OF(growth_ppm_per_s), PER_1000, true}},
+    {{SWAY_VALID_LINE, OF(frequency_uhz), PER_100, false},
+     {SWAY_VALID_LINE, OF(frequency_se_uhz), PER_10, false},
+     {SWAY_VALID_LINE, OF(amplitude_urad_s), CENTIDEGREE, false}},
+    {{SWAY_VALID_MODEL, OF(model_frequency_uhz), PER_100, false},
+     {SWAY_VALID_MODEL, OF(model_damping_ratio_se_ppm), PER_100, false},
+     {SWAY_VALID_SPEED, OF(speed_mm_s), CENTI_KMH, false}},
+    {{SWAY_VALID_CAR_FRONT, OF(axle[0].cornering_stiffness_n_per_rad), PER_20, false},
+     {SWAY_VALID_CAR_FRONT, OF(axle[0].cornering_stiffness_se_n_per_rad), PER_20, false},
+     {SWAY_VALID_CAR_FRONT, OF(axle[0].argument_urad), CENTIDEGREE, true}},
+    {{SWAY_VALID_CAR_FRONT_LOAD, OF(axle[0].effective_load_mn), PER_4000, true},
+     {SWAY_VALID_CAR_FRONT_LOAD, OF(axle[0].effective_load_se_mn), PER_4000, false},
+     {SWAY_VALID_CAR_FRONT_LOAD, OF(axle[0].load_harmonic_mn), PER_4000, false}},
+    {{SWAY_VALID_CAR_FRONT_LOAD, OF(axle[0].normalised_stiffness_milli_per_rad), PER_1, false},
+     {SWAY_VALID_CAR_FRONT_LOAD, OF(axle[0].lateral_friction_ppm), PER_100, false},
+     {SWAY_VALID_CAR_FRONT_LOAD, OF(axle[0].load_harmonic_phase_urad), CENTIDEGREE, true}},
+    {{SWAY_VALID_CAR_INERTIA, OF(car_yaw_inertia_gm2), PER_5000, false},
+     {SWAY_VALID_TRAILER_INERTIA, OF(trailer_yaw_inertia_gm2), PER_20000, false},
+     {SWAY_VALID_TRAILER_INERTIA, OF(trailer_yaw_inertia_se_gm2), PER_20000, false}},
+};
+
+static uint16_t word_of(const sway_status_t *s, const word_t *word, uint32_t axle)
 {
-    const bool found = valid(s, SWAY_VALID_CRITICAL_SPEED);
-    const struct swaywatch_dbc_sway_margin_t m = {
-        .margin_estimate = estimate(s),
-        .critical_speed = raw_u16(found, s->v_crit_mm_s, 9, 25),
-        .critical_speed_error = raw_u16(found, s->v_crit_se_mm_s, 9, 25),
-        .speed_margin = raw_s16(found && valid(s, SWAY_VALID_SPEED), s->margin_mm_s, 9, 25),
-    };
-    (void)swaywatch_dbc_sway_margin_pack(data, &m, 8U);
+    const uint8_t *const field = (const uint8_t *)s + word->offset;
+    const uint32_t needed = word->valid << axle;
+    int32_t value;
+    if ((s->valid & needed) != needed) {
+        return word->is_signed ? NOT_AVAILABLE_SIGNED : NOT_AVAILABLE;
+    }
+    (void)memcpy(&value, field + axle * sizeof s->axle[0], sizeof value);
+    return raw_word(value, word->unit, word->is_signed);
 }
 
-static void encode_damping(const sway_status_t *s, uint8_t *data)
+/* All of them lie in their frames as in that of the oscillation. */
+static void encode_words(sway_output_t output, const sway_status_t *s, uint8_t *data)
 {
-    const bool known = valid(s, SWAY_VALID_MARGIN);
-    const struct swaywatch_dbc_sway_damping_t m = {
-        .damping_estimate = estimate(s),
-        .damping_ratio = raw_s16(known, s->margin_damping_ratio_ppm, 1, 100),
-        .damping_ratio_error = raw_u16(known, s->margin_damping_ratio_se_ppm, 1, 100),
-        .model_damping_ratio =
-            raw_s16(valid(s, SWAY_VALID_MODEL), s->model_damping_ratio_ppm, 1, 100),
-    };
-    (void)swaywatch_dbc_sway_damping_pack(data, &m, 8U);
-}
-
-static void encode_signal_damping(const sway_status_t *s, uint8_t *data)
-{
-    const bool line = valid(s, SWAY_VALID_LINE);
-    const struct swaywatch_dbc_sway_signal_damping_t m = {
-        .signal_damping_estimate = estimate(s),
-        .signal_damping_ratio = raw_s16(line, s->damping_ratio_ppm, 1, 100),
-        .signal_damping_ratio_error = raw_u16(line, s->damping_ratio_se_ppm, 1, 100),
-        .growth = raw_s16(line, s->growth_ppm_per_s, 1, 1000),
-    };
-    (void)swaywatch_dbc_sway_signal_damping_pack(data, &m, 8U);
-}
-
-static void encode_oscillation(const sway_status_t *s, uint8_t *data)
-{
-    const bool line = valid(s, SWAY_VALID_LINE);
+    const uint32_t behind = (uint32_t)output - (uint32_t)SWAY_OUTPUT_STIFFNESS;
+    uint32_t kind = (uint32_t)output - (uint32_t)SWAY_OUTPUT_MARGIN;
+    uint32_t axle = 0U;
+    if (output == SWAY_OUTPUT_INERTIA) {
+        kind = KIND_INERTIA;
+    } else if (output >= SWAY_OUTPUT_STIFFNESS) {
+        kind = (uint32_t)KIND_AXLES + behind / (uint32_t)SWAY_AXLE_COUNT;
+        axle = behind % (uint32_t)SWAY_AXLE_COUNT;
+    }
+    const word_t *const words = WORDS[kind];
     const struct swaywatch_dbc_sway_oscillation_t m = {
         .oscillation_estimate = estimate(s),
-        .frequency = raw_u16(line, s->frequency_uhz, 1, 100),
-        .frequency_error = raw_u16(line, s->frequency_se_uhz, 1, 10),
-        .amplitude = raw_u16(line, s->amplitude_urad_s, NANO, CENTIDEGREE_NRAD_MILLI),
+        .frequency = word_of(s, &words[0], axle),
+        .frequency_error = word_of(s, &words[1], axle),
+        .amplitude = word_of(s, &words[2], axle),
     };
     (void)swaywatch_dbc_sway_oscillation_pack(data, &m, 8U);
-}
-
-static void encode_model(const sway_status_t *s, uint8_t *data)
-{
-    const bool model = valid(s, SWAY_VALID_MODEL);
-    const struct swaywatch_dbc_sway_model_t m = {
-        .model_estimate = estimate(s),
-        .model_frequency = raw_u16(model, s->model_frequency_uhz, 1, 100),
-        .model_damping_ratio_error = raw_u16(model, s->model_damping_ratio_se_ppm, 1, 100),
-        .used_speed = raw_u16(valid(s, SWAY_VALID_SPEED), s->speed_mm_s, 9, 25),
-    };
-    (void)swaywatch_dbc_sway_model_pack(data, &m, 8U);
-}
-
-static void encode_stiffness(const sway_status_t *s, uint32_t axle, uint8_t *data)
-{
-    const sway_axle_status_t *a = &s->axle[axle];
-    const bool known = valid(s, (uint32_t)SWAY_VALID_CAR_FRONT << axle);
-    const struct swaywatch_dbc_sway_stiffness_car_front_t m = {
-        .stiffness_car_front_estimate = estimate(s),
-        .stiffness_car_front = raw_u16(known, a->cornering_stiffness_n_per_rad, 1, 20),
-        .stiffness_error_car_front = raw_u16(known, a->cornering_stiffness_se_n_per_rad, 1, 20),
-        .stiffness_argument_car_front = to_centidegree(known, a->argument_urad),
-    };
-    (void)swaywatch_dbc_sway_stiffness_car_front_pack(data, &m, 8U);
-}
-
-static void encode_load(const sway_status_t *s, uint32_t axle, uint8_t *data)
-{
-    const sway_axle_status_t *a = &s->axle[axle];
-    const bool known = valid(s, (uint32_t)SWAY_VALID_CAR_FRONT_LOAD << axle);
-    const struct swaywatch_dbc_sway_load_car_front_t m = {
-        .load_car_front_estimate = estimate(s),
-        .effective_load_car_front = raw_s16(known, a->effective_load_mn, 1, 4000),
-        .effective_load_error_car_front = raw_u16(known, a->effective_load_se_mn, 1, 4000),
-        .load_harmonic_car_front = raw_u16(known, a->load_harmonic_mn, 1, 4000),
-    };
-    (void)swaywatch_dbc_sway_load_car_front_pack(data, &m, 8U);
-}
-
-static void encode_tyre(const sway_status_t *s, uint32_t axle, uint8_t *data)
-{
-    const sway_axle_status_t *a = &s->axle[axle];
-    const bool known = valid(s, (uint32_t)SWAY_VALID_CAR_FRONT_LOAD << axle);
-    const struct swaywatch_dbc_sway_tyre_car_front_t m = {
-        .tyre_car_front_estimate = estimate(s),
-        .normalised_stiffness_car_front =
-            raw_u16(known, a->normalised_stiffness_milli_per_rad, 1, 1),
-        .lateral_friction_car_front = raw_u16(known, a->lateral_friction_ppm, 1, 100),
-        .load_harmonic_phase_car_front = to_centidegree(known, a->load_harmonic_phase_urad),
-    };
-    (void)swaywatch_dbc_sway_tyre_car_front_pack(data, &m, 8U);
-}
-
-static void encode_inertia(const sway_status_t *s, uint8_t *data)
-{
-    const bool car = valid(s, SWAY_VALID_CAR_INERTIA);
-    const bool trailer = valid(s, SWAY_VALID_TRAILER_INERTIA);
-    const struct swaywatch_dbc_sway_inertia_t m = {
-        .inertia_estimate = estimate(s),
-        .car_yaw_inertia = raw_u16(car, s->car_yaw_inertia_gm2, 1, 5000),
-        .trailer_yaw_inertia = raw_u16(trailer, s->trailer_yaw_inertia_gm2, 1, 20000),
-        .trailer_yaw_inertia_error = raw_u16(trailer, s->trailer_yaw_inertia_se_gm2, 1, 20000),
-    };
-    (void)swaywatch_dbc_sway_inertia_pack(data, &m, 8U);
 }
 
 static void encode_quality(const sway_status_t *s, uint8_t *data)
@@ -447,38 +428,16 @@ uint32_t sway_frames_output_id(sway_output_t output)
     return (uint32_t)SWAYWATCH_DBC_SWAY_ALARM_FRAME_ID + (uint32_t)output;
 }
 
-static void encode_axle(uint32_t index, const sway_status_t *s, uint8_t *data)
-{
-    const uint32_t axle = index % (uint32_t)SWAY_AXLE_COUNT;
-    switch (index / (uint32_t)SWAY_AXLE_COUNT) {
-    case 0:
-        encode_stiffness(s, axle, data);
-        break;
-    case 1:
-        encode_load(s, axle, data);
-        break;
-    default:
-        encode_tyre(s, axle, data);
-        break;
-    }
-}
-
 void sway_frames_encode(sway_output_t output, const sway_frames_source_t *source, uint8_t *data)
 {
-    static void (*const first[])(const sway_status_t *, uint8_t *) = {
-        encode_margin, encode_damping, encode_signal_damping, encode_oscillation, encode_model};
     static void (*const last[])(const sway_frames_source_t *, uint8_t *) = {
         encode_faults_samples, encode_faults_estimates, encode_faults_frames, encode_faults_order,
         encode_inputs};
     (void)memset(data, 0, 8U);
     if (output == SWAY_OUTPUT_ALARM) {
         encode_alarm(source, data);
-    } else if (output < SWAY_OUTPUT_STIFFNESS) {
-        first[output - SWAY_OUTPUT_MARGIN](source->status, data);
-    } else if (output < SWAY_OUTPUT_INERTIA) {
-        encode_axle((uint32_t)output - (uint32_t)SWAY_OUTPUT_STIFFNESS, source->status, data);
-    } else if (output == SWAY_OUTPUT_INERTIA) {
-        encode_inertia(source->status, data);
+    } else if (output <= SWAY_OUTPUT_INERTIA) {
+        encode_words(output, source->status, data);
     } else if (output == SWAY_OUTPUT_QUALITY) {
         encode_quality(source->status, data);
     } else {

@@ -1,8 +1,9 @@
 /// sway_frames: what dbc/swaywatch.dbc says, between bytes of frames and the core's integers.
 ///
 /// Bits are taken apart and put together by the codec that is generated from the DBC; this file
-/// holds the tables of identifiers and units. Messages that are alike (eight wheels, four axles)
-/// share the codec of the first one; a test compares their layouts in the DBC.
+/// holds the tables of identifiers and units. Messages that are alike (eight wheels; all outputs
+/// that are three words of 16 bits) share the codec of one; a test compares their layouts in the
+/// DBC.
 ///
 /// Units, raw value to core: exact integer ratios, rounded to nearest, halves away from zero.
 ///   0.1 deg        -> urad     1745329251994 / 10^9      (pi/180 to 12 digits)

@@ -58,6 +58,15 @@ def test_messages_that_share_a_codec_are_alike(family: str) -> None:
         assert layout(message) == layout(alike[0]), message.name
 
 
+def test_outputs_of_three_words_share_a_codec() -> None:
+    alike = [m for m in MESSAGES if 0x1A1 <= m.frame_id <= 0x1B2]
+    assert len(alike) == 18
+    places = [(0, 8), (8, 4), (12, 4), (16, 16), (32, 16), (48, 16)]
+    for message in alike:
+        assert [(s.start, s.length) for s in message.signals] == places, message.name
+        assert all(s.byte_order == "little_endian" for s in message.signals), message.name
+
+
 def test_outputs_follow_each_other() -> None:
     ids = [m.frame_id for m in MESSAGES if 0x1A0 <= m.frame_id < 0x200]
     assert ids == list(range(0x1A0, 0x1A0 + 25))
