@@ -24,15 +24,15 @@ typedef struct {
     const double *series[PLANT_SERIES]; ///< NULL: neutral
     const double *body;
     const double *scalars;
-    double state[PLANT_STATES]; ///< in: at `first`; out: at the last sample
-    double *output;             ///< rows of `columns` outputs, or NULL
-    int32_t columns;            ///< outputs in a row of `output`
+    double state[PLANT_STATES];    ///< in: at `first`; out: at the last sample
+    double *output;                ///< rows of `columns` outputs, or NULL
+    int32_t columns;               ///< outputs in a row of `output`
     int32_t column[PLANT_OUTPUTS]; ///< which
-    double *blocks;             ///< rows of sums over PLANT_BLOCK samples, or NULL
-    double *states;             ///< rows of PLANT_STATES at the samples stepped on, or NULL
-    double sums[PLANT_OUTPUTS]; ///< of the block that is open; zero at the start
-    int64_t at;                 ///< where the simulation stands
-    int64_t diverged;           ///< 1: outputs from `at` on are zero
+    double *blocks;                ///< rows of sums over PLANT_BLOCK samples, or NULL
+    double *states;                ///< rows of PLANT_STATES at the samples stepped on, or NULL
+    double sums[PLANT_OUTPUTS];    ///< of the block that is open; zero at the start
+    int64_t at;                    ///< where the simulation stands
+    int64_t diverged;              ///< 1: outputs from `at` on are zero
 } plant_lane_t;
 
 /// Runge-Kutta 4 over the lanes, at most PLANT_LANES; a `stride` of 2 takes the middle sample at

@@ -4,15 +4,21 @@ typedef double NAME(v) __attribute__((vector_size(8 * WIDTH)));
 typedef int64_t NAME(m) __attribute__((vector_size(8 * WIDTH)));
 #define V NAME(v)
 #define M NAME(m)
+#define FEATURES NAME(features_t)
+#define SAMPLE NAME(sample_t)
+#define AXLE NAME(axle_t)
+#define SLIPS NAME(slips_t)
+#define INPUTS NAME(inputs_t)
+#define STATE NAME(state_t)
 
 /// What any lane of a group uses; the rest is not calculated.
 typedef struct {
     bool relaxed, saturated, rolls, flexible, playing, aero, sticking, banked, blocks, full;
-} NAME(features_t);
+} FEATURES;
 
 typedef struct {
     V speed, acceleration, steer, series[PLANT_SERIES];
-} NAME(sample_t);
+} SAMPLE;
 
 INLINE V NAME(all)(double value)
 {
@@ -178,12 +184,12 @@ INLINE V NAME(saturation)(V linear, V peak)
 
 typedef struct {
     V force[2], load[2];
-} NAME(axle_t);
+} AXLE;
 
 /// Lateral force of an axle from its two wheels. `left` and `right` carry the extra load; `shift`
 /// goes from left to right, `heave` is shared.
 INLINE V NAME(axle)(V stiffness, V load, V per_load, V left, V right, V shift, V heave, V slip,
-                    V degression, V friction, bool saturated, NAME(axle_t) *out)
+                    V degression, V friction, bool saturated, AXLE *out)
 {
     V total = {0};
     for (int wheel = 0; wheel < 2; wheel++) {
@@ -195,8 +201,8 @@ INLINE V NAME(axle)(V stiffness, V load, V per_load, V left, V right, V shift, V
         V force = linear;
         if (saturated) {
             const V peak = fz * friction;
-            force = NAME(choose)((friction > 0.0) & (fz > 1.0), NAME(saturation)(linear, peak),
-                                 linear);
+            force =
+                NAME(choose)((friction > 0.0) & (fz > 1.0), NAME(saturation)(linear, peak), linear);
         }
         out->force[wheel] = force;
         out->load[wheel] = fz;
@@ -218,72 +224,120 @@ INLINE V NAME(lag_rate)(V length, V slip, V state, V speed)
     return NAME(choose)(length > 0.0, rate, NAME(all)(0.0));
 }
 
-/// Derivative of the states, see diagnose/plant.py; `out` takes the outputs where `store`.
-INLINE void NAME(derivative)(const V *x, const NAME(sample_t) *now, const V *p, const V *e,
-                             const V *k, const NAME(features_t) *has, V *dx, bool store, V *out)
+/// Where the wheels go, and the slip angles: of the motion, and as they act.
+typedef struct {
+    V sine, cosine;       // of the articulation
+    V hitch, speed, side; // hitch's lateral velocity in car axes; the trailer's own velocities
+    V per_speed;          // 1 / speed of the trailer
+    V roll[2];            // car, trailer
+    V angle[4], acting[4];
+} SLIPS;
+
+INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, const V *k,
+                        const FEATURES *has, SLIPS *to)
 {
     const V *ser = now->series;
     const V vx = now->speed;
-    const V ax = now->acceleration;
-    const V steer = now->steer;
-    const V vy = x[0], r1 = x[1], th = x[2], r2 = x[3];
-    const V m1 = p[0], lf = p[2], lr = p[3], lh = p[4];
-    const V m2 = p[7], iz2 = p[8], lf2 = p[9], lr2 = p[10], lh2 = p[11];
-    V s, c, unused, cos_steer;
-    NAME(turn)(th, &s, &c);
-    NAME(turn)(steer, &unused, &cos_steer);
-    const V a_f1 = x[4], a_f2 = x[5];
-    const V hvy = vy - lh * r1;
+    const V vy = x[0], r1 = x[1], r2 = x[3];
+    V s, c;
+    NAME(turn)(x[2], &s, &c);
+    const V hvy = vy - p[4] * r1;
     const V vx2 = c * vx + s * hvy;
-    const V vy2 = c * hvy - s * vx - lh2 * r2;
+    const V vy2 = c * hvy - s * vx - p[11] * r2;
     const V per_vx = 1.0 / vx;
     const V per_vx2 = 1.0 / vx2;
-    V sl_f = steer - NAME(slip)((vy + lf * r1) * per_vx) + ser[24];
-    V sl_r = ser[25] - NAME(slip)((vy - lr * r1) * per_vx);
-    V sl_1 = ser[26] - NAME(slip)((vy2 + lf2 * r2) * per_vx2);
-    V sl_2 = ser[27] - NAME(slip)((vy2 - lr2 * r2) * per_vx2);
+    V angle[4];
+    angle[0] = now->steer - NAME(slip)((vy + p[2] * r1) * per_vx) + ser[24];
+    angle[1] = ser[25] - NAME(slip)((vy - p[3] * r1) * per_vx);
+    angle[2] = ser[26] - NAME(slip)((vy2 + p[9] * r2) * per_vx2);
+    angle[3] = ser[27] - NAME(slip)((vy2 - p[10] * r2) * per_vx2);
     V roll1 = {0}, roll2 = {0};
     if (has->rolls) {
         roll1 = e[19] * x[12];
         roll2 = e[20] * x[13];
-        sl_f += e[12] * roll1;
-        sl_r += e[13] * roll1;
-        sl_1 += e[14] * roll2;
-        sl_2 += e[14] * roll2;
+        angle[0] += e[12] * roll1;
+        angle[1] += e[13] * roll1;
+        angle[2] += e[14] * roll2;
+        angle[3] += e[14] * roll2;
     }
-    V ef = sl_f, er = sl_r, e1 = sl_1, e2 = sl_2;
-    if (has->relaxed) {
-        ef = NAME(lagged)(e[9], sl_f, x[6]);
-        er = NAME(lagged)(e[10], sl_r, x[7]);
-        e1 = NAME(lagged)(e[11], sl_1, x[8]);
-        e2 = NAME(lagged)(e[11], sl_2, x[9]);
+    for (int a = 0; a < 4; a++) {
+        to->angle[a] = angle[a];
+        to->acting[a] =
+            has->relaxed ? NAME(lagged)(e[a < 3 ? 9 + a : 11], angle[a], x[6 + a]) : angle[a];
     }
     const V cf = p[5] * (1.0 + ser[0]);
     if (has->flexible) {
-        ef = ef / (1.0 + e[0] * cf * (1.0 + ser[4] * k[0]));
+        to->acting[0] = to->acting[0] / (1.0 + e[0] * cf * (1.0 + ser[4] * k[0]));
     }
     if (has->playing) {
-        ef = ef - e[1] * NAME(hyperbolic_tangent)(cf * ef * (1.0 / FREE_PLAY_N));
+        const V lost = NAME(hyperbolic_tangent)(cf * to->acting[0] * (1.0 / FREE_PLAY_N));
+        to->acting[0] = to->acting[0] - e[1] * lost;
     }
+    to->sine = s, to->cosine = c;
+    to->hitch = hvy, to->speed = vx2, to->side = vy2, to->per_speed = per_vx2;
+    to->roll[0] = roll1, to->roll[1] = roll2;
+}
+
+/// Forces and loads of all wheels; total of each axle in `total`.
+INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const V *k,
+                        const FEATURES *has, const SLIPS *slips, AXLE *w, V *total)
+{
     const V friction = k[4] * (1.0 + ser[21]);
     // Fig. 6-3 of the dissertation: the extra load sits on the left while the yaw rate is negative
-    const M negative = r1 < 0.0;
-    V load[4], left[4], right[4];
+    const M negative = x[1] < 0.0;
+    static const int stiffness[4] = {5, 6, 12, 13};
     for (int a = 0; a < 4; a++) {
-        load[a] = p[14 + a];
-        left[a] = (V)((M)ser[4 + a] & negative);
-        right[a] = (V)((M)ser[4 + a] & ~negative);
+        const V left = (V)((M)ser[4 + a] & negative);
+        const V right = (V)((M)ser[4 + a] & ~negative);
+        total[a] = NAME(axle)(p[stiffness[a]] * (1.0 + ser[a]), p[14 + a], k[a], left, right,
+                              e[15 + a] * x[4 + a / 2] + ser[13 + a], ser[17 + a], slips->acting[a],
+                              e[8], friction, has->saturated, &w[a]);
     }
-    NAME(axle_t) w[4];
-    const bool sat = has->saturated;
-    const V ff = NAME(axle)(cf, load[0], k[0], left[0], right[0], e[15] * a_f1 + ser[13], ser[17],
-                            ef, e[8], friction, sat, &w[0]);
-    const V fr = NAME(axle)(p[6] * (1.0 + ser[1]), load[1], k[1], left[1], right[1],
-                            e[16] * a_f1 + ser[14], ser[18], er, e[8], friction, sat, &w[1]);
-    const V t1 = NAME(axle)(p[12] * (1.0 + ser[2]), load[2], k[2], left[2], right[2],
-                            e[17] * a_f2 + ser[15], ser[19], e1, e[8], friction, sat, &w[2]);
-    const V t2 = NAME(axle)(p[13] * (1.0 + ser[3]), load[3], k[3], left[3], right[3],
-                            e[18] * a_f2 + ser[16], ser[20], e2, e[8], friction, sat, &w[3]);
+}
+
+/// Rates of what lags behind: roll, load transfer, relaxation. `felt` is what the bodies feel.
+INLINE void NAME(lags)(const V *x, const V *e, const FEATURES *has, const SLIPS *slips, V speed,
+                       const V *felt, V *dx)
+{
+    // roll and load transfer: second order behind the acceleration that the body feels
+    dx[4] = x[10];
+    dx[10] = e[21] * (e[21] * (felt[0] - x[4]) - 2.0 * e[22] * x[10]);
+    dx[5] = x[11];
+    dx[11] = e[23] * (e[23] * (felt[1] - x[5]) - 2.0 * e[24] * x[11]);
+    // the roll that steers may be damped otherwise than the load transfer
+    if (has->rolls) {
+        const M mask = (e[12] != 0.0) | (e[13] != 0.0) | (e[14] != 0.0);
+        const V none = {0};
+        dx[12] = NAME(choose)(mask, x[14], none);
+        dx[13] = NAME(choose)(mask, x[15], none);
+        dx[14] = e[25] * (e[25] * (felt[0] - x[12]) - 2.0 * e[26] * x[14]);
+        dx[15] = e[27] * (e[27] * (felt[1] - x[13]) - 2.0 * e[28] * x[15]);
+        dx[14] = NAME(choose)(mask, dx[14], none);
+        dx[15] = NAME(choose)(mask, dx[15], none);
+    }
+    if (has->relaxed) {
+        for (int a = 0; a < 4; a++) {
+            dx[6 + a] = NAME(lag_rate)(e[a < 3 ? 9 + a : 11], slips->angle[a], x[6 + a], speed);
+        }
+    }
+}
+
+/// Derivative of the states, see diagnose/plant.py; `out` takes the outputs where `store`.
+INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V *e, const V *k,
+                             const FEATURES *has, V *dx, bool store, V *out)
+{
+    const V *ser = now->series;
+    const V vx = now->speed;
+    const V vy = x[0], r1 = x[1], r2 = x[3];
+    const V m1 = p[0], lh = p[4], m2 = p[7], lh2 = p[11];
+    V unused, cos_steer;
+    NAME(turn)(now->steer, &unused, &cos_steer);
+    SLIPS slips;
+    NAME(slips)(x, now, p, e, k, has, &slips);
+    const V s = slips.sine, c = slips.cosine;
+    AXLE w[4];
+    V f[4];
+    NAME(axles)(x, ser, p, e, k, has, &slips, w, f);
     V tilt = {0};
     if (has->banked) { // ISO 8855: positive with the left side high
         V sine;
@@ -294,7 +348,8 @@ INLINE void NAME(derivative)(const V *x, const NAME(sample_t) *now, const V *p, 
     V n2 = ser[11];
     V y2 = ser[10] + m2 * tilt;
     if (has->aero) {
-        const V q = 0.5 * AIR_DENSITY * TRAILER_AREA * vx2 * vx2 * NAME(slip)(vy2 * per_vx2);
+        const V q = 0.5 * AIR_DENSITY * TRAILER_AREA * slips.speed * slips.speed *
+                    NAME(slip)(slips.side * slips.per_speed);
         y2 -= q * e[5];
         n2 -= q * e[6];
     }
@@ -303,17 +358,17 @@ INLINE void NAME(derivative)(const V *x, const NAME(sample_t) *now, const V *p, 
     if (has->sticking) {
         mh += e[2] * NAME(hyperbolic_tangent)(rate / e[3]);
     }
-    const V tt = t1 + t2 + y2;
-    const V fc = ff * cos_steer;
-    const V ahx = ax - vy * r1 + lh * r1 * r1;
-    const V per_m = k[5], a12 = k[6], d22 = k[7], per_d22 = k[8], a33 = k[9];
-    const V m = m1 + m2;
+    const V tt = f[2] + f[3] + y2;
+    const V fc = f[0] * cos_steer;
+    const V ahx = now->acceleration - vy * r1 + lh * r1 * r1;
+    const V per_m = k[5], a12 = k[6], per_d22 = k[7], a33 = k[8];
     const V a13 = -m2 * c * lh2;
     const V a23 = lh * m2 * c * lh2;
     const V inner = c * tt - m2 * vx * r1 - m2 * s * lh2 * r2 * r2;
-    const V b1 = fc + fr + y1 + c * tt - m * vx * r1 - m2 * s * lh2 * r2 * r2;
-    const V b2 = lf * fc - lr * fr + ser[9] + mh - lh * inner;
-    const V b3 = lf2 * t1 - lr2 * t2 + n2 - mh - lh2 * tt + lh2 * m2 * (c * vx * r1 - s * ahx);
+    const V b1 = fc + f[1] + y1 + c * tt - (m1 + m2) * vx * r1 - m2 * s * lh2 * r2 * r2;
+    const V b2 = p[2] * fc - p[3] * f[1] + ser[9] + mh - lh * inner;
+    const V b3 =
+        p[9] * f[2] - p[10] * f[3] + n2 - mh - lh2 * tt + lh2 * m2 * (c * vx * r1 - s * ahx);
     // symmetric 3 x 3
     const V d23 = a23 - a12 * a13 * per_m;
     const V d33 = a33 - a13 * a13 * per_m;
@@ -322,8 +377,6 @@ INLINE void NAME(derivative)(const V *x, const NAME(sample_t) *now, const V *p, 
     const V r2d = (g3 - d23 * g2 * per_d22) / (d33 - d23 * d23 * per_d22);
     const V r1d = (g2 - d23 * r2d) * per_d22;
     const V vyd = (b1 - a12 * r1d - a13 * r2d) * per_m;
-    (void)d22;
-    (void)iz2;
     const V ay1 = vyd + vx * r1;
     const V ahy = ay1 - lh * r1d;
     const V a2x = c * ahx + s * ahy + lh2 * r2 * r2;
@@ -334,51 +387,32 @@ INLINE void NAME(derivative)(const V *x, const NAME(sample_t) *now, const V *p, 
     dx[1] = r1d + e[29] * (ser[22] - r1);
     dx[2] = rate;
     dx[3] = r2d + e[29] * (ser[23] - r2);
-    // roll and load transfer: second order behind the acceleration that the body feels
-    dx[4] = x[10];
-    dx[10] = e[21] * (e[21] * (ay1 - tilt - a_f1) - 2.0 * e[22] * x[10]);
-    dx[5] = x[11];
-    dx[11] = e[23] * (e[23] * (a2y - tilt - a_f2) - 2.0 * e[24] * x[11]);
-    // the roll that steers may be damped otherwise than the load transfer
-    if (has->rolls) {
-        const M mask = (e[12] != 0.0) | (e[13] != 0.0) | (e[14] != 0.0);
-        const V none = {0};
-        dx[12] = NAME(choose)(mask, x[14], none);
-        dx[13] = NAME(choose)(mask, x[15], none);
-        dx[14] = e[25] * (e[25] * (ay1 - tilt - x[12]) - 2.0 * e[26] * x[14]);
-        dx[15] = e[27] * (e[27] * (a2y - tilt - x[13]) - 2.0 * e[28] * x[15]);
-        dx[14] = NAME(choose)(mask, dx[14], none);
-        dx[15] = NAME(choose)(mask, dx[15], none);
-    }
-    if (has->relaxed) {
-        dx[6] = NAME(lag_rate)(e[9], sl_f, x[6], vx);
-        dx[7] = NAME(lag_rate)(e[10], sl_r, x[7], vx);
-        dx[8] = NAME(lag_rate)(e[11], sl_1, x[8], vx);
-        dx[9] = NAME(lag_rate)(e[11], sl_2, x[9], vx);
-    }
+    const V felt[2] = {ay1 - tilt, a2y - tilt};
+    NAME(lags)(x, e, has, &slips, vx, felt, dx);
     if (!store) {
         return;
     }
     const V px = -m2 * a2x;
     const V py = tt - m2 * a2y;
     const V sensed = tilt * (1.0 - e[30]);
-    out[0] = vy, out[1] = r1, out[2] = th, out[3] = r2;
+    for (int j = 0; j < 4; j++) {
+        out[j] = x[j], out[22 + j] = slips.acting[j];
+    }
     for (int wheel = 0; wheel < 2; wheel++) {
         out[4 + wheel] = w[0].force[wheel], out[6 + wheel] = w[1].force[wheel];
         out[10 + wheel] = w[0].load[wheel], out[12 + wheel] = w[1].load[wheel];
         out[26 + wheel] = w[2].force[wheel], out[28 + wheel] = w[3].force[wheel];
         out[30 + wheel] = w[2].load[wheel], out[32 + wheel] = w[3].load[wheel];
     }
-    out[8] = t1, out[9] = t2;
+    out[8] = f[2], out[9] = f[3];
     out[14] = c * px - s * py, out[15] = s * px + c * py;
     out[16] = ay1 - sensed, out[17] = a2y - sensed;
-    out[18] = r1d, out[19] = r2d, out[20] = roll1, out[21] = roll2;
-    out[22] = ef, out[23] = er, out[24] = e1, out[25] = e2;
+    out[18] = r1d, out[19] = r2d, out[20] = slips.roll[0], out[21] = slips.roll[1];
 }
 
 /// Constants of the lanes, and what follows from them: reciprocals of the axle loads and of the
 /// friction, and the parts of the mass matrix that do not move.
-INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, V *k, NAME(features_t) *has)
+INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, V *k, FEATURES *has)
 {
     for (int l = 0; l < WIDTH; l++) {
         for (int j = 0; j < PLANT_BODY; j++) {
@@ -406,9 +440,8 @@ INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, V *k, NAME(fe
     k[4] = NAME(choose)(e[7] > 0.0, 1.0 / e[7], none);
     k[5] = 1.0 / (p[0] + p[7]);
     k[6] = -p[7] * p[4];
-    k[7] = p[1] + p[7] * p[4] * p[4] - k[6] * k[6] * k[5];
-    k[8] = 1.0 / k[7];
-    k[9] = p[8] + p[7] * p[11] * p[11];
+    k[7] = 1.0 / (p[1] + p[7] * p[4] * p[4] - k[6] * k[6] * k[5]);
+    k[8] = p[8] + p[7] * p[11] * p[11];
 }
 
 typedef struct {
@@ -416,9 +449,9 @@ typedef struct {
     int count;
     const double *from[PLANT_SERIES + 3][WIDTH];
     int64_t step[PLANT_SERIES + 3][WIDTH];
-} NAME(inputs_t);
+} INPUTS;
 
-INLINE void NAME(inputs)(plant_lane_t *const *lane, NAME(inputs_t) *in)
+INLINE void NAME(inputs)(plant_lane_t *const *lane, INPUTS *in)
 {
     in->count = 0;
     for (int j = 0; j < PLANT_SERIES; j++) {
@@ -444,7 +477,7 @@ INLINE void NAME(inputs)(plant_lane_t *const *lane, NAME(inputs_t) *in)
     }
 }
 
-INLINE void NAME(load)(const NAME(inputs_t) *in, int64_t sample, NAME(sample_t) *to)
+INLINE void NAME(load)(const INPUTS *in, int64_t sample, SAMPLE *to)
 {
     for (int l = 0; l < WIDTH; l++) {
         to->speed[l] = in->from[PLANT_SERIES][l][sample];
@@ -461,8 +494,8 @@ INLINE void NAME(load)(const NAME(inputs_t) *in, int64_t sample, NAME(sample_t) 
 }
 
 /// Outputs of a sample to where the lanes want them.
-INLINE void NAME(put)(plant_lane_t *const *lane, int32_t count, const NAME(features_t) *has,
-                      M alive, int64_t sample, V *out, V *sums)
+INLINE void NAME(put)(plant_lane_t *const *lane, int32_t count, const FEATURES *has, M alive,
+                      int64_t sample, V *out, V *sums)
 {
     for (int j = 0; j < PLANT_OUTPUTS; j++) {
         out[j] = (V)((M)out[j] & alive);
@@ -500,8 +533,7 @@ INLINE void NAME(put)(plant_lane_t *const *lane, int32_t count, const NAME(featu
     }
 }
 
-INLINE void NAME(middle)(const NAME(inputs_t) *in, const NAME(sample_t) *a,
-                         const NAME(sample_t) *b, NAME(sample_t) *to)
+INLINE void NAME(middle)(const INPUTS *in, const SAMPLE *a, const SAMPLE *b, SAMPLE *to)
 {
     to->speed = 0.5 * b->speed + 0.5 * a->speed;
     to->acceleration = 0.5 * b->acceleration + 0.5 * a->acceleration;
@@ -524,99 +556,121 @@ INLINE void NAME(keep)(plant_lane_t *const *lane, int32_t count, int64_t sample,
     }
 }
 
-/// `steps` steps of `stride` samples of every lane; 0: only the outputs of the sample.
+/// Everything of the lanes while they are stepped.
+typedef struct {
+    plant_lane_t *lane[WIDTH];
+    int32_t count;
+    V p[PLANT_BODY], e[PLANT_SCALARS], k[9];
+    V x[PLANT_STATES], dx[PLANT_STATES], out[PLANT_OUTPUTS], sums[PLANT_OUTPUTS];
+    M alive;
+    FEATURES has;
+    INPUTS in;
+    SAMPLE samples[3]; // at the beginning, the middle and the end of a step
+} STATE;
+
+INLINE void NAME(begin)(plant_lane_t *const *given, int32_t count, STATE *now)
+{
+    memset(now, 0, sizeof *now);
+    now->count = count;
+    for (int l = 0; l < WIDTH; l++) {
+        now->lane[l] = given[l < count ? l : 0];
+        for (int j = 0; j < PLANT_STATES; j++) {
+            now->x[j][l] = now->lane[l]->state[j];
+        }
+        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+            now->sums[j][l] = now->lane[l]->sums[j];
+        }
+        now->alive[l] = now->lane[l]->diverged ? 0 : -1;
+    }
+    NAME(constants)(now->lane, now->p, now->e, now->k, &now->has);
+    NAME(inputs)(now->lane, &now->in);
+    NAME(load)(&now->in, 0, &now->samples[0]);
+}
+
+INLINE void NAME(end)(STATE *now, int64_t samples)
+{
+    for (int32_t l = 0; l < now->count; l++) {
+        plant_lane_t *lane = now->lane[l];
+        for (int j = 0; j < PLANT_STATES; j++) {
+            lane->state[j] = now->x[j][l];
+        }
+        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+            lane->sums[j] = now->sums[j][l];
+        }
+        lane->diverged = now->alive[l] ? 0 : 1;
+        lane->at += samples;
+    }
+}
+
+/// The four stages of a step from sample `i`, and the new states. Without a stride only the first.
+INLINE void NAME(step)(STATE *now, double step, int32_t stride, int64_t i)
+{
+    V tmp[PLANT_STATES], total[PLANT_STATES];
+    for (int j = 0; j < PLANT_STATES; j++) {
+        tmp[j] = now->x[j];
+        total[j] = (V){0};
+    }
+    // one place of call, so that the compiler takes the derivative into the loop once
+    for (int stage = 0; stage < 4; stage++) {
+        const bool store = stage == 0 || (stage == 2 && stride == 2);
+        const SAMPLE *sample = &now->samples[(stage + 1) / 2];
+        NAME(derivative)(tmp, sample, now->p, now->e, now->k, &now->has, now->dx, store, now->out);
+        if (store) {
+            NAME(put)
+            (now->lane, now->count, &now->has, now->alive, stage == 0 ? i : i + 1, now->out,
+             now->sums);
+        }
+        if (stride == 0) {
+            return;
+        }
+        const double weight = stage == 0 || stage == 3 ? 1.0 : 2.0;
+        const double ahead = stage == 2 ? step : 0.5 * step;
+        for (int j = 0; j < PLANT_STATES; j++) {
+            total[j] += weight * now->dx[j];
+            tmp[j] = now->x[j] + ahead * now->dx[j];
+        }
+    }
+    M bad = {0};
+    for (int j = 0; j < PLANT_STATES; j++) {
+        now->x[j] += step / 6.0 * total[j];
+        bad |= ~(NAME(absolute)(now->x[j]) < LIMIT);
+    }
+    now->alive &= ~bad;
+    for (int j = 0; j < PLANT_STATES; j++) {
+        now->x[j] = (V)((M)now->x[j] & now->alive);
+    }
+}
+
+/// `steps` steps of `stride` samples of every lane; a stride of 0: only the outputs of the sample.
 WIDEST
 static void NAME(advance)(plant_lane_t *const *given, int32_t count, double period_s,
                           int32_t stride, int64_t steps)
 {
-    plant_lane_t *lane[WIDTH];
-    V p[PLANT_BODY], e[PLANT_SCALARS], k[10], x[PLANT_STATES], dx[PLANT_STATES];
-    V tmp[PLANT_STATES], total[PLANT_STATES], out[PLANT_OUTPUTS], sums[PLANT_OUTPUTS];
-    M alive = {0};
-    for (int l = 0; l < WIDTH; l++) {
-        lane[l] = given[l < count ? l : 0];
-        for (int j = 0; j < PLANT_STATES; j++) {
-            x[j][l] = lane[l]->state[j];
-            dx[j][l] = 0.0;
-        }
-        for (int j = 0; j < PLANT_OUTPUTS; j++) {
-            sums[j][l] = lane[l]->sums[j];
-        }
-        alive[l] = lane[l]->diverged ? 0 : -1;
-    }
-    NAME(features_t) has = {0};
-    NAME(constants)(lane, p, e, k, &has);
-    NAME(inputs_t) in;
-    NAME(inputs)(lane, &in);
-    NAME(sample_t) samples[3];
-    memset(samples, 0, sizeof samples);
-    NAME(load)(&in, 0, &samples[0]);
+    STATE now;
+    NAME(begin)(given, count, &now);
     const double step = period_s * (stride == 2 ? 2.0 : 1.0);
-    int64_t i = 0;
-    for (int64_t count_down = steps; count_down > 0; count_down--) {
-        NAME(keep)(lane, count, i, x);
+    for (int64_t taken = 0; taken < steps && NAME(any)(now.alive); taken++) {
+        const int64_t i = taken * stride;
+        NAME(keep)(now.lane, count, i, now.x);
         if (stride > 0) {
-            NAME(load)(&in, i + stride, &samples[2]);
+            NAME(load)(&now.in, i + stride, &now.samples[2]);
         }
         if (stride == 2) {
-            NAME(load)(&in, i + 1, &samples[1]);
+            NAME(load)(&now.in, i + 1, &now.samples[1]);
         } else if (stride == 1) {
-            NAME(middle)(&in, &samples[0], &samples[2], &samples[1]);
+            NAME(middle)(&now.in, &now.samples[0], &now.samples[2], &now.samples[1]);
         }
-        for (int j = 0; j < PLANT_STATES; j++) {
-            tmp[j] = x[j];
-            total[j] = (V){0};
-        }
-        // one place of call, so that the compiler takes the derivative into the loop once
-        for (int stage = 0; stage < 4; stage++) {
-            const bool store = stage == 0 || (stage == 2 && stride == 2);
-            const NAME(sample_t) *now = &samples[stage == 0 ? 0 : (stage == 3 ? 2 : 1)];
-            NAME(derivative)(tmp, now, p, e, k, &has, dx, store, out);
-            if (store) {
-                NAME(put)(lane, count, &has, alive, stage == 0 ? i : i + 1, out, sums);
-            }
-            if (stride == 0) {
-                break;
-            }
-            const double weight = stage == 0 || stage == 3 ? 1.0 : 2.0;
-            const double ahead = stage == 2 ? step : 0.5 * step;
-            for (int j = 0; j < PLANT_STATES; j++) {
-                total[j] += weight * dx[j];
-                tmp[j] = x[j] + ahead * dx[j];
-            }
-        }
-        if (stride == 0) {
-            break;
-        }
-        M bad = {0};
-        for (int j = 0; j < PLANT_STATES; j++) {
-            x[j] += step / 6.0 * total[j];
-            bad |= ~(NAME(absolute)(x[j]) < LIMIT);
-        }
-        if (NAME(any)(bad & alive)) {
-            alive &= ~bad;
-        }
-        for (int j = 0; j < PLANT_STATES; j++) {
-            x[j] = (V)((M)x[j] & alive);
-        }
-        samples[0] = samples[2];
-        i += stride;
-        if (!NAME(any)(alive)) {
-            i = steps * stride;
-            break;
-        }
+        NAME(step)(&now, step, stride, i);
+        now.samples[0] = now.samples[2];
     }
-    for (int32_t l = 0; l < count; l++) {
-        for (int j = 0; j < PLANT_STATES; j++) {
-            lane[l]->state[j] = x[j][l];
-        }
-        for (int j = 0; j < PLANT_OUTPUTS; j++) {
-            lane[l]->sums[j] = sums[j][l];
-        }
-        lane[l]->diverged = alive[l] ? 0 : 1;
-        lane[l]->at += i;
-    }
+    NAME(end)(&now, steps * stride);
 }
 
 #undef V
 #undef M
+#undef FEATURES
+#undef SAMPLE
+#undef AXLE
+#undef SLIPS
+#undef INPUTS
+#undef STATE
