@@ -15,14 +15,17 @@ from machines import Outcome, frame_of, run
 
 TARGETS = ["x86", "mips", "m0plus", "m3", "m4f", "m7", "r5", "stm32g4"]
 """stm32g4: the program of that board on the host, on a model of its registers."""
+SMALL = ["x86small", "small"]
+"""The small configuration, whose answers are its own."""
 ESTIMATES_MIN = 20
 """Estimates that a case has to bring, so that more than silence is compared."""
 OSCILLATION_ID = "1A4#"
 
 
-def block_of(case: Path) -> Path:
-    """Return the parameter block of a case, whole or shortened."""
-    return case.with_name(case.name.split(".")[0] + ".block")
+def block_of(case: Path, target: str = "x86") -> Path:
+    """Return the parameter block of a case, whole or shortened, for a target."""
+    kind = ".small.block" if target in SMALL else ".block"
+    return case.with_name(case.name.split(".")[0] + kind)
 
 
 def first_difference(expected: list[str], found: list[str]) -> str:
@@ -34,9 +37,10 @@ def first_difference(expected: list[str], found: list[str]) -> str:
 
 
 def judge(case: Path, outcomes: dict[str, Outcome]) -> list[str]:
-    """Return what is wrong with the runs of a case."""
+    """Return what is wrong with the runs of a case; the first one is what the others must be."""
     wrong = []
-    expected = [frame_of(line) for line in outcomes["x86"].answers]
+    first = next(iter(outcomes.values()))
+    expected = [frame_of(line) for line in first.answers]
     estimates = sum(frame.startswith(OSCILLATION_ID) for frame in expected)
     if estimates < ESTIMATES_MIN:
         wrong.append(f"{case.name}: only {estimates} estimates to compare")
@@ -47,28 +51,34 @@ def judge(case: Path, outcomes: dict[str, Outcome]) -> list[str]:
         if found != expected:
             wrong.append(f"{case.name} {target}: {first_difference(expected, found)}")
         # Without a bus between them the stamps are those of the recording, too.
-        if target != "r5" and outcome.answers != outcomes["x86"].answers:
+        if target != "r5" and outcome.answers != first.answers:
             wrong.append(f"{case.name} {target}: time stamps differ")
     return wrong
 
 
+def compare(build: Path, case: Path, targets: list[str]) -> list[str]:
+    """Run a case on all targets, print what came out and return what is wrong."""
+    with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
+        runs = {
+            target: pool.submit(
+                run, build, target, block_of(case, target), case, f"{case.stem}-{target}"
+            )
+            for target in targets
+        }
+    outcomes = {target: future.result() for target, future in runs.items()}
+    problems = judge(case, outcomes)
+    frames = len(outcomes[targets[0]].answers)
+    verdict = "DIFFERENT" if problems else "identical"
+    print(f"{case.name}: {frames} frames of status, {verdict} on {' '.join(targets)}")
+    return problems
+
+
 def main(build: Path, cases: list[Path]) -> int:
-    """Run all cases on all machines and print what came out."""
+    """Compare all cases on all machines."""
     wrong: list[str] = []
     for case in cases:
-        with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
-            runs = {
-                target: pool.submit(
-                    run, build, target, block_of(case), case, f"{case.stem}-{target}"
-                )
-                for target in TARGETS
-            }
-        outcomes = {target: future.result() for target, future in runs.items()}
-        problems = judge(case, outcomes)
-        wrong += problems
-        frames = len(outcomes["x86"].answers)
-        verdict = "DIFFERENT" if problems else "identical"
-        print(f"{case.name}: {frames} frames of status, {verdict} on {' '.join(TARGETS)}")
+        for targets in (TARGETS, SMALL):
+            wrong += compare(build, case, targets)
     for problem in wrong:
         print(f"firmware: {problem}", file=sys.stderr)
     return 1 if wrong else 0

@@ -15,7 +15,7 @@ CORTEX_M = {
 }
 """Emulated boards; ARMv6-M code runs on the Cortex-M3 of the first."""
 
-ON_HOST = ("x86", "mips", "stm32g4")
+ON_HOST = ("x86", "x86small", "mips", "stm32g4")
 """Programs of the host; stm32g4 is the program of that board on a model of its registers."""
 
 QUIET = ["-nographic", "-monitor", "none", "-serial", "none"]
@@ -38,7 +38,7 @@ def command(build: Path, target: str, arguments: list[str]) -> list[str]:
     """Return the command that runs a target's program with `arguments`."""
     image = str(build / f"replay_{target}.elf")
     target = target.split(".", maxsplit=1)[0]  # a copy that was damaged on purpose
-    if target in ("x86", "stm32g4"):
+    if target in ("x86", "x86small", "stm32g4"):
         return [image, *arguments]
     if target == "mips":
         return ["qemu-mips-static", image, *arguments]

@@ -85,9 +85,7 @@ def section_sizes(image: Path) -> tuple[int, int]:
 
 def measure(build: Path, target: str, case: Path) -> Row:
     """Run one image and look into it."""
-    block = block_of(case)
-    block = block.with_suffix(".small.block") if target == "small" else block
-    outcome = run(build, target, block, case, f"report-{target}")
+    outcome = run(build, target, block_of(case, target), case, f"report-{target}")
     flash, memory = section_sizes(build / f"ecu_{target}.elf")
     image = build / f"replay_{target}.elf"
     bound, path = stack_bound(image, build / target, "main")

@@ -39,9 +39,13 @@ FW_CPU_m3 := -mcpu=cortex-m3
 FW_CPU_m4f := -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 FW_CPU_m7 := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard
 # The small one: steering, yaw rate and acceleration of the car, yaw rate of the trailer; rows at
-# 50 Hz, the last 2.5 s of them.
-FW_CPU_small := -mcpu=cortex-m0plus -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 \
-    -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8 -DMAILBOX_FRAMES=8
+# 50 Hz, the last 2.5 s of them. On the host, too, to compare with.
+FW_SIZES_small := -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8
+FW_CPU_small := -mcpu=cortex-m0plus $(FW_SIZES_small) -DMAILBOX_FRAMES=8
+FW_CC_x86small := gcc
+FW_FLAGS_x86small := $(FW_FLAGS_x86) $(FW_SIZES_small)
+FW_SOURCES_x86small := $(FW_SOURCES_x86)
+FW_LINK_x86small := $(FW_LINK_x86)
 FW_RAM_small := 64K
 FW_STACK_small := 2560
 FW_M := m0plus m3 m4f m7 small
@@ -57,7 +61,7 @@ FW_SOURCES_r5 := $(FW_REPLAY) port/sway_bit_timing.c port/can.c port/zynqmp_r5/s
     port/zynqmp_r5/can.c port/zynqmp_r5/main.c port/semihosting/semihosting.c
 FW_LINK_r5 := -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/zynqmp_r5/zynqmp_r5.ld
 
-FW_TARGETS := x86 mips $(FW_M) r5
+FW_TARGETS := x86 x86small mips $(FW_M) r5
 FW_COMMON := $(LIB_NAMES:%=lib/%.c) $(FW_ECU)
 
 # The search transforms 64 points, three stages of radix 4: without the other stages kissfft takes
