@@ -1,5 +1,5 @@
 # The estimator: its benchmark, its instruction counts, its fuzzers and proofs.
-ESTIMATOR_SOURCES := $(addprefix lib/sway_,real.c grid.c ring.c spectrum.c fit.c break.c residual.c line.c line_read.c seek.c track.c)
+ESTIMATOR_SOURCES := $(addprefix lib/sway_,real.c wide.c grid.c ring.c spectrum.c fit.c break.c residual.c line.c line_read.c seek.c track.c)
 ESTIMATOR_SO := $(B)/bench/libestimator.so
 BENCH_PYTHON := $(wildcard tests/bench/estimator*.py)
 
