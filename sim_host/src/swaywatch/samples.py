@@ -283,13 +283,18 @@ def _frozen_or_clipped(
     channel: Channel, runs: tuple[IntArray, IntArray], frozen: Sequence[Window]
 ) -> list[Finding]:
     """A flat top is clipped, however long it lasts."""
-    clipped = _clipped(channel, runs)
+    clipped = _clipped(channel, runs, frozen)
     flat = clipped[0].windows if clipped else ()
     return _stuck(channel, _merged([w for w in frozen if w not in flat])) + clipped
 
 
-def _clipped(channel: Channel, runs: tuple[IntArray, IntArray]) -> list[Finding]:
-    """Flat tops: several stretches at the highest or lowest value, entered by a large step."""
+def _clipped(
+    channel: Channel, runs: tuple[IntArray, IntArray], frozen: Sequence[Window]
+) -> list[Finding]:
+    """Flat tops: several stretches at the highest or lowest value, entered by a large step.
+
+    One is enough where the others say that the channel should have moved on.
+    """
     starts, lengths = runs
     value, resolution = channel.value, _resolution(channel)
     windows: list[Window] = []
@@ -303,7 +308,9 @@ def _clipped(channel: Channel, runs: tuple[IntArray, IntArray]) -> list[Finding]
         flat = at_end & (entry >= 3.0 * resolution)
         limit = max(channel.limits) if word == "upper" else min(channel.limits)
         on_limit = math.isfinite(limit) and abs(end - limit) <= resolution
-        held = flat.any() and at_end.sum() >= 2 and lengths[at_end].max() >= LONG_FLAT
+        first = channel.time_s[starts]
+        held = flat.any() and any(np.any(first[flat] == start) for start, _ in frozen)
+        held |= flat.any() and at_end.sum() >= 2 and lengths[at_end].max() >= LONG_FLAT
         if flat.sum() >= 2 or held or (on_limit and at_end.any()):
             first = starts[at_end]
             last = first + lengths[at_end] - 1

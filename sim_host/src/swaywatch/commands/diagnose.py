@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     from rich.progress import Progress
 
     from swaywatch.diagnose.engine import diagnose, write
-    from swaywatch.diagnose.words import how_much
+    from swaywatch.diagnose.words import how_much, part
 
     args.out.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
@@ -45,7 +45,8 @@ def run(args: argparse.Namespace) -> int:
     write(result, args.out / "diagnosis.json")
     print(f"verdict: {result['verdict']}")
     for effect in result["effects"]:
-        print(f"  {effect['id']} at {effect['component']} (confidence {effect['confidence']:.2f})")
+        place = part(effect["component"])
+        print(f"  {effect['id']} at {place} (confidence {effect['confidence']:.2f})")
         for text in how_much(effect):
             print(f"    {text}")
         if effect["equivalent_details"]:

@@ -21,18 +21,20 @@ from swaywatch.diagnose.fingerprint import LINES, line_map, relations
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.judge import FIVE_PERCENT, errors
 from swaywatch.diagnose.runs import Run, low_pass
-from swaywatch.diagnose.words import how_much
+from swaywatch.diagnose.words import how_much, part, quantity, rounded, when
 from swaywatch.drive import Channel, Drive
 from swaywatch.report.style import STYLE
 from swaywatch.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-MEASURED, BEFORE, AFTER = "#6b7280", "#d64545", "#2563eb"
+MEASURED, BEFORE, AFTER = "#9ca3af", "#d64545", "#2563eb"
+WIDTHS = {MEASURED: 3.0, BEFORE: 1.2, AFTER: 1.2}  # the measured line shows behind the others
 #: A balance of linear terms is this far off on clean recordings (noise, small-angle remainders).
 CLEAN_PERCENT = 3.0
 LARGEST_PERCENT = 25.0
 WIDTH = 1200
+ALL_ALONG = 0.95  # of a run: a window that long is none
 _SHOWN = {
     "car_yaw_rate": "yaw rate car, deg/s",
     "trailer_yaw_rate": "yaw rate trailer, deg/s",
@@ -92,14 +94,13 @@ def headline(result: Mapping[str, Any]) -> str:
     kind, sentence = _VERDICT[result["verdict"]]
     lines = []
     for effect in result["effects"]:
-        values = "; ".join(how_much(effect))
-        same = effect["equivalent_details"]
+        values = [html.escape(text) for text in how_much(effect)]
+        same = [named(name) for name in effect["equivalent_details"]]
         lines.append(
-            f"<b>{html.escape(effect['id'].replace('_', ' '))}</b> at "
-            f"{html.escape(effect['component'])}: {html.escape(values)} "
-            f"(confidence {effect['confidence']:.0%}"
+            f"<b>{html.escape(effect['id'].replace('_', ' '))}</b>, "
+            f"{html.escape(part(effect['component']))} (confidence {effect['confidence']:.0%}"
             + (f"; cannot be told from {html.escape(', '.join(same))}" if same else "")
-            + ")"
+            + (f"): {values[0]}" if len(values) == 1 else "):<br>" + "<br>".join(values))
         )
     notes = [note.get("reason") for note in result["unexplained"] if note.get("reason")]
     lines += [html.escape(str(note)) for note in notes[:2]]
@@ -107,37 +108,52 @@ def headline(result: Mapping[str, Any]) -> str:
     return f"<div class='verdict {kind}'><p>{html.escape(sentence)}</p><ul>{items}</ul></div>"
 
 
+def named(name: str) -> str:
+    """``id:component`` of an explanation, in words."""
+    effect, _, component = name.partition(":")
+    words = effect.replace("_", " ")
+    return f"{words}, {part(component)}" if component else words
+
+
 def effects_table(result: Mapping[str, Any]) -> str:
-    """Ranked explanations with values, times, confidence, equivalents."""
+    """Ranked explanations with times, confidence, equivalents."""
     rows = []
     for rank, effect in enumerate(result["effects"], start=1):
-        values = "; ".join(_value(k, v) for k, v in effect["parameters"].items())
-        windows = "; ".join(
-            f"{w['run']} {w['start']:.1f}–{w['stop']:.1f} s" for w in effect["window_details"]
-        )
-        same = ", ".join(effect["equivalent_details"]) or "–"
+        windows = when(effect["window_details"])
+        same = "; ".join(named(name) for name in effect["equivalent_details"]) or "–"
         if effect["told_apart_by"]:
             same += f" (decided by: {effect['told_apart_by']})"
         rows.append(
             [
-                str(rank), effect["id"], effect["component"], values, windows or "always",
+                str(rank), effect["id"].replace("_", " "), part(effect["component"]),
+                windows or "always",
                 ", ".join(effect["lines"]), f"{effect['confidence']:.0%}", same,
                 f"{effect['equation']} [{effect['source']}]",
             ]
         )  # fmt: skip
     head = [
-        "", "what", "where", "how much (90 % interval)", "when", "line", "confidence",
-        "would do as well", "model",
+        "", "what", "where", "when", "line", "confidence", "would do as well", "model",
     ]  # fmt: skip
     return table(head, rows) if rows else "<p>No effect is claimed.</p>"
 
 
-def _value(name: str, value: Mapping[str, Any]) -> str:
-    """A parameter with its interval; of one in several windows, each window's."""
-    each = value.get("per_window", [])
-    if len(each) > 1:
-        return f"{name} {', '.join(f'{v:.4g}' for v in each)} (window by window)"
-    return f"{name} {value['value']:.4g} ({value['low']:.4g} to {value['high']:.4g})"
+def amounts(result: Mapping[str, Any]) -> str:
+    """Every claimed number with unit and interval; of effects in windows, window by window."""
+    rows = []
+    for effect in result["effects"]:
+        what = f"{effect['id'].replace('_', ' ')}, {part(effect['component'])}"
+        details = effect["window_details"]
+        for name, v in effect["parameters"].items():
+            label, unit = quantity(name)
+            each = [d for d in details if name in d]
+            if len(each) > 1:
+                rows += [[what, label, rounded(d[name]), unit, "", when([d])] for d in each]
+                continue
+            interval = f"{rounded(v['low'])} to {rounded(v['high'])}"
+            rows.append([what, label, rounded(v["value"]), unit, interval, when(each)])
+    if not rows:
+        return ""
+    return table(["effect", "quantity", "value", "unit", "90 % interval", "when"], rows)
 
 
 def where(problem: Problem, index: int, result: Mapping[str, Any]) -> go.Figure:
@@ -183,7 +199,7 @@ def _claimed(result: Mapping[str, Any], run: Run) -> list[tuple[float, float]]:
         (float(w["start"]), float(w["stop"]))
         for effect in result["effects"]
         for w in effect["window_details"]
-        if w["run"] == run.name
+        if w["run"] == run.name and w["stop"] - w["start"] < ALL_ALONG * run.time[-1]
     ]
 
 
@@ -215,7 +231,8 @@ def before_after(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -
             values = values - float(np.mean(values - measured))
             figure.add_scatter(
                 x=run.time[::2], y=values[::2], name=label, row=2 * row + 1, col=1,
-                line={"color": colour, "width": 1.2}, legendgroup=label, showlegend=row == 0,
+                line={"color": colour, "width": WIDTHS[colour]}, legendgroup=label,
+                showlegend=row == 0,
             )  # fmt: skip
             if label != "measured":
                 figure.add_scatter(
@@ -223,10 +240,10 @@ def before_after(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -
                     col=1, line={"color": colour, "width": 1.0}, legendgroup=label,
                     showlegend=False, name=f"measured - {label}",
                 )  # fmt: skip
-        figure.update_yaxes(title_text="left", title_font={"size": 10}, row=2 * row + 2, col=1)
+        figure.update_yaxes(title_text="rest", title_font={"size": 10}, row=2 * row + 2, col=1)
     figure.update_layout(
-        title=f"{run.name}: signals, and what is left of them", height=70 + 190 * len(shown),
-        margin={"l": 60, "r": 20, "t": 70, "b": 40},
+        title=f"{run.name}: signals and, below each, measured minus simulated",
+        height=70 + 190 * len(shown), margin={"l": 60, "r": 20, "t": 70, "b": 40},
     )  # fmt: skip
     figure.update_xaxes(title_text="time, s", row=2 * len(shown), col=1)
     return figure
@@ -247,7 +264,8 @@ def axle_loads(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -> 
             )
             figure.add_scatter(
                 x=run.time[::2], y=low_pass(total, 4.0)[::2] * 1e-3, name=label, row=row, col=1,
-                line={"color": colour, "width": 1.2}, legendgroup=label, showlegend=row == 1,
+                line={"color": colour, "width": WIDTHS[colour]}, legendgroup=label,
+                showlegend=row == 1,
             )  # fmt: skip
     figure.update_layout(
         title=f"{run.name}: axle loads", height=380, margin={"l": 60, "r": 20, "t": 70, "b": 40}
@@ -334,7 +352,7 @@ def _five_percent(
         for i, three in enumerate(threes)
     ]
     for name in scores[0][0]:
-        row = [name]
+        row = [name.replace("_", " ")]
         for run in scores:
             for score in run:
                 value = score.get(name)
@@ -380,22 +398,27 @@ def page(
     runs = range(len(problem.runs))
     threes = [_three(problem, baseline, fit, index) for index in runs]
     parts = [
-        headline(result),
+        headline(result), _runs(result, problem),
         f"<p>Mean squared mismatch over the noise: {evidence['level_without']:.2f} before, "
         f"{evidence['level_with']:.2f} with what is claimed; a clean recording reaches about 1, "
-        f"at most {evidence['level_clean']:.2f}.</p>",
+        f"at most {evidence['level_clean']:.2f}."
+        + (" Faults of sensors are left out or put right in both." if _repaired(result) else "")
+        + "</p>",
         "<h2>Where</h2>",
         "<p>Each relation is checked from measured signals alone, in windows of 3 s, at each line "
         "of the motion: no simulation, so nothing carries a fault on. On clean recordings a "
         f"relation is off by up to {CLEAN_PERCENT:.0f} %. Frames: windows that are claimed.</p>",
         *(figure_html(where(problem, index, result)) for index in runs),
         "<h2>What</h2>", effects_table(result),
-        "<h3>Ranking of all explanations</h3>",
+        "<h3>The best of all explanations that were tried</h3>",
         table(
-            ["explanation", "mismatch with it"],
-            [[x["name"], f"{x['level']:.2f}"] for x in evidence["ranking"]],
+            ["explanation", f"mismatch with it (without: {evidence['level_without']:.2f})"],
+            [
+                [" + ".join(named(n) for n in x["name"].split(" + ")), f"{x['level']:.2f}"]
+                for x in evidence["ranking"]
+            ],
         ),
-        "<h2>How much: effect on stability</h2>", _stability(result),
+        "<h2>How much</h2>", amounts(result), _stability(result),
         "<h2>Before and after</h2>", _scores(result), _five_percent(problem, threes),
     ]  # fmt: skip
     for index, three in zip(runs, threes, strict=True):
@@ -411,6 +434,23 @@ def page(
     parts.append("<h2>Checks</h2><ul>")
     parts += [f"<li>{html.escape(str(check))}</li>" for check in result["checks"]]
     return document("Diagnosis: where simulation and recording differ", [*parts, "</ul>"])
+
+
+def _runs(result: Mapping[str, Any], problem: Problem) -> str:
+    """Which file is which run."""
+    files = [Path(name).name for name in result["inputs"]["recordings"]]
+    names = sorted(run.name for run in problem.runs)
+    if len(files) != len(names):
+        return ""
+    words = [
+        f"{name}: {files[int(name.split()[-1]) - 1]}"
+        for name in names if int(name.split()[-1]) <= len(files)
+    ]  # fmt: skip
+    return f"<p class=meta>{html.escape(', '.join(words))}</p>"
+
+
+def _repaired(result: Mapping[str, Any]) -> bool:
+    return any(effect.get("text") for effect in result["effects"])
 
 
 def _place(note: Mapping[str, Any]) -> str:

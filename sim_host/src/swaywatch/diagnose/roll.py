@@ -63,7 +63,12 @@ _FORCES = tuple(f"wheel_lateral_force_{w}" for w in ("fl", "fr", "rl", "rr"))
 
 def lag(value: Array, frequency: float, damping: float) -> Array:
     """A second-order low-pass, as roll follows the lateral acceleration. Shapes (n,)."""
-    b, a = bilinear([frequency**2], [1.0, 2.0 * damping * frequency, frequency**2], RATE_HZ)
+    # Tustin's rule written out: it is called thousands of times
+    k, square = 2.0 * RATE_HZ, frequency**2
+    first = k**2 + 2.0 * damping * frequency * k + square
+    b = np.array([1.0, 2.0, 1.0]) * (square / first)
+    last = k**2 - 2.0 * damping * frequency * k + square
+    a = np.array([1.0, 2.0 * (square - k**2) / first, last / first])
     return np.asarray(lfilter(b, a, value))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.modules.sensor_delay import shift
@@ -84,6 +85,11 @@ class SoloEffect:
         """Id and component."""
         return f"{self.id}:{self.component}"
 
+    @property
+    def moves(self) -> bool:
+        """Whether the car moves otherwise, not only what its sensors show."""
+        return self.act is not _nothing
+
 
 def _slot(*names: str, factor: bool = False) -> Callable[[CarInput, Array, Values], None]:
     """Put the only number of an effect into slots of the car."""
@@ -130,12 +136,17 @@ def _free_play(car: CarInput, time: Array, values: Values) -> None:
     """The half of the gap that the steering wheel has to cross first (backlash)."""
     del time
     half = 0.5 * np.radians(values["gap_deg"]) / car.steering_ratio
-    out = np.empty_like(car.steer)
-    at = car.steer[0]
-    for i, angle in enumerate(car.steer):
-        at = min(max(at, angle - half), angle + half)
+    car.steer = _backlash(car.steer, half)
+
+
+@njit(cache=True, nogil=True)
+def _backlash(steer, half):  # type: ignore[no-untyped-def] # pragma: no cover
+    out = np.empty_like(steer)
+    at = steer[0]
+    for i in range(steer.size):
+        at = min(max(at, steer[i] - half), steer[i] + half)
         out[i] = at
-    car.steer = out
+    return out
 
 
 def _gain(channel: str) -> Callable[[Outputs, Array, Values], None]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from swaywatch.diagnose.runs import BLOCK, RATE_HZ, block_mean, low_pass
 from swaywatch.diagnose.solo_car import SLOTS, CarInput, simulate
 from swaywatch.diagnose.solo_data import SMOOTH_HZ, Part, SoloData
-from swaywatch.diagnose.solo_effects import ACC, STEER, YAW, Number, SoloEffect
+from swaywatch.diagnose.solo_effects import ACC, STEER, YAW, Number, Outputs, SoloEffect
 
 Array = NDArray[np.float64]
 
@@ -72,6 +72,7 @@ class SoloFitter:
         ]  # fmt: skip
         self.inputs = [self._inputs(run) for run in range(len(data.runs))]
         self.scales = self._scales()
+        self._states: dict[Part, tuple[Hashable, Outputs]] = {}
 
     def _inputs(self, run: int) -> tuple[Array, Array, Array]:
         channels = self.data.runs[run].channels
@@ -95,8 +96,16 @@ class SoloFitter:
             values |= {f"{effect.name}/{n.name}": n.start for n in effect.numbers}
         return SoloModel(tuple(effects), values, dict.fromkeys(range(len(self.data.runs)), 0.0))
 
-    def outputs(self, model: SoloModel, part: Part) -> dict[str, Array]:
-        """Channels of one part as the model has them, and the state: shape (n,) each."""
+    def _state(self, model: SoloModel, part: Part) -> Outputs:
+        """Motion in one part; the last one of each part is kept, as sensors do not change it."""
+        acting = [e for e in model.effects if e.moves]
+        key = (
+            tuple((e.name, *model.of(e).values()) for e in acting),
+            tuple(model.values[n.name] for n in self.fitted),
+            model.steering_offset.get(part.run, 0.0),
+        )
+        if part in self._states and self._states[part][0] == key:
+            return self._states[part][1]
         run = self.data.runs[part.run]
         speed, acceleration, steer = (x[part.where] for x in self.inputs[part.run])
         time = run.time[part.where]
@@ -108,9 +117,17 @@ class SoloFitter:
             np.zeros(speed.size), slots, (0.0, first), part.run,
             self.data.vehicle.car.steering_ratio,
         )  # fmt: skip
-        for effect in model.effects:
+        for effect in acting:
             effect.act(car, time, model.of(effect))
         state = simulate(car)
+        self._states[part] = (key, state)
+        return state
+
+    def outputs(self, model: SoloModel, part: Part) -> Outputs:
+        """Channels of one part as the model has them, and the state: shape (n,) each."""
+        run = self.data.runs[part.run]
+        time = run.time[part.where]
+        state = self._state(model, part)
         result = {
             YAW: state["yaw_rate"], "true_yaw_rate": state["yaw_rate"],
             ACC: state["acceleration"] + run.position_m * state["yaw_acceleration"],
@@ -131,15 +148,35 @@ class SoloFitter:
             rows.append((e - e.mean()) / self.scales[name])
         return np.concatenate(rows)
 
+    def _told(self, effect: SoloEffect, parts: Sequence[Part]) -> list[Number]:
+        """Numbers that these parts tell: of a banked road only where it was driven on."""
+        if not effect.windows:
+            return list(effect.numbers)
+        spans = [
+            (p.run, self.data.runs[p.run].time[p.start], self.data.runs[p.run].time[p.stop - 1])
+            for p in parts
+        ]
+        return [
+            number
+            for number, (run, start, stop) in zip(effect.numbers, effect.windows, strict=True)
+            if any(r == run and a < stop and b > start for r, a, b in spans)
+        ]
+
     def fit(
         self, model: SoloModel, parts: Sequence[Part], *, free: bool = True, steps: int = 12
     ) -> SoloModel:
         """Best values on the given parts, in at most `steps` steps; not `free`: offsets only."""
         names, low, high, at, unit, known = [], [], [], [], [], []
+        moves: list[bool] = []
         if free:
-            numbers = [(n.name, n) for n in self.fitted]
-            numbers += [(f"{e.name}/{n.name}", n) for e in model.effects for n in e.numbers]
-            for key, n in numbers:
+            numbers = [(n.name, n, True) for n in self.fitted]
+            numbers += [
+                (f"{e.name}/{n.name}", n, e.moves)
+                for e in model.effects for n in self._told(e, parts)
+            ]
+            # what no part tells stays as it is: a fit would only carry it off
+            for key, n, acts in numbers:
+                moves.append(acts)
                 names.append(key)
                 low.append(n.low)
                 high.append(n.high)
@@ -160,25 +197,45 @@ class SoloFitter:
             }
             return SoloModel(model.effects, values, offsets)
 
+        def rest(x: Array, part: Part) -> Array:
+            e = self.residual(build(x), part)
+            return np.asarray(np.nan_to_num(e, nan=1e3, posinf=1e3, neginf=-1e3))
+
         def cost(x: Array) -> Array:
-            trial = build(x)
-            rows = [self.residual(trial, p) for p in parts]
             # what is known of a number weighs like a few seconds of data
             prior = [10.0 * (v - b[0]) / b[1] for v, b in zip(x[:k], known, strict=True) if b]
-            e = np.concatenate([*rows, prior])
-            return np.asarray(np.nan_to_num(e, nan=1e3, posinf=1e3, neginf=-1e3))
+            return np.concatenate([*(rest(x, p) for p in parts), prior])
+
+        def jacobian(x: Array) -> Array:
+            """By differences; what only the sensors show first, while the motion is at hand."""
+            columns = []
+            order = sorted(range(len(x)), key=lambda c: c >= k or moves[c])
+            steps = [_step(x[c], low[c], high[c]) for c in range(len(x))]
+            for part in parts:
+                base = rest(x, part)
+                block = np.zeros((base.size, len(x)))
+                for c in order:
+                    if c >= k and runs[c - k] != part.run:
+                        continue
+                    moved = x.copy()
+                    moved[c] += steps[c]
+                    block[:, c] = (rest(moved, part) - base) / steps[c]
+                columns.append(block)
+            sure = np.diag([10.0 / b[1] if b else 0.0 for b in known] + [0.0] * len(runs))
+            columns.append(sure[[i for i, b in enumerate(known) if b]])
+            return np.concatenate(columns)
 
         inside = np.clip(at, np.array(low) + 1e-9, np.array(high) - 1e-9)
         found = least_squares(
-            cost, inside, bounds=(low, high), x_scale=unit, max_nfev=steps, ftol=1e-3, xtol=1e-5,
-            diff_step=[1e-3] * len(at),
+            cost, inside, jac=jacobian, bounds=(low, high), x_scale=unit, max_nfev=steps,
+            ftol=1e-3, xtol=1e-5,
         )  # fmt: skip
         best = build(found.x)
         rows = np.concatenate([self.residual(best, p) for p in parts])
         # residuals at 10 Hz hang together: about a second of them is one independent observation
         share = float(rows @ rows) / rows.size * RATE_HZ / BLOCK
-        jacobian = np.asarray(found.jac)
-        variance = np.abs(np.diag(np.linalg.pinv(jacobian.T @ jacobian))) * share
+        slopes = np.asarray(found.jac)
+        variance = np.abs(np.diag(np.linalg.pinv(slopes.T @ slopes))) * share
         errors = dict(zip(names, np.sqrt(variance[:k]).tolist(), strict=True))
         return SoloModel(
             best.effects, best.values, best.steering_offset, float(rows @ rows), rows.size, errors
@@ -212,3 +269,9 @@ class SoloFitter:
             taught = self.fit(taught, ours, free=False, steps=4)
             found.append((fold, taught, self.nrmse(taught, ours)))
         return found
+
+
+def _step(value: float, low: float, high: float) -> float:
+    """Step of a derivative: a thousandth of the value, towards the inside of its bounds."""
+    step = 1e-3 * value if abs(value) > 1e-9 else 1e-8
+    return step if low <= value + step <= high else -step

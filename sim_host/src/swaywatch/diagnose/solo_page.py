@@ -9,13 +9,25 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from swaywatch.diagnose.page import document, effects_table, figure_html, headline, table
+from swaywatch.diagnose.page import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    WIDTHS,
+    amounts,
+    document,
+    effects_table,
+    figure_html,
+    headline,
+    named,
+    table,
+)
 from swaywatch.diagnose.runs import RATE_HZ, low_pass
 from swaywatch.diagnose.solo_effects import ACC, YAW
 from swaywatch.diagnose.solo_fit import START_S, SoloFitter, SoloModel
 
-LABELS = {YAW: "yaw rate, rad/s", ACC: "lateral acceleration, m/s²"}
-MEASURED, BEFORE, AFTER = "#777", "#d62728", "#1f77b4"
+LABELS = {YAW: "yaw rate, deg/s", ACC: "lateral acceleration, m/s²"}
+FACTORS = {YAW: float(np.degrees(1.0)), ACC: 1.0}
 
 
 def before_after(
@@ -43,12 +55,12 @@ def before_after(
                 lines.append((label, values + float(np.mean(measured - values)), colour))
             for label, values, colour in lines:
                 figure.add_scatter(
-                    x=time[::2], y=values[::2], name=label, row=row, col=1,
-                    line={"color": colour, "width": 1.2}, legendgroup=label,
+                    x=time[::2], y=FACTORS[channel] * values[::2], name=label, row=row, col=1,
+                    line={"color": colour, "width": WIDTHS[colour]}, legendgroup=label,
                     showlegend=row == 1 and number == 0,
                 )  # fmt: skip
     figure.update_layout(title=data.runs[run].name, height=260 * len(data.channels))
-    figure.update_xaxes(title_text="time in s", row=len(data.channels), col=1)
+    figure.update_xaxes(title_text="time, s", row=len(data.channels), col=1)
     return figure
 
 
@@ -79,7 +91,7 @@ def turns(fitter: SoloFitter, model: SoloModel) -> go.Figure | None:
     figure.update_layout(
         title="Lateral acceleration as measured against speed × yaw rate + dv<sub>y</sub>/dt "
         "(v<sub>y</sub> of the model)",
-        xaxis_title="v r + dv_y/dt, m/s²", yaxis_title="measured, m/s²", height=460,
+        xaxis_title="v r + dv<sub>y</sub>/dt, m/s²", yaxis_title="measured, m/s²", height=460,
     )  # fmt: skip
     return figure
 
@@ -132,28 +144,32 @@ def solo_page(
         "<p>A car without a trailer. Left-out runs are predicted with an NRMSE of "
         f"{evidence['held_out_nrmse'][0]:.3f} by the single-track model with fitted stiffnesses "
         f"alone and {evidence['held_out_nrmse'][1]:.3f} with what is claimed.</p>",
-        "<h2>What, and how much</h2>", _quantities(result), effects_table(result),
         "<h2>Where: relations from measured signals alone</h2>", _relations(result),
     ]  # fmt: skip
     cloud = turns(fitter, model)
     if cloud is not None:
         parts.append(figure_html(cloud))
+    alone = [[named(x["name"]), f"{x['level']:.2f}"] for x in evidence["ranking"]]
+    parts += [
+        "<h2>What</h2>", effects_table(result),
+        "<h3>Each explanation alone</h3>",
+        f"<p>Mean squared mismatch; {evidence['level_without']:.2f} with none of them, "
+        f"{evidence['level_with']:.2f} with all that is claimed.</p>",
+        table(["explanation", "mismatch with it"], alone),
+        "<h3>Looked for and not needed</h3><ul>",
+        *(f"<li>{html.escape(text)}</li>" for text in evidence["dropped"]),
+        "</ul><h2>How much</h2>", _quantities(result), amounts(result),
+    ]  # fmt: skip
     parts += ["<h2>Before and after</h2>", _fits(result, fitter, baseline, model)]
     for run in range(len(fitter.data.runs)):
         figure = before_after(fitter, baseline, model, run)
         if figure is not None:
             parts.append(figure_html(figure))
-    alone = [[x["name"], f"{x['level']:.2f}"] for x in evidence["ranking"]]
     parts += [
-        "<h2>Each explanation alone</h2>",
-        f"<p>Mean squared mismatch; {evidence['level_without']:.2f} with none of them, "
-        f"{evidence['level_with']:.2f} with all that is claimed.</p>",
-        table(["explanation", "mismatch with it"], alone),
-        "<h2>Looked for and not needed</h2>",
-        *(f"<p>{html.escape(text)}</p>" for text in evidence["dropped"]),
         "<h2>What remains</h2>",
         *(f"<p>{html.escape(note['reason'])}</p>" for note in result["unexplained"]),
-        "<h2>Checks</h2>",
-        *(f"<p>{html.escape(check)}</p>" for check in result["checks"]),
+        "<h2>Checks</h2><ul>",
+        *(f"<li>{html.escape(check)}</li>" for check in result["checks"]),
+        "</ul>",
     ]
     return document("Diagnosis of a car", parts)

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.words import how_much
+from swaywatch.diagnose.words import how_much, part, when
 from swaywatch.recording.guard import whole_file
 from swaywatch.survey.plan import Run, groups
 
@@ -122,12 +122,13 @@ def _one(run: Run, out: Path, limit_s: float, kept: dict[str, Outcome]) -> Outco
     place = out / run.place
     common = ["--vehicle", str(run.vehicle), "--signals", str(run.signals)]
     problem = _command(["analyze", str(run.recording), *common, "--separate"], place, limit_s)
-    if problem:
-        outcome.why.append(problem)
-        return outcome
-    _read_analysis(outcome, place, run.place)
-    problem = _command(["diagnose", str(run.recording), *common], place / "diagnosis", limit_s)
-    _read_diagnosis(outcome, place / "diagnosis", f"{run.place}/diagnosis", problem)
+    if not problem:
+        _read_analysis(outcome, place, run.place)
+    # signals that allow no analysis may still be put right by the diagnosis, which says so
+    second = _command(["diagnose", str(run.recording), *common], place / "diagnosis", limit_s)
+    _read_diagnosis(outcome, place / "diagnosis", f"{run.place}/diagnosis", second)
+    if problem and problem != second:
+        outcome.why.append(f"no margin: {problem}")
     return outcome
 
 
@@ -159,9 +160,11 @@ def _command(words: list[str], place: Path, limit_s: float) -> str:
         return f"{words[0]} took longer than {limit_s:.0f} s; --limit allows more"
     if done.returncode in (0, 3):  # 3: the logger lost frames, which the analysis says too
         return ""
-    said = [line for line in done.stderr.strip().splitlines() if line.strip()]
-    text = said[-1] if said else f"{words[0]} ended with exit code {done.returncode}"
-    return text.removeprefix(f"swaywatch {words[0]}: ")
+    said = [line.strip() for line in done.stderr.strip().splitlines() if line.strip()]
+    named = f"swaywatch {words[0]}: "
+    at = max((i for i, line in enumerate(said) if line.startswith(named)), default=len(said) - 1)
+    text = " ".join(said[max(at, 0) :]) or f"{words[0]} ended with exit code {done.returncode}"
+    return text.removeprefix(named)
 
 
 def _read_analysis(outcome: Outcome, place: Path, link: str) -> None:
@@ -200,13 +203,13 @@ def _read_diagnosis(outcome: Outcome, place: Path, link: str, problem: str) -> N
 
 
 def _where(effect: dict[str, Any]) -> str:
-    spans = ", ".join(f"{a:.1f} to {b:.1f} s" for a, b in effect["windows"]) or "all along"
+    spans = when(effect["window_details"], "run 1") or "all along"
     lines = ", ".join(effect["lines"])
-    return f"{effect['component'].replace('_', ' ')}: {spans}" + (f", at {lines}" if lines else "")
+    return f"{part(effect['component'])}: {spans}" + (f", at {lines}" if lines else "")
 
 
 def _why(effect: dict[str, Any]) -> str:
-    values = "; ".join(how_much(effect))
+    values = "; ".join(text.removeprefix("run 1: ") for text in how_much(effect))
     text = f"{effect['id'].replace('_', ' ')}: {values}; confidence {effect['confidence']:.2f}"
     if effect["equivalent"]:
         text += f"; cannot be told from {', '.join(effect['equivalent'])}"
