@@ -21,7 +21,7 @@ from swaywatch.diagnose.fingerprint import LINES, line_map, relations
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.judge import FIVE_PERCENT, errors
 from swaywatch.diagnose.runs import Run, low_pass
-from swaywatch.diagnose.words import how_much, part, quantity, rounded, when
+from swaywatch.diagnose.words import how_much, part, quantity, rounded, value, when
 from swaywatch.drive import Channel, Drive
 from swaywatch.report.style import STYLE
 from swaywatch.vehicle import Vehicle
@@ -34,6 +34,7 @@ WIDTHS = {MEASURED: 3.0, BEFORE: 1.2, AFTER: 1.2}  # the measured line shows beh
 CLEAN_PERCENT = 3.0
 LARGEST_PERCENT = 25.0
 WIDTH = 1200
+SHORTEST_FRAME_S = 0.05
 ALL_ALONG = 0.95  # of a run: a window that long is none
 _SHOWN = {
     "car_yaw_rate": "yaw rate car, deg/s",
@@ -141,19 +142,33 @@ def amounts(result: Mapping[str, Any]) -> str:
     """Every claimed number with unit and interval; of effects in windows, window by window."""
     rows = []
     for effect in result["effects"]:
-        what = f"{effect['id'].replace('_', ' ')}, {part(effect['component'])}"
-        details = effect["window_details"]
-        for name, v in effect["parameters"].items():
-            label, unit = quantity(name)
-            each = [d for d in details if name in d]
-            if len(each) > 1:
-                rows += [[what, label, rounded(d[name]), unit, "", when([d])] for d in each]
-                continue
-            interval = f"{rounded(v['low'])} to {rounded(v['high'])}"
-            rows.append([what, label, rounded(v["value"]), unit, interval, when(each)])
-    if not rows:
+        what = named(f"{effect['id']}:{effect['component']}")
+        names = effect["parameters"]
+        each = [d for d in effect["window_details"] if any(name in d for name in names)]
+        for d in each:
+            values = ", ".join(value(name, d[name]) for name in names if name in d)
+            rows.append([what, when([d]), values, ""])
+        if len(each) > 1:
+            what, moment = "", "median of the windows"
+        else:
+            moment = "" if each else when(effect["window_details"]) or "always"
+        if len(each) != 1:
+            rows += [
+                [what, moment, value(name, v["value"]), _interval(name, v)]
+                for name, v in names.items()
+                if not (each and name.startswith(("phase", "frequency")))
+            ]  # fmt: skip
+        else:
+            rows[-1][-1] = ", ".join(_interval(name, v) for name, v in names.items())
+    return table(["effect", "when", "value", "90 % interval"], rows) if rows else ""
+
+
+def _interval(name: str, parameter: Mapping[str, Any]) -> str:
+    if parameter["low"] == parameter["high"]:
         return ""
-    return table(["effect", "quantity", "value", "unit", "90 % interval", "when"], rows)
+    unit = quantity(name)[1]
+    text = f"{rounded(parameter['low'])} to {rounded(parameter['high'])}"
+    return f"{text} {unit}" if unit else text
 
 
 def where(problem: Problem, index: int, result: Mapping[str, Any]) -> go.Figure:
@@ -199,17 +214,19 @@ def _claimed(result: Mapping[str, Any], run: Run) -> list[tuple[float, float]]:
         (float(w["start"]), float(w["stop"]))
         for effect in result["effects"]
         for w in effect["window_details"]
-        if w["run"] == run.name and w["stop"] - w["start"] < ALL_ALONG * run.time[-1]
+        if w["run"] == run.name
+        and SHORTEST_FRAME_S < w["stop"] - w["start"] < ALL_ALONG * run.time[-1]
     ]
 
 
 def _three(
     problem: Problem, baseline: Fit, fit: Fit, index: int
 ) -> list[tuple[str, dict[str, Array], str]]:
-    """Measured, before, after: channels by name."""
+    """Measured, before, after: channels by name; one simulation where nothing is claimed."""
     run = problem.runs[index]
     found: list[tuple[str, dict[str, Array], str]] = [("measured", run.channels, MEASURED)]
-    for label, model, colour in (("before", baseline, BEFORE), ("after", fit, AFTER)):
+    models = [("before", baseline, BEFORE), ("after", fit, AFTER)]
+    for label, model, colour in models if fit.terms else [("simulated", fit, AFTER)]:
         outputs = predict_run(problem, index, model.terms, model.nuisance[index], model.shared)
         found.append((label, outputs, colour))
     return found
@@ -308,7 +325,7 @@ def estimates(
     for row in range(1, len(_ESTIMATES) + 1):
         figure.update_yaxes(range=_usual(figure, row), row=row, col=1)
     figure.update_layout(
-        title=f"{run.name}: what the estimator makes of the recording and of both simulations",
+        title=f"{run.name}: what the estimator makes of the recording and of the simulation",
         height=640, margin={"l": 60, "r": 20, "t": 70, "b": 40},
     )  # fmt: skip
     figure.update_xaxes(title_text="time, s", row=len(_ESTIMATES), col=1)
@@ -360,9 +377,10 @@ def _five_percent(
                 row.append("–" if value is None else f"{value:.1%}{mark}")
         rows.append(row)
     head = ["channel, RMS error over its RMS"]
-    for run_ in problem.runs:
-        head += [f"{run_.name}, before", "after"]
-    return table(head, rows)
+    for run_, three in zip(problem.runs, threes, strict=True):
+        labels = [label for label, _, _ in three[1:]]
+        head += [f"{run_.name}, {labels[0]}", *labels[1:]]
+    return table(head, rows) + "<p class=note>✓: within 5 %.</p>"
 
 
 def _stability(result: Mapping[str, Any]) -> str:
@@ -419,7 +437,9 @@ def page(
             ],
         ),
         "<h2>How much</h2>", amounts(result), _stability(result),
-        "<h2>Before and after</h2>", _scores(result), _five_percent(problem, threes),
+        "<h2>Before and after</h2>",
+        "" if fit.terms else "<p>Nothing of the model is claimed to be wrong: one simulation.</p>",
+        _scores(result), _five_percent(problem, threes),
     ]  # fmt: skip
     for index, three in zip(runs, threes, strict=True):
         run = problem.runs[index]
