@@ -21,7 +21,7 @@ from swaywatch.diagnose.fingerprint import LINES, line_map, relations
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.judge import FIVE_PERCENT, errors
 from swaywatch.diagnose.runs import Run, low_pass
-from swaywatch.diagnose.words import how_much, part, quantity, rounded, value, when
+from swaywatch.diagnose.words import how_much, named, part, quantity, rounded, value, when
 from swaywatch.drive import Channel, Drive
 from swaywatch.report.style import STYLE
 from swaywatch.vehicle import Vehicle
@@ -75,7 +75,7 @@ def figure_html(figure: go.Figure) -> str:
     figure.update_layout(
         template="plotly_white", width=WIDTH, hovermode="x unified",
         font={"family": "Helvetica, Arial, sans-serif", "size": 12, "color": "#1f2937"},
-        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.6},
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 1.0, "xanchor": "right"},
     )  # fmt: skip
     return str(figure.to_html(full_html=False, include_plotlyjs=False))
 
@@ -96,11 +96,11 @@ def headline(result: Mapping[str, Any]) -> str:
     lines = []
     for effect in result["effects"]:
         values = [html.escape(text) for text in how_much(effect)]
-        same = [named(name) for name in effect["equivalent_details"]]
+        same = _names(effect["equivalent_details"], 3)
         lines.append(
             f"<b>{html.escape(effect['id'].replace('_', ' '))}</b>, "
             f"{html.escape(part(effect['component']))} (confidence {effect['confidence']:.0%}"
-            + (f"; cannot be told from {html.escape(', '.join(same))}" if same else "")
+            + (f"; cannot be told from {html.escape(same)}" if same else "")
             + (f"): {values[0]}" if len(values) == 1 else "):<br>" + "<br>".join(values))
         )
     notes = [note.get("reason") for note in result["unexplained"] if note.get("reason")]
@@ -109,11 +109,10 @@ def headline(result: Mapping[str, Any]) -> str:
     return f"<div class='verdict {kind}'><p>{html.escape(sentence)}</p><ul>{items}</ul></div>"
 
 
-def named(name: str) -> str:
-    """``id:component`` of an explanation, in words."""
-    effect, _, component = name.partition(":")
-    words = effect.replace("_", " ")
-    return f"{words}, {part(component)}" if component else words
+def _names(names: Sequence[str], most: int) -> str:
+    """The first of them in words, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(named(name) for name in names[:most]) + more
 
 
 def effects_table(result: Mapping[str, Any]) -> str:
@@ -121,7 +120,7 @@ def effects_table(result: Mapping[str, Any]) -> str:
     rows = []
     for rank, effect in enumerate(result["effects"], start=1):
         windows = when(effect["window_details"])
-        same = "; ".join(named(name) for name in effect["equivalent_details"]) or "–"
+        same = _names(effect["equivalent_details"], 9) or "–"
         if effect["told_apart_by"]:
             same += f" (decided by: {effect['told_apart_by']})"
         rows.append(

@@ -19,12 +19,12 @@ from swaywatch.diagnose.page import (
     effects_table,
     figure_html,
     headline,
-    named,
     table,
 )
 from swaywatch.diagnose.runs import RATE_HZ, low_pass
 from swaywatch.diagnose.solo_effects import ACC, YAW
 from swaywatch.diagnose.solo_fit import START_S, SoloFitter, SoloModel
+from swaywatch.diagnose.words import named
 
 LABELS = {YAW: "yaw rate, deg/s", ACC: "lateral acceleration, m/s²"}
 FACTORS = {YAW: float(np.degrees(1.0)), ACC: 1.0}
@@ -96,10 +96,15 @@ def turns(fitter: SoloFitter, model: SoloModel) -> go.Figure | None:
     return figure
 
 
+def _dropped(text: str) -> str:
+    name, _, reason = text.partition(": ")
+    return f"{named(name)}: {reason}"
+
+
 def _quantities(result: dict[str, Any]) -> str:
     rows = [
         [
-            name.replace("_", " "),
+            name.replace("_deg_per_m_s2", ", deg per m/s²").replace("_", " "),
             f"{q['value']:.3g}",
             f"{q['low']:.3g} to {q['high']:.3g}",
             q["how"],
@@ -116,7 +121,7 @@ def _relations(result: dict[str, Any]) -> str:
         runs = "; ".join(f"{name}: {value:.3g}" for name, value in entry["per_run"].items())
         rows.append(
             [
-                entry["name"], f"{entry['value']:.3f} {entry['unit']}", runs,
+                entry["name"], f"{entry['value']:.3f} {entry['unit'].strip('-')}", runs,
                 f"{entry['residual']:.0%}", entry["meaning"],
             ]
         )  # fmt: skip
@@ -126,7 +131,7 @@ def _relations(result: dict[str, Any]) -> str:
 def _fits(result: dict[str, Any], fitter: SoloFitter, *models: SoloModel) -> str:
     scores = [fitter.nrmse(m, fitter.data.parts) for m in models]
     rows = [
-        [f"NRMSE, {LABELS.get(c, c)}", *(f"{s[c]:.3f}" for s in scores)]
+        [f"NRMSE, {LABELS.get(c, c).split(',')[0]}", *(f"{s[c]:.3f}" for s in scores)]
         for c in fitter.data.channels
     ]
     left_out = result["evidence"]["held_out_nrmse"]
@@ -157,7 +162,7 @@ def solo_page(
         f"{evidence['level_with']:.2f} with all that is claimed.</p>",
         table(["explanation", "mismatch with it"], alone),
         "<h3>Looked for and not needed</h3><ul>",
-        *(f"<li>{html.escape(text)}</li>" for text in evidence["dropped"]),
+        *(f"<li>{html.escape(_dropped(text))}</li>" for text in evidence["dropped"]),
         "</ul><h2>How much</h2>", _quantities(result), amounts(result),
     ]  # fmt: skip
     parts += ["<h2>Before and after</h2>", _fits(result, fitter, baseline, model)]

@@ -37,6 +37,13 @@ def part(name: str) -> str:
     return COMPONENTS.get(name, name.replace("_", " ") if name.islower() else name)
 
 
+def named(name: str) -> str:
+    """``id:component`` of an explanation, in words."""
+    effect, _, component = name.partition(":")
+    words = effect.replace("_", " ")
+    return f"{words} ({part(component)})" if component else words
+
+
 def value(name: str, number: float) -> str:
     """A number with the name and unit of its parameter."""
     label, unit = quantity(name)

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.words import how_much, part, when
+from swaywatch.diagnose.words import how_much, named, part, when
 from swaywatch.recording.guard import whole_file
 from swaywatch.survey.plan import Run, groups
 
@@ -192,7 +192,7 @@ def _read_diagnosis(outcome: Outcome, place: Path, link: str, problem: str) -> N
     evidence = found.get("evidence", {})
     outcome.mismatch = evidence.get("level_without")
     outcome.mismatch_after = evidence.get("level_with")
-    outcome.effects = [f"{e['id']} ({e['component']})" for e in found["effects"]]
+    outcome.effects = [named(f"{e['id']}:{e['component']}") for e in found["effects"]]
     outcome.where = [_where(effect) for effect in found["effects"]]
     outcome.why = [_why(effect) for effect in found["effects"]]
     outcome.why += [str(note.get("reason", "")) for note in found["unexplained"]]
