@@ -31,7 +31,10 @@ def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome]
     order = sorted(alone, key=lambda o: (STATES.index(o.state), -(o.mismatch or 0.0), o.name))
     kind = "bad" if any(o.state == "disagrees" for o in alone) else "good"
     often = Counter(name for outcome in alone for name in outcome.effects).most_common(8)
-    items = "".join(f"<li>{html.escape(name)}: {count} run{'s' if count > 1 else ''}</li>" for name, count in often)
+    items = "".join(
+        f"<li>{html.escape(name)}: {count} run{'s' if count > 1 else ''}</li>"
+        for name, count in often
+    )
     parts = [
         "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>",
         f"<title>Survey of {html.escape(folder)}</title><style>{STYLE}</style></head><body><main>",
@@ -59,7 +62,8 @@ def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome]
 
 def _table(outcomes: Sequence[Outcome]) -> str:
     head = (
-        "<tr><th>run</th><th></th><th>where and when</th><th>why</th><th>mismatch,<br>without → with</th>"
+        "<tr><th>run</th><th></th><th>where and when</th><th>why</th>"
+        "<th>mismatch,<br>without → with</th>"
         "<th>critical speed [km/h]</th><th>alarm</th><th></th></tr>"
     )
     return f"<table>{head}{''.join(_row(outcome) for outcome in outcomes)}</table>"
