@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "sway_wide.h"
+#include "sway_e2e.h"
 #include "swaywatch_dbc.h"
 
 #define NOT_AVAILABLE UINT16_C(0xFFFF)
@@ -133,7 +134,7 @@ static void sample(sway_sample_t *to, sway_input_t input, uint8_t validity, int3
 static uint32_t decode_steering(const uint8_t *data, sway_sample_t *to)
 {
     struct swaywatch_dbc_sway_steering_t m;
-    (void)swaywatch_dbc_sway_steering_unpack(&m, data, 8U);
+    (void)swaywatch_dbc_sway_steering_unpack(&m, data, SWAY_E2E_LENGTH);
     sample(&to[0], SWAY_INPUT_STEERING_WHEEL_ANGLE, m.steering_wheel_angle_validity,
            from_decidegree(m.steering_wheel_angle));
     return 1U;
@@ -142,7 +143,7 @@ static uint32_t decode_steering(const uint8_t *data, sway_sample_t *to)
 static uint32_t decode_speed(const uint8_t *data, sway_sample_t *to)
 {
     struct swaywatch_dbc_sway_speed_t m;
-    (void)swaywatch_dbc_sway_speed_unpack(&m, data, 8U);
+    (void)swaywatch_dbc_sway_speed_unpack(&m, data, SWAY_E2E_LENGTH);
     sample(&to[0], SWAY_INPUT_SPEED, m.vehicle_speed_validity,
            (int32_t)ratio(m.vehicle_speed, 25, 9));
     return 1U;
@@ -151,7 +152,7 @@ static uint32_t decode_speed(const uint8_t *data, sway_sample_t *to)
 static uint32_t decode_car_motion(const uint8_t *data, sway_sample_t *to)
 {
     struct swaywatch_dbc_sway_car_motion_t m;
-    (void)swaywatch_dbc_sway_car_motion_unpack(&m, data, 8U);
+    (void)swaywatch_dbc_sway_car_motion_unpack(&m, data, SWAY_E2E_LENGTH);
     sample(&to[0], SWAY_INPUT_CAR_YAW_RATE, m.car_yaw_rate_validity,
            from_centidegree(m.car_yaw_rate));
     sample(&to[1], SWAY_INPUT_CAR_LATERAL_ACC, m.car_lateral_acc_validity,
@@ -162,7 +163,7 @@ static uint32_t decode_car_motion(const uint8_t *data, sway_sample_t *to)
 static uint32_t decode_trailer_motion(const uint8_t *data, sway_sample_t *to)
 {
     struct swaywatch_dbc_sway_trailer_motion_t m;
-    (void)swaywatch_dbc_sway_trailer_motion_unpack(&m, data, 8U);
+    (void)swaywatch_dbc_sway_trailer_motion_unpack(&m, data, SWAY_E2E_LENGTH);
     sample(&to[0], SWAY_INPUT_TRAILER_YAW_RATE, m.trailer_yaw_rate_validity,
            from_centidegree(m.trailer_yaw_rate));
     sample(&to[1], SWAY_INPUT_TRAILER_LATERAL_ACC, m.trailer_lateral_acc_validity,
@@ -173,7 +174,7 @@ static uint32_t decode_trailer_motion(const uint8_t *data, sway_sample_t *to)
 static uint32_t decode_articulation(const uint8_t *data, sway_sample_t *to)
 {
     struct swaywatch_dbc_sway_articulation_t m;
-    (void)swaywatch_dbc_sway_articulation_unpack(&m, data, 8U);
+    (void)swaywatch_dbc_sway_articulation_unpack(&m, data, SWAY_E2E_LENGTH);
     sample(&to[0], SWAY_INPUT_ARTICULATION, m.articulation_angle_validity,
            from_centidegree(m.articulation_angle));
     return 1U;
@@ -182,7 +183,7 @@ static uint32_t decode_articulation(const uint8_t *data, sway_sample_t *to)
 static uint32_t decode_hitch_forces(const uint8_t *data, sway_sample_t *to)
 {
     struct swaywatch_dbc_sway_hitch_forces_t m;
-    (void)swaywatch_dbc_sway_hitch_forces_unpack(&m, data, 8U);
+    (void)swaywatch_dbc_sway_hitch_forces_unpack(&m, data, SWAY_E2E_LENGTH);
     sample(&to[0], SWAY_INPUT_HITCH_FX, m.hitch_forces_validity, from_newton(m.hitch_fx));
     sample(&to[1], SWAY_INPUT_HITCH_FY, m.hitch_forces_validity, from_newton(m.hitch_fy));
     return 2U;
@@ -202,7 +203,7 @@ static uint32_t decode_wheel(uint32_t wheel, const uint8_t *data, sway_sample_t 
                   {SWAY_INPUT_TRAILER_FY_RL, SWAY_INPUT_TRAILER_FZ_RL},
                   {SWAY_INPUT_TRAILER_FY_RR, SWAY_INPUT_TRAILER_FZ_RR}};
     struct swaywatch_dbc_sway_car_wheel_fl_t m;
-    (void)swaywatch_dbc_sway_car_wheel_fl_unpack(&m, data, 8U);
+    (void)swaywatch_dbc_sway_car_wheel_fl_unpack(&m, data, SWAY_E2E_LENGTH);
     sample(&to[0], inputs[wheel].fy, m.car_wheel_fl_fy_validity, from_newton(m.car_wheel_fl_fy));
     sample(&to[1], inputs[wheel].fz, m.car_wheel_fl_fz_validity, from_newton(m.car_wheel_fl_fz));
     return 2U;
@@ -254,7 +255,7 @@ static void encode_alarm(const sway_frames_source_t *source, uint8_t *data)
         .inputs_lost = off ? 1U : 0U,
         .time_to_limit = timed ? raw_word(s->time_to_limit_ms, PER_10, false) : NOT_AVAILABLE,
     };
-    (void)swaywatch_dbc_sway_alarm_pack(data, &m, 8U);
+    (void)swaywatch_dbc_sway_alarm_pack(data, &m, SWAY_E2E_LENGTH);
 }
 
 /* --- three words and the number of the estimate ---------------------------------------------- */
@@ -332,7 +333,7 @@ static void encode_words(sway_output_t output, const sway_status_t *s, uint8_t *
         .frequency_error = word_of(s, &words[1], axle),
         .amplitude = word_of(s, &words[2], axle),
     };
-    (void)swaywatch_dbc_sway_oscillation_pack(data, &m, 8U);
+    (void)swaywatch_dbc_sway_oscillation_pack(data, &m, SWAY_E2E_LENGTH);
 }
 
 static void encode_quality(const sway_status_t *s, uint8_t *data)
@@ -355,7 +356,7 @@ static void encode_quality(const sway_status_t *s, uint8_t *data)
         .window_length = (uint16_t)clip(s->window_ms, 0, UINT16_MAX),
         .estimate_number = (uint16_t)(s->sequence & 0xFFFFU),
     };
-    (void)swaywatch_dbc_sway_quality_pack(data, &m, 8U);
+    (void)swaywatch_dbc_sway_quality_pack(data, &m, SWAY_E2E_LENGTH);
 }
 
 static void encode_faults_samples(const sway_frames_source_t *source, uint8_t *data)
@@ -365,7 +366,7 @@ static void encode_faults_samples(const sway_frames_source_t *source, uint8_t *d
         .fault_time = count_u16(source->status->fault_count[SWAY_FAULT_TIME]),
         .fault_invalid = count_u16(source->status->fault_count[SWAY_FAULT_INVALID]),
     };
-    (void)swaywatch_dbc_sway_faults_samples_pack(data, &m, 8U);
+    (void)swaywatch_dbc_sway_faults_samples_pack(data, &m, SWAY_E2E_LENGTH);
 }
 
 static void encode_faults_estimates(const sway_frames_source_t *source, uint8_t *data)
@@ -376,7 +377,7 @@ static void encode_faults_estimates(const sway_frames_source_t *source, uint8_t 
         .fault_overrun = count_u8(source->status->fault_count[SWAY_FAULT_OVERRUN]),
         .fault_rate = count_u8(source->status->fault_count[SWAY_FAULT_RATE]),
     };
-    (void)swaywatch_dbc_sway_faults_estimates_pack(data, &m, 8U);
+    (void)swaywatch_dbc_sway_faults_estimates_pack(data, &m, SWAY_E2E_LENGTH);
 }
 
 static void encode_faults_frames(const sway_frames_source_t *source, uint8_t *data)
@@ -386,7 +387,7 @@ static void encode_faults_frames(const sway_frames_source_t *source, uint8_t *da
         .fault_lost = count_u16(source->frame_fault[SWAY_FRAME_FAULT_LOST]),
         .fault_repeated = count_u16(source->frame_fault[SWAY_FRAME_FAULT_REPEATED]),
     };
-    (void)swaywatch_dbc_sway_faults_frames_pack(data, &m, 8U);
+    (void)swaywatch_dbc_sway_faults_frames_pack(data, &m, SWAY_E2E_LENGTH);
 }
 
 static void encode_faults_order(const sway_frames_source_t *source, uint8_t *data)
@@ -396,7 +397,7 @@ static void encode_faults_order(const sway_frames_source_t *source, uint8_t *dat
         .fault_length = count_u16(source->frame_fault[SWAY_FRAME_FAULT_LENGTH]),
         .fault_timeout = count_u16(source->frame_fault[SWAY_FRAME_FAULT_TIMEOUT]),
     };
-    (void)swaywatch_dbc_sway_faults_order_pack(data, &m, 8U);
+    (void)swaywatch_dbc_sway_faults_order_pack(data, &m, SWAY_E2E_LENGTH);
 }
 
 static void encode_inputs(const sway_frames_source_t *source, uint8_t *data)
@@ -420,7 +421,7 @@ static void encode_inputs(const sway_frames_source_t *source, uint8_t *data)
         .fault_stuck = count_u8(source->frame_fault[SWAY_FRAME_FAULT_STUCK]),
         .fault_frozen = count_u8(source->frame_fault[SWAY_FRAME_FAULT_FROZEN]),
     };
-    (void)swaywatch_dbc_sway_inputs_pack(data, &m, 8U);
+    (void)swaywatch_dbc_sway_inputs_pack(data, &m, SWAY_E2E_LENGTH);
 }
 
 uint32_t sway_frames_output_id(sway_output_t output)
@@ -433,7 +434,7 @@ void sway_frames_encode(sway_output_t output, const sway_frames_source_t *source
     static void (*const last[])(const sway_frames_source_t *, uint8_t *) = {
         encode_faults_samples, encode_faults_estimates, encode_faults_frames, encode_faults_order,
         encode_inputs};
-    (void)memset(data, 0, 8U);
+    (void)memset(data, 0, SWAY_E2E_LENGTH);
     if (output == SWAY_OUTPUT_ALARM) {
         encode_alarm(source, data);
     } else if (output <= SWAY_OUTPUT_INERTIA) {

@@ -171,17 +171,23 @@ static void set_axle(sway_stm_body_t *body, int axle, const sway_margin_state_t 
     }
 }
 
+/* Whether the user or the estimates so far have given all that the model is made of. */
+static bool is_known(const sway_margin_t *margin)
+{
+    const sway_margin_state_t *const stiffness = margin->stiffness;
+    const int32_t axles = margin->vehicle.trailer.axles;
+    const bool car = margin->inertia[0].started && stiffness[0].started && stiffness[1].started;
+    const bool trailer = margin->vehicle.car.hitch_to_cog_um != 0 && margin->inertia[1].started &&
+                         stiffness[3].started && (axles != 2 || stiffness[2].started);
+    return car && (axles == 0 || trailer);
+}
+
 static bool build_model(sway_margin_t *margin)
 {
     sway_vehicle_t vehicle = margin->vehicle;
     const bool trailer = vehicle.trailer.axles > 0;
     const bool tandem = vehicle.trailer.axles == 2;
-    const bool known = margin->inertia[0].started && margin->stiffness[0].started &&
-                       margin->stiffness[1].started &&
-                       (!trailer || (margin->stiffness[3].started && margin->inertia[1].started)) &&
-                       (!tandem || margin->stiffness[2].started) &&
-                       (!trailer || vehicle.car.hitch_to_cog_um != 0);
-    if (!known) {
+    if (!is_known(margin)) {
         return false;
     }
     /* Whatever the user did not give is replaced below. */

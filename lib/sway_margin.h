@@ -24,8 +24,8 @@
 /// Parameters whose derivatives are renewed with an estimate.
 #define SWAY_MARGIN_TURN 2
 
-/// One filtered quantity: complex stiffness of an axle, or a yaw inertia (imaginary part 0).
-/// Variances are relative to `scale` squared.
+/// One filtered quantity: complex stiffness of an axle in N/rad, or a yaw inertia in kgm2
+/// (imaginary part 0); variances in their squares.
 typedef struct {
     bool strange;    ///< the last estimate did not fit
     bool started;    ///< has a value
@@ -33,7 +33,7 @@ typedef struct {
     sway_complex_t value;
     sway_real_t variance_re;
     sway_real_t variance_im;
-    sway_complex_t s_by_v; ///< at the last estimate: what the argument belongs to
+    sway_complex_t s_by_v; ///< 1/m, of the last estimate: what the imaginary part belongs to
     int64_t time_us;       ///< of the last prediction
 } sway_margin_state_t;
 

@@ -488,7 +488,7 @@ sway_complex_t sway_stm_slope_v(const sway_stm_t *stm, sway_complex_t s, sway_re
     return over_twice(CSUB(above, sway_stm_characteristic(stm, s, SUB(v, step))), step);
 }
 
-/* The field of `body` that a parameter is; `other` the body's index. */
+/* The field that a parameter is; `index` tells of which body. */
 static sway_real_t *parameter_field(sway_stm_t *stm, sway_parameter_t parameter, int *index)
 {
     sway_stm_body_t *const car = &stm->body[SWAY_STM_CAR];

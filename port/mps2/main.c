@@ -55,7 +55,7 @@ void fault_stop(uint32_t cause, uint32_t address)
 
 /* --- faults on purpose ------------------------------------------------------------------------ */
 
-static uint32_t recurse(volatile uint32_t *before)
+static uint32_t recurse(const volatile uint32_t *before)
 {
     volatile uint32_t here[16];
     here[0] = *before + 1U;
