@@ -95,6 +95,36 @@ static void test_wheels_of_an_axle_add_up(void)
     TEST_ASSERT_FALSE_MESSAGE(is_valid(SWAY_CHANNEL_TRAILER_REAR_FZ), "one wheel is no axle");
 }
 
+/* Each input by itself: in its own channel, nowhere else. */
+static void test_every_input_has_its_channel(void)
+{
+    for (int input = 0; input <= (int)SWAY_INPUT_HITCH_FY; input++) {
+        setUp();
+        for (int64_t t = 0; t < 60000; t += 10000) {
+            put((sway_input_t)input, t, 4321 + input);
+        }
+        take_row(20000);
+        TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(input), tick.valid_mask);
+        TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(input), tick.present_mask);
+        TEST_ASSERT_EQUAL_INT32(4321 + input, tick.value[input]);
+    }
+    static const sway_input_t left[] = {SWAY_INPUT_CAR_FY_FL,     SWAY_INPUT_CAR_FY_RL,
+                                        SWAY_INPUT_CAR_FZ_FL,     SWAY_INPUT_CAR_FZ_RL,
+                                        SWAY_INPUT_TRAILER_FY_FL, SWAY_INPUT_TRAILER_FY_RL,
+                                        SWAY_INPUT_TRAILER_FZ_FL, SWAY_INPUT_TRAILER_FZ_RL};
+    for (uint32_t k = 0; k < 8; k++) {
+        const uint32_t channel = (uint32_t)SWAY_CHANNEL_CAR_FRONT_FY + k;
+        setUp();
+        for (int64_t t = 0; t < 60000; t += 10000) {
+            put(left[k], t, 1000);
+            put((sway_input_t)(left[k] + 1), t, 300);
+        }
+        take_row(20000);
+        TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(channel), tick.valid_mask);
+        TEST_ASSERT_EQUAL_INT32(1300, tick.value[channel]);
+    }
+}
+
 static void test_a_delay_is_taken_from_the_timestamp(void)
 {
     sway_grid_config_t config = sway_grid_default(10000);
@@ -501,6 +531,7 @@ int main(void)
     RUN_TEST(test_interpolation_is_rounded_to_the_nearest);
     RUN_TEST(test_slow_messages_are_interpolated_too);
     RUN_TEST(test_wheels_of_an_axle_add_up);
+    RUN_TEST(test_every_input_has_its_channel);
     RUN_TEST(test_a_delay_is_taken_from_the_timestamp);
     RUN_TEST(test_a_long_gap_is_marked_and_the_rest_goes_on);
     RUN_TEST(test_a_lost_frame_is_bridged);
