@@ -29,7 +29,7 @@ EFFECTS = [
         equation="C = C_0 (F_z/F_z0) (1 - degression (F_z/F_z0 - 1)) at each wheel",
         source="section 6.3 leaves it open",
         parameters=(
-            Parameter("degression", "-", 0.0, -0.5, 2.0, (0.2,), 0.01, 0.02),
+            Parameter("degression", "-", 0.0, -0.5, 2.0, (0.2,), 0.01, 0.04),
             # the trailer's wheel loads are seldom recorded: its transfer is fitted with it
             Parameter("trailer_transfer", "-", 1.0, 0.6, 1.6, (1.0,), 0.05, 1e9),
         ),
