@@ -24,6 +24,7 @@ SUMMARY = (
     ("parameter_within_25_percent", "parameters within 25 %", ""),
     ("interval_coverage", "truth inside the 90 % intervals", "80-97 %"),
     ("held_out_improved", "prediction of a run that was kept back is better", ""),
+    ("held_out_windows_improved", "the same, effects in windows, where that run shows them", ""),
 )
 COLUMNS = (
     ("first", "first"), ("weak", "weak"), ("middle", "middle"), ("strong", "strong"),
@@ -51,8 +52,8 @@ def summary(total: Json) -> list[str]:
             lines.append(f"| {words} | {cell(value)} ({100.0 * value['share']:.0f} %) | {asked} |")
     if total.get("held_out_before_median") is not None:
         lines.append(
-            f"| NRMSE of the run kept back, median | {total['held_out_before_median']:.3f} -> "
-            f"{total['held_out_after_median']:.3f} | |"
+            "| NRMSE of the run kept back (where something can be foretold), median | "
+            f"{total['held_out_before_median']:.3f} -> {total['held_out_after_median']:.3f} | |"
         )
     for row in total["calibration"]:
         lines.append(
