@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import json
 import os
 import sys
 import time
@@ -95,7 +94,6 @@ def main() -> int:
     with ProcessPoolExecutor(args.jobs) as pool:
         for (folder, _), (_, text, seconds) in zip(todo, pool.map(work, todo), strict=True):
             print(f"{folder.parent.name}/{folder.name}: {text} [{seconds:.0f} s]", flush=True)
-    (args.out / "summary.json").write_text(json.dumps({"cases": len(todo)}) + "\n")
     return 0
 
 
