@@ -11,9 +11,11 @@ reference dissertation without its small-angle steps.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,8 +174,10 @@ class PlantInput:
         self.series[name] = self.series.get(name, 0.0) + value
 
 
-#: The compiled plant runs without the interpreter's lock: two rows of lanes at a time.
-_CORES = ThreadPoolExecutor(2, "plant")
+@cache
+def _cores(process: int) -> ThreadPoolExecutor:
+    """Two rows of lanes at a time run without the interpreter's lock; no thread outlives a fork."""
+    return ThreadPoolExecutor(2, f"plant-{process}")
 
 
 @dataclass
@@ -248,7 +252,7 @@ def run_jobs(jobs: Sequence[Job], *, fine: bool = True) -> list[Outcome]:
         stride, members = given
         return _run([jobs[i] for i in members], stride)
 
-    outcomes = list(_CORES.map(part, parts) if len(parts) > 1 else map(part, parts))
+    outcomes = list(_cores(os.getpid()).map(part, parts) if len(parts) > 1 else map(part, parts))
     found: dict[int, Outcome] = {}
     for (_, members), some in zip(parts, outcomes, strict=True):
         found.update(zip(members, some, strict=True))

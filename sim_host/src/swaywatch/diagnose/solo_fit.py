@@ -172,7 +172,8 @@ class SoloFitter:
             numbers = [(n.name, n, True) for n in self.fitted]
             numbers += [
                 (f"{e.name}/{n.name}", n, e.moves)
-                for e in model.effects for n in self._told(e, parts)
+                for e in model.effects
+                for n in self._told(e, parts)
             ]
             # what no part tells stays as it is: a fit would only carry it off
             for key, n, acts in numbers:
