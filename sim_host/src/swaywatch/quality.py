@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -398,14 +399,11 @@ def _check_two_clocks(drive: Drive, grid: Grid, relations: list[Relation]) -> li
     tight = [relation for relation in relations if relation.tight]
     for file in files[1:] if len(files) > 1 else []:
         names = {name for name, channel in drive.channels.items() if channel.files == file}
-        mine = [r for r in tight if r.channels & names and r.channels - names]
-        delays, middles = _delays_by_part(mine, names, grid)
-        if len(delays) < 3:
+        course = _course_of_delay(tight, names, grid, parts=3)
+        if course is None:
             continue
-        slope, start = np.polyfit(middles, delays, 1)
-        scatter = float(np.std(delays - np.polyval([slope, start], middles)))
-        change = abs(slope) * (middles[-1] - middles[0])
-        if change > max(0.03, 3.0 * scatter):
+        delays, slope = course.delays, course.slope
+        if course.change > max(0.03, 3.0 * course.scatter):
             return [
                 Finding(
                     "error",
@@ -433,20 +431,14 @@ def _check_own_clock(
         return []
     best: tuple[float, float, float, list[str]] = (min(0.6 * now, 0.85 * shifted), 0.0, 0.0, [])
     for names in _on_one_clock(drive, set().union(*(relation.channels for relation in tight))):
-        mine = [r for r in tight if r.channels & names and r.channels - names]
-        delays, middles = _delays_by_part(mine, names, grid)
-        if len(delays) < 4:
+        course = _course_of_delay(tight, names, grid, parts=4)
+        if course is None or course.change < max(0.015, 4.0 * course.scatter):
             continue
-        slope, start = np.polyfit(middles, delays, 1)
-        scatter = float(np.std(delays - np.polyval([slope, start], middles)))
-        change = abs(slope) * (middles[-1] - middles[0])
-        if change < max(0.015, 4.0 * scatter):
-            continue
-        at = np.arange(len(next(iter(tight[0].terms.values()))))
-        delay = start * grid.rate_hz + slope * at
+        at = np.arange(len(next(iter(tight[0].terms.values()))), dtype=np.float64)
+        delay = course.start * grid.rate_hz + course.slope * at
         score = badness([_moved(relation, names, delay).rest() for relation in tight])
         if score < best[0]:
-            best = (score, float(slope), change, sorted(names))
+            best = (score, course.slope, course.change, sorted(names))
     score, slope, change, chosen = best
     if not chosen:
         return []
@@ -476,6 +468,31 @@ def _on_one_clock(drive: Drive, names: set[str]) -> list[set[str]]:
         if len(group) > 1 and group not in groups:
             groups.append(group)
     return groups
+
+
+@dataclass(frozen=True)
+class _Course:
+    """Delay of some channels against the others over a run: a line and how far it is off, in s."""
+
+    delays: FloatArray
+    slope: float
+    start: float
+    change: float
+    scatter: float
+
+
+def _course_of_delay(
+    tight: list[Relation], names: set[str], grid: Grid, parts: int
+) -> _Course | None:
+    """Line through the delays of the excited parts of a run; none where there are too few."""
+    mine = [r for r in tight if r.channels & names and r.channels - names]
+    delays, middles = _delays_by_part(mine, names, grid)
+    if len(delays) < parts:
+        return None
+    slope, start = np.polyfit(middles, delays, 1)
+    scatter = float(np.std(delays - np.polyval([slope, start], middles)))
+    change = abs(slope) * (middles[-1] - middles[0])
+    return _Course(delays, float(slope), float(start), float(change), scatter)
 
 
 def _delays_by_part(

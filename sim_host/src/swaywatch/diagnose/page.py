@@ -394,9 +394,17 @@ def _stability(result: Mapping[str, Any]) -> str:
     text = table(["critical speed of the plant", "km/h"], rows)
     text += f"<p class=note>Kick: {html.escape(block['kick'])}; effects in windows act for good."
     if block["left_out"]:
-        names = ", ".join(block["left_out"])
+        names = ", ".join(named(name) for name in block["left_out"])
         text += f" No critical speed of its own: {html.escape(names)}."
     return text + "</p>"
+
+
+def _best_forms(ranking: Sequence[dict[str, Any]]) -> dict[str, float]:
+    """Level of each explanation in its best form, in the order of the ranking."""
+    best: dict[str, float] = {}
+    for entry in ranking:
+        best.setdefault(entry["name"], entry["level"])
+    return best
 
 
 def _speed(value: float | None) -> str:
@@ -431,8 +439,8 @@ def page(
         table(
             ["explanation", f"mismatch with it (without: {evidence['level_without']:.2f})"],
             [
-                [" + ".join(named(n) for n in x["name"].split(" + ")), f"{x['level']:.2f}"]
-                for x in evidence["ranking"]
+                [" + ".join(named(n) for n in name.split(" + ")), f"{reached:.2f}"]
+                for name, reached in _best_forms(evidence["ranking"]).items()
             ],
         ),
         "<h2>How much</h2>", amounts(result), _stability(result),
