@@ -6,6 +6,7 @@ SYSTEM_TEST += arm-none-eabi-gcc=gcc-arm-none-eabi \
     /usr/lib/arm-none-eabi/include/string.h=libnewlib-arm-none-eabi \
     qemu-system-arm=qemu-system-arm qemu-system-aarch64=qemu-system-arm \
     qemu-mips-static=qemu-user-static mips-linux-gnu-gcc=gcc-mips-linux-gnu \
+    /usr/mips-linux-gnu/include/bits/libc-header-start.h=libc6-dev-mips-cross \
     llvm-objcopy=llvm
 
 FW := $(B)/firmware
