@@ -71,7 +71,7 @@ $(VENV)/stamp-test: $(REQUIREMENTS)/test.lock $(VENV)/stamp-run
 # The package is built again when the C core that it wraps has changed.
 PACKAGE_SOURCES := $(wildcard sim_host/pyproject.toml sim_host/setup.py sim_host/*build*.py \
     sim_host/src/swaywatch/*build*.py sim_host/src/swaywatch/*.c sim_host/src/swaywatch/*.h)
-$(VENV)/stamp-package: $(VENV)/stamp-run $(PACKAGE_SOURCES) $(wildcard lib/*.c lib/*.h) \
+$(VENV)/stamp-package: $(VENV)/stamp-run $(PACKAGE_SOURCES) $(wildcard lib/*.h lib/*/*.[ch]) \
     $(B)/codec/swaywatch_dbc.c $(KISSFFT_DIR)/kiss_fft.h
 ifneq ($(wildcard sim_host/pyproject.toml),)
 	@echo "building the Python package"
@@ -105,7 +105,7 @@ INCLUDE := -Ilib -I$(KISSFFT_DIR) -I$(B)/codec
 DEFINE := -DFIXED_POINT=32
 # Only kiss_fft() is used: no memory is taken, nothing is printed.
 KISSFFT_FLAGS := -DNDEBUG '-DKISS_FFT_MALLOC(n)=((void *)0)' '-DKISS_FFT_FREE(p)=((void)(p))'
-LIB_NAMES := $(sort $(patsubst lib/%.c,%,$(wildcard lib/*.c)))
+LIB_NAMES := $(sort $(patsubst lib/%.c,%,$(wildcard lib/*/*.c)))
 CFLAGS_gcc := -O2 -g
 CFLAGS_clang := -O2 -g
 # Not every clang comes with the sanitizers' runtime; gcc does.
@@ -142,7 +142,7 @@ $(B)/$(1)/unit/%: tests/unit/%.c $(B)/$(1)/libsway.a | $(UNITY_DIR)/unity.h
 	@$$(CC_$(1)) -std=c99 -Wall -Wextra -D_GNU_SOURCE $$(CFLAGS_$(1)) $$(DEFINE) $$(INCLUDE) -Itests/unit \
 	    -I$(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE -MMD -MP $$< $(UNITY_DIR)/unity.c \
 	    $(B)/$(1)/libsway.a -lm -o $$@
--include $$(wildcard $(B)/$(1)/lib/*.d $(B)/$(1)/unit/*.d)
+-include $$(wildcard $(B)/$(1)/lib/*/*.d $(B)/$(1)/unit/*.d)
 endef
 $(foreach f,gcc clang sanitize coverage,$(eval $(call flavour,$f)))
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 /// sway_config: the compile-time sizes of swaywatch. Define a macro on the compiler's command line
 /// to change it; a value out of range stops the build.
 #ifndef SWAY_CONFIG_H
@@ -13,9 +14,9 @@
 /// Functions with a large frame that are called seldom: they are not put into their callers, whose
 /// frames lie under everything else.
 #if defined(__GNUC__)
-#define SWAY_APART static __attribute__((noinline))
+#define SWAY_NOINLINE static __attribute__((noinline))
 #else
-#define SWAY_APART static
+#define SWAY_NOINLINE static
 #endif
 
 /// Samples a channel's ring holds; the longest window. A power of two.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 /// sway_core: samples in, status out. The only interface that ports and tools need.
 ///
 ///     sway_core_config_t config;
@@ -17,13 +18,15 @@
 #ifndef SWAY_CORE_H
 #define SWAY_CORE_H
 
-#include "sway_alarm.h"
-#include "sway_grid.h"
-#include "sway_identify.h"
-#include "sway_margin.h"
+#include "judge/sway_alarm.h"
+#include "signal/sway_grid.h"
+#include "model/sway_identify.h"
+#include "model/sway_margin.h"
 #include "sway_status.h"
-#include "sway_track.h"
+#include "signal/sway_track.h"
 #include "sway_vehicle.h"
+
+SWAY_C_BEGIN
 
 typedef struct {
     sway_vehicle_t vehicle;
@@ -37,12 +40,20 @@ typedef struct {
     sway_alarm_config_t alarm;
 } sway_core_config_t;
 
+/// Memory of what is done one after the other: while the track has nothing to do, the last estimate
+/// is identified in it.
+typedef union {
+    sway_track_work_t track;
+    sway_identify_t identify;
+} sway_core_work_t;
+
+/// Holds pointers into itself: must not be moved or copied after sway_core_init().
 typedef struct {
     uint8_t slices_due; ///< of the row that was taken last
     uint8_t stage;
     uint8_t part;      ///< of the status that is written next
     bool fed;          ///< samples have come: a row may be ready
-    bool identified;   ///< track.work.identify holds results of this line
+    bool identified;   ///< work.identify holds results of this line
     bool modelled;     ///< margin holds results of this line
     uint32_t sequence; ///< of the last line taken
     uint32_t singular;
@@ -52,12 +63,13 @@ typedef struct {
     int64_t speed_time_us; ///< of the newest valid speed
     int64_t input_us;      ///< of the newest sample
     sway_core_config_t config;
-    sway_unrest_t unrest;
+    sway_disturbance_t disturbance;
     sway_alarm_t alarm;
     sway_status_t status;
     sway_margin_t margin;
     sway_grid_t grid;
     sway_track_t track;
+    sway_core_work_t work;
 } sway_core_t;
 
 /// A configuration with every field at its default and no vehicle (which init will refuse).
@@ -86,5 +98,7 @@ bool sway_core_run(sway_core_t *core);
 /// The newest status; valid for the life of the core, changes only inside sway_core_run() (and the
 /// fault counters inside sway_core_input()). Whole whenever sway_core_run() has returned false.
 const sway_status_t *sway_core_status(const sway_core_t *core);
+
+SWAY_C_END
 
 #endif

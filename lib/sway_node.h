@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 /// sway_node: the ECU as the bus sees it: frames in, status frames out.
 ///
 ///     sway_node_init(&node, &config);
@@ -20,8 +21,10 @@
 #define SWAY_NODE_H
 
 #include "sway_core.h"
-#include "sway_e2e.h"
-#include "sway_frames.h"
+#include "bus/sway_e2e.h"
+#include "bus/sway_frames.h"
+
+SWAY_C_BEGIN
 
 /// A message that stays away for longer than this has timed out: ten cycles at 100 Hz.
 #ifndef SWAY_NODE_TIMEOUT_US
@@ -125,5 +128,7 @@ sway_message_state_t sway_node_message_state(const sway_node_t *node, sway_messa
 /// True where a message that the judgement needs (speed, car motion, and trailer motion if there is
 /// a trailer) is not good; the alarm frame says "off" then.
 bool sway_node_inputs_lost(const sway_node_t *node);
+
+SWAY_C_END
 
 #endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 /// sway_status: everything the core says, in plain integers with their units in the names.
 ///
 /// One status belongs to one estimate (one window of samples); `sequence` counts the estimates. A

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 /// sway_types: the words that all parts of swaywatch share.
 ///
 /// Axes are ISO 8855: x forward, y left, z up; yaw, steering and lateral force positive left.
@@ -9,6 +10,7 @@
 #include <stdint.h>
 
 #include "sway_config.h"
+#include "sway_version.h"
 
 /// Result of every function that can refuse its input. Negative values are refusals; nothing was
 /// changed then.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 /// sway_vehicle: what the user believes of the car and its trailer.
 ///
 /// Plain integers with their units in the names, so that one configuration is the same on every
@@ -8,6 +9,8 @@
 #include <stddef.h>
 
 #include "sway_types.h"
+
+SWAY_C_BEGIN
 
 /// The towing car. Zero in a field marked (0: unknown) switches off what needs it.
 typedef struct {
@@ -77,5 +80,7 @@ int32_t sway_vehicle_value(const sway_vehicle_t *vehicle, const sway_vehicle_ran
 /// True where all fields are known that the single-track model needs (inertias, lengths,
 /// stiffnesses of the axles there are).
 bool sway_vehicle_is_complete(const sway_vehicle_t *vehicle);
+
+SWAY_C_END
 
 #endif

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "sway_real.h"
+#include "arithmetic/sway_real.h"
 #include "swaywatch_dbc.h"
 
 #define RETAINED_MARK UINT32_C(0x53574159)
@@ -196,7 +196,7 @@ static uint8_t apply(sway_ecu_t *ecu)
     return RESULT_REFUSED;
 }
 
-SWAY_APART uint8_t store(sway_ecu_t *ecu)
+SWAY_NOINLINE uint8_t store(sway_ecu_t *ecu)
 {
     uint8_t block[SWAY_BLOCK_SIZE];
     const uint8_t result = apply(ecu);

@@ -1,4 +1,4 @@
-"""Build script of ``swaywatch._core``: lib/*.c, the codec and kissfft through cffi, API mode.
+"""Build script of ``swaywatch._core``: lib/, the codec and kissfft through cffi, API mode.
 
 The declarations are those of the headers themselves, run through the preprocessor: nothing is
 typed a second time. Where the third-party sources are is said by KISSFFT_DIR and
@@ -34,13 +34,13 @@ def _folder(variable: str, default: Path, holds: str) -> Path:
     return folder
 
 
-def _declarations(headers: list[Path], include: list[Path]) -> str:
+def _declarations(headers: list[str], include: list[Path]) -> str:
     """Typedefs, enums and prototypes of the headers, as cffi wants them."""
     compiler = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc") or "cc"
     with tempfile.TemporaryDirectory() as scratch:
         for name in _SYSTEM_HEADERS:  # cffi knows the standard types by itself
             (Path(scratch) / name).write_text("")
-        source = "".join(f'#include "{header.name}"\n' for header in headers)
+        source = "".join(f'#include "{header}"\n' for header in headers)
         command = [*compiler.split(), "-E", "-P", "-nostdinc", "-DFIXED_POINT=32", "-I", scratch]
         for folder in include:
             command += ["-I", str(folder)]
@@ -58,14 +58,11 @@ def make_builder() -> cffi.FFI:
     kissfft = _folder("KISSFFT_DIR", ROOT / "build" / "third_party" / "kissfft", "kiss_fft.h")
     codec = _folder("SWAYWATCH_CODEC_DIR", ROOT / "build" / "codec", "swaywatch_dbc.h")
     include = [LIB, codec, FEED.parent, kissfft]
-    headers = [LIB / "sway_core.h", LIB / "sway_real.h", FEED.with_suffix(".h")]
-    for optional in ("sway_margin.h", "sway_stm.h", "sway_node.h"):
-        if (LIB / optional).is_file():
-            headers.append(LIB / optional)
-    includes = "".join(f'#include "{header.name}"\n' for header in headers)
+    headers = ["sway_node.h", "model/sway_margin.h", "model/sway_stm.h", f"{FEED.name}.h"]
+    includes = "".join(f'#include "{header}"\n' for header in headers)
     builder = cffi.FFI()
     builder.cdef(_declarations(headers, include))
-    sources = [*sorted(LIB.glob("*.c")), codec / "swaywatch_dbc.c", FEED.with_suffix(".c")]
+    sources = [*sorted(LIB.glob("*/*.c")), codec / "swaywatch_dbc.c", FEED.with_suffix(".c")]
     sources.append(kissfft / "kiss_fft.c")
     builder.set_source(
         "swaywatch._core",

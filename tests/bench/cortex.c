@@ -4,8 +4,8 @@
 
 #include "bench.h"
 #include "kiss_fft.h"
-#include "sway_grid.h"
-#include "sway_track.h"
+#include "signal/sway_grid.h"
+#include "signal/sway_track.h"
 
 #ifdef WITH_CMSIS
 #include "arm_math.h"
@@ -16,6 +16,7 @@
 
 static sway_grid_t grid;
 static sway_track_t track;
+static sway_track_work_t work;
 
 /* One oscillation of 0.67 Hz is 149.25 rows: a Q20 pointer turned by integers. */
 static int32_t pointer[2] = {1 << 20, 0};
@@ -106,7 +107,7 @@ static void one_slice(uint32_t *estimate)
 
 static void run_rows(void)
 {
-    sway_tick_t tick;
+    sway_row_t tick;
     uint32_t samples = 0;
     uint32_t estimate = 0;
     for (int row = 0; row < ROWS; row++) {
@@ -182,7 +183,7 @@ int main(void)
     const sway_grid_config_t grid_config = sway_grid_default(10000);
     const sway_track_config_t config = sway_track_default(10000);
     if (sway_grid_init(&grid, &grid_config) != SWAY_OK ||
-        sway_track_init(&track, &config) != SWAY_OK) {
+        sway_track_init(&track, &config, &work) != SWAY_OK) {
         return 1;
     }
     run_rows();

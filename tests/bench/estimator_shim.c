@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "sway_track.h"
+#include "signal/sway_track.h"
 
 static double to_double(sway_real_t x)
 {
@@ -10,10 +10,11 @@ static double to_double(sway_real_t x)
 }
 
 static sway_ring_t ring;
-static sway_seek_t seek;
+static sway_search_t seek;
 static sway_line_job_t job;
 static sway_line_t result;
 static sway_track_t track;
+static sway_track_work_t work;
 
 enum { COMMON = 10, PER_CHANNEL = 10 };
 
@@ -47,7 +48,7 @@ static void export_line(const sway_line_t *line, double *common, double *channel
 /* samples[rows][SWAY_CHANNELS]; channels that take part by mask. Returns the slices needed. */
 int estimate(const int32_t *samples, int rows, unsigned mask, double *common, double *channel)
 {
-    const sway_seek_config_t where = {mask, 10000, 250, 2000};
+    const sway_search_config_t where = {mask, 10000, 250, 2000};
     const sway_line_config_t what = {.sample_period_us = 10000,
                                      .channel_mask = mask,
                                      .frequency_min_mhz = 250,
@@ -55,7 +56,7 @@ int estimate(const int32_t *samples, int rows, unsigned mask, double *common, do
                                      .steering_quiet_urad = 17453,
                                      .speed_change_milli = 50,
                                      .result_mask = UINT32_MAX};
-    sway_tick_t tick;
+    sway_row_t tick;
     sway_real_t omega;
     int slices = 0;
     sway_ring_clear(&ring);
@@ -67,13 +68,13 @@ int estimate(const int32_t *samples, int rows, unsigned mask, double *common, do
         memcpy(tick.value, samples + (size_t)i * SWAY_CHANNELS, SWAY_CHANNELS * sizeof *samples);
         sway_ring_push(&ring, &tick);
     }
-    if (sway_seek_start(&seek, &where, &ring) != SWAY_OK) {
+    if (sway_search_start(&seek, &where, &ring) != SWAY_OK) {
         return -1;
     }
-    while (sway_seek_run(&seek, &ring)) {
+    while (sway_search_run(&seek, &ring)) {
         slices++;
     }
-    if (!sway_seek_result(&seek, &omega)) {
+    if (!sway_search_result(&seek, &omega)) {
         return -2;
     }
     common[9] = to_double(omega);
@@ -98,7 +99,7 @@ typedef struct {
     uint32_t sequence;
 } log_t;
 
-static void push(const sway_tick_t *tick, log_t *log)
+static void push(const sway_row_t *tick, log_t *log)
 {
     sway_track_push(&track, tick);
     for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
@@ -117,7 +118,7 @@ static int start(unsigned mask, int cycles_milli)
     sway_track_config_t config = sway_track_default(10000);
     config.window_cycles_milli = cycles_milli;
     config.channel_mask = mask & config.channel_mask;
-    return (int)sway_track_init(&track, &config);
+    return (int)sway_track_init(&track, &config, &work);
 }
 
 /* The whole loop, row by row; writes one record per new estimate, at most `limit`. valid[rows] is
@@ -126,7 +127,7 @@ int follow(const int32_t *samples, const uint32_t *valid, int rows, unsigned mas
            double *common, double *channel, int limit)
 {
     log_t log = {common, channel, 0, limit, 0};
-    sway_tick_t tick;
+    sway_row_t tick;
     if (start(mask, cycles_milli) != 0) {
         return -1;
     }
@@ -147,7 +148,7 @@ int follow_samples(const int64_t *time_us, const int32_t *input, const int32_t *
 {
     const sway_grid_config_t config = sway_grid_default(10000);
     log_t log = {common, channel, 0, limit, 0};
-    sway_tick_t tick;
+    sway_row_t tick;
     if (start(mask, cycles_milli) != 0 || sway_grid_init(&grid, &config) != SWAY_OK) {
         return -1;
     }

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "sway_core.h"
-#include "sway_seek.h"
+#include "signal/sway_search.h"
 #include "sway_test.h"
 
 static int misses;
@@ -144,7 +144,7 @@ static void hann_offsets(void)
         char name[80];
         const double r = 6 * x / (4 - x * x);
         snprintf(name, sizeof name, "offset of a Hann line, r = %.4f, bins", r);
-        row(name, value(sway_seek_offset(real(1), real(2), real(1 + 2 * r))), x, 1.2e-6, 7);
+        row(name, value(sway_search_offset(real(1), real(2), real(1 + 2 * r))), x, 1.2e-6, 7);
     }
 }
 

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "sway_real.h"
+#include "arithmetic/sway_real.h"
 
 static void require_normal(sway_real_t x)
 {

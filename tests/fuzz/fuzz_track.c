@@ -5,11 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "sway_grid.h"
-#include "sway_track.h"
+#include "signal/sway_grid.h"
+#include "signal/sway_track.h"
 
 static sway_grid_t grid;
 static sway_track_t track;
+static sway_track_work_t work;
 
 static void require(bool fact)
 {
@@ -39,7 +40,7 @@ static int rows;
 
 static void take_rows(void)
 {
-    sway_tick_t tick;
+    sway_row_t tick;
     int taken = 0;
     while (sway_grid_tick(&grid, &tick)) {
         require(++taken < 1000);
@@ -105,7 +106,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     int64_t time_us = 0;
     rows = 0;
     require(sway_grid_init(&grid, &grid_config) == SWAY_OK);
-    require(sway_track_init(&track, &config) == SWAY_OK);
+    require(sway_track_init(&track, &config, &work) == SWAY_OK);
     for (; size >= 10U; data += 10, size -= 10U) {
         step(data, &time_us);
     }

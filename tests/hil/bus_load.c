@@ -16,8 +16,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "sway_e2e.h"
-#include "sway_frames.h"
+#include "bus/sway_e2e.h"
+#include "bus/sway_frames.h"
 
 static int64_t clock_ns(clockid_t clock)
 {

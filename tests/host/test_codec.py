@@ -1,4 +1,4 @@
-"""lib/sway_frames.c and lib/sway_e2e.c against dbc/swaywatch.dbc as cantools reads it.
+"""lib/bus/sway_frames.c and lib/bus/sway_e2e.c against dbc/swaywatch.dbc as cantools reads it.
 
 Every signal of every message that the ECU reads or sends: what cantools packs, the core must
 decode, and what the core packs, cantools must decode, to half a step of the signal.

@@ -1,4 +1,4 @@
-"""dbc/swaywatch.dbc: what every signal must have, and what lib/sway_frames.c relies on."""
+"""dbc/swaywatch.dbc: what every signal must have, and what lib/bus/sway_frames.c relies on."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 # The estimator: its benchmark, its instruction counts, its fuzzers and proofs.
-ESTIMATOR_SOURCES := $(addprefix lib/sway_,real.c wide.c grid.c ring.c spectrum.c fit.c break.c residual.c line.c line_read.c seek.c track.c)
+ESTIMATOR_SOURCES := $(wildcard lib/arithmetic/*.c lib/signal/*.c)
 ESTIMATOR_SO := $(B)/bench/libestimator.so
 BENCH_PYTHON := $(wildcard tests/bench/estimator*.py)
 
 # A ring of 2048 rows holds 6 oscillations down to 0.3 Hz.
-$(ESTIMATOR_SO): tests/bench/estimator_shim.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h) \
+$(ESTIMATOR_SO): tests/bench/estimator_shim.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h lib/*/*.h) \
     | $(KISSFFT_DIR)/kiss_fft.h
 	@mkdir -p $(@D)
 	@echo "CC $@"
@@ -43,7 +43,7 @@ $(CMSIS)/Include/arm_math.h: tests/bench/cmsis/requirements.txt | $(VENV)/stamp-
 	@tar xzf $(CMSIS)/cmsisdsp-*.tar.gz --strip-components=1 -C $(CMSIS)
 	@touch $@
 
-$(B)/bench/cortex-%.elf: tests/bench/cortex.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h) \
+$(B)/bench/cortex-%.elf: tests/bench/cortex.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h lib/*/*.h) \
     $(wildcard port/mps2/*) $(CMSIS)/Include/arm_math.h | $(KISSFFT_DIR)/kiss_fft.h
 	@mkdir -p $(@D)/cortex-$*
 	@echo "CC $@"
@@ -55,7 +55,7 @@ $(B)/bench/cortex-%.elf: tests/bench/cortex.c $(ESTIMATOR_SOURCES) $(wildcard li
 	    $(CMSIS_INCLUDE) -DWITH_CMSIS) -lm
 
 # Objects of the estimator alone as a product would build them, for their size.
-$(B)/bench/size-%/stamp: $(ESTIMATOR_SOURCES) $(wildcard lib/*.h) | $(KISSFFT_DIR)/kiss_fft.h
+$(B)/bench/size-%/stamp: $(ESTIMATOR_SOURCES) $(wildcard lib/*.h lib/*/*.h) | $(KISSFFT_DIR)/kiss_fft.h
 	@mkdir -p $(@D)
 	@for source in $(KISSFFT_DIR)/kiss_fft.c $(ESTIMATOR_SOURCES); do \
 	    $(ARM_CC) $(MPS2_CPU_$*) -Os -mthumb -ffunction-sections -std=gnu99 -w $(KISSFFT_TARGET) $(CORTEX_INCLUDE) \
@@ -74,8 +74,8 @@ bench-cortex: setup-test $(CORTEX_CORES:%=$(B)/bench/cortex-%.txt) \
 
 # --- no drift: a short run in the tests, 1e9 rows in the benchmark --------------------------------
 FAST_FORWARD := $(B)/bench/fast_forward
-$(FAST_FORWARD): tests/proofs/fast_forward.c lib/sway_spectrum.c lib/sway_ring.c lib/sway_real.c \
-    $(wildcard lib/*.h)
+$(FAST_FORWARD): tests/proofs/fast_forward.c lib/signal/sway_spectrum.c \
+    lib/signal/sway_ring.c lib/arithmetic/sway_real.c $(wildcard lib/*.h lib/*/*.h)
 	@mkdir -p $(@D)
 	@gcc -std=c99 -Wall -Wextra -O2 -DSWAY_CHANNELS=4 -Ilib $(filter %.c,$^) -o $@
 
@@ -90,7 +90,7 @@ test:: $(FAST_FORWARD)
 # --- fuzzers: make fuzz FUZZ_SECONDS=600; in the tests a few thousand runs ------------------------
 FUZZ_SECONDS ?= 60
 FUZZ_CC ?= clang
-$(B)/fuzz/%: tests/fuzz/%.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h) | $(KISSFFT_DIR)/kiss_fft.h
+$(B)/fuzz/%: tests/fuzz/%.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h lib/*/*.h) | $(KISSFFT_DIR)/kiss_fft.h
 	@mkdir -p $(@D)
 	@$(FUZZ_CC) -std=c99 -Wall -Wextra -O1 -g -fsanitize=fuzzer,address,undefined \
 	    -fno-sanitize-recover=all -Wno-sign-compare $(DEFINE) $(INCLUDE) $< $(ESTIMATOR_SOURCES) \

@@ -99,7 +99,7 @@ $(foreach t,$(FW_TARGETS),$(eval $(call firmware_target,$(t))))
 FW_ECU_SOURCES := $(FW_COMMON) port/cortex_m/startup.c port/mps2/mailbox.c $(CODEC).c \
     $(FW)/kiss_fft.c
 FW_LTO := -flto=1 -fno-inline-small-functions -fno-ipa-cp -DNDEBUG -w
-$(FW)/ecu_%.elf: $(FW_ECU_SOURCES) $(wildcard lib/*.h port/*.h)
+$(FW)/ecu_%.elf: $(FW_ECU_SOURCES) $(wildcard lib/*.h lib/*/*.h port/*.h)
 	@echo "linking $@"
 	@mkdir -p $(@D)
 	@$(FW_CC_$*) -std=gnu99 $(filter-out -fstack-usage,$(FW_FLAGS_$*)) $(FW_LTO) $(FW_DEFINE) $(FW_INCLUDE) $(FW_ECU_SOURCES) \

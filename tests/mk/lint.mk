@@ -6,7 +6,7 @@ lint::
 	clang-format --dry-run --Werror $(C_SOURCES)
 lint::
 	cppcheck --quiet --std=c99 --enable=warning,performance,portability --error-exitcode=1 \
-	    --inline-suppr --suppress=missingIncludeSystem -Ilib -I$(B)/codec $(wildcard lib/*.c)
+	    --inline-suppr --suppress=missingIncludeSystem -Ilib -I$(B)/codec $(wildcard lib/*/*.c)
 ifneq ($(PY_SOURCES),)
 lint::
 	$(VENV)/bin/ruff format --check $(PY_SOURCES)

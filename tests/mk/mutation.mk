@@ -4,8 +4,9 @@ MUTATION_SAMPLE ?= 10
 MUTATE_PORT = :$(subst $(eval ) ,$(comma),$(PORT_COMMON))
 MUTATE ?= $(addprefix sway_,$(foreach f,alarm core e2e frames grid identify margin node phasor \
     publish residual spectrum stm vehicle,$f:test_$f) \
-    $(patsubst %,%:test_line_bits$(comma)test_line,break fit line line_read seek track) \
-    real:test_real,test_line_bits wide:test_real ring:test_grid,test_line_bits) \
+    evidence:test_margin quantity:test_margin \
+    $(patsubst %,%:test_line_bits$(comma)test_line,break fit line line_read search track) \
+    real:test_real,test_line_bits int64:test_real ring:test_grid,test_line_bits) \
     $(patsubst %,port/sway_%:test_ecu$(MUTATE_PORT),block ecu store) \
     $(patsubst %,port/%:test_common$(MUTATE_PORT),can sway_bit_timing) \
     port/sway_checks:test_common$(comma)test_ecu$(MUTATE_PORT)

@@ -14,7 +14,7 @@ PORT_SOURCES_zynqmp_can := port/zynqmp_r5/can.c
 
 define port_test
 $(B)/port/test_$(1): tests/port/test_$(1).c $$(PORT_SOURCES_$(1)) $(PORT_COMMON) \
-    $$(wildcard port/*.h port/*/*.h tests/port/*.h lib/*.h) $(B)/sanitize/libsway.a \
+    $$(wildcard port/*.h port/*/*.h tests/port/*.h lib/*.h lib/*/*.h) $(B)/sanitize/libsway.a \
     | $(UNITY_DIR)/unity.h
 	@mkdir -p $$(@D)
 	@echo "CC $$@"
@@ -38,7 +38,7 @@ BOARD_FLAGS := -std=gnu99 -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard -mt
 BOARD_SOURCES := $(LIB_NAMES:%=lib/%.c) $(PORT_COMMON) port/cortex_m/startup.c $(PORT_STM32G4) \
     port/stm32g4/main.c
 $(FW)/sway_stm32g474re.elf: $(BOARD_SOURCES) $(CODEC).c port/stm32g4/stm32g474re.ld \
-    $(wildcard port/cortex_m/* port/*.h port/stm32g4/*.h lib/*.h tests/firmware/seal.py) \
+    $(wildcard port/cortex_m/* port/*.h port/stm32g4/*.h lib/*.h lib/*/*.h tests/firmware/seal.py) \
     | $(KISSFFT_DIR)/kiss_fft.h
 	@mkdir -p $(FW)/stm32g474re
 	@echo "linking $@"

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "sway_spectrum.h"
+#include "signal/sway_spectrum.h"
 
 static sway_ring_t ring;
 static sway_spectrum_t spectrum;
@@ -35,7 +35,7 @@ int main(int argc, char **argv)
 {
     const long rows = argc > 1 ? atol(argv[1]) : 0;
     uint64_t state = 88172645463325252U;
-    sway_tick_t tick;
+    sway_row_t tick;
     memset(&tick, 0, sizeof tick);
     if (rows < 1000 || sway_spectrum_init(&spectrum, 299) != SWAY_OK) {
         fprintf(stderr, "usage: fast_forward ROWS, at least 1000\n");

@@ -1,4 +1,4 @@
-/* Proof that the sliding sums of lib/sway_spectrum.c cannot overflow (make proofs, Frama-C WP).
+/* Proof that the sliding sums of signal/sway_spectrum.c cannot overflow (make proofs, Frama-C WP).
  *
  * SAMPLE: |x| < 2^27 (sway_ring_push clips to it). FACTOR: |w| <= 2^SWAY_TWIDDLE_BITS. A window has
  * at most SWAY_RING_SAMPLES rows. For every ring size, 2^27 * 2^bits * rows = 2^62.
@@ -8,8 +8,8 @@
  * is within 2^(28 + 29). fresh_sum() shows that the bound of a sum of N products holds. */
 #include <stdint.h>
 
-#include "sway_fit.h"
-#include "sway_spectrum.h"
+#include "signal/sway_fit.h"
+#include "signal/sway_spectrum.h"
 
 #define SAMPLE_MAX ((INT64_C(1) << 27) - 1)
 #define FACTOR_MAX (INT64_C(1) << SWAY_TWIDDLE_BITS)

@@ -6,8 +6,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "sway_identify.h"
-#include "sway_stm.h"
+#include "model/sway_identify.h"
+#include "model/sway_stm.h"
 
 static inline double value(sway_real_t a)
 {

@@ -1,5 +1,5 @@
 /* Alarm states: what asks for each, hysteresis, hold, time to limit. */
-#include "sway_alarm.h"
+#include "judge/sway_alarm.h"
 #include "sway_test.h"
 #include "unity.h"
 

@@ -1,7 +1,7 @@
 /* Protection of frames: CRC of every identifier, counter, and how many frames are missing. */
 #include <string.h>
 
-#include "sway_e2e.h"
+#include "bus/sway_e2e.h"
 #include "unity.h"
 
 #define LIMIT_US 300000

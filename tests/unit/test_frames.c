@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "sway_frames.h"
+#include "bus/sway_frames.h"
 #include "unity.h"
 
 #define LENGTH(array) (sizeof(array) / sizeof(array)[0])

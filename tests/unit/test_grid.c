@@ -1,11 +1,11 @@
 /* Tests of sway_grid and sway_ring: rows from samples that come as they like. */
 #include <string.h>
 
-#include "sway_ring.h"
+#include "signal/sway_ring.h"
 #include "unity.h"
 
 static sway_grid_t grid;
-static sway_tick_t tick;
+static sway_row_t tick;
 
 void setUp(void)
 {

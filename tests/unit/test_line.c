@@ -1,14 +1,15 @@
-/* Tests of sway_track, sway_line, sway_seek and sway_fit on signals whose line is known. */
+/* Tests of sway_track, sway_line, sway_search and sway_fit on signals whose line is known. */
 #include <math.h>
 #include <string.h>
 
-#include "sway_track.h"
+#include "signal/sway_track.h"
 #include "unity.h"
 
 #define F_HZ 0.67
 
 static sway_track_t track;
-static sway_tick_t tick;
+static sway_track_work_t work;
+static sway_row_t tick;
 static int next_row;
 static uint32_t seed;
 
@@ -28,7 +29,7 @@ static bool run_slice(void)
 void setUp(void)
 {
     const sway_track_config_t config = sway_track_default(10000);
-    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config, &work));
     latest = *sway_track_line(&track);
     memset(&tick, 0, sizeof tick);
     tick.present_mask = 0x1EU;
@@ -476,8 +477,8 @@ static void test_full_scale_in_every_channel(void)
 
 static void test_search_finds_lines_over_the_band(void)
 {
-    static sway_seek_t seek;
-    const sway_seek_config_t config = {0x1E, 10000, 250, 2000};
+    static sway_search_t seek;
+    const sway_search_config_t config = {0x1E, 10000, 250, 2000};
     for (int k = 0; k < 12; k++) {
         setUp();
         const double f = 0.4 + 0.12 * k;
@@ -486,10 +487,10 @@ static void test_search_finds_lines_over_the_band(void)
             tick.value[1] = (int32_t)lround(5e6 + 1e5 * cos(2.0 * M_PI * f * i * 0.01 + k));
             sway_ring_push(&track.ring, &tick);
         }
-        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_seek_start(&seek, &config, &track.ring));
-        while (sway_seek_run(&seek, &track.ring)) {
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_search_start(&seek, &config, &track.ring));
+        while (sway_search_run(&seek, &track.ring)) {
         }
-        TEST_ASSERT_TRUE(sway_seek_result(&seek, &omega));
+        TEST_ASSERT_TRUE(sway_search_result(&seek, &omega));
         TEST_ASSERT_DOUBLE_WITHIN(0.03, f, to_double(omega) / (2.0 * M_PI));
     }
 }
@@ -497,9 +498,9 @@ static void test_search_finds_lines_over_the_band(void)
 /* The band reaches above what the rows resolve: the last point with two neighbours is the end. */
 static void test_search_stays_in_its_spectrum(void)
 {
-    static sway_seek_t seek;
-    const sway_seek_config_t config = {0x02, 40000, 100, 10000};
-    for (int point = 4; point < SWAY_SEEK_POINTS / 2; point++) {
+    static sway_search_t seek;
+    const sway_search_config_t config = {0x02, 40000, 100, 10000};
+    for (int point = 4; point < SWAY_SEARCH_POINTS / 2; point++) {
         setUp();
         sway_real_t omega;
         const double step_hz = 1 / (0.04 * SWAY_RING_SAMPLES);
@@ -507,12 +508,12 @@ static void test_search_stays_in_its_spectrum(void)
             tick.value[1] = (int32_t)lround(1e6 * cos(2 * M_PI * point * step_hz * i * 0.04 + 1));
             sway_ring_push(&track.ring, &tick);
         }
-        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_seek_start(&seek, &config, &track.ring));
-        while (sway_seek_run(&seek, &track.ring)) {
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_search_start(&seek, &config, &track.ring));
+        while (sway_search_run(&seek, &track.ring)) {
         }
-        TEST_ASSERT_TRUE(sway_seek_result(&seek, &omega));
+        TEST_ASSERT_TRUE(sway_search_result(&seek, &omega));
         const double found_hz = to_double(omega) / (2 * M_PI);
-        if (point < SWAY_SEEK_POINTS / 2 - 1) {
+        if (point < SWAY_SEARCH_POINTS / 2 - 1) {
             TEST_ASSERT_DOUBLE_WITHIN(0.1 * step_hz, point * step_hz, found_hz);
         } else {
             TEST_ASSERT_TRUE(found_hz < (point - 0.3) * step_hz);
@@ -536,13 +537,13 @@ static void test_bad_arguments_are_refused(void)
 {
     sway_track_config_t config = sway_track_default(10000);
     config.window_cycles_milli = 1000;
-    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config, &work));
     config = sway_track_default(10000);
     config.frequency_max_mhz = config.frequency_min_mhz;
-    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config, &work));
     config = sway_track_default(999);
-    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config));
-    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(NULL, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config, &work));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(NULL, &config, &work));
     const sway_line_config_t line = {10000, 2, 250, 2000, 0, 0, UINT32_MAX, 0, {0, 0}, {0, 0}};
     const sway_real_t omega = sway_real_int(4);
     static sway_line_job_t job;

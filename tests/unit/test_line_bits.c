@@ -4,11 +4,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "sway_track.h"
+#include "signal/sway_track.h"
 #include "unity.h"
 
 static sway_track_t track;
-static sway_tick_t tick;
+static sway_track_work_t work;
+static sway_row_t tick;
 static int64_t next_row;
 static uint32_t seed;
 static uint64_t sum;
@@ -156,7 +157,7 @@ static void run_part(const part_t *part)
 void setUp(void)
 {
     const sway_track_config_t config = sway_track_default(10000);
-    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config, &work));
     memset(&tick, 0, sizeof tick);
     tick.present_mask = 0x1FFFFU;
     next_row = -300; // times below zero too

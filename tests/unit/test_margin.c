@@ -1,5 +1,6 @@
 /* Model margin, its errors, the combination with the signals. */
-#include "sway_margin.h"
+#include "judge/sway_evidence.h"
+#include "model/sway_margin.h"
 #include "sway_test.h"
 #include "unity.h"
 
@@ -214,62 +215,61 @@ static void an_overdamped_solo_car_has_errors_that_mean_something(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance), se);
 }
 
-static sway_margin_damping_t damping(double ratio, double se, bool usable)
+static sway_evidence_t damping(double ratio, double se, bool usable)
 {
-    const sway_margin_damping_t result = {real(ratio), real(se), usable};
+    const sway_evidence_t result = {real(ratio), real(se), usable};
     return result;
 }
 
 static void which_margin_is_believed(void)
 {
-    sway_margin_damping_t combined;
+    sway_evidence_t combined;
     bool disagrees;
-    sway_margin_damping_t model = damping(0.05, 0.02, true);
-    sway_margin_damping_t signal = damping(0.02, 0.02, false);
+    sway_evidence_t model = damping(0.05, 0.02, true);
+    sway_evidence_t signal = damping(0.02, 0.02, false);
     TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_MODEL,
-                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+                          sway_evidence_combine(&model, &signal, &combined, &disagrees));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.05, value(combined.ratio));
     signal.usable = true;
     TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_BOTH,
-                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+                          sway_evidence_combine(&model, &signal, &combined, &disagrees));
     TEST_ASSERT_TRUE(value(combined.ratio) > 0.02 && value(combined.ratio) < 0.05);
     TEST_ASSERT_TRUE(value(combined.se) < 0.02);
     TEST_ASSERT_FALSE(disagrees);
     signal = damping(-0.1, 0.005, true);
     TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_SIGNAL,
-                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+                          sway_evidence_combine(&model, &signal, &combined, &disagrees));
     TEST_ASSERT_TRUE(disagrees);
     model.usable = false;
     TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_SIGNAL,
-                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+                          sway_evidence_combine(&model, &signal, &combined, &disagrees));
     TEST_ASSERT_FALSE(disagrees);
     signal.usable = false;
     TEST_ASSERT_EQUAL_INT(SWAY_BELIEF_NONE,
-                          sway_margin_combine(&model, &signal, &combined, &disagrees));
+                          sway_evidence_combine(&model, &signal, &combined, &disagrees));
 }
 
 static void a_restless_road_widens_the_signals_error(void)
 {
-    sway_unrest_t unrest = {{0, 0}, 0, 0, false};
-    const double before = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0)));
+    sway_disturbance_t unrest = {{0, 0}, 0, 0, false};
+    const double before = value(sway_disturbance_se(&unrest, real(0.001), real(0.05), real(0)));
     for (int i = 1; i < 600; i++) {
-        sway_margin_learn_unrest(&unrest, 100000 * i, real(0.2), real(0.03), real(0));
+        sway_disturbance_learn(&unrest, 100000 * i, real(0.2), real(0.03), real(0));
     }
-    const double restless = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0)));
+    const double restless = value(sway_disturbance_se(&unrest, real(0.001), real(0.05), real(0)));
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.12, restless); // 0.2 * 0.03 / 0.05
     for (int i = 600; i < 2400; i++) {
-        sway_margin_learn_unrest(&unrest, 100000 * i, real(0.001), real(0.03), real(0));
+        sway_disturbance_learn(&unrest, 100000 * i, real(0.001), real(0.03), real(0));
     }
-    const double calm = value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0)));
+    const double calm = value(sway_disturbance_se(&unrest, real(0.001), real(0.05), real(0)));
     TEST_ASSERT_TRUE(calm < before && before < restless);
     /* A hand on the wheel: 0.02 rad/s of yaw rate would follow it, 0.05 rad/s swing. */
-    const double handled =
-        value(sway_margin_signal_se(&unrest, real(0.001), real(0.05), real(0.02)));
+    const double handled = value(sway_disturbance_se(&unrest, real(0.001), real(0.05), real(0.02)));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, hypot(calm, 0.3), handled);
     /* Twice what the fit states, and 0.003 rad/s before any experience. */
-    const sway_unrest_t none = {{0, 0}, 0, 0, false};
+    const sway_disturbance_t none = {{0, 0}, 0, 0, false};
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, hypot(0.2, 0.003 / 0.05),
-                              value(sway_margin_signal_se(&none, real(0.1), real(0.05), real(0))));
+                              value(sway_disturbance_se(&none, real(0.1), real(0.05), real(0))));
 }
 
 /* Loads that are valid are no stiffnesses, and inertias do not count as axles. */
@@ -314,10 +314,8 @@ static void identified_values_grow_less_certain_with_time(void)
         const sway_margin_t before = margin;
         run(NULL, 101000000, 100); /* 100 s on */
         for (int k = 0; k < 6; k++) {
-            const sway_margin_state_t *const a =
-                k < 4 ? &before.stiffness[k] : &before.inertia[k - 4];
-            const sway_margin_state_t *const b =
-                k < 4 ? &margin.stiffness[k] : &margin.inertia[k - 4];
+            const sway_quantity_t *const a = k < 4 ? &before.stiffness[k] : &before.inertia[k - 4];
+            const sway_quantity_t *const b = k < 4 ? &margin.stiffness[k] : &margin.inertia[k - 4];
             const double size = value(a->value.re) * measured;
             const double re = pow(size * (k < 4 ? 0.02 : 0.01), 2);
             const double im = pow(size * (k < 4 ? 0.005 : 0), 2);
@@ -333,11 +331,11 @@ static void after_a_pause_the_unrest_is_learnt_as_after_2_5_s(void)
 {
     static const double pause_s[][2] = {{1, 1}, {2.4, 2.4}, {2.5, 2.5}, {100, 2.5}};
     for (int k = 0; k < 4; k++) {
-        sway_unrest_t unrest = {{0, 0}, 0, 0, false};
+        sway_disturbance_t unrest = {{0, 0}, 0, 0, false};
         const double start = 0.003 * 0.003, seen = 0.2 * 0.2 * 0.03 * 0.03;
-        sway_margin_learn_unrest(&unrest, 1000000, real(0.2), real(0.03), real(0));
-        sway_margin_learn_unrest(&unrest, 1000000 + (int64_t)(pause_s[k][0] * 1e6), real(0.2),
-                                 real(0.03), real(0));
+        sway_disturbance_learn(&unrest, 1000000, real(0.2), real(0.03), real(0));
+        sway_disturbance_learn(&unrest, 1000000 + (int64_t)(pause_s[k][0] * 1e6), real(0.2),
+                               real(0.03), real(0));
         const double weight = pause_s[k][1] / (6 + pause_s[k][1]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4 * start, start + weight * (seen - start),
                                   value(unrest.variance));

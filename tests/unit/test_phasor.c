@@ -1,5 +1,5 @@
 /* Phasors against numbers: the value of every operation, and its slope in every source. */
-#include "sway_phasor.h"
+#include "model/sway_phasor.h"
 #include "sway_test.h"
 #include "unity.h"
 

@@ -1,5 +1,5 @@
 /* One estimate into integers: the unit of every field, what is written when, valid and old. */
-#include "sway_publish.h"
+#include "core/sway_publish.h"
 #include "sway_test.h"
 #include "unity.h"
 

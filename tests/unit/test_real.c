@@ -3,8 +3,8 @@
 #include <math.h>
 #include <stdint.h>
 
-#include "sway_real.h"
-#include "sway_wide.h"
+#include "arithmetic/sway_real.h"
+#include "arithmetic/sway_int64.h"
 #include "unity.h"
 
 #define TRIALS 20000
@@ -153,14 +153,15 @@ static void test_wide_products(void)
     static const int32_t edges[] = {0, 1, -1, 65535, 65536, -65536, INT32_MAX, INT32_MIN};
     for (unsigned i = 0; i < 8; i++) {
         for (unsigned k = 0; k < 8; k++) {
-            TEST_ASSERT_EQUAL_INT64((int64_t)edges[i] * edges[k], sway_wide(edges[i], edges[k]));
+            TEST_ASSERT_EQUAL_INT64((int64_t)edges[i] * edges[k],
+                                    sway_int64_product(edges[i], edges[k]));
         }
     }
     for (int i = 0; i < TRIALS; i++) {
         const int32_t a = (int32_t)(random_bits() >> 32);
         const int32_t b = (int32_t)(random_bits() >> 32) / 2;
-        TEST_ASSERT_EQUAL_INT64((int64_t)a * b, sway_wide(a, b));
-        TEST_ASSERT_INT64_WITHIN(1, llround(ldexp((double)a * b, -30)), sway_wide_q30(a, b));
+        TEST_ASSERT_EQUAL_INT64((int64_t)a * b, sway_int64_product(a, b));
+        TEST_ASSERT_INT64_WITHIN(1, llround(ldexp((double)a * b, -30)), sway_int64_q30(a, b));
     }
 }
 
@@ -169,14 +170,14 @@ static void test_wide_quotients(void)
     static const int64_t ends[] = {0, 1, -1, 2, 3, -7, INT32_MAX, INT32_MIN, INT64_MAX, -INT64_MAX};
     for (size_t i = 0; i < sizeof ends / sizeof ends[0]; i++) {
         for (size_t j = 1; j < sizeof ends / sizeof ends[0]; j++) {
-            TEST_ASSERT_EQUAL_INT64(ends[i] / ends[j], sway_wide_divide(ends[i], ends[j]));
+            TEST_ASSERT_EQUAL_INT64(ends[i] / ends[j], sway_int64_divide(ends[i], ends[j]));
         }
     }
     for (int i = 0; i < TRIALS; i++) {
         const int64_t value = (int64_t)(random_bits() >> (random_bits() % 63U + 1U));
         const int64_t divisor = (int64_t)(random_bits() >> (random_bits() % 63U + 1U)) + 1;
-        TEST_ASSERT_EQUAL_INT64(value / divisor, sway_wide_divide(value, divisor));
-        TEST_ASSERT_EQUAL_INT64(-(value / divisor), sway_wide_divide(value, -divisor));
+        TEST_ASSERT_EQUAL_INT64(value / divisor, sway_int64_divide(value, divisor));
+        TEST_ASSERT_EQUAL_INT64(-(value / divisor), sway_int64_divide(value, -divisor));
     }
 }
 

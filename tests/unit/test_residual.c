@@ -1,8 +1,8 @@
 /* Residuals against the definitions: blocks beyond 9 medians, correlation of neighbours. */
 #include <stdlib.h>
 
-#include "sway_fit.h"
-#include "sway_residual.h"
+#include "signal/sway_fit.h"
+#include "signal/sway_residual.h"
 #include "sway_test.h"
 #include "unity.h"
 

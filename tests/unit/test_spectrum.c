@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "sway_spectrum.h"
+#include "signal/sway_spectrum.h"
 #include "unity.h"
 
 static sway_ring_t ring;
@@ -40,7 +40,7 @@ static int32_t random_sample(void)
 
 static void push_random(void)
 {
-    sway_tick_t tick;
+    sway_row_t tick;
     memset(&tick, 0, sizeof tick);
     tick.valid_mask = UINT32_MAX;
     for (int c = 0; c < SWAY_CHANNELS; c++) {
@@ -104,7 +104,7 @@ static void test_sliding_sums_equal_fresh_sums(void)
 static void test_rows_may_come_while_the_sums_fill(void)
 {
     for (int row = 0; row < 600; row++) {
-        sway_tick_t tick;
+        sway_row_t tick;
         memset(&tick, 0, sizeof tick);
         tick.value[3] = random_sample();
         sway_ring_push(&ring, &tick);
@@ -126,7 +126,7 @@ static void test_largest_samples_do_not_overflow(void)
     finish_filling();
     for (uint32_t row = 0; row < 3U * window; row++) {
         const uint32_t at = 1U * spectrum.phase % window;
-        sway_tick_t tick;
+        sway_row_t tick;
         memset(&tick, 0, sizeof tick);
         for (int c = 0; c < SWAY_CHANNELS; c++) {
             const int32_t factor = c % 2 == 0 ? sway_spectrum_cosine(&spectrum, at)
@@ -146,7 +146,7 @@ static void test_bins_of_a_known_line(void)
     TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_spectrum_init(&spectrum, window));
     finish_filling();
     for (int row = 0; row < 1000; row++) {
-        sway_tick_t tick;
+        sway_row_t tick;
         memset(&tick, 0, sizeof tick);
         /* the window begins at row 1000 - 256 = 744 with phase 0.5 */
         tick.value[2] =
@@ -169,7 +169,7 @@ static void test_hann_bins_are_those_of_the_windowed_samples(void)
     TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_spectrum_init(&spectrum, (uint32_t)window));
     finish_filling();
     for (int row = 0; row < 900; row++) { // the window begins where the table does
-        sway_tick_t tick;
+        sway_row_t tick;
         memset(&tick, 0, sizeof tick);
         tick.value[1] = (int32_t)lround(1e7 + 1e6 * exp(0.002 * row) * cos(0.047 * row));
         sway_ring_push(&ring, &tick);

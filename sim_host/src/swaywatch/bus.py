@@ -1,7 +1,7 @@
 """The bus as ``dbc/swaywatch.dbc`` says it: drives as frames for the ECU.
 
 ``encode_drive`` is what ``swaywatch convert`` and the bus feed send: every message of the inputs
-with validity, rolling counter and CRC (``lib/sway_e2e.h`` writes the last two).
+with validity, rolling counter and CRC (``lib/bus/sway_e2e.h`` writes the last two).
 """
 
 from __future__ import annotations

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "arithmetic/sway_int64.h"
+
+static uint64_t magnitude(int64_t value)
+{
+    return value < 0 ? UINT64_C(0) - (uint64_t)value : (uint64_t)value;
+}
+
+int64_t sway_int64_divide(int64_t value, int64_t divisor)
+{
+    uint64_t rest = magnitude(value);
+    uint64_t step = magnitude(divisor);
+    uint64_t quotient = 0;
+    int bits = 1;
+    for (; bits < 64 && step <= rest / 2U; bits++) {
+        step *= 2U;
+    }
+    for (; bits > 0; bits--) {
+        quotient *= 2U;
+        if (rest >= step) {
+            rest -= step;
+            quotient += 1U;
+        }
+        step /= 2U;
+    }
+    return (value < 0) == (divisor < 0) ? (int64_t)quotient : -(int64_t)quotient;
+}

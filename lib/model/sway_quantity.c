@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "model/sway_quantity.h"
+
+#include <string.h>
+
+#include "arithmetic/sway_real_ops.h"
+
+/* What a lag of the user's value belongs to, in 1/m: 0.67 Hz at 30 m/s. */
+#define USER_LAG_S_BY_V sway_real_ratio(14, 100)
+
+static sway_real_t ppm(int32_t value)
+{
+    return sway_real_micro(value);
+}
+
+void sway_quantity_start(sway_quantity_t *quantity, sway_real_t value, int32_t re_ppm,
+                         int32_t im_ppm)
+{
+    memset(quantity, 0, sizeof *quantity);
+    quantity->value.re = value;
+    quantity->variance_re = sway_real_square(MUL(value, ppm(re_ppm)));
+    quantity->variance_im = sway_real_square(MUL(value, ppm(im_ppm)));
+    quantity->s_by_v.im = USER_LAG_S_BY_V;
+    quantity->started = sway_real_sign(value) > 0;
+}
+
+void sway_quantity_drift(sway_quantity_t *quantity, int64_t time_us, int32_t re_ppm, int32_t im_ppm)
+{
+    const int64_t elapsed_us = quantity->time_us == 0 ? 0 : time_us - quantity->time_us;
+    quantity->time_us = time_us;
+    if (!quantity->identified || elapsed_us <= 0) {
+        return; // the user's value does not grow less certain
+    }
+    const sway_real_t seconds = sway_real_micro(elapsed_us);
+    const sway_real_t size = sway_real_square(quantity->value.re);
+    quantity->variance_re =
+        ADD(quantity->variance_re, MUL(MUL(size, sway_real_square(ppm(re_ppm))), seconds));
+    quantity->variance_im =
+        ADD(quantity->variance_im, MUL(MUL(size, sway_real_square(ppm(im_ppm))), seconds));
+}
+
+static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measured, sway_real_t r)
+{
+    const sway_real_t gain = DIV(*variance, ADD(*variance, r));
+    *value = ADD(*value, MUL(gain, SUB(measured, *value)));
+    *variance = MUL(*variance, SUB(sway_real_int(1), gain));
+}
+
+/* A change that the drift cannot explain (a tyre loses pressure, a load moves): start again from
+ * what is measured. Two estimates in a row must say so. */
+static void follow_jump(sway_quantity_t *quantity, const sway_estimate_t *estimate)
+{
+    const sway_real_t innovation = SUB(estimate->value.re, quantity->value.re);
+    const sway_real_t expected = ADD(quantity->variance_re, sway_real_square(estimate->se));
+    const bool far = sway_real_less(MUL(sway_real_int(12), expected), sway_real_square(innovation));
+    if (far && quantity->strange) {
+        quantity->variance_re = ADD(quantity->variance_re, sway_real_square(innovation));
+        quantity->variance_im =
+            ADD(quantity->variance_im, sway_real_scale(sway_real_square(innovation), -2));
+    }
+    quantity->strange = far;
+}
+
+/* The imaginary part of C = C0/(1 + sigma s/v) grows with s/v: at another frequency or speed the
+ * same lag is another argument. */
+static void move_to(sway_quantity_t *quantity, sway_complex_t s_by_v)
+{
+    if (sway_real_sign(quantity->s_by_v.im) > 0) {
+        const sway_real_t ratio = DIV(s_by_v.im, quantity->s_by_v.im);
+        quantity->value.im = MUL(quantity->value.im, ratio);
+        quantity->variance_im = MUL(quantity->variance_im, sway_real_square(ratio));
+    }
+    quantity->s_by_v = s_by_v;
+}
+
+void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estimate,
+                        sway_complex_t s_by_v)
+{
+    const sway_complex_t value = estimate->value;
+    const sway_real_t r = MUL(sway_real_square(estimate->se), sway_real_int(SWAY_QUANTITY_OVERLAP));
+    move_to(quantity, s_by_v);
+    if (!quantity->started) {
+        quantity->value = value;
+        quantity->variance_re = r;
+        quantity->variance_im = r;
+        quantity->started = true;
+    } else {
+        follow_jump(quantity, estimate);
+        update(&quantity->value.re, &quantity->variance_re, value.re, r);
+        update(&quantity->value.im, &quantity->variance_im, value.im, r);
+    }
+    quantity->identified = true;
+}
