@@ -22,7 +22,11 @@ FEATURES = [
     {"relaxation_car_front": 0.2, "relaxation_trailer": 0.05},
     {"roll_steer_car_front": 0.1, "free_play": 0.002},
     {"hitch_friction": 300.0, "aero_side": 1.0, "steering_flexibility": 1e-6},
+    {"sprung_mass_car": 1400.0, "trail_car_front": 0.03},
+    {"sprung_mass_car": 1400.0, "sprung_mass_trailer": 1300.0, "peak_friction_inverse": 1.2},
 ]
+SPRUNG = {"sprung_height": 0.5, "roll_inertia": 500.0, "roll_stiffness": 9e4,
+          "roll_damping_rate": 4e3, "roll_front_share": 0.6}  # fmt: skip
 
 
 def plant(samples: int, seed: int, steer: float = 0.02, **scalars: float) -> PlantInput:
@@ -36,6 +40,11 @@ def plant(samples: int, seed: int, steer: float = 0.02, **scalars: float) -> Pla
         steer * np.sin(2.0 * np.pi * 0.6 * time + shift),
         BODY * (1.0 + 0.01 * shift),
     )
+    for name in ("track_car_front", "track_car_rear", "track_trailer"):
+        found.scalar(name, 1.5)
+    for name, value in SPRUNG.items():
+        found.scalar(f"{name}_car", value)
+        found.scalar(f"{name}_trailer", value)
     for name, value in scalars.items():
         found.scalar(name, value)
     found.add_series("load_car_rear", 300.0 * np.sin(3.0 * time))

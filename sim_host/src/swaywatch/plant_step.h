@@ -1,214 +1,103 @@
 // Steps of WIDTH simulations side by side; included once for each width, with NAME(name).
 
-typedef double NAME(v) __attribute__((vector_size(8 * WIDTH)));
-typedef int64_t NAME(m) __attribute__((vector_size(8 * WIDTH)));
-#define V NAME(v)
-#define M NAME(m)
+#include "plant_math.h"
+
 #define FEATURES NAME(features_t)
 #define SAMPLE NAME(sample_t)
 #define AXLE NAME(axle_t)
+#define RATES NAME(rates_t)
+#define LOADS NAME(loads_t)
+#define TYRES NAME(tyres_t)
+#define CONSTANTS NAME(constants_t)
 #define SLIPS NAME(slips_t)
 #define INPUTS NAME(inputs_t)
 #define STATE NAME(state_t)
 
 /// What any lane of a group uses; the rest is not calculated.
 typedef struct {
-    bool relaxed, saturated, rolls, flexible, playing, aero, sticking, banked, blocks, full;
+    bool relaxed, saturated, aligning, rolls, sprung, flexible, playing, aero, sticking, banked;
+    bool alone, blocks, full;
 } FEATURES;
 
 typedef struct {
     V speed, acceleration, steer, series[PLANT_SERIES];
 } SAMPLE;
 
-INLINE V NAME(all)(double value)
-{
-    return (V){0} + value;
-}
-
-INLINE V NAME(choose)(M mask, V yes, V no)
-{
-    return (V)(((M)yes & mask) | ((M)no & ~mask));
-}
-
-INLINE bool NAME(any)(M mask)
-{
-    int64_t found = 0;
-    for (int i = 0; i < WIDTH; i++) {
-        found |= mask[i];
-    }
-    return found != 0;
-}
-
-INLINE V NAME(least)(V a, V b)
-{
-    return NAME(choose)(a < b, a, b);
-}
-
-INLINE V NAME(most)(V a, V b)
-{
-    return NAME(choose)(a > b, a, b);
-}
-
-INLINE V NAME(absolute)(V x)
-{
-    return (V)((M)x & 0x7fffffffffffffff);
-}
-
-INLINE V NAME(nearest)(V x)
-{
-    const double magic = 6755399441055744.0; // 1.5 * 2^52
-    V shifted = x + magic;
-    __asm__("" : "+m"(shifted)); // the sum must not be undone
-    return shifted - magic;
-}
-
-/// Sine of an angle of at most a quarter turn, by its series; `q` is its square.
-INLINE V NAME(sine)(V r, V q)
-{
-    V s = q * (-1.0 / 5.1090942171709440e19) + 1.0 / 1.21645100408832e17;
-    s = s * q - 1.0 / 355687428096000.0;
-    s = s * q + 1.0 / 1307674368000.0;
-    s = s * q - 1.0 / 6227020800.0;
-    s = s * q + 1.0 / 39916800.0;
-    s = s * q - 1.0 / 362880.0;
-    s = s * q + 1.0 / 5040.0;
-    s = s * q - 1.0 / 120.0;
-    s = s * q + 1.0 / 6.0;
-    return r - r * q * s;
-}
-
-/// Sine and cosine, from within a quarter turn of a multiple of pi.
-INLINE void NAME(turn)(V x, V *sine, V *cosine)
-{
-    const V n = NAME(nearest)(x * 0.31830988618379067154);
-    const V odd = n - 2.0 * NAME(nearest)(0.5 * n);
-    const V sign = 1.0 - 2.0 * odd * odd;
-    const V r = (x - n * 3.14159265358979311600) - n * 1.22464679914735317722e-16;
-    const V q = r * r;
-    *sine = sign * NAME(sine)(r, q);
-    V c = q * (-1.0 / 1.1240007277776077e21) + 1.0 / 2432902008176640000.0;
-    c = c * q - 1.0 / 6402373705728000.0;
-    c = c * q + 1.0 / 20922789888000.0;
-    c = c * q - 1.0 / 87178291200.0;
-    c = c * q + 1.0 / 479001600.0;
-    c = c * q - 1.0 / 3628800.0;
-    c = c * q + 1.0 / 40320.0;
-    c = c * q - 1.0 / 720.0;
-    c = c * q + 1.0 / 24.0;
-    *cosine = sign * (1.0 - q * (0.5 - q * c));
-}
-
-/// Arc tangent: rational approximation of Moshier's Cephes library (public description).
-INLINE V NAME(arc_tangent)(V x)
-{
-    const V a = NAME(absolute)(x);
-    const M large = a > 2.41421356237309504880;
-    const M middle = (a > 0.66) & ~large;
-    const V one = NAME(all)(1.0);
-    const V top = NAME(choose)(large, -one, NAME(choose)(middle, a - 1.0, a));
-    const V bottom = NAME(choose)(large, a, NAME(choose)(middle, a + 1.0, one));
-    const V z = top / bottom;
-    const V q = z * z;
-    V p = -8.750608600031904122785e-1 * q - 1.615753718733365076637e1;
-    p = p * q - 7.500855792314704667340e1;
-    p = p * q - 1.228866684490136173410e2;
-    p = p * q - 6.485021904942025371773e1;
-    V d = q + 2.485846490142306297962e1;
-    d = d * q + 1.650270098316988542046e2;
-    d = d * q + 4.328810604912902668951e2;
-    d = d * q + 4.853903996359136964868e2;
-    d = d * q + 1.945506571482613964425e2;
-    const V base = NAME(choose)(large, NAME(all)(1.57079632679489661923),
-                                NAME(choose)(middle, NAME(all)(0.78539816339744830962), 0.0 * one));
-    const V y = base + (z + z * q * (p / d));
-    return NAME(choose)(x < 0.0, -y, y);
-}
-
-/// Slip angle: the series is good to 1e-9 below 0.1.
-INLINE V NAME(slip)(V x)
-{
-    const V q = x * x;
-    V y = x * (1.0 - q * (1.0 / 3.0 - q * (0.2 - q * (1.0 / 7.0))));
-    const M far = ~(NAME(absolute)(x) < 0.1);
-    if (NAME(any)(far)) {
-        y = NAME(choose)(far, NAME(arc_tangent)(x), y);
-    }
-    return y;
-}
-
-INLINE V NAME(hyperbolic_tangent)(V x)
-{
-    V y = {0};
-    for (int i = 0; i < WIDTH; i++) {
-        y[i] = tanh(x[i]);
-    }
-    return y;
-}
-
-/// Saturated force of a wheel: peak sin(SHAPE atan(linear / (SHAPE peak))), peak above zero.
-///
-/// The arc tangent of a ratio up to one is a polynomial with Chebyshev nodes (error 3e-17), that of
-/// the inverse the rest of a quarter turn: one division.
-INLINE V NAME(saturation)(V linear, V peak)
-{
-    const V size = NAME(absolute)(linear);
-    const V bound = SHAPE * peak;
-    const M steep = size > bound;
-    const V t = NAME(choose)(steep, bound, size) / NAME(choose)(steep, size, bound);
-    const V q = t * t;
-    const V u = q * q;
-    V odd = 1.806195461861215e-05 * u + 0.0010496035084968515;
-    V even = -0.00019996189377901382 * u - 0.0034958859739163094;
-    odd = odd * u + 0.008368931178450162;
-    even = even * u - 0.015535152475414177;
-    odd = odd * u + 0.023696731580048622;
-    even = even * u - 0.031277189066996385;
-    odd = odd * u + 0.03749486812535247;
-    even = even * u - 0.04260356632601652;
-    odd = odd * u + 0.04737749579527779;
-    even = even * u - 0.052579733342841106;
-    odd = odd * u + 0.05881506877793656;
-    even = even * u - 0.06666564699289104;
-    odd = odd * u + 0.07692298971033217;
-    even = even * u - 0.09090908590891934;
-    odd = odd * u + 0.11111111093490827;
-    even = even * u - 0.14285714285384132;
-    odd = odd * u + 0.1999999999999753;
-    even = even * u - 0.3333333333333333;
-    const V angle = t + t * q * (odd * q + even);
-    const V full = SHAPE * NAME(choose)(steep, 1.57079632679489661923 - angle, angle);
-    const V near = NAME(least)(full, 3.14159265358979323846 - full);
-    const V sine = peak * NAME(sine)(near, near * near);
-    return (V)((M)sine ^ ((M)linear & INT64_MIN));
-}
+/// What follows from the constants of the lanes.
+typedef struct {
+    V per_load[4];                   // 1/N; 0: the axle is not there
+    V friction;                      // peak friction; 0: tyre linear
+    V towed;                         // 1 with a trailer, 0 without
+    V per_m, a12, a22, per_d22, a33; // of the mass matrix that does not move
+    // of each body: height of the sprung mass and of the ball over the roll axis, m; sprung mass
+    // times height, kg m; roll stiffness less that of the weight, damping, inertia about the axis
+    V height[2], ball[2], lever[2], stiffness[2], damping[2], inertia[2];
+    V pull;                               // mass times ball height less `lever`, trailer
+    V spring[4], damper[4], geometric[4]; // N of wheel load per rad, rad/s, N
+} CONSTANTS;
 
 typedef struct {
     V force[2], load[2];
+    V moment; // aligning, of both wheels
 } AXLE;
 
-/// Lateral force of an axle from its two wheels. `left` and `right` carry the extra load; `shift`
-/// goes from left to right, `heave` is shared.
-INLINE V NAME(axle)(V stiffness, V load, V per_load, V left, V right, V shift, V heave, V slip,
-                    V degression, V friction, bool saturated, AXLE *out)
+/// What an axle's wheels carry and what their tyres are like.
+typedef struct {
+    V stiffness, load, per_load;
+    V left, right; // extra load of one wheel
+    V shift;       // load that goes from left to right
+    V heave;       // load shared by both
+    V slip, degression, friction, trail;
+} TYRES;
+
+/// Pneumatic trail of the brush model as a share of that at no slip; `x` is the linear force over
+/// the peak (Pacejka, Tyre and Vehicle Dynamics, section 3.2: zero from full sliding, x = 3, on).
+INLINE V NAME(trail)(V x)
+{
+    const V share = NAME(least)(NAME(absolute)(x) * (1.0 / 3.0), NAME(all)(1.0));
+    const V left = 1.0 - share;
+    return left * left * left / (1.0 - share + share * share * (1.0 / 3.0));
+}
+
+/// Lateral force of an axle from its two wheels.
+INLINE V NAME(axle)(const TYRES *t, const FEATURES *has, AXLE *out)
 {
     V total = {0};
+    out->moment = total;
     for (int wheel = 0; wheel < 2; wheel++) {
-        V fz = 0.5 * (load + heave);
-        fz = wheel == 0 ? fz - shift + left : fz + shift + right;
+        V fz = 0.5 * (t->load + t->heave);
+        fz = wheel == 0 ? fz - t->shift + t->left : fz + t->shift + t->right;
         fz = NAME(most)(fz, NAME(all)(0.0));
-        const V z = 2.0 * fz * per_load;
-        const V linear = 0.5 * stiffness * slip * z * (1.0 - degression * (z - 1.0));
-        V force = linear;
-        if (saturated) {
-            const V peak = fz * friction;
-            force =
-                NAME(choose)((friction > 0.0) & (fz > 1.0), NAME(saturation)(linear, peak), linear);
+        const V z = 2.0 * fz * t->per_load;
+        const V linear = 0.5 * t->stiffness * t->slip * z * (1.0 - t->degression * (z - 1.0));
+        V force = linear, share = {0};
+        if (has->saturated) {
+            const V peak = fz * t->friction;
+            const M held = (t->friction > 0.0) & (fz > 1.0);
+            force = NAME(choose)(held, NAME(saturation)(linear, peak), linear);
+            share = NAME(choose)(held, linear / peak, share);
+        }
+        if (has->aligning) {
+            out->moment -= t->trail * NAME(trail)(share) * force;
         }
         out->force[wheel] = force;
         out->load[wheel] = fz;
         total += force;
     }
     return total;
+}
+
+/// Force of an axle whose load has not shifted, for the load that it shifts itself.
+INLINE V NAME(even)(const TYRES *t, const FEATURES *has)
+{
+    const V fz = NAME(most)(t->load + t->heave, NAME(all)(0.0));
+    const V z = fz * t->per_load;
+    const V linear = t->stiffness * t->slip * z * (1.0 - t->degression * (z - 1.0));
+    if (!has->saturated) {
+        return linear;
+    }
+    const V peak = fz * t->friction;
+    return NAME(choose)((t->friction > 0.0) & (fz > 1.0), NAME(saturation)(linear, peak), linear);
 }
 
 /// Slip that acts: what lags behind by the relaxation length, the rest at once.
@@ -233,45 +122,58 @@ typedef struct {
     V angle[4], acting[4];
 } SLIPS;
 
-INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, const V *k,
+INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, const CONSTANTS *k,
                         const FEATURES *has, SLIPS *to)
 {
     const V *ser = now->series;
     const V vx = now->speed;
-    const V vy = x[0], r1 = x[1], r2 = x[3];
+    const V vy = x[X_SIDE], r1 = x[X_YAW_1], r2 = x[X_YAW_2];
     V s, c;
-    NAME(turn)(x[2], &s, &c);
-    const V hvy = vy - p[4] * r1;
+    NAME(turn)(x[X_ARTICULATION], &s, &c);
+    V hvy = vy - p[P_CAR_HITCH_TO_COG] * r1;
+    V own = -p[P_TRAILER_HITCH_TO_COG] * r2;
+    if (has->sprung) {
+        hvy -= k->ball[0] * x[X_ROLL_RATE];
+        own += k->ball[1] * x[X_ROLL_RATE + 1];
+    }
     const V vx2 = c * vx + s * hvy;
-    const V vy2 = c * hvy - s * vx - p[11] * r2;
+    const V vy2 = c * hvy - s * vx + own;
     const V per_vx = 1.0 / vx;
     const V per_vx2 = 1.0 / vx2;
     V angle[4];
-    angle[0] = now->steer - NAME(slip)((vy + p[2] * r1) * per_vx) + ser[24];
-    angle[1] = ser[25] - NAME(slip)((vy - p[3] * r1) * per_vx);
-    angle[2] = ser[26] - NAME(slip)((vy2 + p[9] * r2) * per_vx2);
-    angle[3] = ser[27] - NAME(slip)((vy2 - p[10] * r2) * per_vx2);
+    angle[0] = now->steer - NAME(slip)((vy + p[P_CAR_FRONT_AXLE_TO_COG] * r1) * per_vx);
+    angle[1] = -NAME(slip)((vy - p[P_CAR_REAR_AXLE_TO_COG] * r1) * per_vx);
+    angle[2] = -NAME(slip)((vy2 + p[P_TRAILER_FRONT_AXLE_TO_COG] * r2) * per_vx2);
+    angle[3] = -NAME(slip)((vy2 - p[P_TRAILER_REAR_AXLE_TO_COG] * r2) * per_vx2);
+    for (int a = 0; a < 4; a++) {
+        angle[a] += ser[T_SLIP_CAR_FRONT + a];
+    }
     V roll1 = {0}, roll2 = {0};
+    if (has->sprung) {
+        roll1 = x[X_ROLL], roll2 = x[X_ROLL + 1];
+    } else if (has->rolls) {
+        roll1 = e[E_ROLL_GAIN_CAR] * x[X_ROLL], roll2 = e[E_ROLL_GAIN_TRAILER] * x[X_ROLL + 1];
+    }
     if (has->rolls) {
-        roll1 = e[19] * x[12];
-        roll2 = e[20] * x[13];
-        angle[0] += e[12] * roll1;
-        angle[1] += e[13] * roll1;
-        angle[2] += e[14] * roll2;
-        angle[3] += e[14] * roll2;
+        angle[0] += e[E_ROLL_STEER_CAR_FRONT] * roll1;
+        angle[1] += e[E_ROLL_STEER_CAR_REAR] * roll1;
+        angle[2] += e[E_ROLL_STEER_TRAILER] * roll2;
+        angle[3] += e[E_ROLL_STEER_TRAILER] * roll2;
     }
     for (int a = 0; a < 4; a++) {
         to->angle[a] = angle[a];
-        to->acting[a] =
-            has->relaxed ? NAME(lagged)(e[a < 3 ? 9 + a : 11], angle[a], x[6 + a]) : angle[a];
+        to->acting[a] = has->relaxed ? NAME(lagged)(e[E_RELAXATION_CAR_FRONT + (a < 3 ? a : 2)],
+                                                    angle[a], x[X_SLIP + a])
+                                     : angle[a];
     }
-    const V cf = p[5] * (1.0 + ser[0]);
+    const V cf = p[P_CAR_FRONT_CORNERING_STIFFNESS] * (1.0 + ser[T_STIFFNESS_CAR_FRONT]);
     if (has->flexible) {
-        to->acting[0] = to->acting[0] / (1.0 + e[0] * cf * (1.0 + ser[4] * k[0]));
+        to->acting[0] /=
+            1.0 + e[E_STEERING_FLEXIBILITY] * cf * (1.0 + ser[T_LOAD_CAR_FRONT] * k->per_load[0]);
     }
     if (has->playing) {
         const V lost = NAME(hyperbolic_tangent)(cf * to->acting[0] * (1.0 / FREE_PLAY_N));
-        to->acting[0] = to->acting[0] - e[1] * lost;
+        to->acting[0] = to->acting[0] - e[E_FREE_PLAY] * lost;
     }
     to->sine = s, to->cosine = c;
     to->hitch = hvy, to->speed = vx2, to->side = vy2, to->per_speed = per_vx2;
@@ -279,19 +181,35 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
 }
 
 /// Forces and loads of all wheels; total of each axle in `total`.
-INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const V *k,
+INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const CONSTANTS *k,
                         const FEATURES *has, const SLIPS *slips, AXLE *w, V *total)
 {
-    const V friction = k[4] * (1.0 + ser[21]);
     // Fig. 6-3 of the dissertation: the extra load sits on the left while the yaw rate is negative
-    const M negative = x[1] < 0.0;
-    static const int stiffness[4] = {5, 6, 12, 13};
+    const M negative = x[X_YAW_1] < 0.0;
+    static const int stiffness[4] = {
+        P_CAR_FRONT_CORNERING_STIFFNESS, P_CAR_REAR_CORNERING_STIFFNESS,
+        P_TRAILER_FRONT_CORNERING_STIFFNESS, P_TRAILER_REAR_CORNERING_STIFFNESS};
+    TYRES t;
+    t.degression = e[E_DEGRESSION];
+    t.friction = k->friction * (1.0 + ser[T_FRICTION]);
     for (int a = 0; a < 4; a++) {
-        const V left = (V)((M)ser[4 + a] & negative);
-        const V right = (V)((M)ser[4 + a] & ~negative);
-        total[a] = NAME(axle)(p[stiffness[a]] * (1.0 + ser[a]), p[14 + a], k[a], left, right,
-                              e[15 + a] * x[4 + a / 2] + ser[13 + a], ser[17 + a], slips->acting[a],
-                              e[8], friction, has->saturated, &w[a]);
+        const int body = a / 2;
+        t.left = (V)((M)ser[T_LOAD_CAR_FRONT + a] & negative);
+        t.right = (V)((M)ser[T_LOAD_CAR_FRONT + a] & ~negative);
+        t.stiffness = p[stiffness[a]] * (1.0 + ser[T_STIFFNESS_CAR_FRONT + a]);
+        t.load = p[P_CAR_FRONT_AXLE_LOAD + a];
+        t.per_load = k->per_load[a];
+        t.heave = ser[T_HEAVE_CAR_FRONT + a];
+        t.shift = ser[T_SHIFT_CAR_FRONT + a];
+        t.slip = slips->acting[a];
+        t.trail = e[E_TRAIL_CAR_FRONT + (a < 3 ? a : 2)];
+        if (has->sprung) {
+            t.shift += k->spring[a] * x[X_ROLL + body] + k->damper[a] * x[X_ROLL_RATE + body];
+            t.shift += k->geometric[a] * NAME(even)(&t, has);
+        } else {
+            t.shift += e[E_TRANSFER_CAR_FRONT + a] * x[X_TRANSFER + body];
+        }
+        total[a] = NAME(axle)(&t, has, &w[a]);
     }
 }
 
@@ -299,120 +217,321 @@ INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const 
 INLINE void NAME(lags)(const V *x, const V *e, const FEATURES *has, const SLIPS *slips, V speed,
                        const V *felt, V *dx)
 {
-    // roll and load transfer: second order behind the acceleration that the body feels
-    dx[4] = x[10];
-    dx[10] = e[21] * (e[21] * (felt[0] - x[4]) - 2.0 * e[22] * x[10]);
-    dx[5] = x[11];
-    dx[11] = e[23] * (e[23] * (felt[1] - x[5]) - 2.0 * e[24] * x[11]);
-    // the roll that steers may be damped otherwise than the load transfer
-    if (has->rolls) {
-        const M mask = (e[12] != 0.0) | (e[13] != 0.0) | (e[14] != 0.0);
-        const V none = {0};
-        dx[12] = NAME(choose)(mask, x[14], none);
-        dx[13] = NAME(choose)(mask, x[15], none);
-        dx[14] = e[25] * (e[25] * (felt[0] - x[12]) - 2.0 * e[26] * x[14]);
-        dx[15] = e[27] * (e[27] * (felt[1] - x[13]) - 2.0 * e[28] * x[15]);
-        dx[14] = NAME(choose)(mask, dx[14], none);
-        dx[15] = NAME(choose)(mask, dx[15], none);
+    // without springs, roll and load transfer follow the acceleration that the body feels as lags
+    // of second order; the roll that steers may be damped otherwise than the load transfer
+    for (int body = 0; body < 2 && !has->sprung; body++) {
+        const V wt = e[E_ROLL_FREQUENCY_CAR + 2 * body], zt = e[E_ROLL_DAMPING_CAR + 2 * body];
+        const V ws = e[E_STEER_FREQUENCY_CAR + 2 * body], zs = e[E_STEER_DAMPING_CAR + 2 * body];
+        const int at = X_TRANSFER + body, rate = X_TRANSFER_RATE + body;
+        dx[at] = x[rate];
+        dx[rate] = wt * (wt * (felt[body] - x[at]) - 2.0 * zt * x[rate]);
+        if (has->rolls) {
+            const M mask = (e[E_ROLL_STEER_CAR_FRONT] != 0.0) | (e[E_ROLL_STEER_CAR_REAR] != 0.0) |
+                           (e[E_ROLL_STEER_TRAILER] != 0.0);
+            const int roll = X_ROLL + body, turn = X_ROLL_RATE + body;
+            const V follow = ws * (ws * (felt[body] - x[roll]) - 2.0 * zs * x[turn]);
+            dx[roll] = (V)((M)x[turn] & mask);
+            dx[turn] = (V)((M)follow & mask);
+        }
     }
     if (has->relaxed) {
         for (int a = 0; a < 4; a++) {
-            dx[6 + a] = NAME(lag_rate)(e[a < 3 ? 9 + a : 11], slips->angle[a], x[6 + a], speed);
+            const V length = e[E_RELAXATION_CAR_FRONT + (a < 3 ? a : 2)];
+            dx[X_SLIP + a] = NAME(lag_rate)(length, slips->angle[a], x[X_SLIP + a], speed);
         }
     }
 }
 
-/// Derivative of the states, see diagnose/plant.py; `out` takes the outputs where `store`.
-INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V *e, const V *k,
-                             const FEATURES *has, V *dx, bool store, V *out)
+/// What acts on the bodies beside their inertia, in their own axes, and the accelerations of the
+/// hitch and the trailer that the motion has without any angular or lateral acceleration.
+typedef struct {
+    V tilt;            // of gravity on a banked road, m/s2
+    V side[2], yaw[2]; // tyres, wind, slope; moment about the body's centre of gravity
+    V roll[2];         // about the roll axis: springs, dampers, weight, wind
+    V hitch_x, turn;   // m/s2, of the ball in car axes
+    V trailer_y;       // m/s2, of the trailer in its own axes
+} LOADS;
+
+INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, const CONSTANTS *k,
+                        const FEATURES *has, const SLIPS *slips, AXLE *w, V *f, LOADS *to)
 {
     const V *ser = now->series;
-    const V vx = now->speed;
-    const V vy = x[0], r1 = x[1], r2 = x[3];
-    const V m1 = p[0], lh = p[4], m2 = p[7], lh2 = p[11];
-    V unused, cos_steer;
-    NAME(turn)(now->steer, &unused, &cos_steer);
-    SLIPS slips;
-    NAME(slips)(x, now, p, e, k, has, &slips);
-    const V s = slips.sine, c = slips.cosine;
-    AXLE w[4];
-    V f[4];
-    NAME(axles)(x, ser, p, e, k, has, &slips, w, f);
-    V tilt = {0};
+    const V vx = now->speed, r1 = x[X_YAW_1];
+    V sine, cosine;
+    NAME(turn)(now->steer, &sine, &cosine);
+    NAME(axles)(x, ser, p, e, k, has, slips, w, f);
+    to->tilt = (V){0};
     if (has->banked) { // ISO 8855: positive with the left side high
-        V sine;
-        NAME(turn)(ser[12], &sine, &unused);
-        tilt = -GRAVITY * sine;
+        V unused;
+        NAME(turn)(ser[T_BANK], &sine, &unused);
+        to->tilt = -GRAVITY * sine;
     }
-    const V y1 = ser[8] + m1 * tilt;
-    V n2 = ser[11];
-    V y2 = ser[10] + m2 * tilt;
+    V wind[2] = {ser[T_FORCE_CAR], ser[T_FORCE_TRAILER]};
+    to->yaw[1] = ser[T_MOMENT_TRAILER];
     if (has->aero) {
-        const V q = 0.5 * AIR_DENSITY * TRAILER_AREA * slips.speed * slips.speed *
-                    NAME(slip)(slips.side * slips.per_speed);
-        y2 -= q * e[5];
-        n2 -= q * e[6];
+        const V q = 0.5 * AIR_DENSITY * TRAILER_AREA * slips->speed * slips->speed *
+                    NAME(slip)(slips->side * slips->per_speed);
+        wind[1] -= q * e[E_AERO_SIDE];
+        to->yaw[1] -= q * e[E_AERO_YAW];
     }
-    const V rate = r2 - r1;
-    V mh = e[4] * rate;
+    const V rate = x[X_YAW_2] - r1;
+    V mh = e[E_HITCH_DAMPING] * rate;
     if (has->sticking) {
-        mh += e[2] * NAME(hyperbolic_tangent)(rate / e[3]);
+        mh += e[E_HITCH_FRICTION] * NAME(hyperbolic_tangent)(rate / e[E_HITCH_STICKING]);
     }
-    const V tt = f[2] + f[3] + y2;
-    const V fc = f[0] * cos_steer;
-    const V ahx = now->acceleration - vy * r1 + lh * r1 * r1;
-    const V per_m = k[5], a12 = k[6], per_d22 = k[7], a33 = k[8];
-    const V a13 = -m2 * c * lh2;
-    const V a23 = lh * m2 * c * lh2;
-    const V inner = c * tt - m2 * vx * r1 - m2 * s * lh2 * r2 * r2;
-    const V b1 = fc + f[1] + y1 + c * tt - (m1 + m2) * vx * r1 - m2 * s * lh2 * r2 * r2;
-    const V b2 = p[2] * fc - p[3] * f[1] + ser[9] + mh - lh * inner;
-    const V b3 =
-        p[9] * f[2] - p[10] * f[3] + n2 - mh - lh2 * tt + lh2 * m2 * (c * vx * r1 - s * ahx);
-    // symmetric 3 x 3
-    const V d23 = a23 - a12 * a13 * per_m;
-    const V d33 = a33 - a13 * a13 * per_m;
-    const V g2 = b2 - a12 * b1 * per_m;
-    const V g3 = b3 - a13 * b1 * per_m;
-    const V r2d = (g3 - d23 * g2 * per_d22) / (d33 - d23 * d23 * per_d22);
-    const V r1d = (g2 - d23 * r2d) * per_d22;
-    const V vyd = (b1 - a12 * r1d - a13 * r2d) * per_m;
-    const V ay1 = vyd + vx * r1;
-    const V ahy = ay1 - lh * r1d;
-    const V a2x = c * ahx + s * ahy + lh2 * r2 * r2;
-    const V a2y = c * ahy - s * ahx - lh2 * r2d;
-    // an observer keeps the state near the measured one, so that what is missing shows where and
-    // when it acts instead of being carried on (innovation form of the prediction-error method)
-    dx[0] = vyd;
-    dx[1] = r1d + e[29] * (ser[22] - r1);
-    dx[2] = rate;
-    dx[3] = r2d + e[29] * (ser[23] - r2);
-    const V felt[2] = {ay1 - tilt, a2y - tilt};
-    NAME(lags)(x, e, has, &slips, vx, felt, dx);
-    if (!store) {
-        return;
+    if (has->alone) {
+        mh *= k->towed;
     }
-    const V px = -m2 * a2x;
-    const V py = tt - m2 * a2y;
-    const V sensed = tilt * (1.0 - e[30]);
-    for (int j = 0; j < 4; j++) {
-        out[j] = x[j], out[22 + j] = slips.acting[j];
+    const V fc = f[0] * cosine;
+    to->side[0] = fc + f[1] + wind[0] + p[P_CAR_MASS] * to->tilt;
+    to->side[1] = f[2] + f[3] + wind[1] + p[P_TRAILER_MASS] * to->tilt;
+    to->yaw[0] = p[P_CAR_FRONT_AXLE_TO_COG] * fc - p[P_CAR_REAR_AXLE_TO_COG] * f[1];
+    to->yaw[0] += ser[T_MOMENT_CAR] + mh;
+    to->yaw[1] += p[P_TRAILER_FRONT_AXLE_TO_COG] * f[2] - p[P_TRAILER_REAR_AXLE_TO_COG] * f[3] - mh;
+    if (has->aligning) {
+        to->yaw[0] += w[0].moment + w[1].moment;
+        to->yaw[1] += w[2].moment + w[3].moment;
     }
-    for (int wheel = 0; wheel < 2; wheel++) {
-        out[4 + wheel] = w[0].force[wheel], out[6 + wheel] = w[1].force[wheel];
-        out[10 + wheel] = w[0].load[wheel], out[12 + wheel] = w[1].load[wheel];
-        out[26 + wheel] = w[2].force[wheel], out[28 + wheel] = w[3].force[wheel];
-        out[30 + wheel] = w[2].load[wheel], out[32 + wheel] = w[3].load[wheel];
+    to->hitch_x = now->acceleration - slips->hitch * r1;
+    to->turn = vx * r1;
+    to->trailer_y = slips->cosine * to->turn - slips->sine * to->hitch_x;
+    for (int body = 0; body < 2 && has->sprung; body++) {
+        to->roll[body] = ser[T_ROLL_MOMENT_CAR + body] - k->stiffness[body] * x[X_ROLL + body] -
+                         k->damping[body] * x[X_ROLL_RATE + body] - k->lever[body] * to->tilt -
+                         k->height[body] * wind[body];
     }
-    out[8] = f[2], out[9] = f[3];
-    out[14] = c * px - s * py, out[15] = s * px + c * py;
-    out[16] = ay1 - sensed, out[17] = a2y - sensed;
-    out[18] = r1d, out[19] = r2d, out[20] = slips.roll[0], out[21] = slips.roll[1];
 }
 
-/// Constants of the lanes, and what follows from them: reciprocals of the axle loads and of the
-/// friction, and the parts of the mass matrix that do not move.
-INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, V *k, FEATURES *has)
+/// Accelerations: of the car's centre of gravity against its axes, of both yaws and both rolls.
+typedef struct {
+    V side, yaw[2], roll[2];
+} RATES;
+
+/// Bodies that do not roll: a symmetric system of three.
+INLINE void NAME(solve)(const V *x, const V *p, const CONSTANTS *k, const SLIPS *slips,
+                        const LOADS *by, RATES *to)
+{
+    const V s = slips->sine, c = slips->cosine, r2 = x[X_YAW_2];
+    const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
+    const V a13 = -m2 * c * lh2;
+    const V a23 = lh * m2 * c * lh2;
+    const V inner = c * by->side[1] - m2 * by->turn - m2 * s * lh2 * r2 * r2;
+    const V b1 = by->side[0] - p[P_CAR_MASS] * by->turn + inner;
+    const V b2 = by->yaw[0] - lh * inner;
+    const V b3 = by->yaw[1] - lh2 * by->side[1] + lh2 * m2 * by->trailer_y;
+    const V d23 = a23 - k->a12 * a13 * k->per_m;
+    const V d33 = k->a33 - a13 * a13 * k->per_m;
+    const V g2 = b2 - k->a12 * b1 * k->per_m;
+    const V g3 = b3 - a13 * b1 * k->per_m;
+    to->yaw[1] = (g3 - d23 * g2 * k->per_d22) / (d33 - d23 * d23 * k->per_d22);
+    to->yaw[0] = (g2 - d23 * to->yaw[1]) * k->per_d22;
+    to->side = (b1 - k->a12 * to->yaw[0] - a13 * to->yaw[1]) * k->per_m;
+    to->roll[0] = to->roll[1] = (V){0};
+}
+
+/// Bodies that roll: with phi positive to the right, height h of the sprung mass m_s and e of the
+/// ball over the roll axis, the kinetic energy
+///   m v_y^2 / 2 - m_s h v_y phi' + (I + m_s h^2) phi'^2 / 2 of each body, and
+///   v_y2 = cos(theta) (v_y1 - l_h1 r_1 - e_1 phi_1') - sin(theta) v_x - l_h2 r_2 + e_2 phi_2'
+/// give a symmetric system of five, solved by L D L'.
+INLINE void NAME(solve_sprung)(const V *x, const V *p, const CONSTANTS *k, const SLIPS *slips,
+                               const LOADS *by, RATES *to)
+{
+    const V s = slips->sine, c = slips->cosine, r2 = x[X_YAW_2];
+    const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
+    const V e1 = k->ball[0], q = k->pull;
+    const V inner = c * by->side[1] - m2 * by->turn - m2 * s * lh2 * r2 * r2;
+    const V drag = by->side[1] - m2 * by->trailer_y;
+    const V turned = c * m2 * lh2;
+    V a[5][5], b[5];
+    a[0][0] = p[P_CAR_MASS] + m2;
+    a[1][0] = k->a12;
+    a[1][1] = k->a22;
+    a[2][0] = -turned;
+    a[2][1] = lh * turned;
+    a[2][2] = k->a33;
+    a[3][0] = -k->lever[0] - m2 * e1;
+    a[3][1] = m2 * lh * e1;
+    a[3][2] = e1 * turned;
+    a[3][3] = k->inertia[0];
+    a[4][0] = c * q;
+    a[4][1] = -lh * c * q;
+    a[4][2] = -lh2 * q;
+    a[4][3] = -e1 * c * q;
+    a[4][4] = k->inertia[1];
+    b[0] = by->side[0] - p[P_CAR_MASS] * by->turn + inner;
+    b[1] = by->yaw[0] - lh * inner;
+    b[2] = by->yaw[1] - lh2 * drag;
+    b[3] = by->roll[0] + k->lever[0] * by->turn - e1 * inner;
+    b[4] = by->roll[1] + k->lever[1] * by->trailer_y + k->ball[1] * drag;
+    V per[5];
+    for (int j = 0; j < 5; j++) {
+        per[j] = 1.0 / a[j][j];
+        for (int i = j + 1; i < 5; i++) {
+            const V factor = a[i][j] * per[j];
+            for (int n = j + 1; n <= i; n++) {
+                a[i][n] -= factor * a[n][j];
+            }
+            b[i] -= factor * b[j];
+        }
+    }
+    for (int i = 4; i >= 0; i--) {
+        b[i] *= per[i];
+        for (int n = i + 1; n < 5; n++) {
+            b[i] -= a[n][i] * per[i] * b[n];
+        }
+    }
+    to->side = b[0], to->yaw[0] = b[1], to->yaw[1] = b[2], to->roll[0] = b[3], to->roll[1] = b[4];
+}
+
+/// Outputs, see diagnose/plant.py. `own` are the lateral accelerations of both centres of gravity.
+INLINE void NAME(outputs)(const V *x, const V *p, const V *e, const CONSTANTS *k,
+                          const FEATURES *has, const SLIPS *slips, const LOADS *by,
+                          const RATES *rates, const AXLE *w, const V *f, const V *own, V *out)
+{
+    const V s = slips->sine, c = slips->cosine;
+    const V m2 = p[P_TRAILER_MASS], lh2 = p[P_TRAILER_HITCH_TO_COG];
+    const V ahy = own[0] - p[P_CAR_HITCH_TO_COG] * rates->yaw[0] - k->ball[0] * rates->roll[0];
+    const V a2x = c * by->hitch_x + s * ahy + lh2 * x[X_YAW_2] * x[X_YAW_2];
+    const V px = -m2 * a2x;
+    const V py = by->side[1] - m2 * own[1] + k->lever[1] * rates->roll[1];
+    const V sensed = by->tilt * (1.0 - e[E_BANK_UNSENSED]);
+    V felt[2] = {own[0] - sensed, own[1] - sensed};
+    for (int body = 0; body < 2 && has->sprung; body++) {
+        V tilted, unused;
+        NAME(turn)(x[X_ROLL + body], &tilted, &unused);
+        felt[body] += e[E_SENSED_ROLL_CAR + body] * GRAVITY * tilted -
+                      e[E_SENSOR_HEIGHT_CAR + body] * rates->roll[body];
+        out[O_CAR_ROLL_RATE + body] = x[X_ROLL_RATE + body];
+    }
+    for (int j = 0; j < 4; j++) {
+        out[j] = x[j], out[O_SLIP_F + j] = slips->acting[j];
+    }
+    for (int wheel = 0; wheel < 2; wheel++) {
+        out[O_LATERAL_FL + wheel] = w[0].force[wheel];
+        out[O_LATERAL_RL + wheel] = w[1].force[wheel];
+        out[O_VERTICAL_FL + wheel] = w[0].load[wheel];
+        out[O_VERTICAL_RL + wheel] = w[1].load[wheel];
+        out[O_TRAILER_LATERAL_FL + wheel] = w[2].force[wheel];
+        out[O_TRAILER_LATERAL_RL + wheel] = w[3].force[wheel];
+        out[O_TRAILER_VERTICAL_FL + wheel] = w[2].load[wheel];
+        out[O_TRAILER_VERTICAL_RL + wheel] = w[3].load[wheel];
+    }
+    out[O_LATERAL_TF] = f[2], out[O_LATERAL_TR] = f[3];
+    out[O_HITCH_X] = c * px - s * py, out[O_HITCH_Y] = s * px + c * py;
+    out[O_CAR_ACCELERATION] = felt[0], out[O_TRAILER_ACCELERATION] = felt[1];
+    out[O_CAR_YAW_ACCELERATION] = rates->yaw[0], out[O_TRAILER_YAW_ACCELERATION] = rates->yaw[1];
+    out[O_CAR_ROLL] = slips->roll[0], out[O_TRAILER_ROLL] = slips->roll[1];
+}
+
+/// Derivative of the states, see diagnose/plant.py; `out` takes the outputs where `store`.
+INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V *e,
+                             const CONSTANTS *k, const FEATURES *has, V *dx, bool store, V *out)
+{
+    const V *ser = now->series;
+    SLIPS slips;
+    NAME(slips)(x, now, p, e, k, has, &slips);
+    AXLE w[4];
+    V f[4];
+    LOADS by;
+    NAME(loads)(x, now, p, e, k, has, &slips, w, f, &by);
+    RATES rates;
+    if (has->sprung) {
+        NAME(solve_sprung)(x, p, k, &slips, &by, &rates);
+    } else {
+        NAME(solve)(x, p, k, &slips, &by, &rates);
+    }
+    const V ay1 = rates.side + by.turn;
+    const V ahy = ay1 - p[P_CAR_HITCH_TO_COG] * rates.yaw[0] - k->ball[0] * rates.roll[0];
+    const V a2y = slips.cosine * ahy - slips.sine * by.hitch_x -
+                  p[P_TRAILER_HITCH_TO_COG] * rates.yaw[1] + k->ball[1] * rates.roll[1];
+    // an observer keeps the state near the measured one, so that what is missing shows where and
+    // when it acts instead of being carried on (innovation form of the prediction-error method)
+    dx[X_SIDE] = rates.side;
+    dx[X_YAW_1] = rates.yaw[0] + e[E_OBSERVER] * (ser[T_MEASURED_CAR] - x[X_YAW_1]);
+    dx[X_ARTICULATION] = x[X_YAW_2] - x[X_YAW_1];
+    dx[X_YAW_2] = rates.yaw[1] + e[E_OBSERVER] * (ser[T_MEASURED_TRAILER] - x[X_YAW_2]);
+    if (has->alone) {
+        dx[X_ARTICULATION] *= k->towed;
+        dx[X_YAW_2] *= k->towed;
+    }
+    for (int body = 0; body < 2 && has->sprung; body++) {
+        dx[X_ROLL + body] = x[X_ROLL_RATE + body];
+        dx[X_ROLL_RATE + body] = rates.roll[body];
+    }
+    const V felt[2] = {ay1 - by.tilt, a2y - by.tilt};
+    NAME(lags)(x, e, has, &slips, now->speed, felt, dx);
+    if (store) {
+        const V own[2] = {ay1, a2y};
+        NAME(outputs)(x, p, e, k, has, &slips, &by, &rates, w, f, own, out);
+    }
+}
+
+INLINE V NAME(where)(V condition, V yes)
+{
+    return NAME(choose)(condition > 0.0, yes, (V){0});
+}
+
+/// Springs, dampers and inertias of the bodies; one without sprung mass does not roll.
+INLINE void NAME(springs)(const V *p, const V *e, CONSTANTS *k)
+{
+    for (int body = 0; body < 2; body++) {
+        const V sprung = e[E_SPRUNG_MASS_CAR + body];
+        const V mass = p[body == 0 ? P_CAR_MASS : P_TRAILER_MASS];
+        const V axis = e[E_ROLL_AXIS_HEIGHT_CAR + body];
+        const V k_roll = NAME(where)(sprung, e[E_ROLL_STIFFNESS_CAR + body]);
+        const V c_roll = NAME(where)(sprung, e[E_ROLL_DAMPING_RATE_CAR + body]);
+        k->height[body] = NAME(where)(sprung, e[E_SPRUNG_HEIGHT_CAR + body]);
+        k->lever[body] = sprung * k->height[body];
+        k->ball[body] = NAME(where)(sprung, e[E_HITCH_HEIGHT] - axis);
+        k->stiffness[body] = k_roll - GRAVITY * k->lever[body];
+        k->damping[body] = c_roll;
+        const V inertia = e[E_ROLL_INERTIA_CAR + body] + k->lever[body] * k->height[body];
+        k->inertia[body] = NAME(choose)(sprung > 0.0, inertia, NAME(all)(1.0));
+        // the wheels' own weight is carried over at their centres
+        const V arm =
+            axis + (1.0 - sprung / NAME(most)(mass, NAME(all)(1.0))) * (e[E_WHEEL_RADIUS] - axis);
+        // an axle that is not there carries nothing
+        const V front = NAME(where)(k->per_load[2 * body],
+                                    NAME(choose)(k->per_load[2 * body + 1] > 0.0,
+                                                 e[E_ROLL_FRONT_SHARE_CAR + body], NAME(all)(1.0)));
+        for (int a = 2 * body; a < 2 * body + 2; a++) {
+            const V share = a == 2 * body ? front : 1.0 - front;
+            const V per_track = NAME(where)(sprung, 1.0 / e[E_TRACK_CAR_FRONT + (a < 3 ? a : 2)]);
+            k->spring[a] = share * k_roll * per_track;
+            k->damper[a] = share * c_roll * per_track;
+            k->geometric[a] = NAME(where)(k->per_load[a], arm * per_track);
+        }
+    }
+    const V m2 = p[P_TRAILER_MASS], e1 = k->ball[0], e2 = k->ball[1];
+    k->pull = m2 * e2 - k->lever[1];
+    k->inertia[0] += m2 * e1 * e1;
+    k->inertia[1] += e2 * (m2 * e2 - 2.0 * k->lever[1]);
+}
+
+/// What any lane uses of the scalar slots `s` and the series.
+INLINE void NAME(features)(const plant_lane_t *lane, FEATURES *has)
+{
+    const double *s = lane->scalars;
+    has->flexible |= s[E_STEERING_FLEXIBILITY] != 0.0;
+    has->playing |= s[E_FREE_PLAY] > 0.0;
+    has->sticking |= s[E_HITCH_FRICTION] != 0.0;
+    has->aero |= s[E_AERO_SIDE] != 0.0 || s[E_AERO_YAW] != 0.0;
+    has->saturated |= s[E_PEAK_FRICTION_INVERSE] > 0.0;
+    for (int a = 0; a < 3; a++) {
+        has->relaxed |= s[E_RELAXATION_CAR_FRONT + a] > 0.0;
+        has->rolls |= s[E_ROLL_STEER_CAR_FRONT + a] != 0.0;
+        has->aligning |= s[E_TRAIL_CAR_FRONT + a] != 0.0;
+    }
+    has->sprung |= s[E_SPRUNG_MASS_CAR] > 0.0 || s[E_SPRUNG_MASS_TRAILER] > 0.0;
+    has->alone |= !(lane->body[P_TRAILER_MASS] > 0.0);
+    has->banked |= lane->series[T_BANK] != NULL;
+    has->blocks |= lane->blocks != NULL;
+    has->full |= lane->output != NULL;
+}
+
+/// Constants of the lanes, and what follows from them.
+INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, CONSTANTS *k, FEATURES *has)
 {
     for (int l = 0; l < WIDTH; l++) {
         for (int j = 0; j < PLANT_BODY; j++) {
@@ -421,27 +540,24 @@ INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, V *k, FEATURE
         for (int j = 0; j < PLANT_SCALARS; j++) {
             e[j][l] = lane[l]->scalars[j];
         }
-        const double *s = lane[l]->scalars;
-        has->flexible |= s[0] != 0.0;
-        has->playing |= s[1] > 0.0;
-        has->sticking |= s[2] != 0.0;
-        has->aero |= s[5] != 0.0 || s[6] != 0.0;
-        has->saturated |= s[7] > 0.0;
-        has->relaxed |= s[9] > 0.0 || s[10] > 0.0 || s[11] > 0.0;
-        has->rolls |= s[12] != 0.0 || s[13] != 0.0 || s[14] != 0.0;
-        has->banked |= lane[l]->series[12] != NULL;
-        has->blocks |= lane[l]->blocks != NULL;
-        has->full |= lane[l]->output != NULL;
+        NAME(features)(lane[l], has);
     }
     for (int a = 0; a < 4; a++) {
-        k[a] = 1.0 / p[14 + a];
+        const V load = p[P_CAR_FRONT_AXLE_LOAD + a];
+        k->per_load[a] = NAME(where)(load, 1.0 / load);
     }
-    const V none = {0};
-    k[4] = NAME(choose)(e[7] > 0.0, 1.0 / e[7], none);
-    k[5] = 1.0 / (p[0] + p[7]);
-    k[6] = -p[7] * p[4];
-    k[7] = 1.0 / (p[1] + p[7] * p[4] * p[4] - k[6] * k[6] * k[5]);
-    k[8] = p[8] + p[7] * p[11] * p[11];
+    const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
+    const V none = {0}, one = none + 1.0;
+    k->towed = NAME(choose)(m2 > 0.0, one, none);
+    k->friction = NAME(where)(e[E_PEAK_FRICTION_INVERSE], 1.0 / e[E_PEAK_FRICTION_INVERSE]);
+    k->per_m = 1.0 / (p[P_CAR_MASS] + m2);
+    k->a12 = -m2 * lh;
+    k->a22 = p[P_CAR_YAW_INERTIA] + m2 * lh * lh;
+    k->per_d22 = 1.0 / (k->a22 - k->a12 * k->a12 * k->per_m);
+    k->a33 = NAME(choose)(m2 > 0.0, p[P_TRAILER_YAW_INERTIA] + m2 * lh2 * lh2, one);
+    if (has->sprung) {
+        NAME(springs)(p, e, k);
+    }
 }
 
 typedef struct {
@@ -560,7 +676,8 @@ INLINE void NAME(keep)(plant_lane_t *const *lane, int32_t count, int64_t sample,
 typedef struct {
     plant_lane_t *lane[WIDTH];
     int32_t count;
-    V p[PLANT_BODY], e[PLANT_SCALARS], k[9];
+    V p[PLANT_BODY], e[PLANT_SCALARS];
+    CONSTANTS k;
     V x[PLANT_STATES], dx[PLANT_STATES], out[PLANT_OUTPUTS], sums[PLANT_OUTPUTS];
     M alive;
     FEATURES has;
@@ -582,7 +699,7 @@ INLINE void NAME(begin)(plant_lane_t *const *given, int32_t count, STATE *now)
         }
         now->alive[l] = now->lane[l]->diverged ? 0 : -1;
     }
-    NAME(constants)(now->lane, now->p, now->e, now->k, &now->has);
+    NAME(constants)(now->lane, now->p, now->e, &now->k, &now->has);
     NAME(inputs)(now->lane, &now->in);
     NAME(load)(&now->in, 0, &now->samples[0]);
 }
@@ -614,7 +731,7 @@ INLINE void NAME(step)(STATE *now, double step, int32_t stride, int64_t i)
     for (int stage = 0; stage < 4; stage++) {
         const bool store = stage == 0 || (stage == 2 && stride == 2);
         const SAMPLE *sample = &now->samples[(stage + 1) / 2];
-        NAME(derivative)(tmp, sample, now->p, now->e, now->k, &now->has, now->dx, store, now->out);
+        NAME(derivative)(tmp, sample, now->p, now->e, &now->k, &now->has, now->dx, store, now->out);
         if (store) {
             NAME(put)
             (now->lane, now->count, &now->has, now->alive, stage == 0 ? i : i + 1, now->out,
@@ -671,6 +788,10 @@ static void NAME(advance)(plant_lane_t *const *given, int32_t count, double peri
 #undef FEATURES
 #undef SAMPLE
 #undef AXLE
+#undef RATES
+#undef LOADS
+#undef TYRES
+#undef CONSTANTS
 #undef SLIPS
 #undef INPUTS
 #undef STATE

@@ -1,12 +1,18 @@
-"""Planar car-trailer plant of the diagnosis: exact large-angle kinematics, wheel by wheel.
+"""The car-trailer plant: exact large-angle kinematics, bodies on springs, wheel by wheel.
 
-One compiled function (plant_step.h) holds every place ("slot") where missing physics can enter; a
-module of `swaywatch.diagnose.modules` fills slots. It is a reduced model on purpose (planar, speed
-prescribed, no driver, no sensors): a diagnosis evaluates it some ten thousand times.
+One compiled function (plant_step.h) holds every place ("slot") where physics can enter. An effect
+enters by filling slots of a `PlantInput`: a number (`SCALARS`), or a function of time (`SERIES`:
+a force, a factor on a stiffness, a wheel load, a slip angle); it needs no change here. Speed is
+prescribed; there is no driver and no sensor: a diagnosis evaluates the plant ten thousand times.
 
 Axes ISO 8855; articulation is psi_trailer - psi_car; hitch force is that of the trailer on the car
-in car axes. Equations: Newton-Euler of two rigid bodies with a common point, Eq. 3.1-3.12 of the
-reference dissertation without its small-angle steps.
+in car axes; roll is positive to the right, to the outside of a left turn. Equations: Newton-Euler
+of two rigid bodies with a common point, Eq. 3.1-3.12 of the reference dissertation without its
+small-angle steps. A body with a `sprung_mass` rolls about its roll axis: the five accelerations
+(lateral, two yaws, two rolls) are coupled by a symmetric mass matrix, the ball's height over the
+roll axes included; wheel loads come from springs, bars and dampers (roll, roll rate) and directly
+through the roll axis (side force). `swaywatch.models.sprung` has values and their tolerances. A
+trailer of mass 0 is none: the car is alone. An axle without load is not there.
 """
 
 from __future__ import annotations
@@ -66,6 +72,18 @@ SCALARS = (
     "steer_frequency_car", "steer_damping_car", "steer_frequency_trailer", "steer_damping_trailer",
     "observer",  # 1/s, pull of the yaw rates to the measured ones (0: free simulation)
     "bank_unsensed",  # 1: the accelerations are those of the motion, without gravity's part
+    "sprung_mass_car", "sprung_mass_trailer",  # kg, 0: the body does not roll
+    "sprung_height_car", "sprung_height_trailer",  # m, its centre of gravity over the roll axis
+    "roll_inertia_car", "roll_inertia_trailer",  # kg m2, about that centre of gravity
+    "roll_stiffness_car", "roll_stiffness_trailer",  # Nm/rad, springs and bars of both axles
+    "roll_damping_rate_car", "roll_damping_rate_trailer",  # Nms/rad
+    "roll_axis_height_car", "roll_axis_height_trailer",  # m over the road
+    "roll_front_share_car", "roll_front_share_trailer",  # of stiffness and damping
+    "track_car_front", "track_car_rear", "track_trailer",  # m
+    "hitch_height", "wheel_radius",  # m over the road: ball, centres of the wheels
+    "sensed_roll_car", "sensed_roll_trailer",  # share of g sin(roll) in the accelerations
+    "sensor_height_car", "sensor_height_trailer",  # m, accelerometer over the roll axis
+    "trail_car_front", "trail_car_rear", "trail_trailer",  # m, pneumatic trail without slip
 )  # fmt: skip
 
 #: Slots that are functions of time.
@@ -79,6 +97,7 @@ SERIES = (
     "friction",  # factor - 1 on the peak friction
     "measured_car", "measured_trailer",  # rad/s, yaw rates for the observer
     "slip_car_front", "slip_car_rear", "slip_trailer_front", "slip_trailer_rear",  # rad
+    "roll_moment_car", "roll_moment_trailer",  # Nm about the roll axis
 )  # fmt: skip
 
 #: Columns of the result.
@@ -91,6 +110,7 @@ OUTPUT = (
     "slip_f", "slip_r", "slip_tf", "slip_tr",
     "trailer_lateral_fl", "trailer_lateral_fr", "trailer_lateral_rl", "trailer_lateral_rr",
     "trailer_vertical_fl", "trailer_vertical_fr", "trailer_vertical_rl", "trailer_vertical_rr",
+    "car_roll_rate", "trailer_roll_rate",
 )  # fmt: skip
 ALL = tuple(range(len(OUTPUT)))
 _STATES = int(lib.PLANT_STATES)
@@ -101,7 +121,9 @@ _RELAXATION = [index for name, index in _SCALARS.items() if name.startswith("rel
 _FEATURES = [
     index
     for name, index in _SCALARS.items()
-    if name.startswith(("relaxation", "roll_steer", "aero", "steering_flex", "free_play"))
+    if name.startswith(
+        ("relaxation", "roll_steer", "aero", "steering_flex", "free_play", "sprung_mass", "trail_")
+    )
     or name in ("hitch_friction", "peak_friction_inverse")
 ]
 SHORT_RELAXATION_M = 0.4  # below it two samples are too long a step

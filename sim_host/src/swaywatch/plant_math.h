@@ -1,0 +1,168 @@
+// Elementary functions over a row of lanes; included by plant_step.h for each width.
+
+typedef double NAME(v) __attribute__((vector_size(8 * WIDTH)));
+typedef int64_t NAME(m) __attribute__((vector_size(8 * WIDTH)));
+#define V NAME(v)
+#define M NAME(m)
+
+INLINE V NAME(all)(double value)
+{
+    return (V){0} + value;
+}
+
+INLINE V NAME(choose)(M mask, V yes, V no)
+{
+    return (V)(((M)yes & mask) | ((M)no & ~mask));
+}
+
+INLINE bool NAME(any)(M mask)
+{
+    int64_t found = 0;
+    for (int i = 0; i < WIDTH; i++) {
+        found |= mask[i];
+    }
+    return found != 0;
+}
+
+INLINE V NAME(least)(V a, V b)
+{
+    return NAME(choose)(a < b, a, b);
+}
+
+INLINE V NAME(most)(V a, V b)
+{
+    return NAME(choose)(a > b, a, b);
+}
+
+INLINE V NAME(absolute)(V x)
+{
+    return (V)((M)x & 0x7fffffffffffffff);
+}
+
+INLINE V NAME(nearest)(V x)
+{
+    const double magic = 6755399441055744.0; // 1.5 * 2^52
+    V shifted = x + magic;
+    __asm__("" : "+m"(shifted)); // the sum must not be undone
+    return shifted - magic;
+}
+
+/// Sine of an angle of at most a quarter turn, by its series; `q` is its square.
+INLINE V NAME(sine)(V r, V q)
+{
+    V s = q * (-1.0 / 5.1090942171709440e19) + 1.0 / 1.21645100408832e17;
+    s = s * q - 1.0 / 355687428096000.0;
+    s = s * q + 1.0 / 1307674368000.0;
+    s = s * q - 1.0 / 6227020800.0;
+    s = s * q + 1.0 / 39916800.0;
+    s = s * q - 1.0 / 362880.0;
+    s = s * q + 1.0 / 5040.0;
+    s = s * q - 1.0 / 120.0;
+    s = s * q + 1.0 / 6.0;
+    return r - r * q * s;
+}
+
+/// Sine and cosine, from within a quarter turn of a multiple of pi.
+INLINE void NAME(turn)(V x, V *sine, V *cosine)
+{
+    const V n = NAME(nearest)(x * 0.31830988618379067154);
+    const V odd = n - 2.0 * NAME(nearest)(0.5 * n);
+    const V sign = 1.0 - 2.0 * odd * odd;
+    const V r = (x - n * 3.14159265358979311600) - n * 1.22464679914735317722e-16;
+    const V q = r * r;
+    *sine = sign * NAME(sine)(r, q);
+    V c = q * (-1.0 / 1.1240007277776077e21) + 1.0 / 2432902008176640000.0;
+    c = c * q - 1.0 / 6402373705728000.0;
+    c = c * q + 1.0 / 20922789888000.0;
+    c = c * q - 1.0 / 87178291200.0;
+    c = c * q + 1.0 / 479001600.0;
+    c = c * q - 1.0 / 3628800.0;
+    c = c * q + 1.0 / 40320.0;
+    c = c * q - 1.0 / 720.0;
+    c = c * q + 1.0 / 24.0;
+    *cosine = sign * (1.0 - q * (0.5 - q * c));
+}
+
+/// Arc tangent: rational approximation of Moshier's Cephes library (public description).
+INLINE V NAME(arc_tangent)(V x)
+{
+    const V a = NAME(absolute)(x);
+    const M large = a > 2.41421356237309504880;
+    const M middle = (a > 0.66) & ~large;
+    const V one = NAME(all)(1.0);
+    const V top = NAME(choose)(large, -one, NAME(choose)(middle, a - 1.0, a));
+    const V bottom = NAME(choose)(large, a, NAME(choose)(middle, a + 1.0, one));
+    const V z = top / bottom;
+    const V q = z * z;
+    V p = -8.750608600031904122785e-1 * q - 1.615753718733365076637e1;
+    p = p * q - 7.500855792314704667340e1;
+    p = p * q - 1.228866684490136173410e2;
+    p = p * q - 6.485021904942025371773e1;
+    V d = q + 2.485846490142306297962e1;
+    d = d * q + 1.650270098316988542046e2;
+    d = d * q + 4.328810604912902668951e2;
+    d = d * q + 4.853903996359136964868e2;
+    d = d * q + 1.945506571482613964425e2;
+    const V base = NAME(choose)(large, NAME(all)(1.57079632679489661923),
+                                NAME(choose)(middle, NAME(all)(0.78539816339744830962), 0.0 * one));
+    const V y = base + (z + z * q * (p / d));
+    return NAME(choose)(x < 0.0, -y, y);
+}
+
+/// Slip angle: the series is good to 1e-9 below 0.1.
+INLINE V NAME(slip)(V x)
+{
+    const V q = x * x;
+    V y = x * (1.0 - q * (1.0 / 3.0 - q * (0.2 - q * (1.0 / 7.0))));
+    const M far = ~(NAME(absolute)(x) < 0.1);
+    if (NAME(any)(far)) {
+        y = NAME(choose)(far, NAME(arc_tangent)(x), y);
+    }
+    return y;
+}
+
+INLINE V NAME(hyperbolic_tangent)(V x)
+{
+    V y = {0};
+    for (int i = 0; i < WIDTH; i++) {
+        y[i] = tanh(x[i]);
+    }
+    return y;
+}
+
+/// Saturated force of a wheel: peak sin(SHAPE atan(linear / (SHAPE peak))), peak above zero.
+///
+/// The arc tangent of a ratio up to one is a polynomial with Chebyshev nodes (error 3e-17), that of
+/// the inverse the rest of a quarter turn: one division.
+INLINE V NAME(saturation)(V linear, V peak)
+{
+    const V size = NAME(absolute)(linear);
+    const V bound = SHAPE * peak;
+    const M steep = size > bound;
+    const V t = NAME(choose)(steep, bound, size) / NAME(choose)(steep, size, bound);
+    const V q = t * t;
+    const V u = q * q;
+    V odd = 1.806195461861215e-05 * u + 0.0010496035084968515;
+    V even = -0.00019996189377901382 * u - 0.0034958859739163094;
+    odd = odd * u + 0.008368931178450162;
+    even = even * u - 0.015535152475414177;
+    odd = odd * u + 0.023696731580048622;
+    even = even * u - 0.031277189066996385;
+    odd = odd * u + 0.03749486812535247;
+    even = even * u - 0.04260356632601652;
+    odd = odd * u + 0.04737749579527779;
+    even = even * u - 0.052579733342841106;
+    odd = odd * u + 0.05881506877793656;
+    even = even * u - 0.06666564699289104;
+    odd = odd * u + 0.07692298971033217;
+    even = even * u - 0.09090908590891934;
+    odd = odd * u + 0.11111111093490827;
+    even = even * u - 0.14285714285384132;
+    odd = odd * u + 0.1999999999999753;
+    even = even * u - 0.3333333333333333;
+    const V angle = t + t * q * (odd * q + even);
+    const V full = SHAPE * NAME(choose)(steep, 1.57079632679489661923 - angle, angle);
+    const V near = NAME(least)(full, 3.14159265358979323846 - full);
+    const V sine = peak * NAME(sine)(near, near * near);
+    return (V)((M)sine ^ ((M)linear & INT64_MIN));
+}

@@ -1,0 +1,158 @@
+"""The same random combinations for the sprung plant and for MuJoCo, which judges it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from swaywatch.diagnose.plant import OUTPUT, PlantInput, neutral, simulate
+from swaywatch.models.multibody import Motion, Multibody
+from swaywatch.models.multibody_vehicle import (
+    Axle,
+    Body,
+    Combination,
+    Damper,
+    Inputs,
+    Physics,
+    reference_combination,
+    static_loads,
+)
+from swaywatch.models.sprung import put
+
+SPACING = 0.01
+
+
+def drawn(seed: int) -> Combination:
+    """A car and a tandem trailer, drawn around the reference combination."""
+    draw = np.random.default_rng(seed)
+
+    def about(value: float, spread: float) -> float:
+        return float(value * draw.uniform(1.0 - spread, 1.0 + spread))
+
+    def axle(old: Axle, track: float) -> Axle:
+        return replace(
+            old,
+            to_cog_m=old.to_cog_m + float(draw.uniform(-0.06, 0.06)),
+            cornering_stiffness_n_rad=about(old.cornering_stiffness_n_rad, 0.15),
+            track_m=track,
+            spring_n_m=about(old.spring_n_m, 0.25),
+            roll_bar_n_m=about(old.roll_bar_n_m, 0.4),
+            damper=Damper("linear", about(1800.0, 0.4)),
+        )
+
+    def body(old: Body, heights: float) -> Body:
+        track = about(old.front.track_m, 0.06)
+        long = float(draw.uniform(0.85, 1.2))  # of the inertias that its length makes
+        return replace(
+            old,
+            mass_kg=about(old.mass_kg, 0.15),
+            yaw_inertia_kgm2=long * old.yaw_inertia_kgm2,
+            pitch_inertia_kgm2=long * old.pitch_inertia_kgm2,
+            roll_inertia_kgm2=about(old.roll_inertia_kgm2, 0.2),
+            cog_height_m=about(old.cog_height_m, heights),
+            hitch_to_cog_m=about(old.hitch_to_cog_m, 0.08),
+            front=axle(old.front, track),
+            rear=axle(old.rear, track),
+        )
+
+    base = reference_combination()
+    return replace(base, car=body(base.car, 0.1), trailer=body(base.trailer, 0.2),
+                   ball_height_m=about(0.42, 0.1))  # fmt: skip
+
+
+def constants(whole: Combination) -> np.ndarray:
+    """Constants in the order of `plant.BODY`."""
+    rows = []
+    for body in (whole.car, whole.trailer):
+        rows += [
+            body.mass_kg, body.yaw_inertia_kgm2, body.front.to_cog_m, -body.rear.to_cog_m,
+            body.hitch_to_cog_m, body.front.cornering_stiffness_n_rad,
+            body.rear.cornering_stiffness_n_rad,
+        ]  # fmt: skip
+    return np.array([*rows, *static_loads(whole)])
+
+
+def springs(whole: Combination) -> dict[str, float]:
+    """Values of the sprung plant: spring and bar in series with the tyre; roll axis on the road.
+
+    The wheels slide along the body's own vertical, so they tilt with it: all of the mass rolls.
+    """
+    values = {
+        "hitch_height": whole.ball_height_m, "wheel_radius": whole.wheel_radius_m,
+        "track_car_front": whole.car.front.track_m, "track_car_rear": whole.car.rear.track_m,
+        "track_trailer": whole.trailer.front.track_m,
+    }  # fmt: skip
+    for name, body in (("car", whole.car), ("trailer", whole.trailer)):
+        stiffness, damping, carried = [], 0.0, 0.0
+        for axle in (body.front, body.rear):
+            half = 0.5 * axle.track_m**2
+            spring = axle.spring_n_m + 2.0 * axle.roll_bar_n_m
+            share = axle.tyre_vertical_stiffness_n_m / (axle.tyre_vertical_stiffness_n_m + spring)
+            stiffness.append(half * spring * share)
+            damping += half * axle.damper.coefficient_ns_m * share**2
+            carried += half * axle.unsprung_mass_kg
+        values |= {
+            f"sprung_mass_{name}": body.mass_kg,
+            f"sprung_height_{name}": body.cog_height_m,
+            f"roll_inertia_{name}": body.roll_inertia_kgm2 - carried,
+            f"roll_stiffness_{name}": sum(stiffness),
+            f"roll_damping_rate_{name}": damping,
+            f"roll_axis_height_{name}": 0.0,
+            f"roll_front_share_{name}": stiffness[0] / sum(stiffness),
+            f"sensor_height_{name}": body.cog_height_m,
+        }
+    return values
+
+
+def manoeuvre(kind: str, degrees: float, until: float) -> tuple[np.ndarray, np.ndarray]:
+    """Time and steering-wheel angle: an impulse of the reference's, or a slalom that grows."""
+    time = np.arange(0.0, until, SPACING)
+    if kind == "impulse":
+        inside = (time > 0.5) & (time < 1.24)
+        shape = np.where(inside, np.sin(np.pi * (time - 0.5) / 0.74), 0.0)
+    else:
+        shape = np.sin(2.0 * np.pi * 0.45 * time) * np.clip(time / 2.0, 0.0, 1.0)
+    return time, np.radians(degrees) * shape
+
+
+def both(
+    whole: Combination,
+    physics: Physics,
+    slots: dict[str, float],
+    drive: tuple[np.ndarray, np.ndarray],
+    speed: float,
+) -> tuple[Motion, dict[str, np.ndarray]]:
+    """The judge's motion, and the plant's outputs for its road-wheel angle and speed."""
+    time, wheel = drive
+    inputs = Inputs(time, wheel, np.full_like(time, speed))
+    motion = Multibody(whole, physics).run(inputs).resample(time)
+    plant = PlantInput(
+        SPACING,
+        motion.speed_m_s,
+        np.gradient(motion.speed_m_s, SPACING),
+        motion.road_wheel_rad,
+        constants(whole),
+        put(put(neutral(), springs(whole)), slots),
+    )
+    found = simulate(plant)
+    return motion, {name: found[:, index] for index, name in enumerate(OUTPUT)}
+
+
+def differences(motion: Motion, found: dict[str, np.ndarray]) -> dict[str, float]:
+    """RMS of the difference over the RMS of the judge's channel; of loads, their change."""
+    pairs = {
+        "car_yaw_rate": motion.yaw_rate_rad_s, "trailer_yaw_rate": motion.trailer_yaw_rate_rad_s,
+        "hitch_y": motion.hitch_y_n, "car_acceleration": motion.car_acceleration_m_s2,
+        "trailer_acceleration": motion.trailer_acceleration_m_s2,
+        "car_roll": motion.roll_rad, "trailer_roll": motion.trailer_roll_rad,
+    }  # fmt: skip
+    for wheel in range(8):
+        prefix = "" if wheel < 4 else "trailer_"
+        name = f"{prefix}vertical_{('fl', 'fr', 'rl', 'rr')[wheel % 4]}"
+        pairs[name] = motion.wheel_fz_n[wheel] - motion.wheel_fz_n[wheel, 0]
+        found = found | {name: found[name] - found[name][0]}
+    return {
+        name: float(np.sqrt(np.mean((found[name] - judge) ** 2) / np.mean(judge**2)))
+        for name, judge in pairs.items()
+    }

@@ -1,0 +1,138 @@
+"""The sprung plant: against MuJoCo over random vehicles, and against balances of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_plant import BODY, plant
+
+from swaywatch.diagnose.plant import BODY as NAMES
+from swaywatch.diagnose.plant import GRAVITY, OUTPUT, SCALARS, PlantInput, neutral, simulate
+from swaywatch.models.sprung import BELIEFS, defaults, put, tolerances
+
+RELAXED = {"relaxation_car_front": 0.4, "relaxation_car_rear": 0.5, "relaxation_trailer": 0.6}
+SATURATED = {"peak_friction_inverse": 1.0, "degression": 0.2}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_vehicles_move_as_the_judge_says(seed: int) -> None:
+    """MuJoCo with moving bodies shares no code; without the coupling the plant is far off."""
+    pytest.importorskip("mujoco")
+    from sprung_pairs import both, differences, drawn, manoeuvre
+
+    from swaywatch.models.multibody_vehicle import Physics
+
+    physics, slots = [
+        (Physics(full=True), {}),
+        (
+            Physics(full=True, tyre_law="magic_formula", shape=1.35, load_degression=0.2),
+            SATURATED,
+        ),
+        (Physics(full=True, relaxation_m=(0.4, 0.5, 0.6, 0.6)), RELAXED),
+    ][seed % 3]
+    drive = manoeuvre("impulse" if seed % 2 else "slalom", 6.0, 8.0)
+    off = differences(*both(drawn(seed), physics, slots, drive, 24.0))
+    assert max(value for name, value in off.items() if "vertical" not in name) < 0.03
+    assert max(off.values()) < 0.09
+    rigid = slots | {"sprung_mass_car": 0.0, "sprung_mass_trailer": 0.0}
+    far = differences(*both(drawn(seed), physics, rigid, drive, 24.0))
+    assert far["trailer_yaw_rate"] > 3.0 * off["trailer_yaw_rate"]
+
+
+def alone(body: np.ndarray) -> np.ndarray:
+    """The same car without its trailer."""
+    return np.where([name.startswith("trailer") for name in NAMES], 0.0, body)
+
+
+def drive(body: np.ndarray, steer: np.ndarray, **slots: float) -> dict[str, np.ndarray]:
+    """Outputs at 20 m/s."""
+    scalars = put(neutral(), slots)
+    n = steer.size
+    found = simulate(PlantInput(0.01, np.full(n, 20.0), np.zeros(n), steer, body, scalars))
+    return {name: found[:, index] for index, name in enumerate(OUTPUT)}
+
+
+def turn(size: float, n: int = 1500) -> np.ndarray:
+    return np.asarray(size * np.minimum(np.arange(n) / 200.0, 1.0))
+
+
+def test_a_car_alone_turns_in_balance() -> None:
+    """Steady cornering: yaw gain of the single track; load transfer about the road."""
+    body = alone(BODY)
+    values = defaults(body)
+    found = drive(body, turn(0.01), **values)
+    end = {name: column[-1] for name, column in found.items()}
+    front, rear, cf, cr = body[2], body[3], body[5], body[6]
+    base, mass = front + rear, body[0]
+    understeer = mass / base * (rear / cf - front / cr)
+    assert end["car_yaw_rate"] == pytest.approx(0.01 * 20.0 / (base + understeer * 400.0), rel=2e-3)
+    assert end["articulation"] == 0.0
+    roll, ay = end["car_roll"], 20.0 * end["car_yaw_rate"]
+    lever = values["sprung_mass_car"] * values["sprung_height_car"]
+    net = values["roll_stiffness_car"] - lever * GRAVITY
+    assert roll == pytest.approx(lever * ay / net, rel=1e-4)
+    assert np.degrees(roll) == pytest.approx(5.5 * ay / GRAVITY, rel=1e-3)
+    carried = 0.5 * (end["vertical_fr"] - end["vertical_fl"]) * values["track_car_front"]
+    carried += 0.5 * (end["vertical_rr"] - end["vertical_rl"]) * values["track_car_rear"]
+    high = lever + values["sprung_mass_car"] * values["roll_axis_height_car"]
+    low = (mass - values["sprung_mass_car"]) * values["wheel_radius"]
+    assert carried == pytest.approx((high + low) * ay + lever * GRAVITY * roll, rel=2e-3)
+    share = values["sensed_roll_car"] * GRAVITY * np.sin(roll)
+    assert end["car_acceleration"] == pytest.approx(ay + share, rel=1e-4)
+
+
+def test_an_axle_that_is_not_there_carries_nothing() -> None:
+    """Single-axle trailer: all load transfer on the one axle, finite, moments in balance."""
+    body = BODY.copy()
+    body[[9, 12, 16]] = 0.0
+    body[17] = 13000.0
+    found = drive(body, turn(0.01), **defaults(body))
+    for name in ("trailer_vertical_fl", "trailer_vertical_fr", "lateral_tf"):
+        assert not found[name].any()
+    shift = found["trailer_vertical_rr"][-1] - found["trailer_vertical_rl"][-1]
+    assert found["trailer_vertical_rr"][-1] + found["trailer_vertical_rl"][-1] == pytest.approx(
+        13000.0
+    )
+    assert shift > 500.0
+    assert np.isfinite(np.array(list(found.values()))).all()
+
+
+def test_the_trail_turns_the_axle_back_and_vanishes() -> None:
+    """Yaw balance of the car with an aligning moment: t F for small slip, less when it slides."""
+    body = alone(BODY)
+    trail = {f"trail_{axle}": 0.03 for axle in ("car_front", "car_rear", "trailer")}
+    shares = []
+    for size in (0.002, 0.1):
+        found = drive(body, turn(size), **defaults(body), **trail, peak_friction_inverse=1.0)
+        front = (found["lateral_fl"] + found["lateral_fr"]) * np.cos(turn(size))
+        rear = found["lateral_rl"] + found["lateral_rr"]
+        moment = body[1] * found["car_yaw_acceleration"] - body[2] * front + body[3] * rear
+        shares.append(moment[-1] / (front + rear)[-1])
+    assert shares[0] == pytest.approx(-0.03, rel=0.05)
+    assert -0.6 * 0.03 < shares[1] < 0.0
+
+
+def test_rigid_settings_leave_no_trace_of_the_springs() -> None:
+    """Without sprung mass none of the other values has any effect, bit by bit."""
+    values = defaults(BODY) | {"sprung_mass_car": 0.0, "sprung_mass_trailer": 0.0}
+    values |= {"sensed_roll_car": 0.0, "sensed_roll_trailer": 0.0}
+    with_values, without = plant(400, 2), plant(400, 2)
+    put(with_values.scalars, values)
+    np.testing.assert_array_equal(simulate(with_values), simulate(without))
+
+
+def test_beliefs_are_complete_and_follow_the_vehicle() -> None:
+    values = defaults(BODY)
+    spread = tolerances(values)
+    assert set(values) == set(spread) <= set(SCALARS)
+    assert all(belief.unit and belief.words and belief.source for belief in BELIEFS)
+    assert all(value > 0.0 for value in values.values())
+    heavy = BODY.copy()
+    heavy[0] *= 1.5
+    assert defaults(heavy)["roll_stiffness_car"] == pytest.approx(
+        1.5 * values["roll_stiffness_car"]
+    )
+    stiff = defaults(BODY, {"roll_stiffness_car": 2.0 * values["roll_stiffness_car"]})
+    assert stiff["roll_damping_rate_car"] > values["roll_damping_rate_car"]
+    with pytest.raises(ValueError, match="'roll_stifness_car' is no value"):
+        defaults(BODY, {"roll_stifness_car": 1.0})
