@@ -71,7 +71,9 @@ def run(args: argparse.Namespace) -> int:
         for result in results:
             result.sentences[:] = [verdict(result)[1], *sentences(result)]
         progress.tell("writing the report", 0.0, 1.0)
-        written = write_outputs(results, args.out, args.estimates, report=not args.no_report)
+        written = write_outputs(
+            results, args.out, args.estimates, report=not args.no_report, signals=args.signals
+        )
     for result in results:
         print_summary(console, result)
     lost = sum(result.drive.lost_frames for result in results)
@@ -88,7 +90,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def write_outputs(
-    results: list[DriveResult], folder: Path, estimates_format: str, *, report: bool
+    results: list[DriveResult],
+    folder: Path,
+    estimates_format: str,
+    *,
+    report: bool,
+    signals: Path | None = None,
 ) -> list[Path]:
     """Write estimates, JSON and report; each whole or not at all."""
     written = []
@@ -113,7 +120,7 @@ def write_outputs(
     if report:
         path = folder / "report.html"
         with whole_file(path) as temporary:
-            temporary.write_text(make_report(results), encoding="utf-8")
+            temporary.write_text(make_report(results, signals), encoding="utf-8")
         written.append(path)
     return written
 

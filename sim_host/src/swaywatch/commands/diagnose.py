@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     from rich.progress import Progress
 
     from swaywatch.diagnose.engine import diagnose, write
-    from swaywatch.diagnose.words import how_much, part
+    from swaywatch.diagnose.words import how_much, part, remains
 
     args.out.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
@@ -55,5 +55,5 @@ def run(args: argparse.Namespace) -> int:
         interval = f"{quantity['low']:.3g} to {quantity['high']:.3g}"
         print(f"  {name}: {quantity['value']:.3g} ({interval})")
     for note in result["unexplained"]:
-        print("  unexplained: " + note.get("reason", str(note)))
+        print("  unexplained: " + remains(note))
     return 0

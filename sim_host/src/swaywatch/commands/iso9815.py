@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import html
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from swaywatch.analysis import DriveResult, analyze
 from swaywatch.iso9815 import Evaluation, Speed, evaluate
 from swaywatch.progress import LateProgress
 from swaywatch.recording.guard import whole_file
+from swaywatch.report.shell import document, plot, table
 
 KMH = 3.6
 _COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#6b7280")
@@ -55,10 +56,13 @@ def run(args: argparse.Namespace) -> int:
             join=False, strict=not args.ignore_quality, progress=progress.tell,
         )  # fmt: skip
     evaluation = evaluate(results)
+    sources = {
+        "recording": args.run_files, "vehicle": [args.vehicle], "signals": [args.signals]
+    }  # fmt: skip
     written = []
     for name, text in (
         ("iso9815.json", json.dumps(as_json(evaluation, results), indent=1, allow_nan=False)),
-        ("iso9815.html", make_page(evaluation, results)),
+        ("iso9815.html", make_page(evaluation, results, sources)),
     ):
         path = args.out / name
         with whole_file(path) as temporary:
@@ -159,38 +163,34 @@ def make_figure(evaluation: Evaluation) -> go.Figure:
         y=evaluation.limit.damping_ratio, line={"color": "#E69F00", "width": 1, "dash": "dash"}
     )
     figure.update_layout(
-        template="plotly_white", width=1000, height=560,
+        height=560,
         xaxis_title="speed [km/h]", yaxis_title="damping ratio of the free oscillation [-]",
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},
     )  # fmt: skip
     return figure
 
 
-def make_page(evaluation: Evaluation, results: list[DriveResult]) -> str:
+def make_page(
+    evaluation: Evaluation,
+    results: list[DriveResult],
+    sources: Mapping[str, Sequence[Path]] | None = None,
+) -> str:
     """One HTML file that needs nothing else."""
-    runs = ", ".join(html.escape(path.name) for r in results for path in r.drive.files)
-    rows = ""
+    runs = ", ".join(path.name for r in results for path in r.drive.files)
+    rows = []
     for name, speed in (
         ("zero-damping speed", evaluation.zero),
         (f"speed of damping ratio {evaluation.limit.damping_ratio:g}", evaluation.limit),
     ):
-        value, interval = _kmh(speed)
         note = "outside the speeds that were driven" if speed.extrapolated else ""
-        rows += f"<tr><td>{name}</td><td>{value}</td><td>{interval}</td><td>{note}</td></tr>"
-    plot = make_figure(evaluation).to_html(
-        full_html=False, include_plotlyjs=True, config={"displaylogo": False}
-    )
-    return (
-        "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>"
-        "<title>Damping against speed</title><style>body{font:15px/1.5 Helvetica,Arial,sans-serif;"
-        "color:#1f2937;max-width:1060px;margin:24px auto}td,th{padding:4px 18px 4px 0;"
-        "text-align:left;border-bottom:1px solid #e5e7eb}.note{color:#6b7280;font-size:13px}"
-        "</style></head><body><h1>Damping against speed (ISO 9815)</h1>"
-        f"<p class='note'>{runs} &middot; swaywatch {html.escape(__version__)}</p>"
-        f"<table><tr><th></th><th>km/h</th><th>95 % interval</th><th></th></tr>{rows}</table>{plot}"
+        rows.append([name, *_kmh(speed), note])
+    parts = [
+        table(["", "km/h", "95 % interval", ""], rows),
+        plot(make_figure(evaluation), name="damping_against_speed"),
         "<p class='note'>Each point is one window of free oscillation that overlaps no other; bars "
         "are one standard error, from the fit and from what disturbs the swing (an amplitude of "
         f"{np.degrees(evaluation.disturbance_rad_s):.2f} deg/s, found from the scatter). Line: "
         f"ratio = {evaluation.c0:.4f} {evaluation.c1 / KMH:+.6f} per km/h, weighted; intervals of "
-        "the speeds after Fieller.</p></body></html>"
-    )
+        "the speeds after Fieller.</p>",
+    ]
+    return document("Damping against speed (ISO 9815)", parts, meta=runs, sources=sources)

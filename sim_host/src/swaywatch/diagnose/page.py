@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-import plotly.offline
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
@@ -21,9 +20,18 @@ from swaywatch.diagnose.fingerprint import LINES, line_map, relations
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.judge import FIVE_PERCENT, errors
 from swaywatch.diagnose.runs import Run, low_pass
-from swaywatch.diagnose.words import how_much, named, part, quantity, rounded, value, when
+from swaywatch.diagnose.words import (
+    how_much,
+    named,
+    part,
+    quantity,
+    remains,
+    rounded,
+    value,
+    when,
+)
 from swaywatch.drive import Channel, Drive
-from swaywatch.report.style import STYLE
+from swaywatch.report.shell import document, plot, table
 from swaywatch.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -33,7 +41,6 @@ WIDTHS = {MEASURED: 3.0, BEFORE: 1.2, AFTER: 1.2}  # the measured line shows beh
 #: A balance of linear terms is this far off on clean recordings (noise, small-angle remainders).
 CLEAN_PERCENT = 3.0
 LARGEST_PERCENT = 25.0
-WIDTH = 1200
 SHORTEST_FRAME_S = 0.05
 ALL_ALONG = 0.95  # of a run: a window that long is none
 _SHOWN = {
@@ -60,34 +67,14 @@ _VERDICT = {
 }
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """An HTML table; cells are text."""
-    cells = "".join(f"<th>{html.escape(x)}</th>" for x in head)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(x)}</td>" for x in row) + "</tr>" for row in rows
-    )
-    return f"<table><tr>{cells}</tr>{body}</table>"
-
-
-def figure_html(figure: go.Figure) -> str:
-    """A figure in the page's look; the page holds plotly once."""
+def figure_html(figure: go.Figure, run: str = "", name: str = "", least_width: int = 0) -> str:
+    """A figure in the page's look; those of a run are zoomed together."""
     figure.update_annotations(font_size=12)
     figure.update_layout(
-        template="plotly_white", width=WIDTH, hovermode="x unified",
-        font={"family": "Helvetica, Arial, sans-serif", "size": 12, "color": "#1f2937"},
+        hovermode="x unified",
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 1.0, "xanchor": "right"},
-    )  # fmt: skip
-    return str(figure.to_html(full_html=False, include_plotlyjs=False))
-
-
-def document(title: str, parts: Sequence[str]) -> str:
-    """The page around its parts."""
-    return (
-        "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>"
-        f"<title>{html.escape(title)}</title><style>{STYLE}</style>"
-        f"<script>{plotly.offline.get_plotlyjs()}</script></head><body><main>"
-        f"<h1>{html.escape(title)}</h1>{''.join(parts)}</main></body></html>\n"
     )
+    return plot(figure, run=run, name=f"{run}_{name}", least_width=least_width)
 
 
 def headline(result: Mapping[str, Any]) -> str:
@@ -103,7 +90,7 @@ def headline(result: Mapping[str, Any]) -> str:
             + (f"; cannot be told from {html.escape(same)}" if same else "")
             + (f"): {values[0]}" if len(values) == 1 else "):<br>" + "<br>".join(values))
         )
-    notes = [note.get("reason") for note in result["unexplained"] if note.get("reason")]
+    notes = [note["reason"] for note in result["unexplained"] if note.get("reason")]
     lines += [html.escape(str(note)) for note in notes[:2]]
     items = "".join(f"<li>{line}</li>" for line in lines)
     return f"<div class='verdict {kind}'><p>{html.escape(sentence)}</p><ul>{items}</ul></div>"
@@ -234,9 +221,8 @@ def _three(
 def before_after(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -> go.Figure:
     """Measured signals with the simulation before and after, and below each what is left."""
     shown = [name for name in _SHOWN if name in run.channels]
-    titles = [title for name in shown for title in (_SHOWN[name], "")]
     figure = make_subplots(
-        2 * len(shown), 1, shared_xaxes=True, vertical_spacing=0.018, subplot_titles=titles,
+        2 * len(shown), 1, shared_xaxes=True, vertical_spacing=0.018,
         row_heights=[w for _ in shown for w in (0.66, 0.34)],
     )  # fmt: skip
     for row, name in enumerate(shown):
@@ -256,10 +242,13 @@ def before_after(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -
                     col=1, line={"color": colour, "width": 1.0}, legendgroup=label,
                     showlegend=False, name=f"measured - {label}",
                 )  # fmt: skip
-        figure.update_yaxes(title_text="rest", title_font={"size": 10}, row=2 * row + 2, col=1)
+        unit = _SHOWN[name].partition(", ")[2]
+        figure.update_yaxes(title_text=_in_two_lines(_SHOWN[name]), row=2 * row + 1, col=1)
+        figure.update_yaxes(title_text=f"rest<br>[{unit}]", row=2 * row + 2, col=1)
+    figure.update_yaxes(title_font_size=10)
     figure.update_layout(
         title=f"{run.name}: signals and, below each, measured minus simulated",
-        height=70 + 190 * len(shown), margin={"l": 60, "r": 20, "t": 70, "b": 40},
+        height=70 + 190 * len(shown), margin={"l": 84, "r": 20, "t": 70, "b": 40},
     )  # fmt: skip
     figure.update_xaxes(title_text="time, s", row=2 * len(shown), col=1)
     return figure
@@ -270,10 +259,9 @@ def axle_loads(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -> 
     names = [f"wheel_vertical_load_{w}" for w in ("fl", "fr", "rl", "rr")]
     if not all(name in run.channels for name in names):
         return None
-    figure = make_subplots(
-        2, 1, shared_xaxes=True, subplot_titles=[t for t, _ in _AXLES], vertical_spacing=0.1
-    )
-    for row, (_, wheels) in enumerate(_AXLES, start=1):
+    figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.1)
+    for row, (title, wheels) in enumerate(_AXLES, start=1):
+        figure.update_yaxes(title_text=_in_two_lines(title), row=row, col=1)
         for label, channels, colour in three:
             total = sum(
                 (channels[f"wheel_vertical_load_{w}"] for w in wheels), np.zeros(run.time.size)
@@ -284,7 +272,7 @@ def axle_loads(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -> 
                 showlegend=row == 1,
             )  # fmt: skip
     figure.update_layout(
-        title=f"{run.name}: axle loads", height=380, margin={"l": 60, "r": 20, "t": 70, "b": 40}
+        title=f"{run.name}: axle loads", height=380, margin={"l": 84, "r": 20, "t": 70, "b": 40}
     )
     figure.update_xaxes(title_text="time, s", row=2, col=1)
     return figure
@@ -306,11 +294,9 @@ def estimates(
     run: Run, vehicle: Vehicle, three: Sequence[tuple[str, dict[str, Array], str]]
 ) -> go.Figure:
     """f(t), damping and C(t) that the core estimates from the recording and both simulations."""
-    figure = make_subplots(
-        len(_ESTIMATES), 1, shared_xaxes=True,
-        subplot_titles=[title for title, _ in _ESTIMATES.values()],
-        vertical_spacing=0.05,
-    )  # fmt: skip
+    figure = make_subplots(len(_ESTIMATES), 1, shared_xaxes=True, vertical_spacing=0.05)
+    for row, (title, _) in enumerate(_ESTIMATES.values(), start=1):
+        figure.update_yaxes(title_text=_in_two_lines(title), row=row, col=1)
     for label, channels, colour in three:
         found = analyze_drive(_as_drive(run, channels), vehicle)
         for row, (name, (_, bit)) in enumerate(_ESTIMATES.items(), start=1):
@@ -325,10 +311,16 @@ def estimates(
         figure.update_yaxes(range=_usual(figure, row), row=row, col=1)
     figure.update_layout(
         title=f"{run.name}: what the estimator makes of the recording and of the simulation",
-        height=640, margin={"l": 60, "r": 20, "t": 70, "b": 40},
+        height=640, margin={"l": 84, "r": 20, "t": 70, "b": 40},
     )  # fmt: skip
     figure.update_xaxes(title_text="time, s", row=len(_ESTIMATES), col=1)
     return figure
+
+
+def _in_two_lines(title: str) -> str:
+    """``load, kN`` as a title of an axis."""
+    words, comma, unit = title.partition(", ")
+    return f"{words}<br>[{unit}]" if comma else words
 
 
 def _usual(figure: go.Figure, row: int) -> list[float] | None:
@@ -433,7 +425,10 @@ def page(
         "<p>Each relation is checked from measured signals alone, in windows of 3 s, at each line "
         "of the motion: no simulation, so nothing carries a fault on. On clean recordings a "
         f"relation is off by up to {CLEAN_PERCENT:.0f} %. Frames: windows that are claimed.</p>",
-        *(figure_html(where(problem, index, result)) for index in runs),
+        *(
+            figure_html(where(problem, index, result), problem.runs[index].name, "relations", 900)
+            for index in runs
+        ),
         "<h2>What</h2>", effects_table(result),
         "<h3>The best of all explanations that were tried</h3>",
         table(
@@ -450,17 +445,31 @@ def page(
     ]  # fmt: skip
     for index, three in zip(runs, threes, strict=True):
         run = problem.runs[index]
-        parts.append(figure_html(before_after(run, three)))
+        parts.append(figure_html(before_after(run, three), run.name, "signals"))
         loads = axle_loads(run, three)
         if loads is not None:
-            parts.append(figure_html(loads))
-        parts.append(figure_html(estimates(run, vehicle, three)))
-    notes = [note.get("reason") or _place(note) for note in result["unexplained"]]
+            parts.append(figure_html(loads, run.name, "axle_loads"))
+        parts.append(figure_html(estimates(run, vehicle, three), run.name, "estimates"))
+    notes = [remains(note) for note in result["unexplained"]]
     parts.append("<h2>What remains</h2>")
     parts += [f"<p>{html.escape(note)}</p>" for note in notes] or ["<p>Nothing above noise.</p>"]
     parts.append("<h2>Checks</h2><ul>")
     parts += [f"<li>{html.escape(str(check))}</li>" for check in result["checks"]]
-    return document("Diagnosis: where simulation and recording differ", [*parts, "</ul>"])
+    return document(
+        "Diagnosis: where simulation and recording differ", [*parts, "</ul>"],
+        sources=sources(result),
+    )  # fmt: skip
+
+
+def sources(result: Mapping[str, Any]) -> dict[str, list[str]]:
+    """The files that the diagnosis was made from, by what they are."""
+    inputs = result["inputs"]
+    return {
+        "recording": list(inputs["recordings"]),
+        "simulation": list(inputs.get("simulations") or []),
+        "vehicle": [inputs["vehicle"]],
+        "signals": [inputs["signals"]],
+    }
 
 
 def _runs(result: Mapping[str, Any], problem: Problem) -> str:
@@ -478,13 +487,6 @@ def _runs(result: Mapping[str, Any], problem: Problem) -> str:
 
 def _repaired(result: Mapping[str, Any]) -> bool:
     return any(effect.get("text") for effect in result["effects"])
-
-
-def _place(note: Mapping[str, Any]) -> str:
-    return (
-        f"an unknown force in the {note['location']} would take {note['share_of_mismatch']:.0%} "
-        f"of the rest away, strongest at {note['frequency_hz']:.2f} Hz"
-    )
 
 
 def write_page(text: str, path: Path) -> None:

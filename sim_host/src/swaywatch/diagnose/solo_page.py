@@ -15,16 +15,16 @@ from swaywatch.diagnose.page import (
     MEASURED,
     WIDTHS,
     amounts,
-    document,
     effects_table,
     figure_html,
     headline,
-    table,
+    sources,
 )
 from swaywatch.diagnose.runs import RATE_HZ, low_pass
 from swaywatch.diagnose.solo_effects import ACC, YAW
 from swaywatch.diagnose.solo_fit import START_S, SoloFitter, SoloModel
 from swaywatch.diagnose.words import named
+from swaywatch.report.shell import document, table
 
 LABELS = {YAW: "yaw rate, deg/s", ACC: "lateral acceleration, m/s²"}
 FACTORS = {YAW: float(np.degrees(1.0)), ACC: 1.0}
@@ -40,9 +40,9 @@ def before_after(
         return None
     figure = make_subplots(
         len(data.channels), 1, shared_xaxes=True, vertical_spacing=0.06,
-        subplot_titles=[LABELS[c] for c in data.channels],
     )  # fmt: skip
     for row, channel in enumerate(data.channels, start=1):
+        figure.update_yaxes(title_text=LABELS[channel].replace(", ", "<br>[") + "]", row=row, col=1)
         for number, part in enumerate(parts):
             measured = data.runs[run].channels[channel][part.where]
             time = data.runs[run].time[part.where]
@@ -153,7 +153,7 @@ def solo_page(
     ]  # fmt: skip
     cloud = turns(fitter, model)
     if cloud is not None:
-        parts.append(figure_html(cloud))
+        parts.append(figure_html(cloud, name="acceleration_against_turning"))
     alone = [[named(x["name"]), f"{x['level']:.2f}"] for x in evidence["ranking"]]
     parts += [
         "<h2>What</h2>", effects_table(result),
@@ -169,7 +169,7 @@ def solo_page(
     for run in range(len(fitter.data.runs)):
         figure = before_after(fitter, baseline, model, run)
         if figure is not None:
-            parts.append(figure_html(figure))
+            parts.append(figure_html(figure, fitter.data.runs[run].name, "signals"))
     parts += [
         "<h2>What remains</h2>",
         *(f"<p>{html.escape(note['reason'])}</p>" for note in result["unexplained"]),
@@ -177,4 +177,4 @@ def solo_page(
         *(f"<li>{html.escape(check)}</li>" for check in result["checks"]),
         "</ul>",
     ]
-    return document("Diagnosis of a car", parts)
+    return document("Diagnosis of a car", parts, sources=sources(result))

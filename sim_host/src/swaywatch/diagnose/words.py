@@ -91,3 +91,13 @@ def how_much(effect: Mapping[str, Any]) -> list[str]:
             for name, v in parameters.items()
         )
     ]
+
+
+def remains(note: Mapping[str, Any]) -> str:
+    """What no explanation takes away, in a sentence."""
+    if note.get("reason"):
+        return str(note["reason"])
+    return (
+        f"an unknown force in the {note['location']} would take {note['share_of_mismatch']:.0%} "
+        f"of the rest away, strongest at {note['frequency_hz']:.2f} Hz"
+    )

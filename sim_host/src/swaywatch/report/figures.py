@@ -31,7 +31,6 @@ ALARM_COLOUR = {
 }  # fmt: skip
 MAX_POINTS = 3000
 MAX_ESTIMATES = 1200
-WIDTH = 1240
 
 
 def _faint(colour: str, alpha: float = 0.18) -> str:
@@ -55,11 +54,8 @@ def thinned(time: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray
 
 def _layout(figure: go.Figure, height: int, legend: bool = True) -> go.Figure:
     figure.update_layout(
-        template="plotly_white",
         height=height,
-        width=WIDTH,
         margin={"l": 92, "r": 24, "t": 34, "b": 52},
-        font={"family": "Helvetica, Arial, sans-serif", "size": 13, "color": "#1f2937"},
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0},
         showlegend=legend,
         hovermode="x unified",

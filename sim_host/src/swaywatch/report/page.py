@@ -3,36 +3,32 @@
 from __future__ import annotations
 
 import html
-from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import plotly.graph_objects as go
-import plotly.offline
 
-from swaywatch import __version__
 from swaywatch.analysis import AXLE_NAMES, DriveResult, Value
 from swaywatch.core import AXLES
 from swaywatch.report import figures
-from swaywatch.report.style import STYLE
+from swaywatch.report.shell import document, plot, wide
 from swaywatch.report.words import REASON_WORDS, plus_minus, sentences, speed_used_m_s, verdict
 from swaywatch.roles import CHANNELS
 
 KMH = 3.6
 
 
-def make_report(results: list[DriveResult]) -> str:
-    """HTML of the report on one or several drives of one combination."""
-    parts = [
-        "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>",
-        f"<title>Sway report: {html.escape(_title(results))}</title><style>{STYLE}</style>",
-        f"<script>{plotly.offline.get_plotlyjs()}</script></head><body><main>",
-        f"<h1>How far from instability, and why do we think so</h1>"
-        f"<div class='meta'>{html.escape(_title(results))} &middot; vehicle "
-        f"{html.escape(str(results[0].vehicle.path))} &middot; swaywatch {__version__} &middot; "
-        f"{datetime.now(tz=UTC):%Y-%m-%d %H:%M} UTC</div>",
-    ]
-    for result in results:
-        parts.append(_verdict(result, several=len(results) > 1))
+def make_report(results: list[DriveResult], signals: Path | None = None) -> str:
+    """HTML of the report on one or several drives of one combination.
+
+    Parameters
+    ----------
+    results
+        At least one.
+    signals
+        The ``signals.toml`` they were read with, for the list of sources.
+    """
+    parts = [_verdict(result, several=len(results) > 1) for result in results]
     parts += ["<h2>In figures</h2>", _numbers(results)]
     parts.append("<h2>Margin against speed</h2>")
     parts.append(
@@ -43,13 +39,23 @@ def make_report(results: list[DriveResult]) -> str:
             "critical speed also takes how late the tyres' forces come (their argument). Points "
             "are measured in free oscillation, bars are one standard error, shaded bands two.",
             "no model and no measured damping to draw",
+            name="margin_against_speed",
         )
     )
     for result in results:
         parts.append(_drive(result))
     parts.append(_conventions())
-    parts.append("</main></body></html>")
-    return "\n".join(parts)
+    vehicle = results[0].vehicle.path
+    return document(
+        "How far from instability, and why do we think so",
+        parts,
+        meta=_title(results),
+        sources={
+            "recording": [path for result in results for path in result.drive.files],
+            "vehicle": [] if vehicle is None else [vehicle],
+            "signals": [] if signals is None else [signals],
+        },
+    )
 
 
 def _title(results: list[DriveResult]) -> str:
@@ -87,8 +93,8 @@ def _numbers(results: list[DriveResult]) -> str:
         for name, unit, cells in rows
     )
     return (
-        f"<table><tr><th></th><th>vehicle.toml</th>{head}<th>unit</th></tr>{body}</table>"
-        "<div class='note'>Value ± standard error over the usable estimates of the drive.</div>"
+        wide(f"<table><tr><th></th><th>vehicle.toml</th>{head}<th>unit</th></tr>{body}</table>")
+        + "<div class='note'>Value ± standard error over the usable estimates of the drive.</div>"
     )
 
 
@@ -124,7 +130,7 @@ def _drive(result: DriveResult) -> str:
         f"{drive.frames} {'frames' if drive.formats else 'samples'}, "
         f"{html.escape(', '.join(drive.formats))}, {len(result.estimates)} estimates</div>",
         "<h3>Speed margin and alarm</h3>",
-        _figure(figures.margin(result), _alarm_legend()),
+        _figure(figures.margin(result), _alarm_legend(), run=drive.name, name="margin"),
         _alarm_table(result),
         "<h3>Oscillation: frequency, amplitude, damping</h3>",
         _figure(
@@ -133,15 +139,24 @@ def _drive(result: DriveResult) -> str:
             "errors. While the driver steers with the oscillation its growth says nothing about "
             "stability; those points are grey.",
             "no usable estimate of an oscillation",
+            run=drive.name,
+            name="oscillation",
         ),
         "<h3>Where in time and frequency the motion is</h3>",
-        _figure(figures.time_frequency(result), "White dots: the line that is tracked."),
+        _figure(
+            figures.time_frequency(result),
+            "White dots: the line that is tracked.",
+            run=drive.name,
+            name="time_frequency",
+        ),
         "<h3>Cornering stiffness of each axle</h3>",
         _figure(
             figures.stiffness(result),
             "Lateral force over slip angle at the sway frequency. A negative argument means that "
             "the force follows the slip late.",
             "no axle could be identified; see below which signals are missing",
+            run=drive.name,
+            name="stiffness",
         ),
         "<h3>Axle loads</h3>",
         _figure(
@@ -150,9 +165,16 @@ def _drive(result: DriveResult) -> str:
             "the sway frequency: a load that oscillates at twice that frequency adds to it or "
             "takes from it, by its phase.",
             "no axle loads were measured",
+            run=drive.name,
+            name="loads",
         ),
         "<h3>Signals as measured</h3>",
-        _figure(figures.signals(result), "Left and right wheels of an axle are added."),
+        _figure(
+            figures.signals(result),
+            "Left and right wheels of an axle are added.",
+            run=drive.name,
+            name="signals",
+        ),
         "<h3>Data quality</h3>",
         _findings(result),
         "<h3>Results that are switched off, or rest on less</h3>",
@@ -163,14 +185,18 @@ def _drive(result: DriveResult) -> str:
     return "\n".join(parts)
 
 
-def _figure(figure: go.Figure | None, note: str, instead: str = "nothing to show") -> str:
+def _figure(
+    figure: go.Figure | None,
+    note: str,
+    instead: str = "nothing to show",
+    *,
+    run: str = "",
+    name: str = "plot",
+) -> str:
+    """A plot and what it shows; those of a `run` have one time axis."""
     if figure is None:
         return f"<p class='note'>Not shown: {html.escape(instead)}.</p>"
-    body = figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        config={"displaylogo": False, "responsive": False},
-    )
+    body = plot(figure, run=run, name=f"{run}_{name}" if run else name)
     return f"{body}<div class='note'>{note}</div>"
 
 
@@ -195,7 +221,7 @@ def _alarm_table(result: DriveResult) -> str:
     )
     more = f"<p class='note'>and {len(loud) - 40} more</p>" if len(loud) > 40 else ""
     head = "<tr><th>from [s]</th><th>to [s]</th><th>state</th><th>reasons</th></tr>"
-    return f"<table>{head}{rows}</table>{more}"
+    return wide(f"<table>{head}{rows}</table>") + more
 
 
 def _findings(result: DriveResult) -> str:
@@ -209,7 +235,7 @@ def _findings(result: DriveResult) -> str:
         f"<td>{html.escape(f.text)}</td></tr>"
         for f in result.findings
     )
-    return f"<table><tr><th></th><th>kind</th><th>finding</th></tr>{rows}</table>{note}"
+    return wide(f"<table><tr><th></th><th>kind</th><th>finding</th></tr>{rows}</table>") + note
 
 
 def _balances(result: DriveResult) -> str:
@@ -224,9 +250,11 @@ def _balances(result: DriveResult) -> str:
         for name, rest in result.balances.items()
     )
     return (
-        "<table><tr><th>relation that signs, units and delays were checked by</th>"
-        f"<th>rest of its largest term</th></tr>{rows}</table>"
-        "<div class='note'>A few percent are noise; more is physics that the relation leaves out "
+        wide(
+            "<table><tr><th>relation that signs, units and delays were checked by</th>"
+            f"<th>rest of its largest term</th></tr>{rows}</table>"
+        )
+        + "<div class='note'>A few percent are noise; more is physics that the relation leaves out "
         "or a fault of a signal (band 0.15 to 3 Hz).</div>"
     )
 
@@ -244,7 +272,7 @@ def _switched_off(result: DriveResult) -> str:
         for kind, entries in kinds
         for name, channels in entries
     )
-    return f"<table><tr><th>result</th><th></th><th>for lack of</th></tr>{rows}</table>"
+    return wide(f"<table><tr><th>result</th><th></th><th>for lack of</th></tr>{rows}</table>")
 
 
 def _channels(result: DriveResult) -> str:
@@ -255,7 +283,7 @@ def _channels(result: DriveResult) -> str:
         f"<td>{html.escape(', '.join(channel.files))}</td></tr>"
         for name, channel in result.drive.channels.items()
     )
-    return (
+    return wide(
         "<table><tr><th>role</th><th>signal</th><th>unit in file</th><th>rate [Hz]</th>"
         f"<th>ahead of COG [m]</th><th>file</th></tr>{rows}</table>"
     )

@@ -7,28 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import plotly.graph_objects as go
-import plotly.offline
 
-from swaywatch import __version__
+from swaywatch.report.shell import document, plot, wide
 
 BLUE, ORANGE, GREEN, RED, PINK, GREY = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#6b7280",
 )  # fmt: skip
 COLOURS = (BLUE, ORANGE, GREEN, RED, PINK, GREY)
-_STYLE = """
-body { font: 15px/1.5 Helvetica, Arial, sans-serif; color: #1f2937; margin: 0; background: #fff; }
-main { max-width: 1180px; margin: 0 auto; padding: 24px 28px 60px; }
-h1 { font-size: 26px; margin: 0 0 2px; }
-h2 { font-size: 20px; margin: 38px 0 6px; border-bottom: 2px solid #e5e7eb; padding-bottom: 4px; }
-h3 { font-size: 16px; margin: 26px 0 4px; }
-.meta, .note { color: #6b7280; font-size: 13px; }
-table { border-collapse: collapse; margin: 8px 0 4px; font-size: 14px; }
-th, td { text-align: left; padding: 4px 16px 4px 0; border-bottom: 1px solid #e5e7eb; }
-th { color: #4b5563; font-weight: 600; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; }
-.met { color: #15803d; } .missed { color: #b91c1c; font-weight: 600; }
-@media print { .js-plotly-plot { break-inside: avoid; } }
-"""
 
 
 @dataclass(frozen=True)
@@ -96,13 +81,6 @@ class Chapter:
 def make_page(chapters: Sequence[Chapter], seconds: float) -> str:
     """HTML of the whole report."""
     body = [
-        "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>",
-        f"<title>Chapters 3, 5 and 6 reproduced</title><style>{_STYLE}</style>",
-        f"<script>{plotly.offline.get_plotlyjs()}</script></head><body><main>",
-        "<h1>Chapters 3, 5 and 6 reproduced</h1>",
-        f"<div class='meta'>swaywatch {html.escape(__version__)}. Simulated drives, read by the C "
-        f"core; made in {seconds:.0f} s. Reference: N. Zhang, Stability Investigation of "
-        "Car-trailer Combinations based on Time-Frequency Analysis, TU Darmstadt 2015.</div>",
         "<h2>Against the reference</h2>",
         _checks([check for chapter in chapters for check in chapter.checks]),
     ]
@@ -110,8 +88,12 @@ def make_page(chapters: Sequence[Chapter], seconds: float) -> str:
         body += [f"<h2>{html.escape(chapter.title)}</h2>", f"<p>{html.escape(chapter.text)}</p>"]
         for part in chapter.parts:
             body.append(_table(part) if isinstance(part, Table) else _figure(part))
-    body.append("</main></body></html>")
-    return "\n".join(body)
+    meta = (
+        f"Simulated drives, read by the C core; made in {seconds:.0f} s. Reference: N. Zhang, "
+        "Stability Investigation of Car-trailer Combinations based on Time-Frequency Analysis, "
+        "TU Darmstadt 2015"
+    )
+    return document("Chapters 3, 5 and 6 reproduced", body, meta=meta)
 
 
 def _checks(checks: Sequence[Check]) -> str:
@@ -125,7 +107,7 @@ def _checks(checks: Sequence[Check]) -> str:
         for check in checks
     )
     head = "<tr><th></th><th>reference</th><th>here</th><th>within</th><th>unit</th><th></th></tr>"
-    return f"<table>{head}{rows}</table>"
+    return wide(f"<table>{head}{rows}</table>")
 
 
 def _allowed(check: Check) -> str:
@@ -146,16 +128,13 @@ def _table(table: Table) -> str:
         for row in table.rows
     )
     note = f"<div class='note'>{html.escape(table.note)}</div>" if table.note else ""
-    return f"<h3>{html.escape(table.title)}</h3><table><tr>{head}</tr>{rows}</table>{note}"
+    content = wide(f"<table><tr>{head}</tr>{rows}</table>")
+    return f"<h3>{html.escape(table.title)}</h3>{content}{note}"
 
 
 def _figure(figure: Figure) -> str:
-    plot = plotly.offline.plot(
-        figure.plot, include_plotlyjs=False, output_type="div",
-        config={"displaylogo": False, "responsive": True},
-    )  # fmt: skip
     return (
-        f"<h3>{html.escape(figure.title)}</h3>{plot}"
+        f"<h3>{html.escape(figure.title)}</h3>{plot(figure.plot, name=figure.title)}"
         f"<div class='note'>{html.escape(figure.text)}</div>"
     )
 
@@ -170,16 +149,14 @@ def _number(value: float) -> str:
     return f"{value:.{digits}f}"
 
 
-def styled(plot: go.Figure, height: int = 460) -> go.Figure:
-    """Common look: white, units on the axes, legend above."""
-    plot.update_layout(
-        template="plotly_white",
+def styled(figure: go.Figure, height: int = 460) -> go.Figure:
+    """Common look: units on the axes, legend above."""
+    figure.update_layout(
         height=height,
         margin={"l": 78, "r": 24, "t": 34, "b": 52},
-        font={"family": "Helvetica, Arial, sans-serif", "size": 13, "color": "#1f2937"},
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0},
     )
     axis = {"showline": True, "linecolor": "#9ca3af", "ticks": "outside", "zeroline": False}
-    plot.update_xaxes(**axis)
-    plot.update_yaxes(**axis)
-    return plot
+    figure.update_xaxes(**axis)
+    figure.update_yaxes(**axis)
+    return figure

@@ -5,10 +5,8 @@ from __future__ import annotations
 import html
 from collections import Counter
 from collections.abc import Sequence
-from datetime import UTC, datetime
 
-from swaywatch import __version__
-from swaywatch.report.style import STYLE
+from swaywatch.report.shell import document, wide
 from swaywatch.survey.work import STATES, Outcome
 
 _COLOUR = {"disagrees": "bad", "agrees": "good", "cannot say": "near", "failed": "near"}
@@ -36,11 +34,6 @@ def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome]
         for name, count in often
     )
     parts = [
-        "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>",
-        f"<title>Survey of {html.escape(folder)}</title><style>{STYLE}</style></head><body><main>",
-        "<h1>Which runs disagree with the model, where, and why</h1>",
-        f"<div class='meta'>{html.escape(folder)} &middot; swaywatch {__version__} &middot; "
-        f"{datetime.now(tz=UTC):%Y-%m-%d %H:%M} UTC &middot; {html.escape(took)}</div>",
         f"<div class='verdict {kind}'><p>{html.escape(count_words(alone))}.</p>"
         f"<ul>{items}</ul></div>",
         "<h2>Runs</h2>",
@@ -56,8 +49,8 @@ def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome]
             "each alone.</div>",
             _table(together),
         ]
-    parts.append("</main></body></html>")
-    return "\n".join(parts)
+    title = "Which runs disagree with the model, where, and why"
+    return document(title, parts, meta=f"{folder}, made in {took}")
 
 
 def _table(outcomes: Sequence[Outcome]) -> str:
@@ -66,7 +59,7 @@ def _table(outcomes: Sequence[Outcome]) -> str:
         "<th>mismatch,<br>without → with</th>"
         "<th>critical speed [km/h]</th><th>alarm</th><th></th></tr>"
     )
-    return f"<table>{head}{''.join(_row(outcome) for outcome in outcomes)}</table>"
+    return wide(f"<table>{head}{''.join(_row(outcome) for outcome in outcomes)}</table>")
 
 
 def _row(outcome: Outcome) -> str:
