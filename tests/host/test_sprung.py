@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from test_double_track import VEHICLE
 from test_plant import BODY, plant
 
+from swaywatch.diagnose.data import body_of
 from swaywatch.diagnose.plant import BODY as NAMES
 from swaywatch.diagnose.plant import GRAVITY, OUTPUT, SCALARS, PlantInput, neutral, simulate
+from swaywatch.models.modes import critical_speed, critical_speeds, modes
+from swaywatch.models.single_track import SingleTrack
 from swaywatch.models.sprung import BELIEFS, defaults, put, tolerances
 
 RELAXED = {"relaxation_car_front": 0.4, "relaxation_car_rear": 0.5, "relaxation_trailer": 0.6}
@@ -136,3 +140,47 @@ def test_beliefs_are_complete_and_follow_the_vehicle() -> None:
     assert stiff["roll_damping_rate_car"] > values["roll_damping_rate_car"]
     with pytest.raises(ValueError, match="'roll_stifness_car' is no value"):
         defaults(BODY, {"roll_stifness_car": 1.0})
+
+
+def still(body: np.ndarray, **slots: float) -> PlantInput:
+    """A plant for its eigenvalues."""
+    none = np.zeros(1)
+    return PlantInput(0.01, none, none, none, body, put(neutral(), slots))
+
+
+def test_eigenvalues_of_the_rigid_plant_are_the_single_track() -> None:
+    track = SingleTrack.of(VEHICLE)
+    body = body_of(VEHICLE)
+    assert 3.6 * critical_speed(still(body)) == pytest.approx(123.3397, abs=1e-3)
+    for speed in (22.0, 30.0, 38.0):
+        expected = [mode.eigenvalue for mode in track.modes(speed)]
+        found = [mode.eigenvalue for mode in modes(still(body), speed)]
+        for value in expected:
+            assert min(abs(value - other) for other in found) < 1e-5 * abs(value)
+    softer = still(body, steering_flexibility=1.0 / 1.4e6)
+    assert critical_speeds([still(body), softer])[0] != critical_speed(softer)
+
+
+def test_a_car_alone_that_understeers_has_no_critical_speed() -> None:
+    assert critical_speed(still(alone(body_of(VEHICLE)), **defaults(BODY))) == np.inf
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_damping_and_frequency_are_those_of_the_judge(seed: int) -> None:
+    pytest.importorskip("mujoco")
+    from sprung_pairs import constants, drawn, springs
+    from test_multibody import damping_and_frequency, impulse
+
+    from swaywatch.models.multibody import Multibody
+    from swaywatch.models.multibody_vehicle import Physics
+
+    whole = drawn(seed)
+    plant = still(constants(whole), **springs(whole))
+    speed = 0.85 * critical_speed(plant)
+    motion = impulse(Multibody(whole, Physics(full=True)), 3.6 * speed, 0.5)
+    mode = modes(plant, speed)[0]
+    damping, frequency = damping_and_frequency(motion)
+    assert mode.damping_ratio == pytest.approx(damping, abs=0.002)
+    assert mode.frequency_hz == pytest.approx(frequency, rel=0.005)
+    rigid = modes(still(constants(whole)), speed)[0]
+    assert abs(rigid.damping_ratio - damping) > 0.01

@@ -476,8 +476,8 @@ INLINE V NAME(where)(V condition, V yes)
 INLINE void NAME(springs)(const V *p, const V *e, CONSTANTS *k)
 {
     for (int body = 0; body < 2; body++) {
-        const V sprung = e[E_SPRUNG_MASS_CAR + body];
         const V mass = p[body == 0 ? P_CAR_MASS : P_TRAILER_MASS];
+        const V sprung = NAME(where)(mass, e[E_SPRUNG_MASS_CAR + body]);
         const V axis = e[E_ROLL_AXIS_HEIGHT_CAR + body];
         const V k_roll = NAME(where)(sprung, e[E_ROLL_STIFFNESS_CAR + body]);
         const V c_roll = NAME(where)(sprung, e[E_ROLL_DAMPING_RATE_CAR + body]);
@@ -544,7 +544,8 @@ INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, CONSTANTS *k,
     }
     for (int a = 0; a < 4; a++) {
         const V load = p[P_CAR_FRONT_AXLE_LOAD + a];
-        k->per_load[a] = NAME(where)(load, 1.0 / load);
+        const V mass = p[a < 2 ? P_CAR_MASS : P_TRAILER_MASS];
+        k->per_load[a] = NAME(where)(mass, NAME(where)(load, 1.0 / load));
     }
     const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
     const V none = {0}, one = none + 1.0;

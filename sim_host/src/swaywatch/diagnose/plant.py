@@ -113,7 +113,7 @@ OUTPUT = (
     "car_roll_rate", "trailer_roll_rate",
 )  # fmt: skip
 ALL = tuple(range(len(OUTPUT)))
-_STATES = int(lib.PLANT_STATES)
+STATES = int(lib.PLANT_STATES)
 _SCALARS = {name: index for index, name in enumerate(SCALARS)}
 _SERIES = {name: index for index, name in enumerate(SERIES)}
 _RELAXATION = [index for name, index in _SCALARS.items() if name.startswith("relaxation")]
@@ -322,7 +322,7 @@ def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
         lane.body, lane.scalars = pointer(plant.body), pointer(plant.scalars)
         for name, value in plant.series.items():
             lane.series[_SERIES[name]] = pointer(np.broadcast_to(value, (n,)))
-        state = np.zeros(_STATES)
+        state = np.zeros(STATES)
         state[:4] = plant.initial
         lane.state = (state if job.state is None else job.state).tolist()
         blocks, lane.blocks = room(-(-n // BLOCK), len(OUTPUT))
@@ -332,7 +332,7 @@ def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
             lane.columns = len(job.columns)
             lane.column[0 : len(job.columns)] = list(job.columns)
         if job.states:
-            states, lane.states = room(n, _STATES)
+            states, lane.states = room(n, STATES)
         found.append(Outcome(blocks, job.columns, output, states))
     lib.plant_lanes(lanes, len(jobs), jobs[0].plant.period_s, stride)
     return found
