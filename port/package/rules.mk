@@ -1,5 +1,6 @@
 # make dist: the core as a tarball for other build systems (CMake, pkg-config, Zephyr, PlatformIO,
-# ESP-IDF); make dist-test: built by them, outside this repository.
+# ESP-IDF); make dist-test: built by them, outside this repository; make dist-tools: its
+# manifests by the tools of PlatformIO, ESP-IDF and Kconfig.
 SYSTEM_TEST += cmake=cmake pkg-config=pkg-config
 
 DIST := $(B)/dist
@@ -15,3 +16,11 @@ dist: $(DIST)/stamp
 dist-test: $(DIST)/stamp
 	@tests/package/run $(DIST) $(B)/dist-test
 test:: dist-test
+
+# The manifests by the tools of their own systems (from PyPI, in a folder of their own).
+DIST_TOOLS := platformio==6.2.0 idf-component-manager==3.1.2 kconfiglib==14.1.0
+.PHONY: dist-tools
+dist-tools: dist-test
+	@[ -x $(B)/dist-tools/bin/pio ] || { $(or $(PYTHON),python3) -m venv $(B)/dist-tools && \
+	    $(B)/dist-tools/bin/pip install -q --disable-pip-version-check $(DIST_TOOLS); }
+	@$(B)/dist-tools/bin/python tests/package/manifests.py $(B)/dist-test/swaywatch
