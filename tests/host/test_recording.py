@@ -156,7 +156,9 @@ def test_blf_object_of_size_zero_inside_a_container_is_refused(tmp_path: Path) -
     raw = RUN.read_bytes()
     (header,) = struct.unpack_from("<L", raw, 4)
     path = tmp_path / "inner.blf"
-    path.write_bytes(raw[:header] + container)
+    start = bytearray(raw[:header])
+    struct.pack_into("<Q", start, 16, header + len(container))
+    path.write_bytes(bytes(start) + container)
     with pytest.raises(RecordingError, match="size 0"):
         read_recording(path)
 

@@ -40,7 +40,7 @@ def test_every_run_is_judged_and_shown(
     folder: Path, tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
-    assert main(["survey", str(folder), "--out", str(out), "--jobs", "1"]) == 0
+    assert main(["survey", str(folder), "--out", str(out), "--jobs", "1"]) == 1  # two runs failed
     found = states(out)
     assert {name: entry["state"] for name, entry in found.items()} == {
         "alone.blf": "failed",
@@ -68,14 +68,14 @@ def test_every_run_is_judged_and_shown(
         return "not this time"
 
     monkeypatch.setattr(work, "_command", no_command)
-    assert main(["survey", str(folder), "--out", str(out)]) == 0
+    assert main(["survey", str(folder), "--out", str(out)]) == 1
     assert {Path(name).name for name in asked} == {"cut.blf"}
     assert states(out)["p03/run1.asc"] == found["p03/run1.asc"]
 
 
 def test_a_run_that_takes_too_long_costs_only_itself(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    assert main(["survey", str(folder), "--out", str(out), "--limit", "0.05"]) == 0
+    assert main(["survey", str(folder), "--out", str(out), "--limit", "0.05"]) == 1
     assert "longer than" in states(out)["p01/run1.blf"]["why"][0]
 
 

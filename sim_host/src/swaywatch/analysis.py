@@ -207,6 +207,12 @@ def _must_have(drive: Drive, vehicle: Vehicle, signals_path: Path) -> None:
     if vehicle.trailer is not None:
         needed.append("trailer_yaw_rate")
     missing = [name for name in needed if name not in drive.channels]
+    for name in missing:
+        if name in drive.absent:
+            raise SignalError(
+                f"{', '.join(map(str, drive.files))}: no samples of {name}: {signals_path} names "
+                f"{drive.absent[name]}. Without it nothing can be said about stability"
+            )
     if missing:
         raise SignalError(
             f"{', '.join(map(str, drive.files))}: no signal for the role(s) {', '.join(missing)}; "

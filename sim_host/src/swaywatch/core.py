@@ -6,6 +6,7 @@ time and collects each new ``sway_status_t``; field names and units come from ``
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -235,6 +236,19 @@ def core_vehicle(vehicle: Vehicle, positions_m: Mapping[str, float] | None = Non
     if lib.sway_vehicle_check(result, offender) != lib.SWAY_OK:
         raise VehicleError(_refusal(vehicle, result, offender[0]))
     return result
+
+
+@functools.cache
+def vehicle_ranges() -> dict[str, tuple[float, float]]:
+    """Lowest and highest value of each key of a vehicle.toml, such as ``car.mass``, SI units."""
+    count = ffi.new("size_t *")
+    table = lib.sway_vehicle_ranges(count)
+    found = {}
+    for index in range(count[0]):
+        named = lib.sway_vehicle_name(table + index)
+        row, scale = table[index], named.scale
+        found[ffi.string(named.key).decode()] = (row.low / scale, row.high / scale)
+    return found
 
 
 def positions_of(drive: Drive | None) -> dict[str, float]:

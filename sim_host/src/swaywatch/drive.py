@@ -46,6 +46,13 @@ _SPELLINGS = {
 }  # fmt: skip
 
 
+LARGEST = 1e12
+"""No factor and no place of a sensor is so far off."""
+LONGEST_DELAY_S = 60.0
+WILD = 1e4
+"""A sample so many times beyond what a channel can reach is no measurement, in any unit."""
+
+
 @dataclass(frozen=True)
 class Mapping:
     """One channel of a signals.toml."""
@@ -102,7 +109,10 @@ class Grid:
 
 @dataclass(frozen=True)
 class Drive:
-    """One drive with its channels; `missing` names roles mapped nowhere or without samples."""
+    """One drive with its channels; `missing` names roles mapped nowhere or without samples.
+
+    `absent` says of channels for which a signal is named why there are no samples of it.
+    """
 
     name: str
     files: tuple[Path, ...]
@@ -112,6 +122,7 @@ class Drive:
     frames: int = 0
     formats: tuple[str, ...] = ()
     lost_frames: int = 0
+    absent: dict[str, str] = field(default_factory=dict)
 
     @property
     def duration_s(self) -> float:
@@ -220,44 +231,73 @@ def load_signals(path: Path) -> tuple[list[Mapping], list[Path]]:
             raise SignalError(f"{path}: unknown role {role!r}; known: {roles}")
     dbc = content.get("dbc", [])
     names = [dbc] if isinstance(dbc, str) else dbc
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise SignalError(f"{path}: dbc must be a path or a list of paths, got {dbc!r}")
+    if not isinstance(names, list) or not all(isinstance(n, str) and n.strip() for n in names):
+        raise SignalError(f"{path}: dbc must be a path or a list of paths, got {repr(dbc)[:60]}")
     return mappings, [path.parent / name for name in names]
 
 
 def _mapping(path: Path, channel: str, entry: Any) -> Mapping:
-    if isinstance(entry, str):
-        return Mapping(channel, (entry,))
-    if isinstance(entry, list) and channel == "speed" and entry:
-        return Mapping(channel, tuple(str(name) for name in entry))
+    if isinstance(entry, str) or (isinstance(entry, list) and channel == "speed"):
+        return Mapping(channel, _names(path, channel, entry))
     known = {"signal", "position", "unit", "sign", "scale", "delay"}
     if not isinstance(entry, dict) or "signal" not in entry or set(entry) - known:
         raise SignalError(
             f"{path}: {channel} = {entry!r} is not understood; write a signal name, or "
             "{ signal = ..., position = m, unit = ..., sign = -1, scale = ..., delay = s }"
         )
+    numbers = _mapping_numbers(path, channel, entry)
+    unit = entry.get("unit")
+    if unit is not None and not isinstance(unit, str):
+        options = ", ".join(UNITS[CHANNELS[channel].unit])
+        raise SignalError(f"{path}: {channel}: unit = {unit!r} must be one of: {options}")
+    return Mapping(
+        channel,
+        _names(path, channel, entry["signal"]),
+        numbers["position"],
+        unit,
+        numbers["sign"] * numbers["scale"],
+        numbers["delay"],
+    )
+
+
+def _mapping_numbers(path: Path, channel: str, entry: dict[str, Any]) -> dict[str, float]:
+    """Position, sign, scale and delay of a mapping, each within its range."""
     numbers = {"position": 0.0, "sign": 1.0, "scale": 1.0, "delay": 0.0}
     for key, default in list(numbers.items()):
         value = entry.get(key, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise SignalError(f"{path}: {channel}: {key} = {value!r} must be a number")
+        if not abs(value) < LARGEST:
+            shown = str(value)[:40]
+            raise SignalError(f"{path}: {channel}: {key} = {shown} must be a finite number")
         numbers[key] = float(value)
     if numbers["sign"] not in (1.0, -1.0):
         raise SignalError(f"{path}: {channel}: sign = {numbers['sign']:g} must be 1 or -1")
+    if numbers["scale"] == 0.0:
+        raise SignalError(f"{path}: {channel}: scale = 0 makes every sample 0; expected a factor")
+    if not abs(numbers["delay"]) <= LONGEST_DELAY_S:
+        raise SignalError(
+            f"{path}: {channel}: delay = {numbers['delay']:g} s must be within "
+            f"+-{LONGEST_DELAY_S:g} s"
+        )
     if not abs(numbers["position"]) <= 15.0:
         raise SignalError(
             f"{path}: {channel}: position = {numbers['position']:g} m must be within +-15 m of "
             "the COG"
         )
-    signal = entry["signal"]
-    return Mapping(
-        channel,
-        tuple(signal) if isinstance(signal, list) else (str(signal),),
-        numbers["position"],
-        entry.get("unit"),
-        numbers["sign"] * numbers["scale"],
-        numbers["delay"],
-    )
+    return numbers
+
+
+def _names(path: Path, channel: str, entry: Any) -> tuple[str, ...]:
+    """The signals of a mapping: a name, or a list of names to average."""
+    names = tuple(entry) if isinstance(entry, list) else (entry,)
+    if not names or not all(isinstance(name, str) and name.strip() for name in names):
+        shown = repr(entry)[:60]
+        raise SignalError(
+            f"{path}: {channel}: signal = {shown} must be the name of a signal, or a list of names "
+            "to average"
+        )
+    return names
 
 
 @dataclass(frozen=True)
@@ -269,6 +309,7 @@ class _Piece:
     remarks: tuple[str, ...]
     start_ns: int
     end_ns: int
+    absent: dict[str, str]  # channel -> why a signal that is named for it is not there
 
 
 def _read_piece(
@@ -288,15 +329,20 @@ def _read_piece(
         assert recording.signals is not None
         source = _SignalSource(path, signals, recording.signals)
     samples = {}
-    unknown = []
+    unknown: list[str] = []
+    absent: dict[str, str] = {}
     for mapping in mappings:
         parts = [source.get(name, mapping.channel) for name in mapping.signals]
         if any(part is None for part in parts):
-            unknown += [n for n, part in zip(mapping.signals, parts, strict=True) if part is None]
+            names = [n for n, part in zip(mapping.signals, parts, strict=True) if part is None]
+            absent[mapping.channel] = f"{names[0]!r} {source.why_absent(names[0])}"
+            unknown += names
             continue
         series, limits, resolution = _mean([part for part in parts if part is not None])
         if len(series.time_ns) < 2:
-            remarks.append(f"{path.name}: {mapping.signals[0]} has no valid sample")
+            count = len(series.time_ns)
+            absent[mapping.channel] = f"{mapping.signals[0]!r} has {count or 'no'} valid sample"
+            remarks.append(f"{path.name}: {absent[mapping.channel].replace(chr(39), '')}")
             continue
         name = " + ".join(mapping.signals)
         samples[mapping.channel] = (mapping, series, name, limits, resolution)
@@ -312,7 +358,7 @@ def _read_piece(
     remarks += [f"{path.name}: {count} {what}" for count, what in losses if count]
     start = min(int(entry[1].time_ns[0]) for entry in samples.values())
     end = max(int(entry[1].time_ns[-1]) for entry in samples.values())
-    return _Piece(recording, samples, tuple(remarks), start, end)
+    return _Piece(recording, samples, tuple(remarks), start, end, absent)
 
 
 _Part = tuple[Series, tuple[float, float], float]
@@ -331,6 +377,10 @@ class _Source:
 
     def nothing_found(self, names: list[str]) -> str:
         raise KeyError(str(names))
+
+    def why_absent(self, name: str) -> str:
+        """What to say of a signal that is named and not there."""
+        return "is not in the recording"
 
 
 class _SignalSource(_Source):
@@ -391,6 +441,13 @@ class _FrameSource(_Source):
         if decoded.low is not None and decoded.high is not None:
             low, high = max(low, decoded.low), min(high, decoded.high)
         return decoded.series, (low, high), abs(float(signal.scale))
+
+    def why_absent(self, name: str) -> str:
+        """Its message was not sent."""
+        pair = self._database.find(name)
+        assert pair is not None
+        message = pair[0]
+        return f"is in message {message.name} (0x{message.frame_id:X}), of which no frame is there"
 
     def _rows_of(self, message: Any) -> IntArray | None:
         """Rows of a message; a J1939 one of the DBC (source 0xFE: any) matches by its PGN."""
@@ -529,6 +586,12 @@ def _joined(group: list[_Piece], signals: Path) -> Drive:
         sum(_count(piece.recording) for piece in group),
         tuple(dict.fromkeys(piece.recording.format for piece in group)),
         sum(piece.recording.dropped_frames for piece in group),
+        {
+            name: reason
+            for piece in group
+            for name, reason in piece.absent.items()
+            if name not in channels
+        },
     )
 
 
@@ -543,11 +606,13 @@ def _channel(name: str, entries: list[Any], start_ns: int, signals: Path) -> Cha
     times: list[FloatArray] = []
     values: list[FloatArray] = []
     for piece, mapping, series, signal, _, _ in entries:
+        path = piece.recording.path
         factor = mapping.factor * unit_factor(
-            name, mapping.unit or series.unit, signal, piece.recording.path, signals
+            name, mapping.unit or series.unit, signal, path, signals
         )
         times.append((series.time_ns - start_ns) * 1e-9 - mapping.delay_s)
         values.append(series.value * factor)
+        _must_be_measured(name, signal, values[-1], path, signals)
     piece, mapping, series, signal, limits, resolution = entries[0]
     time_s, value = np.concatenate(times), np.concatenate(values)
     if np.any(np.diff(time_s) <= 0):
@@ -567,6 +632,19 @@ def _channel(name: str, entries: list[Any], start_ns: int, signals: Path) -> Cha
         (ends[0], ends[1]),
         resolution * abs(factor),
     )
+
+
+def _must_be_measured(name: str, signal: str, value: FloatArray, path: Path, signals: Path) -> None:
+    """Refuse a sample that no sensor gives, in whatever unit: 1e155 is damage."""
+    kind = CHANNELS[name]
+    limit = WILD * max(abs(kind.low), abs(kind.high))
+    worst = int(np.argmax(np.abs(value)))
+    if not abs(value[worst]) <= limit:
+        raise SignalError(
+            f"{path}: signal {signal!r} ({name}) reaches {value[worst]:g} {kind.unit} at sample "
+            f"{worst + 1} of {len(value)}; expected {kind.low:g} to {kind.high:g} {kind.unit}. The "
+            f"file is damaged, or the unit or scale in {signals} is wrong"
+        )
 
 
 def unit_factor(name: str, unit: str, signal: str, path: Path, signals: Path) -> float:

@@ -74,18 +74,28 @@ class Vehicle:
     path: Path | None = None
 
 
-_RANGES: dict[str, tuple[float, float, str]] = {
-    "mass": (100.0, 100e3, "kg"),
-    "yaw_inertia": (50.0, 5e6, "kg m2"),
-    "front_axle_to_cog": (-5.0, 10.0, "m"),
-    "rear_axle_to_cog": (-5.0, 10.0, "m"),
-    "hitch_to_cog": (0.2, 15.0, "m"),
-    "steering_ratio": (0.5, 40.0, "-"),
-    "front_cornering_stiffness": (5e3, 3e6, "N/rad"),
-    "rear_cornering_stiffness": (5e3, 3e6, "N/rad"),
-    "front_axle_load": (100.0, 500e3, "N"),
-    "rear_axle_load": (100.0, 500e3, "N"),
+_UNITS = {
+    "mass": "kg",
+    "yaw_inertia": "kg m2",
+    "front_axle_to_cog": "m",
+    "rear_axle_to_cog": "m",
+    "hitch_to_cog": "m",
+    "steering_ratio": "-",
+    "front_cornering_stiffness": "N/rad",
+    "rear_cornering_stiffness": "N/rad",
+    "front_axle_load": "N",
+    "rear_axle_load": "N",
 }
+
+
+def _range(table: str, key: str) -> tuple[float, float, str]:
+    """Lowest and highest value and unit: the core's own, so that none accepts what another refuses.
+
+    Imported here, since the core's wrapping needs the classes above.
+    """
+    from swaywatch.core import vehicle_ranges
+
+    return (*vehicle_ranges()[f"{table}.{key}"], _UNITS[key])
 
 
 def load_vehicle(path: Path | str) -> Vehicle:
@@ -111,6 +121,9 @@ def load_vehicle(path: Path | str) -> Vehicle:
             raise VehicleError(f"{path}: [car] hitch_to_cog is missing; a trailer hangs on it (m)")
     vehicle = Vehicle(car, trailer, path)
     _check_sense(path, vehicle)
+    from swaywatch.core import core_vehicle
+
+    core_vehicle(vehicle)  # refuses what the core and the daemon would
     return vehicle
 
 
@@ -125,17 +138,18 @@ def _table(path: Path, name: str, table: Any, kind: type[Any]) -> dict[str, floa
             )
     for key, field in fields.items():
         if key not in table and field.default is dataclasses.MISSING:
-            low, high, unit = _RANGES[key]
+            low, high, unit = _range(name, key)
             raise VehicleError(
                 f"{path}: [{name}] {key} is missing; expected {low:g} to {high:g} {unit}"
             )
     for key, value in table.items():
-        low, high, unit = _RANGES[key]
+        low, high, unit = _range(name, key)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise VehicleError(f"{path}: [{name}] {key} = {value!r} must be a number in {unit}")
         if not low <= value <= high:
+            shown = f"{value:g}" if abs(value) < 1e300 else str(value)[:20] + "..."
             raise VehicleError(
-                f"{path}: [{name}] {key} = {value:g} {unit} is out of range; expected "
+                f"{path}: [{name}] {key} = {shown} {unit} is out of range; expected "
                 f"{low:g} to {high:g} {unit}"
             )
     return {key: float(value) for key, value in table.items()}

@@ -16,7 +16,8 @@ def add_parser(subparsers: Any) -> None:
         help="over night: which recordings of a folder disagree with the model, where, why",
         description="Analyse and diagnose every recording below a folder, and those of a "
         "combination that disagree together. A vehicle.toml and a signals.toml beside a recording "
-        "(or above it) are taken before those given here. Started again, it goes on where it was.",
+        "(or above it) are taken before those given here. Started again, it goes on where it "
+        "was. Exit code 1: done, but some runs failed; the page says why.",
     )
     parser.add_argument("folder", type=Path, help="folder with recordings, at any depth")
     parser.add_argument("--vehicle", type=Path, metavar="TOML", help="where none is nearer")
@@ -60,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     def told(outcome: Outcome) -> None:
         nonlocal done
         done += 1
-        reason = f": {'; '.join(outcome.why)}" if outcome.why else ""
+        reason = f": {outcome.line()}" if outcome.why else ""
         place = f"{done}/{len(runs)}" if done <= len(runs) else "together"
         print(f"[{place}] {outcome.name}  {outcome.state}{reason}", flush=True)
 
@@ -70,4 +71,4 @@ def run(args: argparse.Namespace) -> int:
     with whole_file(page) as temporary:
         temporary.write_text(make_page(str(args.folder), alone, together, took), encoding="utf-8")
     print(f"{count_words(alone)}\n{page}")
-    return 0
+    return 1 if any(outcome.state == "failed" for outcome in [*alone, *together]) else 0

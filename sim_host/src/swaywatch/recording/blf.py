@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from array import array
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from swaywatch.recording.frames import (
     in_time_order,
     make_frames,
 )
+from swaywatch.recording.guard import must_fit
 
 _FILE_HEADER = struct.Struct("<4sLBBBBBBBBQQLL8H8H")
 _OBJECT = struct.Struct("<4sHHLL")  # signature, header size, header version, size, type
@@ -85,6 +87,11 @@ def _file_header(path: Path, raw: bytes) -> tuple[int, int]:
     size = int(header[1])
     if not _FILE_HEADER.size <= size <= len(raw):
         raise RecordingError(f"{path}: damaged BLF: header size {size}, should be 144")
+    if header[10] > len(raw):
+        raise RecordingError(
+            f"{path}: truncated BLF: its header says {header[10]} bytes, {len(raw)} are there. "
+            "Was the copy interrupted?"
+        )
     year, month, _, day, hour, minute, second, milli = header[14:22]
     try:
         start = datetime(year, month, day, hour, minute, second, milli * 1000, tzinfo=UTC)
@@ -96,6 +103,7 @@ def _file_header(path: Path, raw: bytes) -> tuple[int, int]:
 def _inflate(path: Path, raw: bytes, offset: int) -> bytes:
     """The stream inside the containers."""
     chunks: list[bytes] = []
+    unpacked = 0
     while offset < len(raw):
         if len(raw) - offset < _OBJECT.size:
             if any(raw[offset:]):
@@ -111,7 +119,11 @@ def _inflate(path: Path, raw: bytes, offset: int) -> bytes:
         if offset + size > len(raw):
             raise _truncated(path, offset, size, len(raw) - offset)
         if kind == _LOG_CONTAINER:
+            if size < 32:
+                _check_size(path, offset, size, 32)
             method, expected = struct.unpack_from("<H6xL", raw, offset + 16)
+            unpacked += expected
+            must_fit(path, unpacked, "BLF")
             body = raw[offset + 32 : offset + size]
             chunks.append(_unpack(path, offset, method, expected, body))
         else:  # objects may also stand outside containers
@@ -127,15 +139,17 @@ def _unpack(path: Path, offset: int, method: int, expected: int, body: bytes) ->
         raise RecordingError(
             f"{path}: damaged BLF: container at byte {offset} has compression {method}, known: 0, 2"
         )
+    unpacker = zlib.decompressobj()
     try:
-        chunk = zlib.decompress(body)
+        chunk = unpacker.decompress(body, expected + 1)
     except zlib.error as error:
         raise RecordingError(
             f"{path}: damaged BLF: container at byte {offset} does not decompress ({error})"
         ) from None
-    if len(chunk) != expected:
+    if len(chunk) != expected or not unpacker.eof:
+        more = " or more" if len(chunk) > expected else ""
         raise RecordingError(
-            f"{path}: damaged BLF: container at byte {offset} holds {len(chunk)} bytes, "
+            f"{path}: damaged BLF: container at byte {offset} holds {len(chunk)} bytes{more}, "
             f"says {expected}"
         )
     return chunk
@@ -158,8 +172,7 @@ def _truncated(path: Path, offset: int, needed: int, there: int) -> RecordingErr
 
 def _index(path: Path, stream: bytes) -> tuple[IntArray, IntArray]:
     """Offset and type of every object of the stream."""
-    offsets: list[int] = []
-    types: list[int] = []
+    offsets, types = array("q"), array("q")
     unpack, end, offset = _OBJECT.unpack_from, len(stream) - _OBJECT.size, 0
     while offset <= end:
         signature, header_size, _, size, kind = unpack(stream, offset)

@@ -16,10 +16,10 @@ from swaywatch.recording.frames import Frames, Recording, in_time_order, make_fr
 
 _LINE = re.compile(
     r"\((\d{1,10})\.(\d{1,9})\)[ \t]+(\S+)[ \t]+([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})"
-    r"#(?:#([0-9A-Fa-f]))?((?:[0-9A-Fa-f]{2})*|R[0-9A-Fa-f]?)(?:_[0-9A-Fa-f])?"
+    r"#(?:#([0-9A-Fa-f]))?((?:[0-9A-Fa-f]{2}){0,64}|R[0-9A-Fa-f]?)(?:_[0-9A-Fa-f])?"
     r"(?:[ \t]+[RT]X?)?[ \t]*"
 )
-_DROP = re.compile(r"DROPCOUNT:\s*dropped (\d+) CAN frames?", re.IGNORECASE)
+_DROP = re.compile(r"DROPCOUNT:\s*dropped (\d{1,18}) CAN frames?", re.IGNORECASE)
 _ERROR_FLAG = 0x20000000
 
 

@@ -6,6 +6,7 @@ cantools reads the DBC; the bits are moved here with numpy, for all frames of a 
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,11 @@ import numpy.typing as npt
 
 from swaywatch.errors import SignalError
 from swaywatch.recording.frames import Frames, IntArray, Series, make_frames
-from swaywatch.recording.guard import must_exist
+from swaywatch.recording.guard import must_be_regular
+
+MOST_BYTES = 64 << 20
+LARGEST = 1e39
+"""Above what a float of 32 bits holds."""
 
 _INVALID_NAME = re.compile(
     r"invalid|not.?avail|^na$|^sna$|error|fault|init|undefined|no.?signal", re.IGNORECASE
@@ -84,14 +89,7 @@ class Database:
         message, signal
             From :meth:`find`.
         """
-        last = max(byte for byte, _, _ in _bit_positions(signal))
-        long_enough = frames.length[rows] > last
-        short = int((~long_enough).sum())
-        rows = rows[long_enough]
-        if signal.multiplexer_ids is not None and signal.multiplexer_signal:
-            selector = message.get_signal_by_name(signal.multiplexer_signal)
-            chosen = np.isin(_raw(frames.data, rows, selector), list(signal.multiplexer_ids))
-            rows = rows[chosen]
+        rows, short = _carrying(frames, rows, message, signal)
         raw = _raw(frames.data, rows, signal)
         value = raw.astype(np.float64) * signal.scale + signal.offset
         invalid = np.isin(raw, _invalid_codes(signal))
@@ -175,7 +173,12 @@ def encode_messages(
 
 
 def _load(path: Path) -> Any:
-    must_exist(path, "DBC file")
+    must_be_regular(path, "DBC file", SignalError)
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise SignalError(
+            f"{path}: {size} bytes are too many for a DBC file; at most {MOST_BYTES} are read"
+        )
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -183,7 +186,7 @@ def _load(path: Path) -> Any:
     try:
         database: Any = cantools.database.load_string(text, database_format="dbc")
     except Exception as error:  # the parser raises many kinds
-        first = str(error).strip().splitlines()[0][:200]
+        first = (str(error).strip().splitlines() or [type(error).__name__])[0][:200]
         raise SignalError(f"{path}: not a DBC file that makes sense: {first}") from None
     if not database.messages:
         raise SignalError(f"{path}: no message (BO_) in this DBC")
@@ -194,6 +197,11 @@ def _check_signal(path: Path, message: Any, signal: Any) -> None:
     where = f"{path}: signal {message.name}.{signal.name}"
     if signal.scale == 0:
         raise SignalError(f"{where}: a scale of 0 makes every value the same; the DBC is damaged")
+    for name in ("scale", "offset", "minimum", "maximum"):
+        number = getattr(signal, name)
+        if number is not None and not abs(number) < LARGEST:
+            shown = str(number)[:40]
+            raise SignalError(f"{where}: a {name} of {shown} is no number that a signal can have")
     if not 1 <= signal.length <= 64:
         raise SignalError(f"{where}: {signal.length} bits; 1 to 64 expected")
     if signal.is_float and signal.length not in (32, 64):
@@ -222,10 +230,42 @@ def _bit_positions(signal: Any) -> list[tuple[int, int, int]]:
     return parts
 
 
+def _carrying(frames: Frames, rows: IntArray, message: Any, signal: Any) -> tuple[IntArray, int]:
+    """Rows that carry a signal, and how many would but are too short to hold it.
+
+    A multiplexed signal is there where its selector, and the selector of that, say so.
+    """
+    short = 0
+    chain = [*_selectors(message, signal), signal]
+    for above, below in itertools.pairwise(chain):
+        whole = _long_enough(frames, rows, above)
+        short += len(rows) - len(whole)
+        rows = whole[np.isin(_raw(frames.data, whole, above), list(below.multiplexer_ids))]
+    whole = _long_enough(frames, rows, signal)
+    return whole, short + len(rows) - len(whole)
+
+
+def _long_enough(frames: Frames, rows: IntArray, signal: Any) -> IntArray:
+    last = max(byte for byte, _, _ in _bit_positions(signal))
+    return rows[frames.length[rows] > last]
+
+
+def _selectors(message: Any, signal: Any) -> list[Any]:
+    """The multiplexers above a signal, the outermost first."""
+    chain: list[Any] = []
+    while signal.multiplexer_ids is not None and signal.multiplexer_signal:
+        signal = message.get_signal_by_name(signal.multiplexer_signal)
+        if signal in chain:
+            raise SignalError(f"multiplexer {signal.name!r} of {message.name} selects itself")
+        chain.insert(0, signal)
+    return chain
+
+
 def _raw(data: npt.NDArray[np.uint8], rows: IntArray, signal: Any) -> npt.NDArray[Any]:
     """Raw numbers: int64, uint64 for 64 unsigned bits, or float64."""
     word = np.zeros(len(rows), dtype=np.uint64)
-    for byte, right, take in _bit_positions(signal):
+    positions = _bit_positions(signal) if len(rows) else []
+    for byte, right, take in positions:
         part = (data[rows, byte] >> np.uint8(right)) & np.uint8((1 << take) - 1)
         word = (word << np.uint64(take)) | part
     if signal.is_float:

@@ -15,6 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 ByteArray = npt.NDArray[np.uint8]
 BoolArray = npt.NDArray[np.bool_]
 
+LONGEST_LEAP_NS = 86_400 * 1_000_000_000
 LONGEST_NS = 366 * 86_400 * 1_000_000_000
 
 
@@ -127,6 +128,30 @@ def must_make_sense(frames: Frames, path: Path) -> None:
         raise RecordingError(
             f"{path}: damaged: timestamps from {first * 1e-9:.3f} s to {last * 1e-9:.3f} s; a "
             "recording starts at 0 or later and lasts less than a year"
+        )
+    must_not_leap(path, frames.time_ns, "frame")
+
+
+def must_rise(path: Path, time_ns: IntArray) -> None:
+    """Refuse timestamps of a table that go back, or leap so far that one of them is damaged."""
+    step = np.diff(time_ns)
+    if np.any(step < 0):
+        row = int(np.argmax(step < 0)) + 2
+        raise RecordingError(
+            f"{path}: time goes back at data row {row} ({time_ns[row - 2] * 1e-9:.9g} s -> "
+            f"{time_ns[row - 1] * 1e-9:.9g} s); timestamps must rise"
+        )
+    must_not_leap(path, time_ns, "data row")
+
+
+def must_not_leap(path: Path, time_ns: IntArray, what: str) -> None:
+    """Refuse rising timestamps with a hole of more than a day."""
+    step = np.diff(time_ns)
+    if len(step) and int(step.max()) > LONGEST_LEAP_NS:
+        row = int(np.argmax(step)) + 2
+        raise RecordingError(
+            f"{path}: the time leaps by {int(step.max()) * 1e-9:.3f} s at {what} {row} of "
+            f"{len(time_ns)}; a timestamp is damaged, or two drives are in one file: split it there"
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,21 +11,50 @@ from pathlib import Path
 
 from swaywatch.errors import RecordingError, SwaywatchError
 
+SMALL_BYTES = 64 << 20
+"""A file may always become so much when unpacked,"""
+MOST_RATIO = 64
+"""and a larger one so many times its size: measurements pack to a third or a tenth."""
+
 
 def must_exist(path: Path, what: str = "recording") -> None:
-    """Raise unless `path` is a readable file with something in it."""
+    """Raise unless `path` is a readable, regular file with something in it."""
+    must_be_regular(path, what, RecordingError)
+    if path.stat().st_size == 0:
+        raise RecordingError(f"{path}: the file is empty (0 bytes); expected a {what}")
+
+
+def must_be_regular(path: Path, what: str, kind: type[SwaywatchError]) -> None:
+    """Raise `kind` unless `path` can be opened and ends: a pipe or a device may never do."""
     try:
-        if path.is_dir():
-            raise RecordingError(f"{path}: is a folder; give the {what} file itself")
-        size = path.stat().st_size
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
+            raise kind(f"{path}: is a folder; give the {what} file itself")
+        if not stat.S_ISREG(mode):
+            raise kind(f"{path}: is a pipe or a device, not a file; save the {what} to a file")
         with path.open("rb"):
             pass
     except FileNotFoundError:
-        raise RecordingError(f"{path}: no such file (expected a {what})") from None
+        raise kind(f"{path}: no such file (expected a {what})") from None
     except OSError as error:
-        raise RecordingError(f"{path}: cannot be read: {error.strerror or error}") from None
-    if size == 0:
-        raise RecordingError(f"{path}: the file is empty (0 bytes); expected a {what}")
+        raise kind(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError:  # a NUL in the name
+        raise kind(f"{str(path)!r}: cannot be the name of a {what}") from None
+
+
+def most_unpacked(path: Path) -> int:
+    """Bytes that what is packed in a file may need at most; more is damage, or an attack."""
+    return max(SMALL_BYTES, MOST_RATIO * path.stat().st_size)
+
+
+def must_fit(path: Path, needed: int, what: str) -> None:
+    """Refuse a file that would need far more memory than its size can account for."""
+    most = most_unpacked(path)
+    if needed > most:
+        raise RecordingError(
+            f"{path}: damaged {what}: its {path.stat().st_size} bytes would unpack to "
+            f"{needed / 1e6:.0f} MB or more; at most {most / 1e6:.0f} MB are believed"
+        )
 
 
 @contextmanager

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
+import zlib
 from datetime import UTC
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -19,10 +20,14 @@ from swaywatch.recording.frames import (
     Series,
     in_time_order,
     make_frames,
+    must_rise,
 )
-from swaywatch.recording.guard import refusing
+from swaywatch.recording.guard import must_fit, refusing
 
 _BUS_EVENT = 0x2  # flag of a channel group that holds bus events
+_LINKING = (b"##DG", b"##DL", b"##HL", b"##LD", b"##CG", b"##CN")
+_PLAIN = (b"##DT", b"##SD", b"##RD", b"##DV", b"##DI")
+_CHUNK = 1 << 20
 _TIME_NAMES = ("time", "timestamp", "timestamps", "t")
 
 
@@ -51,7 +56,7 @@ def read(path: Path) -> Recording:
         frame_groups = [i for i, group in enumerate(mdf.groups) if _holds(group, "CAN_DataFrame")]
         if frame_groups:
             return _read_frames(path, mdf, frame_groups, start_ns)
-        signals = _read_signals(mdf, start_ns)
+        signals = _read_signals(path, mdf, start_ns)
     if not signals:
         raise RecordingError(
             f"{path}: holds neither CAN frames (CAN_DataFrame) nor numeric channels with samples"
@@ -144,7 +149,7 @@ def _read_frames(path: Path, mdf: Any, groups: list[int], start_ns: int) -> Reco
                 f"{path}: truncated MF4: group {index} says {cycles} frames, {len(samples)} are "
                 "there"
             )
-        parts.append(_group_frames(samples, time_s, start_ns))
+        parts.append(_group_frames(path, samples, time_s, start_ns))
     frames = parts[0]
     if len(parts) > 1:
         width = max(part.data.shape[1] for part in parts)
@@ -173,7 +178,7 @@ def _cycles(mdf: Any, name: str) -> int:
     return sum(int(g.channel_group.cycles_nr) for g in mdf.groups if _holds(g, name))
 
 
-def _group_frames(samples: Any, time_s: FloatArray, start_ns: int) -> Frames:
+def _group_frames(path: Path, samples: Any, time_s: FloatArray, start_ns: int) -> Frames:
     """Frames from the record array of a CAN_DataFrame channel."""
     prefix = "CAN_DataFrame."
     names = {name.removeprefix(prefix): name for name in samples.dtype.names}
@@ -189,9 +194,8 @@ def _group_frames(samples: Any, time_s: FloatArray, start_ns: int) -> Frames:
     else:
         length = np.asarray(samples[names["DLC"]], dtype=np.int64)
     bus = np.asarray(samples[names["BusChannel"]]) if "BusChannel" in names else np.zeros(count)
-    time_ns: IntArray = start_ns + np.rint(time_s * 1e9).astype(np.int64)
     return make_frames(
-        time_ns,
+        _time_ns(path, time_s, start_ns),
         identifier & 0x1FFFFFFF,
         extended,
         np.minimum(length, data.shape[1]),
@@ -200,7 +204,18 @@ def _group_frames(samples: Any, time_s: FloatArray, start_ns: int) -> Frames:
     )
 
 
-def _read_signals(mdf: Any, start_ns: int) -> dict[str, Series]:
+def _time_ns(path: Path, time_s: FloatArray, start_ns: int) -> IntArray:
+    """Timestamps since 1970; refuses what is no number or no time."""
+    bad = np.flatnonzero(~(np.abs(time_s) < 1e9))
+    if len(bad):
+        raise RecordingError(
+            f"{path}: damaged MF4: record {int(bad[0]) + 1} has the time {time_s[bad[0]]:g} s"
+        )
+    time_ns: IntArray = start_ns + np.rint(time_s * 1e9).astype(np.int64)
+    return time_ns
+
+
+def _read_signals(path: Path, mdf: Any, start_ns: int) -> dict[str, Series]:
     """Every numeric channel; of channels of the same name the one with most samples."""
     signals: dict[str, Series] = {}
     for group_index, group in enumerate(mdf.groups):
@@ -215,7 +230,8 @@ def _read_signals(mdf: Any, start_ns: int) -> dict[str, Series]:
             value = signal.samples.astype(np.float64)
             if signal.invalidation_bits is not None:
                 value[np.asarray(signal.invalidation_bits)] = np.nan
-            time_ns = start_ns + np.rint(signal.timestamps * 1e9).astype(np.int64)
+            time_ns = _time_ns(path, signal.timestamps, start_ns)
+            must_rise(path, time_ns)
             known = signals.get(channel.name)
             if known is None or len(known.time_ns) < len(time_ns):
                 signals[channel.name] = Series(time_ns, value, signal.unit or "")
@@ -223,8 +239,9 @@ def _read_signals(mdf: Any, start_ns: int) -> dict[str, Series]:
 
 
 def _check_whole(path: Path) -> None:
-    """Walk the links of the first blocks; refuse one that points behind the end of the file."""
+    """Walk the blocks; refuse links behind the end of the file, and more data than fit."""
     size = path.stat().st_size
+    data = cycles = 0
     with path.open("rb") as file:
         file.seek(64)
         head = file.read(104)
@@ -245,11 +262,52 @@ def _check_whole(path: Path) -> None:
             kind = block[:4]
             length = int.from_bytes(block[8:16], "little")
             links = int.from_bytes(block[16:24], "little")
-            if len(block) < 24 or kind[:2] != b"##" or address + length > size:
+            if len(block) < 24 or kind[:2] != b"##" or address + max(length, 24) > size:
                 raise RecordingError(
                     f"{path}: truncated MF4: a block at byte {address} does not fit into the "
                     f"file's {size} bytes. Was the logger switched off while writing?"
                 )
-            if kind in (b"##DG", b"##DL", b"##HL", b"##CG"):
+            if kind in _LINKING:
                 raw = file.read(8 * min(links, 1 << 20))
-                pending += np.frombuffer(raw, dtype="<u8").astype(np.int64).tolist()
+                pending += np.frombuffer(raw[: len(raw) // 8 * 8], dtype="<u8").tolist()
+            if kind == b"##CG":
+                cycles += int.from_bytes(file.read(16)[8:], "little")
+            elif kind == b"##DZ":
+                data += _unpacked(path, file, address, size)
+            elif kind in _PLAIN:
+                data += length
+            must_fit(path, data, "MF4")
+    if cycles > data:
+        raise RecordingError(
+            f"{path}: damaged MF4: it says {cycles} records and has {data} bytes of data"
+        )
+
+
+def _unpacked(path: Path, file: BinaryIO, address: int, size: int) -> int:
+    """Bytes of a compressed block, which must become just as many as it says."""
+    file.seek(address + 24)
+    head = file.read(24)
+    said, packed = (int.from_bytes(head[at : at + 8], "little") for at in (8, 16))
+    must_fit(path, said, "MF4")
+    if len(head) < 24 or address + 48 + packed > size:
+        raise RecordingError(
+            f"{path}: truncated MF4: the block at byte {address} says {packed} packed bytes, the "
+            f"file has {size}"
+        )
+    if head[2] > 1:  # not zlib: the reader asks its library, which knows the size
+        return said
+    unpacker, found, rest = zlib.decompressobj(), 0, file.read(packed)
+    try:
+        while rest and found <= said:
+            found += len(unpacker.decompress(rest, _CHUNK))
+            rest = unpacker.unconsumed_tail
+    except zlib.error as error:
+        raise RecordingError(
+            f"{path}: damaged MF4: the block at byte {address} does not decompress ({error})"
+        ) from None
+    if found != said:
+        raise RecordingError(
+            f"{path}: damaged MF4: the block at byte {address} says {said} bytes and unpacks to "
+            f"{'more' if found > said else found}"
+        )
+    return said

@@ -59,6 +59,12 @@ def collect(reader: Any, path: Path, name: str) -> Recording:
             elif message.is_remote_frame:
                 remote_frames += 1
             else:
+                if len(message.data) != message.dlc:
+                    raise RecordingError(
+                        f"{path}: damaged {name}: frame {len(times) + 1} "
+                        f"(0x{message.arbitration_id:X} at {message.timestamp:.6f} s) says "
+                        f"{message.dlc} data bytes and holds {len(message.data)}"
+                    )
                 times.append(message.timestamp)
                 identifiers.append(message.arbitration_id)
                 extended.append(message.is_extended_id)

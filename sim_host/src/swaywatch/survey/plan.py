@@ -60,8 +60,8 @@ def find_runs(
         raise RecordingError(f"{folder}: no such folder (expected one with recordings in it)")
     runs = []
     for path in sorted(folder.rglob("*")):
-        if path.suffix.lower() not in SUFFIXES or not path.is_file() or out in path.parents:
-            continue
+        if path.suffix.lower() not in SUFFIXES or path.is_dir() or out in path.parents:
+            continue  # what is no file either, or cannot be read, is said in its place
         if any(fnmatch(path.name, pattern) for pattern in exclude):
             continue
         runs.append(

@@ -10,13 +10,14 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from swaywatch.diagnose.words import how_much, named, part, when
-from swaywatch.recording.guard import whole_file
+from swaywatch.errors import SwaywatchError
+from swaywatch.recording.guard import must_exist, whole_file
 from swaywatch.survey.plan import Run, groups
 
 STATES = ("disagrees", "agrees", "cannot say", "failed")
@@ -56,6 +57,15 @@ class Outcome:
     alarm: str = ""
     pages: dict[str, str] = field(default_factory=dict)
 
+    def line(self) -> str:
+        """What was found in one line: what and where, when, how much."""
+        count = len(self.effects)
+        found = [
+            f"{what} [{where}]" if where else what
+            for what, where in zip(self.why[:count], self.where, strict=False)
+        ]
+        return "; ".join([*found, *self.why[len(found) :]])
+
 
 def survey(
     runs: Sequence[Run],
@@ -81,26 +91,52 @@ def survey(
         runs disagree, diagnosed together
     """
     kept = _kept(out)
-    lines: list[Outcome] = []
+    done: dict[str, Outcome] = {}
 
-    def note(outcome: Outcome) -> Outcome:
-        lines.append(outcome)
-        _write(out, lines)
-        told(outcome)
-        return outcome
+    def all_of(jobs_left: dict[Future[Outcome], str]) -> list[Outcome]:
+        """Take outcomes as they come; only this thread writes them down."""
+        for future in as_completed(jobs_left):
+            name = jobs_left[future]
+            error = future.exception()
+            if error is not None and not isinstance(error, Exception):
+                raise error
+            outcome = future.result() if error is None else _broken(name, error)
+            done[name] = outcome
+            _write(out, [*done.values(), *(o for n, o in kept.items() if n not in done)])
+            told(outcome)
+        return [done[name] for name in jobs_left.values()]
 
     with ThreadPoolExecutor(jobs) as pool:
-        alone = list(pool.map(lambda run: note(_one(run, out, limit_s, kept)), runs))
-        state = {outcome.name: outcome for outcome in alone}
-        several = [
-            members
-            for group in groups(runs).values()
-            if len(members := _worst([(r, state[r.name]) for r in group])) > 1
-        ]
-        together = list(
-            pool.map(lambda members: note(_several(members, out, limit_s, kept)), several)
-        )
+        try:
+            alone = all_of({pool.submit(_one, r, out, limit_s, kept): r.name for r in runs})
+            several = [
+                members
+                for group in groups(runs).values()
+                if len(members := _worst([(r, done[r.name]) for r in group])) > 1
+            ]
+            together = all_of(
+                {pool.submit(_several, m, out, limit_s, kept): _together(m) for m in several}
+            )
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    _write(out, [*alone, *together])
     return alone, together
+
+
+def _broken(name: str, error: Exception) -> Outcome:
+    """What is said of a run that vanished, cannot be read, or made the survey itself stumble."""
+    if isinstance(error, OSError):
+        text = f"{error.filename or name}: cannot be read: {error.strerror or error}"
+    elif isinstance(error, SwaywatchError):
+        text = str(error)
+    else:
+        text = f"its results cannot be read ({type(error).__name__}: {error})"
+    return Outcome(name, "", why=[text])
+
+
+def _together(members: Sequence[Run]) -> str:
+    return " + ".join(run.name for run in members)
 
 
 def _worst(members: list[tuple[Run, Outcome]]) -> list[Run]:
@@ -110,6 +146,7 @@ def _worst(members: list[tuple[Run, Outcome]]) -> list[Run]:
 
 
 def _one(run: Run, out: Path, limit_s: float, kept: dict[str, Outcome]) -> Outcome:
+    must_exist(run.recording)
     outcome = Outcome(run.name, run.key())
     if run.vehicle is None or run.signals is None:
         lacking = "vehicle.toml" if run.vehicle is None else "signals.toml"
@@ -133,7 +170,7 @@ def _one(run: Run, out: Path, limit_s: float, kept: dict[str, Outcome]) -> Outco
 
 
 def _several(members: list[Run], out: Path, limit_s: float, kept: dict[str, Outcome]) -> Outcome:
-    name = " + ".join(run.name for run in members)
+    name = _together(members)
     outcome = Outcome(name, "".join(run.key()[:16] for run in members))
     if name in kept and kept[name].key == outcome.key:
         return kept[name]
@@ -150,12 +187,15 @@ def _several(members: list[Run], out: Path, limit_s: float, kept: dict[str, Outc
 
 def _command(words: list[str], place: Path, limit_s: float) -> str:
     """Run ``swaywatch`` with --out `place`; what went wrong, or nothing."""
-    command = [sys.executable, "-m", "swaywatch.cli", *words, "--out", str(place)]
+    # -P: a plotly.py in the folder of recordings is no module of ours
+    command = [sys.executable, "-P", "-m", "swaywatch.cli", *words, "--out", str(place)]
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=limit_s, check=False,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.DEVNULL, errors="replace",
         )  # fmt: skip
+    except OSError as error:
+        return f"{words[0]} could not be started: {error.strerror or error}"
     except subprocess.TimeoutExpired:
         return f"{words[0]} took longer than {limit_s:.0f} s; --limit allows more"
     if done.returncode in (0, 3):  # 3: the logger lost frames, which the analysis says too
@@ -210,7 +250,8 @@ def _where(effect: dict[str, Any]) -> str:
 
 def _why(effect: dict[str, Any]) -> str:
     values = "; ".join(text.removeprefix("run 1: ") for text in how_much(effect))
-    text = f"{effect['id'].replace('_', ' ')}: {values}; confidence {effect['confidence']:.2f}"
+    what = named(f"{effect['id']}:{effect['component']}")
+    text = f"{what}: {values}; confidence {effect['confidence']:.2f}"
     if effect["equivalent"]:
         text += f"; cannot be told from {', '.join(effect['equivalent'])}"
     return text
