@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import os
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -20,11 +21,12 @@ from swaywatch.core import (
     QUALITY,
     REASON,
     SOURCE,
+    VCRIT,
     Estimates,
     analyze_drive,
     model_damping,
 )
-from swaywatch.drive import Drive, load_drives
+from swaywatch.drive import Drive, load_drives, load_signals
 from swaywatch.errors import SignalError
 from swaywatch.quality import Finding, check_balances, check_drive
 from swaywatch.vehicle import Vehicle, load_vehicle
@@ -44,6 +46,12 @@ UNUSABLE = ("no_oscillation", "seeking", "singular", "misfit", "slow", "no_speed
 
 FEWEST_FREE = 8
 """Estimates of a free oscillation that its damping needs at least: half a window's length."""
+
+LIMITS = ("found", "divergence")
+"""Kinds of a critical speed that was found, not where the search ended."""
+
+SEARCHED_M_S = (10.0 / 3.6, 250.0 / 3.6)
+"""Speeds between which the core looks for the critical one (``sway_vcrit_t``)."""
 
 _FORCES = tuple(f"wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
 _LOADS = tuple(f"wheel_vertical_load_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
@@ -119,6 +127,9 @@ class DriveResult:
     switched_off: list[tuple[str, tuple[str, ...]]]
     indirect: list[tuple[str, tuple[str, ...]]]
     balances: dict[str, float]
+    critical_kind: str = "none"
+    """``found``; ``beyond_range`` or ``below_range`` where the search ended at its bound;
+    ``divergence`` where the limit is static; ``none``."""
     sentences: list[str] = field(default_factory=list)
 
 
@@ -163,28 +174,43 @@ def analyze(
             progress(what, done, total)
 
     vehicle = load_vehicle(vehicle_path)
+    refuse_trailer_roles(vehicle, signals_path)
     tell("reading", 0.0, 1.0)
     drives = load_drives(paths, signals_path, join=join)
     tell("reading", 1.0, 1.0)
     for drive in drives:
         _must_have(drive, vehicle, signals_path)
+    stop = threading.Event()
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         # The core runs in C without the interpreter's lock, beside the checks of the data.
-        running = [pool.submit(_run_core, drive, vehicle, tell) for drive in drives]
-        checks = [check_drive(drive, vehicle) for drive in drives]
-        if strict:
-            for drive, findings in zip(drives, checks, strict=True):
-                _refuse_wrong(drive, findings)
-        return [
-            conclude(drive, vehicle, core.result(), findings)
-            for drive, core, findings in zip(drives, running, checks, strict=True)
-        ]
+        running = [pool.submit(_run_core, drive, vehicle, tell, stop) for drive in drives]
+        try:
+            checks = [check_drive(drive, vehicle) for drive in drives]
+            if strict:
+                for drive, findings in zip(drives, checks, strict=True):
+                    _refuse_wrong(drive, findings)
+            return [
+                conclude(drive, vehicle, core.result(), findings)
+                for drive, core, findings in zip(drives, running, checks, strict=True)
+            ]
+        except BaseException:
+            stop.set()
+            raise
+
+
+class _StoppedError(Exception):
+    """Nobody waits for this drive any more."""
 
 
 def _run_core(
-    drive: Drive, vehicle: Vehicle, tell: Callable[[str, float, float], None]
+    drive: Drive,
+    vehicle: Vehicle,
+    tell: Callable[[str, float, float], None],
+    stop: threading.Event,
 ) -> Estimates:
     def tell_core(done: float) -> None:
+        if stop.is_set():
+            raise _StoppedError
         tell(f"analysing {drive.name}", done, drive.duration_s)
 
     return analyze_drive(drive, vehicle, tell_core)
@@ -221,6 +247,33 @@ def _must_have(drive: Drive, vehicle: Vehicle, signals_path: Path) -> None:
         )
 
 
+def refuse_trailer_roles(vehicle: Vehicle, signals_path: Path) -> None:
+    """Refuse signals of a trailer that the vehicle.toml does not have.
+
+    They would be read as those of a car alone, whose critical speed has nothing to do with that of
+    the combination.
+
+    Raises
+    ------
+    SignalError
+        Names the roles and both ways to put it right.
+    """
+    if vehicle.trailer is not None:
+        return
+    roles = [
+        mapping.channel
+        for mapping in load_signals(signals_path)[0]
+        if mapping.channel.startswith(("trailer_", "hitch_", "articulation"))
+    ]
+    if roles:
+        raise SignalError(
+            f"{signals_path} has signals of a trailer ({', '.join(roles[:3])}"
+            f"{', ...' if len(roles) > 3 else ''}), but {vehicle.path} has no [trailer]: add it "
+            "there (mass, yaw_inertia, hitch_to_cog, rear_axle_to_cog; and hitch_to_cog to [car]), "
+            "or leave these roles out if the car drove alone"
+        )
+
+
 def conclude(
     drive: Drive, vehicle: Vehicle, estimates: Estimates, findings: list[Finding]
 ) -> DriveResult:
@@ -238,7 +291,34 @@ def conclude(
         off,
         indirect,
         check_balances(drive, vehicle),
+        critical_kind(estimates, good),
     )
+
+
+def _best_critical(estimates: Estimates, good: BoolArray) -> BoolArray:
+    """Estimates whose critical speed counts: from identified tyres if any, and usable ones."""
+    critical = estimates.has("critical_speed")
+    identified = estimates.status["source"] == _code(SOURCE, "identified")
+    for best in (critical & good & identified, critical & good):
+        if best.any():
+            return best
+    return critical
+
+
+def found_critical(estimates: Estimates) -> BoolArray:
+    """Where the critical speed was found, and is not a bound of the search, shape (n,)."""
+    kinds = [_code(VCRIT, name) for name in LIMITS]
+    found: BoolArray = np.isin(estimates.status["v_crit_kind"], kinds)
+    return found
+
+
+def critical_kind(estimates: Estimates, good: BoolArray) -> str:
+    """What most of the estimates that count say of the critical speed."""
+    best = _best_critical(estimates, good)
+    if not best.any():
+        return "none"
+    kinds = np.bincount(estimates.status["v_crit_kind"][best].astype(np.int64), minlength=8)
+    return VCRIT[int(kinds.argmax())]
 
 
 def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
@@ -260,13 +340,10 @@ def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
     add("damping_ratio", "damping_ratio", "damping_ratio_se", free)
     add("model_damping_ratio", "model_damping_ratio", "model_damping_ratio_se",
         estimates.has("model") & (free if free.any() else good), filtered=True)  # fmt: skip
-    identified = estimates.status["source"] == _code(SOURCE, "identified")
-    critical = estimates.has("critical_speed")
-    best = critical & good & identified
-    if not best.any():
-        best = critical & good
-    add("v_crit_m_s", "v_crit_m_s", "v_crit_se_m_s", best if best.any() else critical,
-        filtered=True)  # fmt: skip
+    # A search that ended at its bound has found no critical speed: the bound is none.
+    if critical_kind(estimates, good) in LIMITS:
+        best = _best_critical(estimates, good) & found_critical(estimates)
+        add("v_crit_m_s", "v_crit_m_s", "v_crit_se_m_s", best, filtered=True)
     for axle in AXLES:
         add(
             f"{axle}.cornering_stiffness_n_per_rad",
@@ -413,6 +490,7 @@ def as_json(result: DriveResult) -> dict[str, Any]:
             name: {"value": v.value, "standard_error": v.error, "estimates": v.count}
             for name, v in result.values.items()
         },
+        "critical_speed": {"kind": result.critical_kind, "searched_m_s": list(SEARCHED_M_S)},
         "alarms": [
             {
                 "start_s": alarm.start_s,

@@ -348,24 +348,30 @@ class Core:
             feeds[index].count = len(time_us)
             feeds[index].time_us = ffi.cast("int64_t *", time_us.ctypes.data)
             feeds[index].value = ffi.cast("int32_t *", value.ctypes.data)
-        room = 4096
+        room = 256
         buffer = ffi.new("sway_status_t[]", room)
         done = ffi.new("bool *")
         parts = []
-        step_s = max(10.0, drive.duration_s / 100)
+        step_s = min(10.0, max(1.0, drive.duration_s / 100))  # a call that ends soon
         until_s = step_s
         while True:
             limit = 2**62 if until_s > drive.duration_s else round(until_s * 1e6)
             count = lib.core_feed(self._core, feeds, len(names), limit, buffer, room, done)
             raw = bytes(ffi.buffer(buffer, count * ffi.sizeof("sway_status_t")))
             parts.append(np.frombuffer(raw, dtype=STATUS_DTYPE))
+            if progress:
+                progress(min(until_s, drive.duration_s))
             if done[0]:
-                if progress:
-                    progress(min(until_s, drive.duration_s))
                 if until_s > drive.duration_s:
                     break
                 until_s += step_s
         return np.concatenate(parts), tuple(names)
+
+
+def core_version() -> str:
+    """Version of the C core inside, ``0.1.0``."""
+    number = int(lib.core_version())
+    return f"{number // 10000}.{number // 100 % 100}.{number % 100}"
 
 
 def integer_samples(

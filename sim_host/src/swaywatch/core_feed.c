@@ -1,5 +1,7 @@
 #include "core_feed.h"
 
+#include "sway_version.h"
+
 /// The feed with the earliest next sample; feed_count where all are at their end.
 static size_t earliest(const core_feed_t *feeds, size_t feed_count)
 {
@@ -38,6 +40,11 @@ size_t core_feed(sway_core_t *core, core_feed_t *feeds, size_t feed_count, int64
         }
     }
     return written;
+}
+
+uint32_t core_version(void)
+{
+    return (uint32_t)SWAY_VERSION;
 }
 
 void core_protect(const uint32_t *can_id, uint8_t *data, size_t width, size_t count)

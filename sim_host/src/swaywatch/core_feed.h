@@ -23,6 +23,9 @@ typedef struct {
 size_t core_feed(sway_core_t *core, core_feed_t *feeds, size_t feed_count, int64_t until_us,
                  sway_status_t *status, size_t room, bool *done);
 
+/// SWAY_VERSION of the core inside.
+uint32_t core_version(void);
+
 /// Writes rolling counters (one for each identifier, from 0) and CRCs into `count` frames whose
 /// data lie `width` bytes apart.
 void core_protect(const uint32_t *can_id, uint8_t *data, size_t width, size_t count);

@@ -12,14 +12,16 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from swaywatch import __version__
+from swaywatch import __version__, output
 from swaywatch.analysis import AXLE_NAMES, DriveResult, analyze, as_json
 from swaywatch.core import AXLES, unit_of
 from swaywatch.progress import LateProgress
 from swaywatch.recording import Series, write_recording
 from swaywatch.recording.guard import whole_file
 from swaywatch.report.page import make_report
-from swaywatch.report.words import plus_minus, sentences, verdict
+from swaywatch.report.words import critical_words, plus_minus, sentences, verdict
+
+HAS_JSON = True
 
 
 def add_parser(subparsers: Any) -> None:
@@ -59,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     """Analyse, write the files, print the summary."""
     console = Console(highlight=False)
     join = True if args.one_drive else False if args.separate else None
-    with LateProgress(Console(stderr=True)) as progress:
+    with LateProgress() as progress:
         results = analyze(
             args.recording,
             args.vehicle,
@@ -77,6 +79,7 @@ def run(args: argparse.Namespace) -> int:
     for result in results:
         print_summary(console, result)
     lost = sum(result.drive.lost_frames for result in results)
+    output.result(args, json_of(results))
     for path in written:
         console.print(str(path), style="bold" if path.suffix == ".html" else "", soft_wrap=True)
     if lost and not args.accept_losses:
@@ -113,9 +116,9 @@ def write_outputs(
         write_recording(path, series)
         written.append(path)
     path = folder / "summary.json"
-    content = {"swaywatch": __version__, "drives": [as_json(result) for result in results]}
     with whole_file(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+        text = json.dumps(json_of(results), indent=1, allow_nan=False)
+        temporary.write_text(text, encoding="utf-8")
     written.append(path)
     if report:
         path = folder / "report.html"
@@ -123,6 +126,11 @@ def write_outputs(
             temporary.write_text(make_report(results, signals), encoding="utf-8")
         written.append(path)
     return written
+
+
+def json_of(results: list[DriveResult]) -> dict[str, Any]:
+    """Content of ``summary.json``."""
+    return {"swaywatch": __version__, "drives": [as_json(result) for result in results]}
 
 
 def _unique_names(results: list[DriveResult]) -> list[str]:
@@ -146,7 +154,8 @@ def print_summary(console: Console, result: DriveResult) -> None:
         table.add_column(heading, justify="left" if heading in ("", "unit") else "right")
     for row in _rows(result):
         table.add_row(*row)
-    console.print(table)
+    if table.row_count:
+        console.print(table)
     for finding in result.findings:
         if finding.severity != "info":
             style = "red" if finding.severity == "error" else "yellow"
@@ -167,8 +176,9 @@ def _short(channels: tuple[str, ...]) -> str:
 
 def _rows(result: DriveResult) -> list[tuple[str, str, str, str]]:
     rows = []
+    if result.critical_kind != "none":
+        rows.append(("critical speed", critical_words(result), "", "km/h"))
     for key, label, factor, digits, unit in (
-        ("v_crit_m_s", "critical speed", 3.6, 1, "km/h"),
         ("frequency_hz", "sway frequency", 1.0, 4, "Hz"),
         ("damping_ratio", "damping ratio, free", 1.0, 4, "-"),
     ):

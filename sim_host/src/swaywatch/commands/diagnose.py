@@ -6,6 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from swaywatch import output
+
+HAS_JSON = True
+
 
 def add_parser(subparsers: Any) -> None:
     """Add the ``diagnose`` command."""
@@ -22,27 +26,30 @@ def add_parser(subparsers: Any) -> None:
         "--simulation", nargs="*", type=Path, default=[],
         help="your own simulation of the runs, in their order (default: our own model)",
     )  # fmt: skip
-    parser.add_argument("--out", required=True, type=Path, help="directory for the results")
+    parser.add_argument(
+        "--out", type=Path, default=Path("swaywatch-diagnosis"), metavar="DIR",
+        help="folder for report.html and diagnosis.json (default: %(default)s)",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
     """Diagnose, write diagnosis.json and report.html, print the verdict."""
-    from rich.console import Console
-    from rich.progress import Progress
-
+    from swaywatch.analysis import refuse_trailer_roles
     from swaywatch.diagnose.engine import diagnose, write
     from swaywatch.diagnose.words import how_much, part, remains
+    from swaywatch.progress import LateProgress
+    from swaywatch.vehicle import load_vehicle
 
-    args.out.mkdir(parents=True, exist_ok=True)
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("reading", total=1.0)
+    refuse_trailer_roles(load_vehicle(args.vehicle), args.signals)
+    output.folder(args.out)
+    report = args.out / "report.html"
+    with LateProgress() as progress:
         result = diagnose(
             args.recording, args.vehicle, args.signals, simulations=args.simulation,
-            report=args.out / "report.html",
-            progress=lambda stage, share: bar.update(task, description=stage, completed=share),
+            report=report, progress=progress.stage,
         )  # fmt: skip
     write(result, args.out / "diagnosis.json")
+    output.result(args, result)
     print(f"verdict: {result['verdict']}")
     for effect in result["effects"]:
         place = part(effect["component"])

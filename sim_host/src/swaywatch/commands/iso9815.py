@@ -14,13 +14,14 @@ import plotly.graph_objects as go
 from rich.console import Console
 from rich.table import Table
 
-from swaywatch import __version__
+from swaywatch import __version__, output
 from swaywatch.analysis import DriveResult, analyze
 from swaywatch.iso9815 import Evaluation, Speed, evaluate
 from swaywatch.progress import LateProgress
 from swaywatch.recording.guard import whole_file
 from swaywatch.report.shell import document, plot, table
 
+HAS_JSON = True
 KMH = 3.6
 _COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#6b7280")
 
@@ -50,7 +51,7 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Evaluate, write the files, print the summary."""
     console = Console(highlight=False)
-    with LateProgress(Console(stderr=True)) as progress:
+    with LateProgress() as progress:
         results = analyze(
             args.run_files, args.vehicle, args.signals,
             join=False, strict=not args.ignore_quality, progress=progress.tell,
@@ -68,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
         with whole_file(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
         written.append(path)
+    output.result(args, as_json(evaluation, results))
     console.print(_table(evaluation))
     console.print(
         f"ratio = {evaluation.c0:.4f} {evaluation.c1 / KMH:+.6f} per km/h, "

@@ -15,8 +15,8 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from swaywatch.analysis import AXLE_NAMES
-from swaywatch.core import ALARM, AXLES, QUALITY, REASON, VALID, columns_of
+from swaywatch.analysis import AXLE_NAMES, LIMITS, SEARCHED_M_S
+from swaywatch.core import ALARM, AXLES, QUALITY, REASON, VALID, VCRIT, columns_of
 from swaywatch.errors import SwaywatchError
 from swaywatch.live import NodeFeed, RoleFeed
 from swaywatch.vehicle import load_vehicle
@@ -123,6 +123,19 @@ def _number(text: str, shown: bool, value: float, error: float | None = None) ->
     return f"{text.format(value)} ± {text.replace('+', '').format(error)}"
 
 
+def _critical(status: Any, value: dict[str, float]) -> str:
+    """The critical speed with its error; a bound of the search is said to be one."""
+    if not status["valid"] & VALID["critical_speed"]:
+        return "-"
+    kind = VCRIT[int(status["v_crit_kind"])]
+    low, high = (speed * 3.6 for speed in SEARCHED_M_S)
+    if kind == "beyond_range":
+        return f"none up to {high:.0f}"
+    if kind == "below_range":
+        return f"below {low:.0f}"
+    return _number("{:.1f}", True, value["v_crit_m_s"] * 3.6, value["v_crit_se_m_s"] * 3.6)
+
+
 def line(feed: NodeFeed | RoleFeed) -> str:
     """The state in one line."""
     status, value = _values(feed)
@@ -130,8 +143,9 @@ def line(feed: NodeFeed | RoleFeed) -> str:
     def valid(name: str) -> bool:
         return bool(status["valid"] & VALID[name])
 
-    critical = _number("{:.1f}", valid("critical_speed"), value["v_crit_m_s"] * 3.6)
-    margin = _number("{:+.1f}", valid("critical_speed"), value["margin_m_s"] * 3.6)
+    critical = _critical(status, value)
+    known = valid("critical_speed") and VCRIT[int(status["v_crit_kind"])] in LIMITS
+    margin = _number("{:+.1f}", known, value["margin_m_s"] * 3.6)
     frequency = _number("{:.3f}", valid("line"), value["frequency_hz"])
     damping = _number("{:+.3f}", valid("line"), value["damping_ratio"])
     return (
@@ -158,14 +172,10 @@ def picture(feed: NodeFeed | RoleFeed, args: argparse.Namespace) -> Panel:
     table.add_column(style="dim")
     table.add_column(justify="right")
     table.add_column()
-    known = valid("critical_speed")
+    known = valid("critical_speed") and VCRIT[int(status["v_crit_kind"])] in LIMITS
     rows = (
         ("speed", _number("{:.1f}", valid("speed"), value["speed_m_s"] * 3.6), "km/h"),
-        (
-            "critical speed",
-            _number("{:.1f}", known, value["v_crit_m_s"] * 3.6, value["v_crit_se_m_s"] * 3.6),
-            "km/h",
-        ),
+        ("critical speed", _critical(status, value), "km/h"),
         ("margin", _number("{:+.1f}", known, value["margin_m_s"] * 3.6), "km/h"),
         (
             "frequency",

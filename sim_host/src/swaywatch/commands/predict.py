@@ -6,6 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from swaywatch import output
+
+HAS_JSON = True
+
 
 def add_parser(subparsers: Any) -> None:
     """Add the ``predict`` command."""
@@ -34,8 +38,9 @@ def run(args: argparse.Namespace) -> int:
     from swaywatch.diagnose.predict import predict
 
     result = predict(args.model, args.recording, args.signals, args.simulation)
-    args.out.parent.mkdir(parents=True, exist_ok=True)
+    output.folder(args.out.parent)
     write(result, args.out)
+    output.result(args, result)
     print(f"roles: {result['signals']}")
     print(
         f"NRMSE baseline {result['baseline_nrmse']:.3f}, diagnosed {result['diagnosed_nrmse']:.3f}"

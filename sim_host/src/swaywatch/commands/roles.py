@@ -5,7 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from swaywatch import output
 from swaywatch.roles import CHANNELS
+
+HAS_JSON = True
 
 
 def add_parser(subparsers: Any) -> None:
@@ -19,7 +22,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the table of roles."""
-    del args
+    output.result(args, {c.name: {"unit": c.unit, "meaning": c.meaning} for c in CHANNELS.values()})
     for channel in CHANNELS.values():
         print(f"{channel.name:34s} {channel.unit:6s} {channel.meaning}")
     return 0

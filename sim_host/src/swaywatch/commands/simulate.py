@@ -57,9 +57,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _campaign(args: argparse.Namespace) -> int:
-    from rich.progress import Progress
-
     from swaywatch.errors import ScenarioError
+    from swaywatch.progress import LateProgress
     from swaywatch.simulate.campaign import jobs_of, run_campaign, write_table
 
     if args.signals is not None:
@@ -70,9 +69,10 @@ def _campaign(args: argparse.Namespace) -> int:
         args.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ScenarioError(f"{args.out}: cannot be made: {error.strerror}") from None
-    with Progress(transient=True) as bar:
-        task = bar.add_task("simulating", total=len(jobs))
-        outcomes = run_campaign(jobs, args.workers, lambda done: bar.update(task, completed=done))
+    with LateProgress() as progress:
+        outcomes = run_campaign(
+            jobs, args.workers, lambda done: progress.tell("simulating", done, len(jobs))
+        )
     write_table(args.out / "drives.csv", outcomes)
     left = sum(not outcome.whole for outcome in outcomes)
     end = f"; {left} left all bounds and end early" if left else ""

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 import scipy.signal
 from plotly.subplots import make_subplots
 
-from swaywatch.analysis import AXLE_NAMES, DriveResult, damping_gap, usable
+from swaywatch.analysis import AXLE_NAMES, DriveResult, damping_gap, found_critical, usable
 from swaywatch.core import AXLES, model_damping
 from swaywatch.drive import Channel
 
@@ -510,7 +510,7 @@ def identified(results: list[DriveResult]) -> dict[str, float]:
 def margin(result: DriveResult) -> go.Figure | None:
     """Speed, critical speed with its band, and the alarm state against time."""
     estimates = result.estimates
-    mask = estimates.has("critical_speed")
+    mask = estimates.has("critical_speed") & found_critical(estimates)
     speed = result.drive.channels["speed"]
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.05,
                            row_heights=[0.86, 0.14])  # fmt: skip

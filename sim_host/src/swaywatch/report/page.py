@@ -12,7 +12,14 @@ from swaywatch.analysis import AXLE_NAMES, DriveResult, Value
 from swaywatch.core import AXLES
 from swaywatch.report import figures
 from swaywatch.report.shell import document, plot, wide
-from swaywatch.report.words import REASON_WORDS, plus_minus, sentences, speed_used_m_s, verdict
+from swaywatch.report.words import (
+    REASON_WORDS,
+    critical_words,
+    plus_minus,
+    sentences,
+    speed_used_m_s,
+    verdict,
+)
 from swaywatch.roles import CHANNELS
 
 KMH = 3.6
@@ -73,7 +80,7 @@ def _numbers(results: list[DriveResult]) -> str:
     """The key figures of all drives side by side."""
     rows: list[tuple[str, str, list[str]]] = [
         ("speed at the estimates", "km/h", [f"{speed_used_m_s(r) * KMH:.1f}" for r in results]),
-        _row(results, "critical speed", "km/h", "v_crit_m_s", KMH, 1),
+        ("critical speed", "km/h", [critical_words(r) for r in results]),
         _row(results, "sway frequency", "Hz", "frequency_hz", 1.0, 4),
         _row(results, "damping ratio, measured in free oscillation", "–", "damping_ratio", 1.0, 4),
         _row(results, "damping ratio, model", "–", "model_damping_ratio", 1.0, 4),

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from swaywatch.analysis import (
     AXLE_NAMES,
+    SEARCHED_M_S,
     DriveResult,
     Value,
     damping_gap,
     flag_share,
+    found_critical,
     shifted_critical_speed,
     usable,
 )
@@ -26,6 +29,18 @@ REASON_WORDS = {
     "short_time": "limit reached soon",
     "static": "above the static critical speed",
 }
+
+LEVER_WORDS = {
+    "trailer_hitch": "distance from the trailer's centre of gravity to the hitch",
+    "car_hitch": "distance from the car's centre of gravity to the hitch",
+    "car_front_axle": "distance from the car's centre of gravity to its front axle",
+    "car_rear_axle": "distance from the car's centre of gravity to its rear axle",
+    "trailer_front_axle": "distance from the trailer's centre of gravity to its front axle",
+    "trailer_rear_axle": "distance from the trailer's centre of gravity to its rear axle",
+}
+
+NEAR_KMH = 15.0
+"""Margin below which the page is yellow."""
 
 FLAG_WORDS = {
     "no_oscillation": "no oscillation above the noise",
@@ -63,23 +78,69 @@ def verdict(result: DriveResult) -> tuple[str, str]:
     """Colour (``good``, ``near``, ``bad``, ``unknown``) and one sentence."""
     speed = speed_used_m_s(result)
     critical = result.values.get("v_crit_m_s")
-    if critical is None:
-        return "unknown", (
-            f"No critical speed could be found from {result.drive.name}; see below what is missing."
-        )
     thing = "this combination" if result.vehicle.trailer is not None else "this car"
-    about = f"its critical speed of {plus_minus(critical, KMH)} km/h"
+    if critical is None:
+        return _no_critical(result, speed, thing)
     if damping_gap(result.values) is not None:
         return _disagreement(result, speed, thing, critical)
     margin = critical.value - speed
-    place = f"At {speed * KMH:.1f} km/h {thing} is"
+    side = "below" if margin >= 0.0 else "above"
+    distance = Value(abs(margin), critical.error, critical.count)
+    text = (
+        f"At {speed * KMH:.1f} km/h {thing} is {plus_minus(distance, KMH)} km/h {side} its "
+        f"critical speed of {plus_minus(critical, KMH)} km/h"
+    )
     if abs(margin) < 2.0 * critical.error:
-        return "bad", f"{place} at {about}, within its error."
+        text += "; within two standard errors it may be on either side"
+        return ("near" if margin > 0.0 else "bad"), f"{text}."
     if margin < 0.0:
-        return "bad", f"{place} {-margin * KMH:.1f} km/h above {about}: yaw oscillations grow."
-    if margin * KMH < 15.0:
-        return "near", f"{place} only {margin * KMH:.1f} km/h below {about}."
-    return "good", f"{place} {margin * KMH:.0f} km/h below {about}."
+        return "bad", f"{text}: yaw oscillations grow."
+    return ("near" if margin * KMH < NEAR_KMH else "good"), f"{text}."
+
+
+def critical_words(result: DriveResult) -> str:
+    """The critical speed as a cell of a table: a number with its error, or what is known."""
+    critical = result.values.get("v_crit_m_s")
+    if critical is not None:
+        return plus_minus(critical, KMH)
+    low, high = (speed * KMH for speed in SEARCHED_M_S)
+    return {
+        "beyond_range": f"none up to {high:.0f}", "below_range": f"below {low:.0f}"
+    }.get(result.critical_kind, "–")  # fmt: skip
+
+
+def _no_critical(result: DriveResult, speed_m_s: float, thing: str) -> tuple[str, str]:
+    """Verdict where the search found no critical speed."""
+    low, high = (speed * KMH for speed in SEARCHED_M_S)
+    if result.critical_kind == "beyond_range":
+        return "good", (
+            f"At {speed_m_s * KMH:.1f} km/h {thing} is stable: it has no critical speed up to "
+            f"{high:.0f} km/h, where the search ends."
+        )
+    if result.critical_kind == "below_range":
+        return "bad", (
+            f"The model of {thing} is unstable already at {low:.0f} km/h, where the search begins: "
+            f"check signs and positions in {result.vehicle.path}."
+        )
+    return "unknown", (
+        f"No critical speed could be found from {result.drive.name}: {_why_none(result)}."
+    )
+
+
+def _why_none(result: DriveResult) -> str:
+    """What stands in the way of a critical speed."""
+    estimates = result.estimates
+    if not len(estimates):
+        return "the drive is too short or too quiet for a single estimate"
+    if usable(estimates).any():
+        lacking = next((c for n, c in result.switched_off if n.startswith("critical")), ())
+        if lacking:
+            return f"there is no signal for {', '.join(lacking)}"
+        return (
+            "the stiffnesses of some axles are neither in the vehicle.toml nor could they be "
+            "identified"
+        )
+    return f"none of its {len(estimates)} estimates is usable ({_flags(result) or 'see below'})"
 
 
 def _disagreement(
@@ -162,11 +223,13 @@ def _damping(result: DriveResult) -> str:
 
 def _source(result: DriveResult) -> str:
     estimates = result.estimates
-    if "v_crit_m_s" not in result.values:
+    if result.critical_kind == "none":
         return ""
     sources = estimates.status["source"][estimates.has("critical_speed")]
     kind = int(np.bincount(sources.astype(np.int64), minlength=4).argmax())
-    count = result.values["v_crit_m_s"].count
+    if kind == 3 and "v_crit_m_s" not in result.values:
+        return "The stiffnesses of all axles were identified in this drive."
+    count = result.values["v_crit_m_s"].count if "v_crit_m_s" in result.values else 0
     if kind == 3:
         return (
             f"The critical speed comes from the cornering stiffnesses of all axles, identified in "
@@ -238,23 +301,39 @@ def _load_harmonics(result: DriveResult) -> str:
         load = float(np.median(estimates[f"{axle}.load_n"][mask]))
         peak = int(np.argmax(amplitude))
         if amplitude[peak] > 0.02 * load and amplitude[peak] > 4.0 * np.median(amplitude):
+            time = estimates.time_s[mask]
+            inside = time[amplitude > 0.5 * amplitude[peak]]
             parts.append(
-                f"{AXLE_NAMES[axle]} by up to {amplitude[peak]:.0f} N at "
-                f"{estimates.time_s[mask][peak]:.1f} s"
+                f"The load of the {AXLE_NAMES[axle]} swings by up to {amplitude[peak]:.0f} N at "
+                f"twice the yaw frequency ({_stretches(inside)}); a damper is the usual cause"
+                f"{_worth_of_load(result, axle, mask)}."
             )
-    if not parts:
+    return " ".join(parts)
+
+
+def _stretches(time: npt.NDArray[np.float64]) -> str:
+    """Times of windows as stretches: ``9.5 to 12.5 s and 15.0 to 18.0 s``."""
+    parts = np.split(time, np.flatnonzero(np.diff(time) > 1.0) + 1)
+    return " and ".join(f"{part[0]:.1f} to {part[-1]:.1f} s" for part in parts[:4])
+
+
+def _worth_of_load(result: DriveResult, axle: str, mask: npt.NDArray[np.bool_]) -> str:
+    """What the shift of the effective load does to the critical speed there."""
+    estimates = result.estimates
+    ratio = estimates[f"{axle}.effective_load_n"][mask] / estimates[f"{axle}.load_n"][mask] - 1.0
+    known = mask & found_critical(estimates) & estimates.has("critical_speed")
+    ratio = ratio[np.isfinite(ratio)]
+    if not known.any() or not len(ratio):
         return ""
-    return (
-        "The axle load oscillates at twice the yaw frequency, which shifts the effective load: "
-        + "; ".join(parts)
-        + "."
-    )
+    slope = float(np.median(estimates[f"sensitivity_m_s.{axle}_stiffness"][known])) * KMH
+    low, high = sorted((100.0 * float(ratio.min()) * slope, 100.0 * float(ratio.max()) * slope))
+    return f"; it moves the critical speed by {low:+.1f} to {high:+.1f} km/h while it lasts"
 
 
 def _levers(result: DriveResult) -> str:
     """The parameters the critical speed depends on most."""
     estimates = result.estimates
-    mask = estimates.has("critical_speed")
+    mask = estimates.has("critical_speed") & found_critical(estimates)
     if not mask.any():
         return ""
     slopes = {
@@ -264,7 +343,9 @@ def _levers(result: DriveResult) -> str:
     largest = sorted(slopes.items(), key=lambda item: -abs(item[1]))[:3]
     if not largest or largest[0][1] == 0.0:
         return ""
-    shown = ", ".join(f"{name.replace('_', ' ')} {slope:+.2f}" for name, slope in largest)
+    shown = ", ".join(
+        f"{LEVER_WORDS.get(name, name.replace('_', ' '))} {slope:+.2f}" for name, slope in largest
+    )
     return f"What moves the critical speed most, in km/h for +1 %: {shown}."
 
 
@@ -291,12 +372,26 @@ def _trust(result: DriveResult) -> str:
     if not count:
         return "The drive is too short or too quiet for a single estimate."
     good = int(usable(result.estimates).sum())
-    flags = [
-        f"{FLAG_WORDS.get(name, name)} ({100 * share:.0f} %)"
-        for name, share in flag_share(result.estimates).items()
-        if share >= 0.02
-    ][:5]
+    flags = _flags(result)
+    if good == 0:
+        return (
+            f"None of the {count} estimates was usable"
+            + (f" ({flags})" if flags else "")
+            + ": nothing is said about this vehicle. A drive above 30 km/h with a steering impulse "
+            "or a slalom, the wheel then held still, gives estimates."
+        )
     text = f"{good} of {count} estimates were usable"
     if good < 0.1 * count:
         text = f"Only {text}, so take this as a rough guide"
-    return text + (f"; flags: {', '.join(flags)}." if flags else ".")
+    return text + (f"; flags: {flags}." if flags else ".")
+
+
+def _flags(result: DriveResult) -> str:
+    """What most often spoke against an estimate, with its share."""
+    return ", ".join(
+        [
+            f"{FLAG_WORDS.get(name, name)} ({100 * share:.0f} %)"
+            for name, share in flag_share(result.estimates).items()
+            if share >= 0.02
+        ][:5]
+    )
