@@ -54,8 +54,7 @@ void sway_block_write(const sway_core_config_t *config, uint32_t sequence, uint8
     put(block + SWAY_BLOCK_SIZE - 4U, sway_block_crc32(0, block, SWAY_BLOCK_SIZE - 4U), 4);
 }
 
-sway_block_result_t sway_block_read(const uint8_t *block, size_t size, sway_core_config_t *config,
-                                    uint32_t *sequence)
+sway_block_result_t sway_block_check(const uint8_t *block, size_t size, uint32_t *sequence)
 {
     if (block == NULL || size < SWAY_BLOCK_SIZE || memcmp(block, magic, sizeof magic) != 0) {
         return SWAY_BLOCK_EMPTY;
@@ -68,13 +67,21 @@ sway_block_result_t sway_block_read(const uint8_t *block, size_t size, sway_core
         return SWAY_BLOCK_CRC;
     }
     *sequence = get(block + 8, 4);
-    for (uint32_t i = 0; i < SWAY_BLOCK_WORDS; i++) {
-        (void)sway_block_set(config, i, (int32_t)get(block + 12U + 4U * i, 4));
-    }
     return SWAY_BLOCK_OK;
 }
 
-/* Words beyond the vehicle; the limits are those of the headers that the fields belong to. */
+sway_block_result_t sway_block_read(const uint8_t *block, size_t size, sway_core_config_t *config,
+                                    uint32_t *sequence)
+{
+    const sway_block_result_t result = sway_block_check(block, size, sequence);
+    for (uint32_t i = 0; result == SWAY_BLOCK_OK && i < SWAY_BLOCK_WORDS; i++) {
+        (void)sway_block_set(config, i, (int32_t)get(block + 12U + 4U * i, 4));
+    }
+    return result;
+}
+
+/* Words beyond the vehicle; the limits are those of the headers that the fields belong to, or
+ * narrower. */
 typedef struct {
     size_t offset;
     size_t end;
@@ -89,7 +96,18 @@ static const range_t ranges[] = {
     {AT(window_cycles_milli), AT(input_delay_us), 1500, 6000, false},
     {AT(input_delay_us), AT(input_period_us), -500000, 500000, false},
     {AT(input_period_us), AT(alarm), 1000, 100000, true},
-    {AT(alarm), sizeof(sway_core_config_t), 0, INT32_MAX, false},
+    /* Nobody can set thresholds by which the alarm never comes. */
+    {AT(alarm.notice_margin_mm_s), AT(alarm.margin_hysteresis_mm_s), 556, 13889, false},
+    {AT(alarm.margin_hysteresis_mm_s), AT(alarm.notice_damping_ratio_ppm), 0, 5556, false},
+    {AT(alarm.notice_damping_ratio_ppm), AT(alarm.damping_hysteresis_ppm), 10000, 200000, false},
+    {AT(alarm.damping_hysteresis_ppm), AT(alarm.minimum_amplitude_urad_s), 0, 100000, false},
+    {AT(alarm.minimum_amplitude_urad_s), AT(alarm.large_amplitude_urad_s), 8727, 87266, false},
+    {AT(alarm.large_amplitude_urad_s), AT(alarm.limit_amplitude_urad_s), 34907, 209440, false},
+    {AT(alarm.limit_amplitude_urad_s), AT(alarm.critical_time_ms), 87266, 523599, false},
+    {AT(alarm.critical_time_ms), AT(alarm.hold_ms), 500, 20000, false},
+    {AT(alarm.hold_ms), AT(alarm.minimum_speed_mm_s), 200, 20000, false},
+    {AT(alarm.minimum_speed_mm_s), AT(alarm.confidence_milli), 2778, 16667, false},
+    {AT(alarm.confidence_milli), sizeof(sway_core_config_t), 0, 3000, false},
 };
 
 uint32_t sway_block_offender(const sway_core_config_t *config)

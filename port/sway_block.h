@@ -33,11 +33,15 @@ void sway_block_write(const sway_core_config_t *config, uint32_t sequence, uint8
 sway_block_result_t sway_block_read(const uint8_t *block, size_t size, sway_core_config_t *config,
                                     uint32_t *sequence);
 
+/// The same without the values.
+sway_block_result_t sway_block_check(const uint8_t *block, size_t size, uint32_t *sequence);
+
 /// Word `index` of a configuration; SWAY_ERROR_ARGUMENT beyond the last one.
 sway_error_t sway_block_get(const sway_core_config_t *config, uint32_t index, int32_t *value);
 sway_error_t sway_block_set(sway_core_config_t *config, uint32_t index, int32_t value);
 
-/// The number of the first word that sway_core_init() refuses; SWAY_BLOCK_WORDS: it refuses none.
+/// The number of the first word that an ECU refuses: all that sway_core_init() does, and thresholds
+/// of the alarm by which it would hardly ever come. SWAY_BLOCK_WORDS: it refuses none.
 uint32_t sway_block_offender(const sway_core_config_t *config);
 
 /// CRC-32 (IEEE 802.3) of `size` bytes; 0 to start, the last result to go on.

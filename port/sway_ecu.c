@@ -12,6 +12,9 @@
 #define ID_REQUEST SWAYWATCH_DBC_SWAY_PARAMETER_REQUEST_FRAME_ID
 #define ID_REPLY SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID
 #define ID_REPORT SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID
+#define ID_ACCESS SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID
+#define ACCESS_US 100000
+#define SPEED_AGE_US 500000
 
 enum {
     COMMAND_READ,
@@ -19,9 +22,29 @@ enum {
     COMMAND_APPLY,
     COMMAND_STORE,
     COMMAND_DISCARD,
-    COMMAND_VERSION
+    COMMAND_VERSION,
+    COMMAND_OPEN
 };
-enum { RESULT_DONE, RESULT_NO_INDEX, RESULT_REFUSED, RESULT_NOT_STORED, RESULT_NO_COMMAND };
+typedef enum {
+    RESULT_DONE,
+    RESULT_NO_INDEX,
+    RESULT_REFUSED,
+    RESULT_NOT_STORED,
+    RESULT_NO_COMMAND,
+    RESULT_LOCKED,
+    RESULT_MOVING,
+    RESULT_FORGED,
+    RESULT_WORN
+} result_t;
+enum { ACCESS_LOCKED, ACCESS_OPEN, ACCESS_NO_KEY };
+
+/* What a request says and, from `number` on, what its reply will. */
+typedef struct {
+    uint8_t command;
+    uint32_t number;
+    int32_t value;
+    const uint8_t *proof; ///< the bytes of number and value
+} request_t;
 
 /* --- retained memory ------------------------------------------------------------------------- */
 
@@ -95,9 +118,22 @@ static void send(sway_ecu_t *ecu, sway_port_frame_t *frame)
     }
 }
 
+/* Two senders of one message have two counters. A stuck counter looks the same; either is told. */
+static void find_doubled(sway_ecu_t *ecu)
+{
+    const uint32_t doubled = sway_node_fault(&ecu->node, SWAY_FRAME_FAULT_REPEATED);
+    if (doubled - ecu->doubled >= SWAY_ECU_DOUBLED_FRAMES) {
+        ecu->notice = SWAY_ECU_DOUBLED;
+    }
+    ecu->doubled = doubled;
+}
+
 static void send_report(sway_ecu_t *ecu)
 {
     const bool safe = ecu->state == SWAY_ECU_SAFE;
+    if (!safe) {
+        find_doubled(ecu);
+    }
     const bool has_notice = ecu->notice != SWAY_ECU_NO_CAUSE;
     const uint32_t cause = safe         ? (uint32_t)ecu->cause
                            : has_notice ? (uint32_t)ecu->notice
@@ -107,6 +143,31 @@ static void send_report(sway_ecu_t *ecu)
                          ecu->report_counter);
     ecu->report_counter = sway_e2e_next(ecu->report_counter);
     ecu->report_due_us = ecu->now_us + (safe ? REPORT_SAFE_US : REPORT_RUNNING_US);
+    send(ecu, &frame);
+}
+
+static uint16_t held(uint32_t count)
+{
+    return (uint16_t)(count < UINT16_MAX ? count : UINT16_MAX);
+}
+
+static void send_access(sway_ecu_t *ecu)
+{
+    const bool is_open = sway_access_is_open(&ecu->access, ecu->now_us);
+    const struct swaywatch_dbc_sway_access_t said = {
+        .access_state = (uint8_t)(ecu->port.key == NULL ? ACCESS_NO_KEY
+                                  : is_open             ? ACCESS_OPEN
+                                                        : ACCESS_LOCKED),
+        .access_refused = held(ecu->requests_refused),
+        .access_forged = held(ecu->access.forged),
+        .access_stores = ecu->access.stores,
+    };
+    sway_port_frame_t frame = {.id = ID_ACCESS, .dlc = 8};
+    (void)swaywatch_dbc_sway_access_pack(frame.data, &said, sizeof frame.data);
+    sway_e2e_protect(ID_ACCESS, ecu->access_counter, frame.data);
+    ecu->access_counter = sway_e2e_next(ecu->access_counter);
+    ecu->access_due_us = ecu->now_us + ACCESS_US;
+    ecu->access_news = false;
     send(ecu, &frame);
 }
 
@@ -127,13 +188,29 @@ void sway_ecu_warn(sway_ecu_t *ecu, sway_ecu_cause_t cause)
     ecu->report_due_us = ecu->now_us;
 }
 
-static bool start_node(sway_ecu_t *ecu, const sway_core_config_t *config)
+const sway_core_config_t *sway_ecu_config(const sway_ecu_t *ecu)
+{
+    return &ecu->node.core.config;
+}
+
+bool sway_ecu_gave_up(const sway_ecu_retained_t *retained)
+{
+    return retained_is_good(retained) && retained->restarts >= SWAY_ECU_RESTARTS_MAX;
+}
+
+/* With the staged values, which must be in their ranges. */
+static void start_node(sway_ecu_t *ecu)
 {
     ecu->state = SWAY_ECU_RUNNING;
-    if (sway_node_init(&ecu->node, config) != SWAY_OK) {
+    ecu->doubled = 0U;
+    if (sway_node_init(&ecu->node, &ecu->staged) != SWAY_OK) {
         sway_ecu_fail(ecu, (sway_ecu_cause_t)(SWAY_ECU_BLOCK + SWAY_BLOCK_REFUSED));
     }
-    return ecu->state == SWAY_ECU_RUNNING;
+}
+
+static bool is_staged_good(const sway_ecu_t *ecu)
+{
+    return sway_block_offender(&ecu->staged) == SWAY_BLOCK_WORDS;
 }
 
 sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_retained_t *retained,
@@ -154,19 +231,21 @@ sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_r
     ecu->now_us = port->time_us(port->context);
     ecu->frame_us = ecu->now_us;
     ecu->report_due_us = ecu->now_us;
-    sway_core_defaults(&ecu->config);
-    const sway_block_result_t result =
-        sway_block_read(block, block_size, &ecu->config, &ecu->block_sequence);
-    ecu->staged = ecu->config;
+    sway_core_defaults(&ecu->staged);
+    sway_block_result_t result =
+        sway_block_read(block, block_size, &ecu->staged, &ecu->block_sequence);
+    if (result == SWAY_BLOCK_OK && !is_staged_good(ecu)) {
+        result = SWAY_BLOCK_REFUSED;
+    }
     const sway_ecu_cause_t cause = sway_ecu_self_test();
     if (cause != SWAY_ECU_NO_CAUSE) {
         sway_ecu_fail(ecu, cause);
-    } else if (retained->restarts > SWAY_ECU_RESTARTS_MAX) {
+    } else if (sway_ecu_gave_up(retained)) {
         sway_ecu_fail(ecu, SWAY_ECU_RESTARTS);
     } else if (result != SWAY_BLOCK_OK) {
         sway_ecu_fail(ecu, (sway_ecu_cause_t)(SWAY_ECU_BLOCK + (int)result));
     } else {
-        (void)start_node(ecu, &ecu->config);
+        start_node(ecu);
     }
     return SWAY_OK;
 }
@@ -180,96 +259,159 @@ static bool may_apply(const sway_ecu_t *ecu)
            ((int)ecu->cause >= (int)SWAY_ECU_BLOCK && (int)ecu->cause < (int)SWAY_ECU_RESTARTS);
 }
 
-static uint8_t apply(sway_ecu_t *ecu)
+/* Where the ECU watches, new values make it begin anew: only where there is nothing to watch. A
+ * speed that is not known is none that stands still. */
+static bool is_standing(const sway_ecu_t *ecu)
 {
-    if (!may_apply(ecu)) {
-        return RESULT_REFUSED;
-    }
-    const bool was_running = ecu->state == SWAY_ECU_RUNNING;
-    if (start_node(ecu, &ecu->staged)) {
-        ecu->config = ecu->staged;
-        return RESULT_DONE;
-    }
-    if (was_running) {
-        (void)start_node(ecu, &ecu->config);
-    }
-    return RESULT_REFUSED;
+    const sway_core_t *core = &ecu->node.core;
+    return ecu->state == SWAY_ECU_SAFE ||
+           (sway_node_message_state(&ecu->node, SWAY_MESSAGE_SPEED) == SWAY_MESSAGE_GOOD &&
+            core->speed_mm_s >= 0 && core->speed_mm_s <= SWAY_ECU_STANDSTILL_MM_S &&
+            ecu->now_us - core->speed_time_us <= SPEED_AGE_US);
 }
 
-SWAY_NOINLINE uint8_t store(sway_ecu_t *ecu)
+static result_t open_session(sway_ecu_t *ecu, request_t *request)
 {
-    uint8_t block[SWAY_BLOCK_SIZE];
-    const uint8_t result = apply(ecu);
-    if (result != RESULT_DONE) {
-        return result;
+    const uint8_t *c = ecu->access.challenge;
+    if (ecu->port.key == NULL || !may_apply(ecu)) {
+        return RESULT_LOCKED;
     }
-    sway_block_write(&ecu->config, ecu->block_sequence + 1U, block);
-    if (ecu->port.store == NULL || !ecu->port.store(ecu->port.context, block, sizeof block)) {
+    if (!is_standing(ecu)) {
+        return RESULT_MOVING;
+    }
+    const uint32_t random = ecu->port.random == NULL ? 0U : ecu->port.random(ecu->port.context);
+    sway_access_open(&ecu->access, ecu->port.key, ecu->now_us, ecu->block_sequence, random);
+    request->number = (uint32_t)c[0] | (uint32_t)c[1] << 8;
+    request->value = (int32_t)((uint32_t)c[2] | (uint32_t)c[3] << 8 | (uint32_t)c[4] << 16 |
+                               (uint32_t)c[5] << 24);
+    ecu->access_news = true;
+    return RESULT_DONE;
+}
+
+static result_t store(sway_ecu_t *ecu, const uint8_t *block)
+{
+    if (ecu->access.stores >= SWAY_ACCESS_STORES_MAX ||
+        ecu->block_sequence >= SWAY_ACCESS_SEQUENCE_MAX) {
+        return RESULT_WORN;
+    }
+    if (ecu->port.store == NULL) {
+        return RESULT_NOT_STORED;
+    }
+    ecu->access.stores++; // an erasure that fails wears, too
+    if (!ecu->port.store(ecu->port.context, block, SWAY_BLOCK_SIZE)) {
         return RESULT_NOT_STORED;
     }
     ecu->block_sequence += 1U;
     return RESULT_DONE;
 }
 
-/* Names the word that is out of its range; where none is, the ECU's state forbids new values. */
-static uint8_t explain(const sway_ecu_t *ecu, uint8_t result, uint32_t *index, int32_t *value)
+/* Of a session's last request: proof, then state, then values; the reply names the first word that
+ * is out of its range. */
+SWAY_NOINLINE result_t change(sway_ecu_t *ecu, request_t *request)
 {
-    if (result == RESULT_REFUSED) {
-        const uint32_t offender = sway_block_offender(&ecu->staged);
-        *index = sway_block_get(&ecu->staged, offender, value) == SWAY_OK ? offender : *index;
+    sway_access_message_t message = {.command = request->command};
+    ecu->access_news = true;
+    sway_block_write(&ecu->staged, ecu->block_sequence + 1U, message.block);
+    if (!sway_access_close(&ecu->access, ecu->port.key, &message, request->proof)) {
+        return RESULT_FORGED;
     }
-    return result;
+    if (!is_standing(ecu)) {
+        return RESULT_MOVING;
+    }
+    const uint32_t offender = sway_block_offender(&ecu->staged);
+    if (!may_apply(ecu) || sway_block_get(&ecu->staged, offender, &request->value) == SWAY_OK) {
+        request->number = offender;
+        return RESULT_REFUSED;
+    }
+    request->number = 0U;
+    request->value = 0;
+    start_node(ecu);
+    return request->command == COMMAND_STORE ? store(ecu, message.block) : RESULT_DONE;
 }
 
-static uint8_t obey(sway_ecu_t *ecu, uint8_t command, uint32_t *number, int32_t *value)
+static void discard(sway_ecu_t *ecu)
 {
-    const uint32_t index = *number;
-    switch (command) {
-    case COMMAND_READ:
-        return sway_block_get(&ecu->staged, index, value) == SWAY_OK ? RESULT_DONE
-                                                                     : RESULT_NO_INDEX;
-    case COMMAND_WRITE:
-        return sway_block_set(&ecu->staged, index, *value) == SWAY_OK ? RESULT_DONE
-                                                                      : RESULT_NO_INDEX;
-    case COMMAND_APPLY:
-        return explain(ecu, apply(ecu), number, value);
-    case COMMAND_STORE:
-        return explain(ecu, store(ecu), number, value);
-    case COMMAND_DISCARD:
-        ecu->staged = ecu->config;
-        return RESULT_DONE;
-    case COMMAND_VERSION:
-        *value = (int32_t)(SWAY_BLOCK_VERSION | ecu->block_sequence << 16);
-        return RESULT_DONE;
-    default:
-        return RESULT_NO_COMMAND;
+    if (ecu->state == SWAY_ECU_RUNNING) {
+        ecu->staged = *sway_ecu_config(ecu);
+    } else {
+        sway_core_defaults(&ecu->staged);
     }
+}
+
+static result_t obey_in_session(sway_ecu_t *ecu, request_t *request)
+{
+    if (!sway_access_is_open(&ecu->access, ecu->now_us)) {
+        return RESULT_LOCKED;
+    }
+    if (request->command == COMMAND_WRITE) {
+        return sway_block_set(&ecu->staged, request->number, request->value) == SWAY_OK
+                   ? RESULT_DONE
+                   : RESULT_NO_INDEX;
+    }
+    if (request->command == COMMAND_DISCARD) {
+        discard(ecu);
+        return RESULT_DONE;
+    }
+    return change(ecu, request);
+}
+
+static result_t obey(sway_ecu_t *ecu, request_t *request)
+{
+    switch (request->command) {
+    case COMMAND_READ:
+        return sway_block_get(&ecu->staged, request->number, &request->value) == SWAY_OK
+                   ? RESULT_DONE
+                   : RESULT_NO_INDEX;
+    case COMMAND_VERSION:
+        request->value = (int32_t)(SWAY_BLOCK_VERSION | ecu->block_sequence << 16);
+        return RESULT_DONE;
+    case COMMAND_OPEN:
+        return open_session(ecu, request);
+    default:
+        return request->command < COMMAND_OPEN ? obey_in_session(ecu, request) : RESULT_NO_COMMAND;
+    }
+}
+
+static void refuse(sway_ecu_t *ecu)
+{
+    ecu->requests_refused += 1U;
+    ecu->access_news = true;
+}
+
+/* A request that came twice is obeyed once. */
+static bool is_fresh(sway_ecu_t *ecu, const uint8_t *data)
+{
+    const uint16_t mark = (uint16_t)(data[0] | (data[1] & 15U) << 8 | 0x8000U);
+    const bool is_new = mark != ecu->last_request;
+    ecu->last_request = mark;
+    return is_new;
 }
 
 static void answer(sway_ecu_t *ecu, const sway_port_frame_t *frame)
 {
-    struct swaywatch_dbc_sway_parameter_request_t request;
+    struct swaywatch_dbc_sway_parameter_request_t asked;
     if (frame->dlc != 8U || !sway_e2e_check(frame->id, frame->data) ||
-        swaywatch_dbc_sway_parameter_request_unpack(&request, frame->data, frame->dlc) != 0) {
-        ecu->requests_refused += 1U;
+        !is_fresh(ecu, frame->data) || ecu->reply_waits) {
+        refuse(ecu);
         return;
     }
-    int32_t value = request.parameter_value;
-    uint32_t index = request.parameter_index;
-    const uint8_t result = obey(ecu, request.parameter_command, &index, &value);
+    (void)swaywatch_dbc_sway_parameter_request_unpack(&asked, frame->data, frame->dlc);
+    request_t request = {asked.parameter_command, asked.parameter_index, asked.parameter_value,
+                         frame->data + 2};
+    const result_t result = obey(ecu, &request);
     if (result != RESULT_DONE) {
-        ecu->requests_refused += 1U;
+        refuse(ecu);
     }
     const struct swaywatch_dbc_sway_parameter_reply_t reply = {
-        .parameter_result = result,
-        .parameter_reply_index = (uint16_t)index,
-        .parameter_reply_value = value,
+        .parameter_result = (uint8_t)result,
+        .parameter_reply_index = (uint16_t)request.number,
+        .parameter_reply_value = request.value,
     };
-    sway_port_frame_t out = {.id = ID_REPLY, .dlc = 8};
-    (void)swaywatch_dbc_sway_parameter_reply_pack(out.data, &reply, sizeof out.data);
-    sway_e2e_protect(ID_REPLY, ecu->reply_counter, out.data);
+    ecu->reply = (sway_port_frame_t){.id = ID_REPLY, .dlc = 8};
+    (void)swaywatch_dbc_sway_parameter_reply_pack(ecu->reply.data, &reply, sizeof ecu->reply.data);
+    sway_e2e_protect(ID_REPLY, ecu->reply_counter, ecu->reply.data);
     ecu->reply_counter = sway_e2e_next(ecu->reply_counter);
-    send(ecu, &out);
+    ecu->reply_waits = true;
 }
 
 /* --- running --------------------------------------------------------------------------------- */
@@ -286,11 +428,19 @@ static void take(sway_ecu_t *ecu, const sway_port_frame_t *frame)
     }
 }
 
-/* One frame that is due: of the node, else the report. */
+/* One frame that is due: a reply, of the node, else a report. */
 static bool give(sway_ecu_t *ecu)
 {
     sway_port_frame_t frame;
     uint32_t id = 0;
+    if (ecu->outgoing_waits) {
+        return false;
+    }
+    if (ecu->reply_waits) {
+        ecu->reply_waits = false;
+        send(ecu, &ecu->reply);
+        return true;
+    }
     if (ecu->state == SWAY_ECU_RUNNING &&
         sway_node_transmit(&ecu->node, &id, &frame.dlc, frame.data)) {
         frame.id = (uint16_t)id;
@@ -299,6 +449,10 @@ static bool give(sway_ecu_t *ecu)
     }
     if (ecu->now_us >= ecu->report_due_us) {
         send_report(ecu);
+        return true;
+    }
+    if (ecu->access_news && ecu->now_us >= ecu->access_due_us) {
+        send_access(ecu);
         return true;
     }
     return false;
@@ -339,10 +493,6 @@ bool sway_ecu_poll(sway_ecu_t *ecu)
         ecu->port.alive(ecu->port.context);
     }
     offer_again(ecu);
-    if (ecu->outgoing_waits) {
-        idle(ecu, ecu->port.time_us(ecu->port.context));
-        return false;
-    }
     if (work(ecu) || give(ecu)) {
         return true;
     }

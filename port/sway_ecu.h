@@ -9,10 +9,11 @@
 ///
 /// Frames of its own, in dbc/swaywatch.dbc: SwayParameterRequest is answered by SwayParameterReply;
 /// SwayFaultReport goes out at start, every second while running and every 100 ms in the safe
-/// state.
+/// state; SwayAccess says who tried to change parameters, at most every 100 ms.
 #ifndef SWAY_ECU_H
 #define SWAY_ECU_H
 
+#include "sway_access.h"
 #include "sway_block.h"
 #include "sway_node.h"
 #include "sway_port.h"
@@ -35,10 +36,15 @@ typedef enum {
     SWAY_ECU_RESTARTS = 64,   ///< faulted again and again: stays safe until power is cycled
     SWAY_ECU_STATE = 65,      ///< the program's own state was overwritten
     SWAY_ECU_CONTROLLER = 66, ///< clock or CAN controller did not start
+    SWAY_ECU_DOUBLED = 67,    ///< frames come with a counter that was there: a second sender
 } sway_ecu_cause_t;
 
 /// Restarts by faults after which the ECU stays in the safe state.
 #define SWAY_ECU_RESTARTS_MAX 5U
+/// Parameters are changed below this speed only.
+#define SWAY_ECU_STANDSTILL_MM_S 500
+/// Frames with a counter that was there, in a second, that make SWAY_ECU_DOUBLED.
+#define SWAY_ECU_DOUBLED_FRAMES 10U
 
 /// Memory that survives a reset (not a power cycle): place it where start-up code does not clear
 /// it. A checksum tells a first start from a restart.
@@ -51,8 +57,12 @@ typedef struct {
 
 typedef struct {
     bool outgoing_waits;
+    bool reply_waits;
+    bool access_news; ///< SwayAccess has something to say
     uint8_t report_counter;
     uint8_t reply_counter;
+    uint8_t access_counter;
+    uint16_t last_request; ///< CRC and counter of the request before
     sway_ecu_state_t state;
     sway_ecu_cause_t cause;  ///< of the safe state
     sway_ecu_cause_t notice; ///< told while running, if there is one
@@ -60,14 +70,17 @@ typedef struct {
     uint32_t block_sequence;
     uint32_t frames_received; ///< never go down, any of the three
     uint32_t frames_sent;
-    uint32_t requests_refused; ///< wrong CRC, length, command or value
+    uint32_t requests_refused; ///< wrong CRC, length, command, value or proof, or sent twice
+    uint32_t doubled;          ///< frames with a counter that was there, at the last report
     int64_t now_us;
     int64_t frame_us; ///< of the last frame received
     int64_t report_due_us;
+    int64_t access_due_us;
+    sway_access_t access;
     sway_port_t port;
     sway_port_frame_t outgoing; ///< refused by port.send, offered again
-    sway_core_config_t config;  ///< in use
-    sway_core_config_t staged;  ///< being changed over CAN
+    sway_port_frame_t reply;    ///< waits for `outgoing`
+    sway_core_config_t staged;  ///< being changed over CAN; those in use: sway_ecu_config()
     sway_node_t node;
     uint32_t canary;
 } sway_ecu_t;
@@ -85,9 +98,16 @@ void sway_ecu_fail(sway_ecu_t *ecu, sway_ecu_cause_t cause);
 /// Tells `cause` in SwayFaultReport from now on, at once the first time; the ECU goes on running.
 void sway_ecu_warn(sway_ecu_t *ecu, sway_ecu_cause_t cause);
 
+/// The parameters that the ECU runs with; nothing but zeros where it never had any.
+const sway_core_config_t *sway_ecu_config(const sway_ecu_t *ecu);
+
+/// True where so many faults restarted the ECU that it stays safe whatever its flash holds: a port
+/// leaves flash alone that may itself be what faults.
+bool sway_ecu_gave_up(const sway_ecu_retained_t *retained);
+
 /// Does one thing, the first of these that is due: one slice of work (at most SWAY_SLICE_COST), one
-/// frame sent, one frame received. False: there was nothing to do, the caller may sleep until the
-/// next frame.
+/// frame sent, one frame received. While the port refuses to send, receiving goes on. False: there
+/// was nothing to do, the caller may sleep until the next frame.
 bool sway_ecu_poll(sway_ecu_t *ecu);
 
 /// For fault handlers: writes down what happened; reset the processor afterwards. Uses no stack to

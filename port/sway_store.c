@@ -9,22 +9,26 @@ typedef struct {
     uint32_t sequence;
 } slot_t;
 
-static slot_t look(const uint8_t *block)
+/* What the memory itself calls damaged is not believed, even where it looks whole. */
+static slot_t look(const sway_store_t *store, uint32_t number, uint8_t *block)
 {
-    sway_core_config_t config;
     slot_t slot = {SWAY_BLOCK_EMPTY, 0U};
-    slot.result = sway_block_read(block, SWAY_BLOCK_SIZE, &config, &slot.sequence);
+    const bool is_read = store->read(store->context, number, block, SWAY_BLOCK_SIZE);
+    slot.result = sway_block_check(block, SWAY_BLOCK_SIZE, &slot.sequence);
+    if (!is_read && slot.result == SWAY_BLOCK_OK) {
+        block[SWAY_BLOCK_SIZE - 1U] ^= 1U;
+        slot.result = SWAY_BLOCK_CRC;
+    }
     return slot;
 }
 
-static bool is_erased(const uint8_t *block)
+static bool is_erased(const sway_store_t *store, uint32_t number, uint8_t *block)
 {
+    bool erased = store->read(store->context, number, block, SWAY_BLOCK_SIZE);
     for (size_t i = 0; i < SWAY_BLOCK_SIZE; i++) {
-        if (block[i] != 0xFFU) {
-            return false;
-        }
+        erased = erased && block[i] == 0xFFU;
     }
-    return true;
+    return erased;
 }
 
 /* Which slot holds the newest good block; sequence numbers may turn over. */
@@ -38,9 +42,9 @@ static uint32_t newest(const slot_t *slot)
     return first ? 0U : (second ? 1U : NONE);
 }
 
-const uint8_t *sway_store_find(const sway_store_t *store, bool *interrupted)
+bool sway_store_find(const sway_store_t *store, uint8_t *block)
 {
-    const slot_t slot[SWAY_STORE_SLOTS] = {look(store->slot[0]), look(store->slot[1])};
+    const slot_t slot[SWAY_STORE_SLOTS] = {look(store, 0U, block), look(store, 1U, block)};
     const uint32_t best = newest(slot);
     bool was_cut = false;
     uint32_t chosen = best;
@@ -48,24 +52,23 @@ const uint8_t *sway_store_find(const sway_store_t *store, bool *interrupted)
         /* Whoever stored the second block or a later one has left the one before it, too. */
         const uint32_t other = 1U - best;
         was_cut = slot[other].result != SWAY_BLOCK_OK &&
-                  (slot[best].sequence > 1U || !is_erased(store->slot[other]));
+                  (slot[best].sequence > 1U || !is_erased(store, other, block));
     } else {
         chosen = slot[0].result == SWAY_BLOCK_EMPTY ? 1U : 0U;
     }
-    if (interrupted != NULL) {
-        *interrupted = was_cut;
-    }
-    return store->slot[chosen];
+    (void)look(store, chosen, block);
+    return was_cut;
 }
 
 bool sway_store_write(const sway_store_t *store, const uint8_t *block, size_t size)
 {
-    const slot_t slot[SWAY_STORE_SLOTS] = {look(store->slot[0]), look(store->slot[1])};
+    uint8_t found[SWAY_BLOCK_SIZE];
+    const slot_t slot[SWAY_STORE_SLOTS] = {look(store, 0U, found), look(store, 1U, found)};
     const uint32_t target = newest(slot) == 0U ? 1U : 0U;
     if (size != SWAY_BLOCK_SIZE || !store->erase(store->context, target) ||
-        !is_erased(store->slot[target])) {
+        !is_erased(store, target, found)) {
         return false;
     }
     return store->write(store->context, target, block, size) &&
-           memcmp(store->slot[target], block, size) == 0;
+           store->read(store->context, target, found, size) && memcmp(found, block, size) == 0;
 }

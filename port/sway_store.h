@@ -14,7 +14,9 @@
 #define SWAY_STORE_SLOTS 2U
 
 typedef struct {
-    const uint8_t *slot[SWAY_STORE_SLOTS]; ///< SWAY_BLOCK_SIZE bytes of each can be read
+    /// `size` bytes from the start of a slot. False: the memory says that they are damaged (an ECC
+    /// error after a power cut while it was written), whatever they look like.
+    bool (*read)(void *context, uint32_t slot, uint8_t *bytes, size_t size);
     /// All bytes of the slot are 0xFF afterwards; false: the flash says it did not work.
     bool (*erase)(void *context, uint32_t slot);
     /// Writes SWAY_BLOCK_SIZE bytes to the start of an erased slot.
@@ -22,10 +24,10 @@ typedef struct {
     void *context;
 } sway_store_t;
 
-/// The newest good block; where there is none a damaged one, so that sway_ecu_start() can say what
-/// is wrong with it, else an empty slot. `interrupted` (may be NULL): a store was not finished, and
-/// what is returned is the block from before it.
-const uint8_t *sway_store_find(const sway_store_t *store, bool *interrupted);
+/// Reads the newest good block to `block`, SWAY_BLOCK_SIZE bytes; where there is none a damaged
+/// one, so that sway_ecu_start() can say what is wrong with it, else an empty slot. True: a store
+/// was not finished, and what was read is the block from before it.
+bool sway_store_find(const sway_store_t *store, uint8_t *block);
 
 /// Writes a block of SWAY_BLOCK_SIZE bytes and reads it back. False: nothing was stored, the old
 /// block is still there.

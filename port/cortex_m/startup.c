@@ -132,6 +132,7 @@ void fault_collect(const uint32_t *frame)
 }
 
 /* A program that has an interrupt defines its function; any other interrupt is a fault. */
+void interrupt_nmi(void) __attribute__((weak, alias("fault_entry")));
 void interrupt_tick(void) __attribute__((weak, alias("fault_entry")));
 void interrupt_21(void) __attribute__((weak, alias("fault_entry")));
 
@@ -140,11 +141,11 @@ typedef void (*vector_t)(void);
 __attribute__((section(".vectors"), used)) static const vector_t vectors[48] = {
     (vector_t)(uintptr_t)handler_stack_top,
     reset_handler,
-    fault_entry, // NMI: the watchdog
-    fault_entry, // HardFault
-    fault_entry, // MemManage
-    fault_entry, // BusFault
-    fault_entry, // UsageFault
+    interrupt_nmi, // the watchdog, errors of memory
+    fault_entry,   // HardFault
+    fault_entry,   // MemManage
+    fault_entry,   // BusFault
+    fault_entry,   // UsageFault
     [15] = interrupt_tick,
     [16 + 21] = interrupt_21,
 };

@@ -29,6 +29,7 @@ mailbox_t mailbox_in;
 mailbox_t mailbox_out;
 volatile int64_t mailbox_time_us;
 __attribute__((section(".parameters"))) uint8_t mailbox_block[SWAY_BLOCK_SIZE]; // in flash
+__attribute__((section(".parameters"))) uint8_t mailbox_key[SWAY_SIPHASH_KEY];
 
 __attribute__((section(".noinit"))) static sway_ecu_retained_t retained;
 
@@ -76,7 +77,8 @@ static int64_t time_us(void *context)
 int main(void)
 {
     static sway_ecu_t ecu;
-    const sway_port_t port = {.receive = receive, .send = send, .time_us = time_us};
+    const sway_port_t port = {
+        .receive = receive, .send = send, .time_us = time_us, .key = mailbox_key};
     (void)sway_ecu_start(&ecu, &port, &retained, mailbox_block, sizeof mailbox_block);
     if (!sway_check_image(code_start, (size_t)((uintptr_t)image_crc - (uintptr_t)code_start),
                           image_crc[0])) {

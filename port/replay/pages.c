@@ -15,6 +15,13 @@ void pages_start(pages_t *pages, const uint8_t *block, size_t size)
     pages->erased = NULL;
 }
 
+static bool read(void *context, uint32_t slot, uint8_t *bytes, size_t size)
+{
+    const pages_t *pages = context;
+    memcpy(bytes, pages->page[slot], size);
+    return true;
+}
+
 static bool erase(void *context, uint32_t slot)
 {
     pages_t *pages = context;
@@ -37,7 +44,6 @@ static bool write(void *context, uint32_t slot, const uint8_t *block, size_t siz
 
 sway_store_t pages_store(pages_t *pages)
 {
-    const sway_store_t store = {
-        .slot = {pages->page[0], pages->page[1]}, .erase = erase, .write = write, .context = pages};
+    const sway_store_t store = {.read = read, .erase = erase, .write = write, .context = pages};
     return store;
 }

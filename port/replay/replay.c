@@ -149,6 +149,9 @@ int replay_open(replay_t *replay, const replay_machine_t *machine, const char *r
     return 0;
 }
 
+/* For the tests: a product has one of its own, and keeps it to itself. */
+static const uint8_t key[SWAY_SIPHASH_KEY] = "swaywatch replay";
+
 static pages_t *stored; // the ECU has one memory for parameters
 
 static bool replay_store(void *context, const uint8_t *block, size_t size)
@@ -162,15 +165,15 @@ bool replay_start(sway_ecu_t *ecu, sway_ecu_retained_t *retained, sway_port_t po
                   const replay_machine_t *machine, const char *path)
 {
     uint8_t block[SWAY_BLOCK_SIZE];
-    bool interrupted = false;
     const int32_t file = machine->open(path, false);
     pages_start(pages, block, file < 0 ? 0U : machine->read(file, block, sizeof block));
     pages->erased = machine->erased;
     stored = pages;
     port.store = replay_store;
+    port.key = key;
     const sway_store_t store = pages_store(pages);
-    if (sway_ecu_start(ecu, &port, retained, sway_store_find(&store, &interrupted),
-                       SWAY_BLOCK_SIZE) != SWAY_OK) {
+    const bool interrupted = sway_store_find(&store, block);
+    if (sway_ecu_start(ecu, &port, retained, block, sizeof block) != SWAY_OK) {
         return false;
     }
     const sway_ecu_cause_t cause = machine->check();

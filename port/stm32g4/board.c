@@ -138,6 +138,20 @@ bool board_was_watchdog(void)
     return was;
 }
 
+/* Clocked by the 48 MHz oscillator, whose clock the generator has to have. */
+uint32_t board_random(void)
+{
+    change(STM32_RCC, RCC_CRRCR, RCC_CRRCR_HSI48ON, RCC_CRRCR_HSI48ON);
+    if (!wait_for(STM32_RCC, RCC_CRRCR, RCC_CRRCR_HSI48RDY, RCC_CRRCR_HSI48RDY)) {
+        return 0U;
+    }
+    change(STM32_RCC, RCC_CCIPR, RCC_CCIPR_CLK48_MASK, 0U);
+    change(STM32_RCC, RCC_AHB2ENR, RCC_AHB2ENR_RNG, RCC_AHB2ENR_RNG);
+    change(STM32_RNG, RNG_CR, RNG_CR_RNGEN, RNG_CR_RNGEN);
+    const bool is_ready = wait_for(STM32_RNG, RNG_SR, RNG_SR_DRDY, RNG_SR_DRDY);
+    return is_ready ? get(STM32_RNG, RNG_DR) : 0U;
+}
+
 void board_restart(void)
 {
     put(CORTEX_AIRCR, 0U, CORTEX_AIRCR_RESET);

@@ -21,6 +21,8 @@ void board_start_watchdog(void);
 void board_serve_watchdog(void);
 /// True where the watchdog was the reason of the last restart; asking forgets it.
 bool board_was_watchdog(void);
+/// 32 bits of noise; 0 where the generator does not start.
+uint32_t board_random(void);
 /// Restarts the processor at once.
 void board_restart(void);
 

@@ -85,3 +85,35 @@ bool flash_write(uint32_t page, uint32_t offset, const uint8_t *bytes, size_t si
     }
     return close(good);
 }
+
+/* --- reading ----------------------------------------------------------------------------------
+ * The load that meets a wrong double word still ends, with what is there; the NMI comes beside it.
+ * Left alone it would come again for as long as the flag stands. */
+
+static volatile bool is_reading;
+static volatile bool is_damaged;
+
+bool flash_nmi(void)
+{
+    if ((get(FLASH_ECCR) & FLASH_ECCR_ECCD) == 0U || !is_reading) {
+        return false;
+    }
+    put(FLASH_ECCR, FLASH_ECCR_ECCD); // written as one it clears
+    is_damaged = true;
+    return true;
+}
+
+bool flash_read(uint32_t page, uint8_t *bytes, size_t size)
+{
+    const uintptr_t start = STM32_FLASH_BANK2 + page * STM32_FLASH_PAGE;
+    is_damaged = false;
+    is_reading = true;
+    for (size_t at = 0; at < size; at++) {
+        const uint32_t word = sway_register_read(start + (at & ~(size_t)3U));
+        bytes[at] = (uint8_t)(word >> (8U * (at % 4U)));
+    }
+    (void)get(FLASH_ECCR); // an NMI of the last load comes before this ends
+    sway_memory_barrier();
+    is_reading = false;
+    return !is_damaged;
+}

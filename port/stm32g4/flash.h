@@ -13,4 +13,11 @@ bool flash_erase(uint32_t page);
 /// missing to a multiple of 8 is written as 0xFF.
 bool flash_write(uint32_t page, uint32_t offset, const uint8_t *bytes, size_t size);
 
+/// Reads `size` bytes from the start of a page. False: not all of them could be read; where power
+/// went while a double word was written, its ECC is wrong and reading it raises the NMI.
+bool flash_read(uint32_t page, uint8_t *bytes, size_t size);
+/// To be called by the NMI. True: it was an ECC error in what flash_read() reads, and that is all:
+/// go on. False: it was something else, or an error in the program itself.
+bool flash_nmi(void);
+
 #endif

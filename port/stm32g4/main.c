@@ -29,14 +29,26 @@ void interrupt_21(void)
     program_can_interrupt();
 }
 
+/* A double word of the parameters that was being written when power went says so in this way. */
+void interrupt_nmi(void)
+{
+    if (!program_nmi()) {
+        fault_stop(2U, 0U);
+    }
+}
+
 /* Keeps the clock's count of turns, and ends the sleep that waits for time to pass. */
 void interrupt_tick(void)
 {
     (void)board_time_ns();
 }
 
+/* Not where it may be the image itself that faults when it is read: sway_ecu_start() stays safe. */
 static sway_ecu_cause_t check(void)
 {
+    if (sway_ecu_gave_up(&retained)) {
+        return SWAY_ECU_NO_CAUSE;
+    }
     const size_t size = (size_t)((uintptr_t)image_crc - (uintptr_t)code_start);
     if (!sway_check_image(code_start, size, image_crc[0])) {
         return SWAY_ECU_IMAGE;

@@ -8,13 +8,9 @@
 static sway_ecu_t ecu;
 static can_t can;
 static uint32_t bus_offs_told;
+static uint8_t key[SWAY_SIPHASH_KEY];
 
-#ifndef SWAY_REGISTER_MODEL
-#define PARAMETERS ((const uint8_t *)(uintptr_t)STM32_FLASH_BANK2)
-#else
-extern const uint8_t model_flash[];
-#define PARAMETERS (&model_flash[0])
-#endif
+#define KEY_PAGE 2U
 
 const sway_ecu_t *program_ecu(void)
 {
@@ -26,7 +22,24 @@ const can_t *program_can(void)
     return &can;
 }
 
-/* --- parameters: the first two pages of the second bank --------------------------------------- */
+/* --- parameters: the first two pages of the second bank; the key is in the third -------------- */
+
+static bool store_read(void *context, uint32_t slot, uint8_t *bytes, size_t size)
+{
+    (void)context;
+    return flash_read(slot, bytes, size);
+}
+
+/* An erased page is no key. */
+static bool read_key(void)
+{
+    bool is_written = false;
+    const bool is_read = flash_read(KEY_PAGE, key, sizeof key);
+    for (size_t i = 0; i < sizeof key; i++) {
+        is_written = is_written || key[i] != 0xFFU;
+    }
+    return is_read && is_written;
+}
 
 static bool store_erase(void *context, uint32_t slot)
 {
@@ -43,9 +56,7 @@ static bool store_write(void *context, uint32_t slot, const uint8_t *block, size
 
 static sway_store_t parameters(void)
 {
-    const sway_store_t store = {.slot = {PARAMETERS, PARAMETERS + STM32_FLASH_PAGE},
-                                .erase = store_erase,
-                                .write = store_write};
+    const sway_store_t store = {.read = store_read, .erase = store_erase, .write = store_write};
     return store;
 }
 
@@ -76,6 +87,12 @@ static bool port_store(void *context, const uint8_t *block, size_t size)
     return sway_store_write(&store, block, size);
 }
 
+static uint32_t port_random(void *context)
+{
+    (void)context;
+    return board_random();
+}
+
 static void port_alive(void *context)
 {
     (void)context;
@@ -99,12 +116,8 @@ static bool start_can(void)
 
 bool program_start(sway_ecu_retained_t *retained, sway_ecu_cause_t check)
 {
-    const sway_port_t port = {.receive = port_receive,
-                              .send = port_send,
-                              .time_us = port_time_us,
-                              .store = port_store,
-                              .alive = port_alive};
     const sway_store_t store = parameters();
+    uint8_t block[SWAY_BLOCK_SIZE] = {0};
     bool interrupted = false;
     if (board_was_watchdog()) {
         sway_ecu_note_fault(retained, SWAY_ECU_WATCHDOG, 0U);
@@ -113,8 +126,18 @@ bool program_start(sway_ecu_retained_t *retained, sway_ecu_cause_t check)
         return false;
     }
     bus_offs_told = 0U;
-    (void)sway_ecu_start(&ecu, &port, retained, sway_store_find(&store, &interrupted),
-                         SWAY_BLOCK_SIZE);
+    const bool may_read = !sway_ecu_gave_up(retained);
+    const sway_port_t port = {.receive = port_receive,
+                              .send = port_send,
+                              .time_us = port_time_us,
+                              .store = port_store,
+                              .alive = port_alive,
+                              .random = port_random,
+                              .key = may_read && read_key() ? key : NULL};
+    if (may_read) {
+        interrupted = sway_store_find(&store, block);
+    }
+    (void)sway_ecu_start(&ecu, &port, retained, block, sizeof block);
     if (check != SWAY_ECU_NO_CAUSE) {
         sway_ecu_fail(&ecu, check);
     }
@@ -134,6 +157,11 @@ bool program_pass(void)
         sway_ecu_warn(&ecu, SWAY_ECU_BUS_OFF);
     }
     return sway_ecu_poll(&ecu);
+}
+
+bool program_nmi(void)
+{
+    return flash_nmi();
 }
 
 void program_can_interrupt(void)

@@ -16,6 +16,9 @@ bool program_start(sway_ecu_retained_t *retained, sway_ecu_cause_t check);
 bool program_pass(void);
 /// The interrupt of the CAN controller.
 void program_can_interrupt(void);
+/// The NMI. True: a damaged double word among the parameters, which is dealt with; else it is a
+/// fault.
+bool program_nmi(void);
 
 const sway_ecu_t *program_ecu(void);
 const can_t *program_can(void);

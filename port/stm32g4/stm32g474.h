@@ -48,6 +48,7 @@
 #define RCC_APB1ENR1 0x58U
 #define RCC_CCIPR 0x88U
 #define RCC_CSR 0x94U
+#define RCC_CRRCR 0x98U
 #define RCC_CR_HSEON (1U << 16)
 #define RCC_CR_HSERDY (1U << 17)
 #define RCC_CR_PLLON (1U << 24)
@@ -62,11 +63,15 @@
 #define RCC_PLLCFGR_N(n) ((uint32_t)(n) << 8)
 #define RCC_PLLCFGR_REN (1U << 24) ///< output R, the system clock, divided by 2
 #define RCC_AHB2ENR_GPIOA (1U << 0)
+#define RCC_AHB2ENR_RNG (1U << 26)
 #define RCC_APB1ENR1_TIM2 (1U << 0)
 #define RCC_APB1ENR1_TIM3 (1U << 1)
 #define RCC_APB1ENR1_FDCAN (1U << 25)
 #define RCC_APB1ENR1_PWR (1U << 28)
 #define RCC_CCIPR_FDCAN_MASK (3U << 24) ///< 0: HSE
+#define RCC_CCIPR_CLK48_MASK (3U << 26) ///< 0: HSI48
+#define RCC_CRRCR_HSI48ON (1U << 0)
+#define RCC_CRRCR_HSI48RDY (1U << 1)
 #define RCC_CSR_RMVF (1U << 23)
 #define RCC_CSR_IWDGRSTF (1U << 29)
 
@@ -76,6 +81,7 @@
 #define FLASH_KEYR 0x08U
 #define FLASH_SR 0x10U
 #define FLASH_CR 0x14U
+#define FLASH_ECCR 0x18U
 #define FLASH_ACR_LATENCY_MASK 15U
 #define FLASH_ACR_PRFTEN (1U << 8)
 #define FLASH_ACR_ICEN (1U << 9)
@@ -91,6 +97,15 @@
 #define FLASH_CR_BANK2 (1U << 11)
 #define FLASH_CR_STRT (1U << 16)
 #define FLASH_CR_LOCK (1U << 31)
+#define FLASH_ECCR_ECCD (1U << 31) ///< two bits of a double word are wrong; raises the NMI
+
+/* Random numbers. */
+#define STM32_RNG 0x50060800U
+#define RNG_CR 0x00U
+#define RNG_SR 0x04U
+#define RNG_DR 0x08U
+#define RNG_CR_RNGEN (1U << 2)
+#define RNG_SR_DRDY (1U << 0)
 
 /* Pins. PA11: CAN receive, PA12: CAN transmit, both alternate function 9; PA5: the board's LED. */
 #define STM32_GPIOA 0x48000000U

@@ -14,7 +14,7 @@ FW_INCLUDE := -Ilib -Iport -Iport/replay -Iport/semihosting -I$(B)/codec -I$(KIS
 # kissfft is never asked to allocate: without its allocator there is no heap to link.
 FW_DEFINE := -DFIXED_POINT=32 -D'KISS_FFT_MALLOC(size)=NULL' -D'KISS_FFT_FREE(pointer)=((void)(pointer))'
 FW_WARN := -std=c99 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror
-FW_ECU := port/sway_ecu.c port/sway_block.c port/sway_checks.c port/sway_store.c
+FW_ECU := $(addprefix port/sway_,ecu.c access.c siphash.c block.c checks.c store.c)
 FW_REPLAY := port/replay/candump.c port/replay/pages.c port/replay/replay.c
 FW_EMBEDDED := -Os -g -ffunction-sections -fdata-sections -fstack-usage
 

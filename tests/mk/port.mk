@@ -4,8 +4,8 @@
 PORT_INCLUDE := -Iport -Iport/cortex_m -Itests/port -Ilib -I$(B)/codec -I$(KISSFFT_DIR) -I$(UNITY_DIR)
 PORT_FLAGS := -std=c99 -Wall -Wextra -Wshadow -Werror -D_GNU_SOURCE -DUNITY_SUPPORT_64 \
     -DSWAY_REGISTER_MODEL $(CFLAGS_sanitize) $(DEFINE)
-PORT_COMMON := $(addprefix port/,sway_ecu.c sway_block.c sway_store.c sway_checks.c \
-    sway_bit_timing.c can.c)
+PORT_COMMON := $(addprefix port/,sway_ecu.c sway_access.c sway_siphash.c sway_block.c \
+    sway_store.c sway_checks.c sway_bit_timing.c can.c)
 PORT_STM32G4 := $(addprefix port/stm32g4/,board.c fdcan.c flash.c program.c)
 
 PORT_TESTS := stm32g4 zynqmp_can ecu common

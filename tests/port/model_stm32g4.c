@@ -19,6 +19,8 @@ bool model_dead_flash;
 bool model_write_protected;
 int32_t model_cut_after = -1;
 bool model_bus_is_busy;
+model_cut_t model_cut_leaves;
+bool (*model_nmi)(void);
 
 /* Plain registers, by base; what is special is in the functions below. */
 static uint32_t rcc[64];
@@ -43,6 +45,10 @@ static uint32_t keys;
 static uint32_t half_word;
 static uintptr_t half_at;
 static bool power_off;
+static bool torn[MODEL_FLASH_SIZE / 8U];
+static bool nmi_restarts;
+static bool tears_now;
+static uint32_t rng[4];
 static uint32_t rx_get;
 static uint32_t rx_fill;
 static uint32_t tx_put;
@@ -141,6 +147,9 @@ static void write_rcc(uintptr_t offset, uint32_t value)
         *cr |= (*cr & RCC_CR_HSEON) != 0U && !model_dead_crystal ? RCC_CR_HSERDY : 0U;
         *cr |= (*cr & RCC_CR_PLLON) != 0U && (*cr & RCC_CR_HSERDY) != 0U ? RCC_CR_PLLRDY : 0U;
     }
+    if (offset == RCC_CRRCR) {
+        rcc[RCC_CRRCR / 4U] |= (value & RCC_CRRCR_HSI48ON) != 0U ? RCC_CRRCR_HSI48RDY : 0U;
+    }
     if (offset == RCC_CFGR) {
         if ((value & 3U) == RCC_CFGR_SW_PLL && (*cr & RCC_CR_PLLRDY) == 0U) {
             forbidden("switched to a PLL that does not run", offset);
@@ -152,11 +161,47 @@ static void write_rcc(uintptr_t offset, uint32_t value)
 
 /* --- flash ------------------------------------------------------------------------------------ */
 
+void model_flash_new(void)
+{
+    memset(model_flash, 0xFF, sizeof model_flash);
+    memset(torn, 0, sizeof torn);
+}
+
+void model_flash_tear(uint32_t at)
+{
+    torn[at / 8U] = true;
+    for (unsigned i = 0; i < 8U; i++) {
+        model_flash[(at & ~7U) + i] ^= (uint8_t)(0x5AU >> (at / 8U % 3U));
+    }
+}
+
+bool model_nmi_restarts(void)
+{
+    return nmi_restarts;
+}
+
+/* Two bits wrong: the load goes on with what is there, and the NMI comes until the flag is off. */
+static uint32_t load_flash(uintptr_t at)
+{
+    uint32_t word = 0;
+    if (torn[at / 8U]) {
+        flash[FLASH_ECCR / 4U] |= FLASH_ECCR_ECCD;
+        nmi_restarts = nmi_restarts || model_nmi == NULL || !model_nmi() ||
+                       (flash[FLASH_ECCR / 4U] & FLASH_ECCR_ECCD) != 0U;
+        flash[FLASH_ECCR / 4U] &= ~FLASH_ECCR_ECCD;
+    }
+    memcpy(&word, model_flash + at, sizeof word);
+    return word;
+}
+
+/* True: the operation is not carried out; what is left of it is for the caller to make. */
 static bool power_goes(void)
 {
-    power_off = power_off || model_cut_after == 0;
+    const bool now = !power_off && model_cut_after == 0;
+    tears_now = now && model_cut_leaves == MODEL_CUT_TORN;
+    power_off = power_off || now;
     model_cut_after -= model_cut_after > 0 ? 1 : 0;
-    return power_off;
+    return power_off && !(now && model_cut_leaves == MODEL_CUT_AFTER);
 }
 
 static void write_flash_control(uint32_t value)
@@ -178,6 +223,11 @@ static void write_flash_control(uint32_t value)
         flash[FLASH_SR / 4U] |= 1U << 4;
     } else if (!power_goes()) {
         memset(model_flash + page * STM32_FLASH_PAGE, 0xFF, STM32_FLASH_PAGE);
+        memset(torn + page * STM32_FLASH_PAGE / 8U, 0, STM32_FLASH_PAGE / 8U);
+    } else if (tears_now) {
+        for (uint32_t at = 0; at < STM32_FLASH_PAGE; at += 8U) {
+            model_flash_tear(page * STM32_FLASH_PAGE + at);
+        }
     }
 }
 
@@ -189,6 +239,8 @@ static void write_flash(uintptr_t offset, uint32_t value)
         flash[FLASH_CR / 4U] &= keys == 2U ? ~FLASH_CR_LOCK : UINT32_MAX;
     } else if (offset == FLASH_SR) {
         flash[FLASH_SR / 4U] &= ~value; /* written ones clear */
+    } else if (offset == FLASH_ECCR) {
+        flash[FLASH_ECCR / 4U] &= ~(value & FLASH_ECCR_ECCD);
     } else if (offset == FLASH_CR) {
         write_flash_control(value);
     } else {
@@ -219,8 +271,14 @@ static void program_flash(uintptr_t address, uint32_t value)
             return;
         }
     }
-    if (!model_write_protected && !power_goes()) {
+    if (model_write_protected) {
+        return;
+    }
+    if (!power_goes()) {
         memcpy(model_flash + half_at, word, sizeof word);
+    } else if (tears_now) {
+        memcpy(model_flash + half_at, word, sizeof word);
+        model_flash_tear((uint32_t)half_at);
     }
 }
 
@@ -380,6 +438,7 @@ static const part_t parts[] = {
     {STM32_TIM2, 0x100, timer[0]},    {STM32_TIM3, 0x100, timer[1]},  {STM32_FLASH, 0x100, flash},
     {STM32_FDCAN1, 0x100, can},       {STM32_FDCAN1_RAM, 0x350, ram}, {CORTEX_SYST_CSR, 0x0C, core},
     {CORTEX_NVIC_ISER0, 4, &core[3]}, {STM32_IWDG, 0x10, NULL},       {CORTEX_AIRCR, 4, NULL},
+    {STM32_RNG, 0x10, rng},
 };
 
 static const part_t *find(uintptr_t address)
@@ -400,7 +459,9 @@ static void need_clock(uintptr_t base, uintptr_t address)
     const bool dead =
         ((base == STM32_FDCAN1 || base == STM32_FDCAN1_RAM) && (bus & RCC_APB1ENR1_FDCAN) == 0U) ||
         (base == STM32_PWR && (bus & RCC_APB1ENR1_PWR) == 0U) ||
-        (base == STM32_GPIOA && (rcc[RCC_AHB2ENR / 4U] & RCC_AHB2ENR_GPIOA) == 0U);
+        (base == STM32_GPIOA && (rcc[RCC_AHB2ENR / 4U] & RCC_AHB2ENR_GPIOA) == 0U) ||
+        (base == STM32_RNG && ((rcc[RCC_AHB2ENR / 4U] & RCC_AHB2ENR_RNG) == 0U ||
+                               (rcc[RCC_CRRCR / 4U] & RCC_CRRCR_HSI48RDY) == 0U));
     if (dead) {
         forbidden("access to a part without a clock", address);
     }
@@ -412,8 +473,20 @@ uint32_t model_read(uintptr_t address)
     return part->plain == NULL ? 0U : part->plain[(address - part->base) / 4U];
 }
 
+/* A number a reading, as long as it is on. */
+static uint32_t read_rng(uintptr_t offset)
+{
+    if ((rng[0] & RNG_CR_RNGEN) != 0U && offset == RNG_DR) {
+        rng[2] = rng[2] * 1664525U + 1013904223U;
+    }
+    return offset == RNG_SR ? (rng[0] & RNG_CR_RNGEN ? RNG_SR_DRDY : 0U) : rng[offset / 4U];
+}
+
 uint32_t sway_register_read(uintptr_t address)
 {
+    if (address >= STM32_FLASH_BANK2 && address < STM32_FLASH_BANK2 + MODEL_FLASH_SIZE) {
+        return load_flash(address - STM32_FLASH_BANK2);
+    }
     const part_t *part = find(address);
     const uintptr_t offset = address - part->base;
     need_clock(part->base, address);
@@ -422,6 +495,9 @@ uint32_t sway_register_read(uintptr_t address)
     }
     if ((part->base == STM32_TIM2 || part->base == STM32_TIM3) && offset == TIM_CNT) {
         return timer_count(part->base == STM32_TIM3);
+    }
+    if (part->base == STM32_RNG) {
+        return read_rng(offset);
     }
     if (part->base == STM32_FLASH && offset == FLASH_SR && model_dead_flash) {
         return FLASH_SR_BSY;
@@ -487,6 +563,7 @@ void model_restart(void)
     keys = 0U;
     rx_get = rx_fill = tx_put = tx_get = tx_fill = 0U;
     watchdog_runs = watchdog_open = watchdog_has_bit = restart_wanted = power_off = false;
+    tears_now = false;
     model_cut_after = -1;
 }
 
@@ -495,5 +572,8 @@ void model_power_on(void)
     model_dead_crystal = model_dead_can = model_dead_flash = model_write_protected = false;
     model_bus_is_busy = false;
     watchdog_has_bit = false;
+    nmi_restarts = false;
+    model_cut_leaves = MODEL_CUT_BEFORE;
+    rng[0] = 0U;
     model_restart();
 }

@@ -6,9 +6,9 @@
 
 #include "sway_port.h"
 
-#define MODEL_FLASH_SIZE 4096U
+#define MODEL_FLASH_SIZE 6144U
 
-extern uint8_t model_flash[MODEL_FLASH_SIZE]; /* the first two pages of the second bank */
+extern uint8_t model_flash[MODEL_FLASH_SIZE]; /* first three pages of bank 2 */
 
 void model_power_on(void); /* everything but the flash */
 void model_restart(void);  /* a reset: clears peripherals, keeps the reason */
@@ -23,6 +23,14 @@ extern bool model_dead_flash;
 extern bool model_write_protected;
 extern int32_t model_cut_after; /* flash operations until the power goes; -1: never */
 bool model_power_is_off(void);
+/* What the operation leaves that the power cut: as it was, torn (what is read is neither, and its
+ * ECC is wrong), or done. */
+typedef enum { MODEL_CUT_BEFORE, MODEL_CUT_TORN, MODEL_CUT_AFTER } model_cut_t;
+extern model_cut_t model_cut_leaves;
+void model_flash_new(void);         /* erased, nothing torn */
+void model_flash_tear(uint32_t at); /* the double word there */
+extern bool (*model_nmi)(void);     /* the program's; false: it restarts the processor */
+bool model_nmi_restarts(void);      /* it did since power came on */
 
 /* The bus. */
 bool model_bus_frame(const sway_port_frame_t *frame, bool extended,
