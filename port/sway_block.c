@@ -80,35 +80,41 @@ sway_block_result_t sway_block_read(const uint8_t *block, size_t size, sway_core
     return result;
 }
 
-/* Words beyond the vehicle; the limits are those of the headers that the fields belong to, or
- * narrower. */
+/* Words beyond the vehicle, one range after the other; the limits are those of the headers that the
+ * fields belong to, or narrower. `unit` is that of low and high. */
 typedef struct {
-    size_t offset;
-    size_t end;
-    int32_t low;
-    int32_t high;
+    uint8_t words;
     bool may_be_zero;
+    int16_t low;
+    int16_t high;
+    uint16_t unit;
 } range_t;
 
 #define AT(field) offsetof(sway_core_config_t, field)
+#define FIRST (AT(sample_period_us) / sizeof(int32_t))
 static const range_t ranges[] = {
-    {AT(sample_period_us), AT(window_cycles_milli), 5000, 20000, false},
-    {AT(window_cycles_milli), AT(input_delay_us), 1500, 6000, false},
-    {AT(input_delay_us), AT(input_period_us), -500000, 500000, false},
-    {AT(input_period_us), AT(alarm), 1000, 100000, true},
+    {1, false, 5, 20, 1000},                    // sample_period_us
+    {1, false, 15, 60, 100},                    // window_cycles_milli
+    {SWAY_INPUT_COUNT, false, -500, 500, 1000}, // input_delay_us
+    {1, true, 1, 100, 1000},                    // input_period_us
     /* Nobody can set thresholds by which the alarm never comes. */
-    {AT(alarm.notice_margin_mm_s), AT(alarm.margin_hysteresis_mm_s), 556, 13889, false},
-    {AT(alarm.margin_hysteresis_mm_s), AT(alarm.notice_damping_ratio_ppm), 0, 5556, false},
-    {AT(alarm.notice_damping_ratio_ppm), AT(alarm.damping_hysteresis_ppm), 10000, 200000, false},
-    {AT(alarm.damping_hysteresis_ppm), AT(alarm.minimum_amplitude_urad_s), 0, 100000, false},
-    {AT(alarm.minimum_amplitude_urad_s), AT(alarm.large_amplitude_urad_s), 8727, 87266, false},
-    {AT(alarm.large_amplitude_urad_s), AT(alarm.limit_amplitude_urad_s), 34907, 209440, false},
-    {AT(alarm.limit_amplitude_urad_s), AT(alarm.critical_time_ms), 87266, 523599, false},
-    {AT(alarm.critical_time_ms), AT(alarm.hold_ms), 500, 20000, false},
-    {AT(alarm.hold_ms), AT(alarm.minimum_speed_mm_s), 200, 20000, false},
-    {AT(alarm.minimum_speed_mm_s), AT(alarm.confidence_milli), 2778, 16667, false},
-    {AT(alarm.confidence_milli), sizeof(sway_core_config_t), 0, 3000, false},
+    {1, false, 5, 140, 100},   // notice_margin_mm_s
+    {1, false, 0, 56, 100},    // margin_hysteresis_mm_s
+    {1, false, 10, 200, 1000}, // notice_damping_ratio_ppm
+    {1, false, 0, 100, 1000},  // damping_hysteresis_ppm
+    {1, false, 9, 87, 1000},   // minimum_amplitude_urad_s
+    {1, false, 35, 210, 1000}, // large_amplitude_urad_s
+    {1, false, 87, 524, 1000}, // limit_amplitude_urad_s
+    {1, false, 5, 200, 100},   // critical_time_ms
+    {1, false, 2, 200, 100},   // hold_ms
+    {1, false, 28, 167, 100},  // minimum_speed_mm_s
+    {1, false, 0, 30, 100},    // confidence_milli
 };
+typedef char sway_block_ranges_follow_the_fields
+    [AT(alarm) / sizeof(int32_t) == FIRST + 2U + SWAY_INPUT_COUNT + 1U &&
+             SWAY_BLOCK_WORDS == AT(alarm) / sizeof(int32_t) + sizeof ranges / sizeof ranges[0] - 4U
+         ? 1
+         : -1];
 
 uint32_t sway_block_offender(const sway_core_config_t *config)
 {
@@ -116,13 +122,15 @@ uint32_t sway_block_offender(const sway_core_config_t *config)
     if (sway_vehicle_check(&config->vehicle, &vehicle) != SWAY_OK) {
         return (uint32_t)((AT(vehicle) + vehicle->offset) / sizeof(int32_t));
     }
+    uint32_t word = (uint32_t)FIRST;
     for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
-        for (size_t at = ranges[i].offset; at < ranges[i].end; at += sizeof(int32_t)) {
+        const range_t *r = &ranges[i];
+        for (const uint32_t end = word + r->words; word < end; word++) {
             int32_t value = 0;
-            memcpy(&value, (const uint8_t *)config + at, sizeof value);
-            const bool is_zero = value == 0 && ranges[i].may_be_zero;
-            if (!is_zero && (value < ranges[i].low || value > ranges[i].high)) {
-                return (uint32_t)(at / sizeof(int32_t));
+            (void)sway_block_get(config, word, &value);
+            if (!(value == 0 && r->may_be_zero) &&
+                (value < r->low * (int32_t)r->unit || value > r->high * (int32_t)r->unit)) {
+                return word;
             }
         }
     }

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import access
 import cantools
 from identical import block_of, first_difference
 from image import tool
@@ -237,45 +238,86 @@ def bad_blocks(build: Path, case: Path) -> dict[Path, int]:
 
 # --- parameters over CAN --------------------------------------------------------------------------
 
-READ, WRITE, APPLY, STORE, VERSION = 0, 1, 2, 3, 5
+READ, WRITE, APPLY, STORE, VERSION, OPEN = 0, 1, 2, 3, 5, 6
+DONE, NO_INDEX, REFUSED, NO_COMMAND, LOCKED, FORGED = 0, 1, 2, 4, 5, 7
 DIALOGUE = [
-    (VERSION, 0, 0),
-    (WRITE, 0, 1900000),
-    (STORE, 0, 0),
-    (READ, 0, 0),
-    (WRITE, 0, 0),  # a car without mass
-    (APPLY, 0, 0),
-    (WRITE, 0, 1955000),
-    (STORE, 0, 0),
-    (VERSION, 0, 0),
-    (READ, 9999, 0),
-    (7, 0, 0),
+    (0.4, VERSION, 0, 0),
+    (0.5, OPEN, 1, None),
+    (0.6, WRITE, 0, 1900000),
+    (0.7, STORE, 1, {0: 1900000}),
+    (1.2, READ, 0, 0),
+    (1.3, OPEN, 2, None),
+    (1.4, WRITE, 0, 0),
+    (1.5, APPLY, 2, {0: 0}),  # a car without mass
+    (1.6, OPEN, 2, None),
+    (1.7, WRITE, 0, 1955000),
+    (1.8, STORE, 2, {0: 1955000}),
+    (2.3, VERSION, 0, 0),
+    (2.4, READ, 9999, 0),
+    (2.5, 7, 0, 0),
+    (2.6, WRITE, 0, 1900000),  # without a session
 ]
-"""Requests: command, number of the word, value."""
-DONE, NO_INDEX, REFUSED, NO_COMMAND = 0, 1, 2, 4
+"""Requests: seconds, command, number of the word, value; for those of a session the stored block's
+sequence number that its proof is made for, and the values that it is made for."""
 ANSWERS = [
     (DONE, 0, None),
+    (DONE, None, None),
     (DONE, 0, 1900000),
     (DONE, 0, 0),
     (DONE, 0, 1900000),
+    (DONE, None, None),
     (DONE, 0, 0),
     (REFUSED, 0, 0),
+    (DONE, None, None),
     (DONE, 0, 1955000),
     (DONE, 0, 0),
     (DONE, 0, None),
     (NO_INDEX, 9999, 0),
     (NO_COMMAND, 0, 0),
+    (LOCKED, 0, 1900000),
 ]
-"""Result, number and value of each reply."""
+"""Result, number and value of each reply; none: not looked at."""
+AHEAD_S = 3.0
+"""The dialogue is so long before the recording, the car standing."""
+SPEED = 0x121
+
+
+def standing(start_us: int) -> list[tuple[int, str]]:
+    """Return frames of a speed of nothing, every 10 ms."""
+    frames = []
+    for i in range(int(AHEAD_S * 100)):
+        data = bytearray(8)
+        data[1] = i % 15
+        data[0] = crc(SPEED, bytes(data))
+        frames.append((start_us + 10000 * i, f"{SPEED:03X}#{data.hex().upper()}"))
+    return frames
+
+
+def asked(block: bytes, start_us: int) -> list[tuple[int, str]]:
+    """Return the requests, their proofs made."""
+    frames = []
+    opened = b""
+    for number, (seconds, command, first, second) in enumerate(DIALOGUE):
+        time_us = start_us + round(seconds * 1e6) + 3000
+        index, value = first, second
+        if command == OPEN:
+            opened = access.challenge(access.KEY, time_us, first)
+            index = value = 0
+        elif isinstance(second, dict):
+            staged = access.with_values(block, first + 1, second)
+            index, value = access.proof(access.KEY, opened, command, staged)
+        assert isinstance(value, int)
+        frames.append((time_us, request(number, command, index, value)))
+    return frames
 
 
 def dialogue(build: Path, case: Path) -> Path:
     """Write the case with the dialogue before it."""
     lines = case.read_text().splitlines()
-    start = float(lines[0].split(")")[0][1:])
+    start_us = round((float(lines[0].split(")")[0][1:]) - AHEAD_S) * 1e6)
     before = [
-        f"({start - 0.11 + 0.01 * i:.6f}) can0 {request(i, *what)}"
-        for i, what in enumerate(DIALOGUE)
+        f"({t // 1000000}.{t % 1000000:06d}) can0 {frame}"
+        for t, frame in sorted(standing(start_us) + asked(block_of(case).read_bytes(), start_us))
     ]
     path = build / "runs" / "dialogue.log"
     path.write_text("\n".join([*before, *lines]) + "\n")
@@ -290,16 +332,25 @@ def replies_of(outcome: Outcome) -> list[tuple[int, int, int]]:
 
 
 def check_replies(outcome: Outcome, sequence: int) -> list[str]:
-    """Compare the replies; `sequence` is that of the block at the start."""
+    """Compare the replies; `sequence` is that of the block at the start.
+
+    Where it is not 1, the proof of the first store was made for another block.
+    """
     found = replies_of(outcome)
     if len(found) != len(ANSWERS):
         return [f"{len(found)} replies to {len(ANSWERS)} requests"]
     wrong = []
-    for number, (reply, wanted) in enumerate(zip(found, ANSWERS, strict=True)):
-        if reply[:2] != wanted[:2] or wanted[2] not in (None, reply[2]):
+    for number, (reply, usual) in enumerate(zip(found, ANSWERS, strict=True)):
+        is_forged = sequence != 1 and DIALOGUE[number][1:3] == (STORE, 1)
+        wanted = (FORGED, None, None) if is_forged else usual
+        if any(w not in (None, r) for r, w in zip(reply, wanted, strict=True)):
             wrong.append(f"reply {number} is {reply}, not {wanted}")
-    stored = [found[0][2] >> 16, found[8][2] >> 16]
-    if stored != [sequence, sequence + 2]:
+    stored = [
+        reply[2] >> 16
+        for reply, (_, command, *_) in zip(found, DIALOGUE, strict=True)
+        if command == VERSION
+    ]
+    if stored != [sequence, 3]:
         wrong.append(f"sequence numbers {stored} from {sequence} on")
     return wrong
 

@@ -466,12 +466,31 @@ static void check_status(const sway_port_frame_t *frame)
 static void check_report(const sway_port_frame_t *frame)
 {
     struct swaywatch_dbc_sway_fault_report_t report;
+    const uint32_t doubled = sway_node_fault(&ecu.node, SWAY_FRAME_FAULT_REPEATED);
+    static uint32_t doubled_before;
+    const uint32_t new_ones = doubled - (doubled_before <= doubled ? doubled_before : 0U);
+    const uint32_t wanted =
+        new_ones >= SWAY_ECU_DOUBLED_FRAMES ? (uint32_t)SWAY_ECU_DOUBLED : retained.cause;
+    doubled_before = doubled;
     (void)swaywatch_dbc_sway_fault_report_unpack(&report, frame->data, frame->dlc);
-    if (report.ecu_state != SWAY_ECU_RUNNING || report.fault_cause != retained.cause ||
+    if (report.ecu_state != SWAY_ECU_RUNNING || report.fault_cause != wanted ||
         report.fault_restarts != retained.restarts) {
         wrong("a wrong report of the ECU's health");
     }
     soak.reports_of_fault += report.fault_cause != 0U ? 1U : 0U;
+}
+
+/* It never goes down and never says more than what was refused. */
+static void check_access(const sway_port_frame_t *frame)
+{
+    static uint16_t before;
+    struct swaywatch_dbc_sway_access_t said;
+    (void)swaywatch_dbc_sway_access_unpack(&said, frame->data, frame->dlc);
+    if (!sway_e2e_check(frame->id, frame->data) || said.access_refused > ecu.requests_refused ||
+        (said.access_refused < before && ecu.requests_refused >= before) || said.access_forged) {
+        wrong("a wrong report of refused requests");
+    }
+    before = said.access_refused;
 }
 
 static bool port_send(void *context, const sway_port_frame_t *frame)
@@ -485,6 +504,8 @@ static bool port_send(void *context, const sway_port_frame_t *frame)
         check_report(frame);
     } else if (frame->id == SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID) {
         soak.replies++;
+    } else if (frame->id == SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID) {
+        check_access(frame);
     } else if (frame->id >= FIRST_STATUS && frame->id < FIRST_STATUS + STATUS_COUNT) {
         check_status(frame);
     } else {

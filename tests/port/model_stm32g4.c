@@ -16,6 +16,7 @@ uint8_t model_flash[MODEL_FLASH_SIZE];
 bool model_dead_crystal;
 bool model_dead_can;
 bool model_dead_flash;
+bool model_dead_noise;
 bool model_write_protected;
 int32_t model_cut_after = -1;
 bool model_bus_is_busy;
@@ -479,7 +480,8 @@ static uint32_t read_rng(uintptr_t offset)
     if ((rng[0] & RNG_CR_RNGEN) != 0U && offset == RNG_DR) {
         rng[2] = rng[2] * 1664525U + 1013904223U;
     }
-    return offset == RNG_SR ? (rng[0] & RNG_CR_RNGEN ? RNG_SR_DRDY : 0U) : rng[offset / 4U];
+    return offset == RNG_SR ? (rng[0] & RNG_CR_RNGEN && !model_dead_noise ? RNG_SR_DRDY : 0U)
+                            : rng[offset / 4U];
 }
 
 uint32_t sway_register_read(uintptr_t address)

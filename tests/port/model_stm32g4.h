@@ -20,6 +20,7 @@ uint32_t model_read(uintptr_t address); /* without side effects, for checks */
 extern bool model_dead_crystal;
 extern bool model_dead_can;
 extern bool model_dead_flash;
+extern bool model_dead_noise;
 extern bool model_write_protected;
 extern int32_t model_cut_after; /* flash operations until the power goes; -1: never */
 bool model_power_is_off(void);

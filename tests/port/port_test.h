@@ -9,7 +9,10 @@
 #include "swaywatch_dbc.h"
 #include "unity.h"
 
-enum { READ, WRITE, APPLY, STORE, DISCARD, VERSION };
+enum { READ, WRITE, APPLY, STORE, DISCARD, VERSION, OPEN };
+enum { DONE, NO_INDEX, REFUSED, NOT_STORED, NO_COMMAND, LOCKED, MOVING, FORGED, WORN };
+
+static const uint8_t test_key[SWAY_SIPHASH_KEY] = "swaywatch tests";
 
 static inline sway_core_config_t good_config(void)
 {
@@ -32,6 +35,26 @@ static inline sway_port_frame_t request_frame(uint8_t command, uint16_t index, i
     sway_e2e_protect(frame.id, counter, frame.data);
     counter = sway_e2e_next(counter);
     return frame;
+}
+
+/* The end of a session by a holder of `key`: `opened` is the reply to OPEN, `block` what the ECU
+ * would store. */
+static inline sway_port_frame_t proof_frame(uint8_t command, const uint8_t *key,
+                                            struct swaywatch_dbc_sway_parameter_reply_t opened,
+                                            const uint8_t *block)
+{
+    uint8_t message[8 + SWAY_BLOCK_SIZE];
+    const uint32_t tail = (uint32_t)opened.parameter_reply_value;
+    message[0] = (uint8_t)opened.parameter_reply_index;
+    message[1] = (uint8_t)(opened.parameter_reply_index >> 8);
+    for (unsigned i = 0; i < 4U; i++) {
+        message[2U + i] = (uint8_t)(tail >> (8U * i));
+    }
+    message[6] = command;
+    message[7] = 0;
+    memcpy(message + 8, block, SWAY_BLOCK_SIZE);
+    const uint64_t proof = sway_siphash(key, message, sizeof message);
+    return request_frame(command, (uint16_t)proof, (int32_t)(uint32_t)(proof >> 16));
 }
 
 static inline struct swaywatch_dbc_sway_parameter_reply_t reply_of(const sway_port_frame_t *frame)

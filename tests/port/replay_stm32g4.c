@@ -9,6 +9,7 @@
 #include "candump.h"
 #include "model_stm32g4.h"
 #include "program.h"
+#include "stm32g474.h"
 
 #define LONGEST_US INT64_C(1000000000)
 
@@ -67,7 +68,10 @@ int main(int argc, char **argv)
     if (block == NULL || recording == NULL || output == NULL) {
         return refuse("wanted BLOCK RECORDING OUTPUT");
     }
-    memset(model_flash, 0xFF, sizeof model_flash);
+    model_flash_new();
+    memcpy(model_flash + 2U * STM32_FLASH_PAGE, "swaywatch replay", SWAY_SIPHASH_KEY);
+    model_nmi = program_nmi;
+    model_dead_noise = true; // a recording holds the answers to challenges without it
     if (fread(model_flash, 1, SWAY_BLOCK_SIZE, block) != SWAY_BLOCK_SIZE) {
         return refuse("the block is too short");
     }

@@ -16,8 +16,10 @@ static sway_ecu_retained_t retained;
 
 void setUp(void)
 {
-    memset(model_flash, 0xFF, sizeof model_flash);
+    model_flash_new();
+    memcpy(model_flash + 2U * STM32_FLASH_PAGE, test_key, sizeof test_key);
     memset(&retained, 0, sizeof retained);
+    model_nmi = program_nmi;
     model_power_on();
 }
 
@@ -366,10 +368,24 @@ static bool pass(void)
     return busy;
 }
 
-static struct swaywatch_dbc_sway_parameter_reply_t ask(uint8_t command, uint16_t index,
-                                                       int32_t value)
+/* The car stands; the request needs to know. */
+static void stand(int frames)
 {
-    const sway_port_frame_t request = request_frame(command, index, value);
+    static uint8_t counter;
+    for (int i = 0; i < frames; i++) {
+        sway_port_frame_t frame = {.id = SWAYWATCH_DBC_SWAY_SPEED_FRAME_ID, .dlc = 8};
+        sway_e2e_protect(frame.id, counter, frame.data);
+        counter = sway_e2e_next(counter);
+        model_wait_us(10000);
+        TEST_ASSERT_TRUE(model_bus_frame(&frame, false, false));
+        while (pass()) {
+        }
+    }
+}
+
+static struct swaywatch_dbc_sway_parameter_reply_t say(sway_port_frame_t request)
+{
+    stand(1);
     model_wait_us(1000);
     memset(&last_sent, 0, sizeof last_sent);
     TEST_ASSERT_TRUE(model_bus_frame(&request, false, false));
@@ -387,6 +403,40 @@ static struct swaywatch_dbc_sway_parameter_reply_t ask(uint8_t command, uint16_t
     }
     TEST_FAIL_MESSAGE("no reply");
     return reply_of(&last_sent);
+}
+
+static struct swaywatch_dbc_sway_parameter_reply_t ask(uint8_t command, uint16_t index,
+                                                       int32_t value)
+{
+    return say(request_frame(command, index, value));
+}
+
+static struct swaywatch_dbc_sway_parameter_reply_t open_session(void)
+{
+    stand(30);
+    const struct swaywatch_dbc_sway_parameter_reply_t opened = ask(OPEN, 0, 0);
+    TEST_ASSERT_EQUAL_UINT8(DONE, opened.parameter_result);
+    return opened;
+}
+
+static uint8_t store(struct swaywatch_dbc_sway_parameter_reply_t opened)
+{
+    uint8_t block[SWAY_BLOCK_SIZE];
+    sway_block_write(&program_ecu()->staged, program_ecu()->block_sequence + 1U, block);
+    return say(proof_frame(STORE, test_key, opened, block)).parameter_result;
+}
+
+/* A session that changes the car's mass. */
+static uint8_t store_mass(int32_t mass_g)
+{
+    const struct swaywatch_dbc_sway_parameter_reply_t opened = open_session();
+    TEST_ASSERT_EQUAL_UINT8(DONE, ask(WRITE, 0, mass_g).parameter_result);
+    return store(opened);
+}
+
+static int32_t mass_in_use(void)
+{
+    return sway_ecu_config(program_ecu())->vehicle.car.mass_g;
 }
 
 static struct swaywatch_dbc_sway_fault_report_t report(void)
@@ -419,52 +469,160 @@ static void test_program_takes_parameters_and_keeps_them(void)
     sway_core_config_t config = good_config();
     TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
     TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BLOCK + SWAY_BLOCK_EMPTY, report().fault_cause);
+    const struct swaywatch_dbc_sway_parameter_reply_t opened = open_session();
     write_all(&config);
-    TEST_ASSERT_EQUAL_UINT8(0, ask(STORE, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(DONE, store(opened));
     TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RUNNING, report().ecu_state);
     model_restart();
     TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
     TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, program_ecu()->state);
-    TEST_ASSERT_EQUAL_MEMORY(&config, &program_ecu()->config, sizeof config);
+    TEST_ASSERT_EQUAL_MEMORY(&config, sway_ecu_config(program_ecu()), sizeof config);
     TEST_ASSERT_EQUAL_UINT8(0, report().fault_cause);
 }
 
-/* Whenever the power goes, the next start has the old parameters or the new ones, whole, and says
- * when a store was cut. */
-static void test_power_cut_at_every_step_of_a_store(void)
+#define STORE_STEPS (1 + (int)((SWAY_BLOCK_SIZE + 7U) / 8U))
+
+static void two_blocks(void)
 {
-    sway_core_config_t old_one = good_config();
-    const int steps = 1 + (int)((SWAY_BLOCK_SIZE + 7U) / 8U);
+    const sway_core_config_t config = good_config();
     uint8_t block[SWAY_BLOCK_SIZE];
-    for (int cut = 0; cut <= steps; cut++) {
-        setUp();
-        sway_block_write(&old_one, 1, block);
-        memcpy(model_flash, block, sizeof block);
-        sway_block_write(&old_one, 2, block);
-        memcpy(model_flash + STM32_FLASH_PAGE, block, sizeof block);
-        TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
-        TEST_ASSERT_EQUAL_UINT8(0, ask(WRITE, 0, 2000000).parameter_result);
-        model_cut_after = cut;
-        TEST_ASSERT_EQUAL_UINT8(cut < steps ? 3 : 0, ask(STORE, 0, 0).parameter_result);
-        TEST_ASSERT_EQUAL(cut < steps, model_power_is_off());
+    setUp();
+    sway_block_write(&config, 1, block);
+    memcpy(model_flash, block, sizeof block);
+    sway_block_write(&config, 2, block);
+    memcpy(model_flash + STM32_FLASH_PAGE, block, sizeof block);
+}
+
+/* Power comes back: the ECU runs with `mass_g`, no NMI has restarted it, and it says whether what
+ * is in its flash was cut. */
+static void check_after_power(int32_t mass_g, int told_cut)
+{
+    model_power_on();
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    TEST_ASSERT_FALSE(model_nmi_restarts());
+    TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, program_ecu()->state);
+    TEST_ASSERT_EQUAL_INT32(mass_g, mass_in_use());
+    TEST_ASSERT_EQUAL_UINT8(told_cut ? SWAY_ECU_STORE_CUT : 0, report().fault_cause);
+}
+
+/* Whenever the power goes and whatever it leaves of the word or page that it cut, the next start
+ * has the old parameters or the new ones, whole, and says when a store was cut. Then the next store
+ * is cut, too, at every step, and after that one works. */
+static void test_power_cut_at_every_step_of_two_stores(void)
+{
+    for (int leaves = MODEL_CUT_BEFORE; leaves <= MODEL_CUT_AFTER; leaves++) {
+        for (int cut = 0; cut < STORE_STEPS; cut++) {
+            for (int again = cut % 5; again < STORE_STEPS; again += 5) {
+                const bool all = leaves == MODEL_CUT_AFTER;
+                const bool first = all && cut == STORE_STEPS - 1; // its last word was written
+                const bool second = all && again == STORE_STEPS - 1;
+                two_blocks();
+                TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+                model_cut_leaves = (model_cut_t)leaves;
+                model_cut_after = cut;
+                (void)store_mass(2000000);
+                TEST_ASSERT_TRUE(model_power_is_off());
+                const bool untouched = cut == 0 && leaves == MODEL_CUT_BEFORE;
+                check_after_power(first ? 2000000 : 1955000, !first && !untouched);
+                model_cut_leaves = (model_cut_t)leaves;
+                model_cut_after = again;
+                (void)store_mass(2100000);
+                const bool still = again == 0 && leaves == MODEL_CUT_BEFORE;
+                check_after_power(second  ? 2100000
+                                  : first ? 2000000
+                                          : 1955000,
+                                  !second && !(still && (untouched || first)));
+                TEST_ASSERT_EQUAL_UINT8(DONE, store_mass(2200000));
+                check_after_power(2200000, false);
+            }
+        }
+    }
+}
+
+/* What a torn word did before it was dealt with: NMI, restart, NMI. The model does see it. */
+static void test_an_nmi_that_nobody_expects_is_a_fault(void)
+{
+    TEST_ASSERT_FALSE(program_nmi());
+    two_blocks();
+    model_nmi = NULL;
+    model_flash_tear(64);
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    TEST_ASSERT_TRUE(model_nmi_restarts());
+}
+
+/* A word of each block goes bad in service, and all words of both. */
+static void test_torn_words_are_survived_anywhere(void)
+{
+    for (uint32_t at = 0; at < SWAY_BLOCK_SIZE; at += 8U) {
+        two_blocks();
+        model_flash_tear(STM32_FLASH_PAGE + at);
+        check_after_power(1955000, true);
+        model_flash_tear(at);
         model_power_on();
         TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
-        TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, program_ecu()->state);
-        TEST_ASSERT_EQUAL_INT32(cut < steps ? 1955000 : 2000000,
-                                program_ecu()->config.vehicle.car.mass_g);
-        /* A cut before the erasure leaves the older block of the two: nothing was lost. */
-        const uint8_t told = cut > 0 && cut < steps ? SWAY_ECU_STORE_CUT : 0;
-        TEST_ASSERT_EQUAL_UINT8(told, report().fault_cause);
+        TEST_ASSERT_FALSE(model_nmi_restarts());
+        TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, program_ecu()->state);
+        const struct swaywatch_dbc_sway_parameter_reply_t opened = open_session();
+        sway_core_config_t config = good_config();
+        write_all(&config);
+        TEST_ASSERT_EQUAL_UINT8(DONE, store(opened));
+        check_after_power(1955000, true); // the other page is still torn
+        TEST_ASSERT_EQUAL_UINT8(DONE, store_mass(1800000));
+        check_after_power(1800000, false);
     }
+}
+
+static void test_a_torn_or_missing_key_locks(void)
+{
+    two_blocks();
+    model_flash_tear(2U * STM32_FLASH_PAGE + 8U);
+    check_after_power(1955000, false);
+    TEST_ASSERT_EQUAL_UINT8(LOCKED, ask(OPEN, 0, 0).parameter_result);
+    two_blocks();
+    memset(model_flash + 2U * STM32_FLASH_PAGE, 0xFF, sizeof test_key);
+    check_after_power(1955000, false);
+    TEST_ASSERT_EQUAL_UINT8(LOCKED, ask(OPEN, 0, 0).parameter_result);
+}
+
+/* Where faults do not end, the flash that may make them is left alone. */
+static void test_after_too_many_faults_the_flash_is_not_read(void)
+{
+    two_blocks();
+    for (unsigned i = 0; i < SWAY_ECU_RESTARTS_MAX; i++) {
+        sway_ecu_note_fault(&retained, 2, 0);
+    }
+    model_nmi = NULL;
+    model_flash_tear(0);
+    TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    TEST_ASSERT_FALSE(model_nmi_restarts());
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RESTARTS, report().fault_cause);
+}
+
+static void test_challenges_hold_the_generator_s_noise(void)
+{
+    int32_t value[2];
+    for (int i = 0; i < 2; i++) {
+        two_blocks();
+        if (i == 1) {
+            TEST_ASSERT_TRUE(board_start());
+            (void)board_random();
+            (void)board_random();
+        }
+        model_power_on();
+        TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+        value[i] = open_session().parameter_reply_value;
+    }
+    TEST_ASSERT_TRUE(value[0] != value[1]);
 }
 
 static void test_first_store_cut_leaves_the_safe_state(void)
 {
     sway_core_config_t config = good_config();
     TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
+    const struct swaywatch_dbc_sway_parameter_reply_t opened = open_session();
     write_all(&config);
     model_cut_after = 3;
-    TEST_ASSERT_EQUAL_UINT8(3, ask(STORE, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(NOT_STORED, store(opened));
     model_power_on();
     TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
     TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, program_ecu()->state);
@@ -541,7 +699,12 @@ int main(void)
     RUN_TEST(test_flash_erases_and_writes);
     RUN_TEST(test_flash_says_what_it_cannot);
     RUN_TEST(test_program_takes_parameters_and_keeps_them);
-    RUN_TEST(test_power_cut_at_every_step_of_a_store);
+    RUN_TEST(test_power_cut_at_every_step_of_two_stores);
+    RUN_TEST(test_an_nmi_that_nobody_expects_is_a_fault);
+    RUN_TEST(test_torn_words_are_survived_anywhere);
+    RUN_TEST(test_a_torn_or_missing_key_locks);
+    RUN_TEST(test_after_too_many_faults_the_flash_is_not_read);
+    RUN_TEST(test_challenges_hold_the_generator_s_noise);
     RUN_TEST(test_first_store_cut_leaves_the_safe_state);
     RUN_TEST(test_program_reports_bus_off);
     RUN_TEST(test_program_serves_the_watchdog_and_reports_it);
