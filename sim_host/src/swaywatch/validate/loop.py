@@ -1,0 +1,179 @@
+"""The loop of Fig. 5-1: simulate, compare, correct, until every line is within 5 %."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from swaywatch.analysis import DriveResult, analyze, conclude
+from swaywatch.core import analyze_drive
+from swaywatch.drive import Drive
+from swaywatch.errors import RecordingError
+from swaywatch.validate.compare import Line, compare
+from swaywatch.validate.correct import Correction, corrected, corrections
+from swaywatch.validate.twin import simulate_twin
+from swaywatch.vehicle import Vehicle
+
+ROUNDS = 6
+Progress = Callable[[str, float, float], None]
+
+
+@dataclass(frozen=True)
+class Round:
+    """One turn of the loop.
+
+    Attributes
+    ----------
+    vehicle
+        That was simulated.
+    simulations
+        One for each drive.
+    lines
+        The comparison of each drive.
+    corrections
+        What this comparison corrects.
+    """
+
+    vehicle: Vehicle
+    simulations: list[DriveResult]
+    lines: list[list[Line]]
+    corrections: list[Correction]
+
+    @property
+    def failed(self) -> list[tuple[int, Line]]:
+        """Lines beyond the criterion, with the number of their drive."""
+        return [
+            (index, line)
+            for index, lines in enumerate(self.lines)
+            for line in lines
+            if not line.passed
+        ]
+
+    @property
+    def worst(self) -> float:
+        """Largest difference as a multiple of what the criterion allows; 0 without lines."""
+        return max(
+            (abs(x.difference) / x.allowed for xs in self.lines for x in xs if x.allowed > 0.0),
+            default=0.0,
+        )
+
+
+@dataclass
+class Validation:
+    """Everything a validation found.
+
+    Attributes
+    ----------
+    recordings
+        Analysed with the user's vehicle.
+    rounds
+        In order; the last one is what counts.
+    own
+        Whether the simulation is ours (and can be corrected and run again).
+    """
+
+    recordings: list[DriveResult]
+    rounds: list[Round] = field(default_factory=list)
+    own: bool = True
+
+    @property
+    def passed(self) -> bool:
+        """Whether every line of the last round is within the criterion."""
+        return bool(self.rounds) and not self.rounds[-1].failed
+
+    @property
+    def total(self) -> list[Correction]:
+        """Corrections from the first vehicle to the last one."""
+        if not self.rounds:
+            return []
+        found: dict[str, Correction] = {}
+        turns = self.rounds if not self.own else self.rounds[:-1]
+        for turn in turns:
+            for change in turn.corrections:
+                first = found.get(change.key)
+                before = change.before if first is None else first.before
+                found[change.key] = Correction(change.key, before, change.after, change.error)
+        return list(found.values())
+
+
+def validate(
+    recordings: Sequence[Path],
+    vehicle_path: Path,
+    signals_path: Path,
+    *,
+    simulations: Sequence[Path] = (),
+    simulation_signals: Path | None = None,
+    rounds: int = ROUNDS,
+    strict: bool = True,
+    progress: Progress | None = None,
+) -> Validation:
+    """Compare recordings with simulations of the same drives, and correct our own.
+
+    Parameters
+    ----------
+    recordings, vehicle_path, signals_path
+        As for an analysis.
+    simulations
+        The user's own, one for each recording in the same order, on the same clock; without them
+        our plant is driven with the recorded steering and speed.
+    simulation_signals
+        Their signals.toml, where it is another one.
+    rounds
+        Most turns of the loop.
+    strict
+        Refuse recordings in which a sign, a unit or a clock is wrong.
+    progress
+        Called with what is done, how far, and of how much.
+
+    Raises
+    ------
+    SwaywatchError
+        The input is at fault.
+    """
+
+    def tell(what: str, done: float, total: float) -> None:
+        if progress:
+            progress(what, done, total)
+
+    results = analyze(
+        recordings, vehicle_path, signals_path, join=False, strict=strict, progress=progress
+    )
+    vehicle = results[0].vehicle
+    if simulations:
+        theirs = analyze(
+            simulations, vehicle_path, simulation_signals or signals_path,
+            join=False, strict=False, progress=progress,
+        )  # fmt: skip
+        if len(theirs) != len(results):
+            raise RecordingError(
+                f"{len(results)} recordings and {len(theirs)} simulations; expected one "
+                "simulation for each recording, in the same order"
+            )
+        found = Validation(results, own=False)
+        lines = [compare(a, b) for a, b in zip(results, theirs, strict=True)]
+        found.rounds.append(Round(vehicle, theirs, lines, corrections(vehicle, lines)))
+        return found
+    found = Validation(results)
+    for turn in range(rounds):
+        tell(f"simulating, round {turn + 1}", turn, rounds)
+        twins = [_simulated(result.drive, vehicle) for result in results]
+        lines = [compare(a, b) for a, b in zip(results, twins, strict=True)]
+        changes = corrections(vehicle, lines)
+        found.rounds.append(Round(vehicle, twins, lines, changes))
+        if not changes:
+            break
+        vehicle = corrected(vehicle, changes)
+        results = [_again(result.drive, vehicle) for result in results]
+        found.recordings = results
+    tell("simulating", 1.0, 1.0)
+    return found
+
+
+def _simulated(drive: Drive, vehicle: Vehicle) -> DriveResult:
+    return _again(simulate_twin(drive, vehicle), vehicle)
+
+
+def _again(drive: Drive, vehicle: Vehicle) -> DriveResult:
+    """Through the core once more, with what is now believed of the vehicle."""
+    return conclude(drive, vehicle, analyze_drive(drive, vehicle), [])

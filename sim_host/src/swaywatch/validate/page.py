@@ -1,0 +1,268 @@
+"""The validation as a page and as plain types."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from swaywatch import __version__
+from swaywatch.analysis import AXLE_NAMES, DriveResult, usable
+from swaywatch.core import AXLES
+from swaywatch.report.shell import document, plot, table, wide
+from swaywatch.validate.compare import CRITERION, LEAST_DAMPING_RATIO, Figure, Line
+from swaywatch.validate.correct import Correction
+from swaywatch.validate.loop import Round, Validation
+
+KMH = 3.6
+RECORDED, SIMULATED = "#0072B2", "#D55E00"
+_DIGITS = {"Hz": 4, "–": 4, "km/h": 1, "kN/rad": 1, "deg": 1, "N": 0, "kg m²": 0}
+_WORDS = {
+    "within": "within 5 %",
+    "perhaps within": "within 5 %, not surely",
+    "perhaps beyond": "beyond 5 %, not surely",
+    "beyond": "beyond 5 %",
+    "not compared": "one side only",
+}
+
+
+def sentences(found: Validation) -> list[str]:
+    """What came out, the answer first."""
+    last = found.rounds[-1]
+    said = [_answer(found, last)]
+    changes = found.total
+    if changes and found.own:
+        said.append("Corrected: " + "; ".join(map(change_text, changes)) + ".")
+        first, end = _v_crit(found.rounds[0]), _v_crit(last)
+        if first is not None and end is not None:
+            said.append(
+                f"Critical speed of the simulation: {first * KMH:.1f} km/h before, "
+                f"{end * KMH:.1f} km/h after the corrections."
+            )
+    elif changes:
+        said.append("To correct in your simulation: " + "; ".join(map(factor_text, changes)) + ".")
+    failed = [line for _, line in last.failed]
+    if failed and any(line.kind != "parameter" for line in failed):
+        said.append(
+            "What is left cannot be mended by a value of the vehicle: physics is missing, or a "
+            "sensor is at fault. `swaywatch diagnose` with the corrected vehicle names it."
+        )
+    return said
+
+
+def _answer(found: Validation, last: Round) -> str:
+    compared = [x for xs in last.lines for x in xs if x.outcome != "not compared"]
+    if not compared:
+        return "Nothing could be compared: one of the two sides has no estimate of an oscillation."
+    failed = last.failed
+    turns = len(found.rounds)
+    rounds = f" after {turns} rounds" if turns > 1 else ""
+    if not failed:
+        unsure = sum(line.outcome == "perhaps within" for line in compared)
+        doubt = f", {unsure} of them not surely" if unsure else ""
+        return (
+            f"The simulation agrees with the recording{rounds}: all {len(compared)} lines are "
+            f"within 5 %{doubt}."
+        )
+    names = ", ".join(dict.fromkeys(line.name for _, line in failed))
+    return (
+        f"The simulation differs from the recording{rounds}: {len(failed)} of {len(compared)} "
+        f"lines are beyond 5 % ({names})."
+    )
+
+
+def change_text(change: Correction) -> str:
+    """``rear axle of the car, cornering stiffness: 185.2 -> 170.1 +- 0.4 kN/rad (-8.2 %)``."""
+    unit, factor, digits = _unit_of(change.key)
+    return (
+        f"{_label(change.key)} {change.before * factor:.{digits}f} to "
+        f"{change.after * factor:.{digits}f} ± {change.error * factor:.{digits}f} {unit} "
+        f"({100.0 * change.share:+.1f} %)"
+    )
+
+
+def factor_text(change: Correction) -> str:
+    """The same for a simulation whose own values are not known here."""
+    doubt = change.error / change.before
+    return f"{_label(change.key)} times {1.0 + change.share:.3f} ± {doubt:.3f}"
+
+
+def _label(key: str) -> str:
+    body, _, name = key.partition(".")
+    if name == "yaw_inertia":
+        return f"yaw inertia of the {body}"
+    which, _, what = name.partition("_")
+    return f"{what.replace('_', ' ')} of the {AXLE_NAMES[f'{body}_{which}']}"
+
+
+def _unit_of(key: str) -> tuple[str, float, int]:
+    if key.endswith("stiffness"):
+        return "kN/rad", 1e-3, 1
+    return ("kg m²", 1.0, 0) if key.endswith("inertia") else ("N", 1.0, 0)
+
+
+def _v_crit(turn: Round) -> float | None:
+    values = [r.values["v_crit_m_s"].value for r in turn.simulations if "v_crit_m_s" in r.values]
+    return sum(values) / len(values) if values else None
+
+
+def rows(lines: Sequence[Line]) -> list[list[str]]:
+    """The comparison as text: name, recording, simulation, difference, criterion, unit."""
+    return [
+        [
+            line.name, _cell(line.recording, line), _cell(line.simulation, line),
+            _difference(line), _WORDS[line.outcome], line.unit,
+        ]
+        for line in lines
+    ]  # fmt: skip
+
+
+def _cell(figure: Figure | None, line: Line) -> str:
+    if figure is None:
+        return "–"
+    digits = _DIGITS[line.unit]
+    return f"{figure.value * line.factor:.{digits}f} ± {figure.error * line.factor:.{digits}f}"
+
+
+def _difference(line: Line) -> str:
+    if line.outcome == "not compared" or line.recording is None:
+        return "–"
+    if line.unit in ("deg", "–") or line.key.endswith("load_harmonic"):
+        digits = _DIGITS[line.unit]
+        return (
+            f"{line.difference * line.factor:+.{digits}f} ± {line.error * line.factor:.{digits}f}"
+        )
+    share = 100.0 / abs(line.recording.value)
+    return f"{line.difference * share:+.1f} ± {line.error * share:.1f} %"
+
+
+def make_page(found: Validation, sources: Mapping[str, Sequence[Path | str]]) -> str:
+    """HTML of a validation."""
+    last = found.rounds[-1]
+    kind = "good" if found.passed else "bad"
+    said = sentences(found)
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in said[1:])
+    parts = [f"<div class='verdict {kind}'><p>{html.escape(said[0])}</p><ul>{items}</ul></div>"]
+    if len(found.rounds) > 1:
+        parts += ["<h2>The loop</h2>", _history(found)]
+    if found.total:
+        parts += ["<h2>What to correct</h2>", _changes(found)]
+    for result, lines in zip(found.recordings, last.lines, strict=True):
+        parts += [f"<h2>{html.escape(result.drive.name)}</h2>", _comparison(lines)]
+    parts.append(
+        f"<p class='note'>Criterion: {100 * CRITERION:.0f} % of the recording's value; of a "
+        f"damping ratio below {LEAST_DAMPING_RATIO:g} 5 % of that; of an argument 0.05 rad (5 % of "
+        "the complex stiffness); of a load at twice the frequency 5 % of the mean load. Compared "
+        "are estimates at the same times of the drive. ± is one standard error; a line is sure "
+        "where two of them do not reach across the criterion.</p>"
+    )
+    for result, simulation in zip(found.recordings, last.simulations, strict=True):
+        parts += [
+            f"<h2>Along {html.escape(result.drive.name)}</h2>",
+            plot(_courses(result, simulation), run=result.drive.name,
+                 name=f"{result.drive.name}_stiffness"),
+            "<p class='note'>Cornering stiffness of each axle, recording and simulation, from the "
+            "estimates that neither side marks.</p>",
+        ]  # fmt: skip
+    return document(
+        "Does the simulation drive like the car", parts,
+        meta=", ".join(result.drive.name for result in found.recordings), sources=sources,
+    )  # fmt: skip
+
+
+def _comparison(lines: Sequence[Line]) -> str:
+    head = ("", "recording", "simulation", "difference", "criterion", "unit")
+    return table(head, rows(lines))
+
+
+def _history(found: Validation) -> str:
+    body = []
+    for number, turn in enumerate(found.rounds, start=1):
+        v_crit = _v_crit(turn)
+        body.append([
+            str(number), str(len(turn.failed)), f"{turn.worst:.2f}",
+            "–" if v_crit is None else f"{v_crit * KMH:.1f} km/h",
+            "; ".join(change_text(c) for c in turn.corrections) or "nothing more to correct",
+        ])  # fmt: skip
+    head = ("round", "lines beyond 5 %", "largest difference, in criteria",
+            "critical speed, simulation", "corrected for the next round")  # fmt: skip
+    return table(head, body)
+
+
+def _changes(found: Validation) -> str:
+    body = []
+    for change in found.total:
+        unit, factor, digits = _unit_of(change.key)
+        before, after = (f"{x * factor:.{digits}f}" for x in (change.before, change.after))
+        body.append([
+            change.key, before, f"{after} ± {change.error * factor:.{digits}f}",
+            f"{100 * change.share:+.1f} %", unit,
+        ])  # fmt: skip
+    return wide(table(("vehicle.toml", "before", "after", "change", "unit"), body))
+
+
+def _courses(recording: DriveResult, simulation: DriveResult) -> go.Figure:
+    shown = [a for a in AXLES if any(r.estimates.has(a).any() for r in (recording, simulation))]
+    figure = make_subplots(rows=max(1, len(shown)), cols=1, shared_xaxes=True,
+                           vertical_spacing=0.04)  # fmt: skip
+    for number, axle in enumerate(shown, start=1):
+        for result, name, colour in (
+            (recording, "recording", RECORDED), (simulation, "simulation", SIMULATED),
+        ):  # fmt: skip
+            estimates = result.estimates
+            good = usable(estimates) & estimates.has(axle)
+            figure.add_scatter(
+                x=estimates.time_s[good],
+                y=1e-3 * estimates[f"{axle}.cornering_stiffness_n_per_rad"][good],
+                mode="markers", marker={"color": colour, "size": 4}, name=name,
+                legendgroup=name, showlegend=number == 1, row=number, col=1,
+            )  # fmt: skip
+        figure.update_yaxes(title=f"{axle.replace('_', ' ')} [kN/rad]", row=number, col=1)
+    figure.update_xaxes(title="time [s]", row=max(1, len(shown)), col=1)
+    figure.update_layout(height=170 * max(1, len(shown)) + 60)
+    return figure
+
+
+def as_json(found: Validation) -> dict[str, Any]:
+    """A validation as plain types, SI units."""
+    return {
+        "swaywatch": __version__,
+        "passed": found.passed,
+        "conclusion": sentences(found),
+        "corrections": [
+            {"key": c.key, "before": c.before, "after": c.after, "standard_error": c.error}
+            for c in found.total
+        ],
+        "rounds": [
+            {
+                "beyond": len(turn.failed),
+                "worst": turn.worst,
+                "v_crit_m_s": _v_crit(turn),
+                "drives": [
+                    {"name": result.drive.name, "lines": [_json_line(x) for x in lines]}
+                    for result, lines in zip(found.recordings, turn.lines, strict=True)
+                ],
+            }
+            for turn in found.rounds
+        ],
+    }
+
+
+def _json_line(line: Line) -> dict[str, Any]:
+    def figure(side: Figure | None) -> dict[str, float] | None:
+        return None if side is None else {"value": side.value, "standard_error": side.error}
+
+    def number(value: float) -> float | None:
+        return value if math.isfinite(value) else None
+
+    return {
+        "key": line.key, "kind": line.kind, "recording": figure(line.recording),
+        "simulation": figure(line.simulation), "difference": number(line.difference),
+        "standard_error": number(line.error), "allowed": number(line.allowed),
+        "outcome": line.outcome,
+    }  # fmt: skip
