@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from swaywatch.validate.compare import SURE, Line
 from swaywatch.vehicle import Vehicle
@@ -15,6 +16,11 @@ WORTH = 0.005
 """Relative change below which a value is left alone."""
 MOST = 2.0
 """Largest factor of one correction: beyond it the belief was of another vehicle."""
+
+LEAST_LAG_RAD = 0.01
+"""An argument that differs by less needs no lag."""
+LEAST_LENGTH_M = 0.02
+RELAXATION = "relaxation_length"
 
 _FIELDS = {
     "cornering_stiffness": "{which}_cornering_stiffness",
@@ -44,7 +50,7 @@ class Correction:
     @property
     def share(self) -> float:
         """Relative change."""
-        return self.after / self.before - 1.0
+        return self.after / self.before - 1.0 if self.before else math.inf
 
 
 def field_of(line: Line) -> str | None:
@@ -97,6 +103,61 @@ def _error(ratios: Sequence[float], weights: Sequence[float], mean: float) -> fl
     return error * math.sqrt(max(1.0, chi2 / (len(ratios) - 1)))
 
 
+@dataclass(frozen=True)
+class Motion:
+    """Where a drive was compared: mean speed (m/s) and angular frequency (rad/s)."""
+
+    speed_m_s: float
+    omega_rad_s: float
+
+
+def lags(
+    lengths: Mapping[str, float], drives: Sequence[Sequence[Line]], motions: Sequence[Motion]
+) -> list[Correction]:
+    """Relaxation lengths (m) that give the axles' forces the lag which the recording has.
+
+    sigma = v tan(-arg C) / omega, from the argument of Eq. 4.9. Whether the lag is the tyre's, the
+    suspension's or a delayed sensor's cannot be said from one line; a length stands for it.
+
+    Parameters
+    ----------
+    lengths
+        Of the simulation, by axle.
+    drives, motions
+        The comparison of each drive, and where it was made.
+    """
+    pairs: dict[str, list[tuple[float, float]]] = {}
+    for lines, motion in zip(drives, motions, strict=True):
+        for line in lines:
+            axle, _, what = line.key.partition(".")
+            if what != "argument" or not math.isfinite(line.difference):
+                continue
+            turn = motion.omega_rad_s / motion.speed_m_s
+            late = math.atan(turn * lengths.get(axle, 0.0)) + line.difference
+            length = math.tan(min(max(late, 0.0), 1.4)) / turn
+            pairs.setdefault(axle, []).append((length, line.error / turn))
+    found = []
+    for axle, values in pairs.items():
+        weights = [1.0 / (error**2 + 1e-8) for _, error in values]
+        after = sum(w * v for w, (v, _) in zip(weights, values, strict=True)) / sum(weights)
+        error = _error([v for v, _ in values], weights, after)
+        before = lengths.get(axle, 0.0)
+        turn = sum(m.omega_rad_s / m.speed_m_s for m in motions) / len(motions)
+        if abs(after - before) * turn > max(LEAST_LAG_RAD, SURE * error * turn):
+            after = after if after > LEAST_LENGTH_M else 0.0
+            found.append(Correction(f"{axle}.{RELAXATION}", before, after, error))
+    return found
+
+
+def physics_of(lengths: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Relaxation lengths as physics of a scenario."""
+    return [
+        {"id": "tyre_relaxation", "axle": axle, "length_m": length}
+        for axle, length in lengths.items()
+        if length > 0.0
+    ]
+
+
 def value_of(vehicle: Vehicle, key: str) -> float | None:
     """Value of a key such as ``trailer.yaw_inertia``."""
     body, _, name = key.partition(".")
@@ -106,8 +167,10 @@ def value_of(vehicle: Vehicle, key: str) -> float | None:
 
 
 def corrected(vehicle: Vehicle, changes: Sequence[Correction]) -> Vehicle:
-    """The vehicle with new values."""
+    """The vehicle with new values; a lag is none of its values."""
     for change in changes:
+        if change.key.endswith(RELAXATION):
+            continue
         body, _, name = change.key.partition(".")
         part = dataclasses.replace(getattr(vehicle, body), **{name: change.after})
         vehicle = dataclasses.replace(vehicle, **{body: part})

@@ -6,12 +6,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from swaywatch.analysis import DriveResult, analyze, conclude
+import numpy as np
+
+from swaywatch.analysis import DriveResult, analyze, conclude, usable
 from swaywatch.core import analyze_drive
 from swaywatch.drive import Drive
 from swaywatch.errors import RecordingError
-from swaywatch.validate.compare import Line, compare
-from swaywatch.validate.correct import Correction, corrected, corrections
+from swaywatch.validate.compare import CRITERION, Line, compare
+from swaywatch.validate.correct import (
+    RELAXATION,
+    Correction,
+    Motion,
+    corrected,
+    corrections,
+    lags,
+    physics_of,
+)
 from swaywatch.validate.twin import simulate_twin
 from swaywatch.vehicle import Vehicle
 
@@ -27,6 +37,8 @@ class Round:
     ----------
     vehicle
         That was simulated.
+    lengths
+        Relaxation lengths (m) that were simulated with it, by axle.
     simulations
         One for each drive.
     lines
@@ -36,6 +48,7 @@ class Round:
     """
 
     vehicle: Vehicle
+    lengths: dict[str, float]
     simulations: list[DriveResult]
     lines: list[list[Line]]
     corrections: list[Correction]
@@ -152,26 +165,60 @@ def validate(
             )
         found = Validation(results, own=False)
         lines = [compare(a, b) for a, b in zip(results, theirs, strict=True)]
-        found.rounds.append(Round(vehicle, theirs, lines, corrections(vehicle, lines)))
+        found.rounds.append(
+            Round(vehicle, {}, theirs, lines, _changes(vehicle, {}, lines, results))
+        )
         return found
     found = Validation(results)
+    lengths: dict[str, float] = {}
     for turn in range(rounds):
         tell(f"simulating, round {turn + 1}", turn, rounds)
-        twins = [_simulated(result.drive, vehicle) for result in results]
+        twins = [_simulated(result.drive, vehicle, lengths) for result in results]
         lines = [compare(a, b) for a, b in zip(results, twins, strict=True)]
-        changes = corrections(vehicle, lines)
-        found.rounds.append(Round(vehicle, twins, lines, changes))
+        changes = _changes(vehicle, lengths, lines, results)
+        found.rounds.append(Round(vehicle, dict(lengths), twins, lines, changes))
         if not changes:
             break
         vehicle = corrected(vehicle, changes)
+        lengths = lengths | {
+            change.key.partition(".")[0]: change.after
+            for change in changes
+            if change.key.endswith(RELAXATION)
+        }
         results = [_again(result.drive, vehicle) for result in results]
         found.recordings = results
     tell("simulating", 1.0, 1.0)
     return found
 
 
-def _simulated(drive: Drive, vehicle: Vehicle) -> DriveResult:
-    return _again(simulate_twin(drive, vehicle), vehicle)
+def _changes(
+    vehicle: Vehicle,
+    lengths: dict[str, float],
+    lines: list[list[Line]],
+    results: list[DriveResult],
+) -> list[Correction]:
+    """Values of the vehicle first; lags once those are right, for a wrong one bends arguments."""
+    values = corrections(vehicle, lines)
+    if any(abs(change.share) > CRITERION for change in values):
+        return values
+    return values + lags(lengths, lines, [_motion(result) for result in results])
+
+
+def _motion(result: DriveResult) -> Motion:
+    estimates = result.estimates
+    good = usable(estimates)
+    if not good.any():
+        good = estimates.has("line")
+    if not good.any():
+        return Motion(1.0, 1.0)  # nothing was compared
+    return Motion(
+        float(np.mean(estimates["speed_m_s"][good])),
+        2.0 * np.pi * float(np.mean(estimates["frequency_hz"][good])),
+    )
+
+
+def _simulated(drive: Drive, vehicle: Vehicle, lengths: dict[str, float]) -> DriveResult:
+    return _again(simulate_twin(drive, vehicle, physics_of(lengths)), vehicle)
 
 
 def _again(drive: Drive, vehicle: Vehicle) -> DriveResult:

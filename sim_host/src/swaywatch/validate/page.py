@@ -16,7 +16,7 @@ from swaywatch.analysis import AXLE_NAMES, DriveResult, usable
 from swaywatch.core import AXLES
 from swaywatch.report.shell import document, plot, table, wide
 from swaywatch.validate.compare import CRITERION, LEAST_DAMPING_RATIO, Figure, Line
-from swaywatch.validate.correct import Correction
+from swaywatch.validate.correct import RELAXATION, Correction
 from swaywatch.validate.loop import Round, Validation
 
 KMH = 3.6
@@ -46,6 +46,12 @@ def sentences(found: Validation) -> list[str]:
             )
     elif changes:
         said.append("To correct in your simulation: " + "; ".join(map(factor_text, changes)) + ".")
+    if any(change.key.endswith(RELAXATION) for change in changes):
+        said.append(
+            "A relaxation length stands for any lag of an axle's force: the tyre's own, the "
+            "suspension's, a delayed sensor's. `swaywatch diagnose` says which; vehicle.toml has "
+            "no key for it."
+        )
     failed = [line for _, line in last.failed]
     if failed and any(line.kind != "parameter" for line in failed):
         said.append(
@@ -79,6 +85,10 @@ def _answer(found: Validation, last: Round) -> str:
 def change_text(change: Correction) -> str:
     """``rear axle of the car, cornering stiffness: 185.2 -> 170.1 +- 0.4 kN/rad (-8.2 %)``."""
     unit, factor, digits = _unit_of(change.key)
+    if change.key.endswith(RELAXATION):
+        return (
+            f"{_label(change.key)} {change.before:.2f} to {change.after:.2f} ± {change.error:.2f} m"
+        )
     return (
         f"{_label(change.key)} {change.before * factor:.{digits}f} to "
         f"{change.after * factor:.{digits}f} ± {change.error * factor:.{digits}f} {unit} "
@@ -88,6 +98,8 @@ def change_text(change: Correction) -> str:
 
 def factor_text(change: Correction) -> str:
     """The same for a simulation whose own values are not known here."""
+    if change.key.endswith(RELAXATION):
+        return f"{_label(change.key)} longer by {change.after:.2f} ± {change.error:.2f} m"
     doubt = change.error / change.before
     return f"{_label(change.key)} times {1.0 + change.share:.3f} ± {doubt:.3f}"
 
@@ -96,6 +108,8 @@ def _label(key: str) -> str:
     body, _, name = key.partition(".")
     if name == "yaw_inertia":
         return f"yaw inertia of the {body}"
+    if name == RELAXATION:
+        return f"relaxation length of the {AXLE_NAMES[body]}"
     which, _, what = name.partition("_")
     return f"{what.replace('_', ' ')} of the {AXLE_NAMES[f'{body}_{which}']}"
 
@@ -103,6 +117,8 @@ def _label(key: str) -> str:
 def _unit_of(key: str) -> tuple[str, float, int]:
     if key.endswith("stiffness"):
         return "kN/rad", 1e-3, 1
+    if key.endswith(RELAXATION):
+        return "m", 1.0, 2
     return ("kg m²", 1.0, 0) if key.endswith("inertia") else ("N", 1.0, 0)
 
 
@@ -201,7 +217,7 @@ def _changes(found: Validation) -> str:
         before, after = (f"{x * factor:.{digits}f}" for x in (change.before, change.after))
         body.append([
             change.key, before, f"{after} ± {change.error * factor:.{digits}f}",
-            f"{100 * change.share:+.1f} %", unit,
+            f"{100 * change.share:+.1f} %" if change.before else "added", unit,
         ])  # fmt: skip
     return wide(table(("vehicle.toml", "before", "after", "change", "unit"), body))
 

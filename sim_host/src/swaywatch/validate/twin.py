@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +30,14 @@ LEAST_SPEED_M_S = 2.0
 """A plant with tyres has no slip angle at rest."""
 
 
-def simulate_twin(drive: Drive, vehicle: Vehicle) -> Drive:
+def simulate_twin(
+    drive: Drive, vehicle: Vehicle, physics: Sequence[Mapping[str, Any]] = ()
+) -> Drive:
     """What the sensors of `drive` would have seen of `vehicle`, driven alike.
 
-    The simulation starts at rest relative to straight driving: what swings already when the
-    recording begins has no counterpart. Only channels that the recording has are simulated.
+    `physics` is added to it, as in a scenario. The simulation starts from straight driving: what
+    swings already when the recording begins has no counterpart. Only channels that the recording
+    has are simulated.
 
     Raises
     ------
@@ -53,6 +57,7 @@ def simulate_twin(drive: Drive, vehicle: Vehicle) -> Drive:
     content: dict[str, Any] = {
         "vehicle": "-", "duration_s": float(time_s[-1]), "speed_kmh": 3.6 * float(speed[0]),
         "sensors": {"preset": "perfect"}, "timing": {"jitter_s": 0.0, "latency_s": 0.0},
+        "physics": [dict(effect) for effect in physics],
     }  # fmt: skip
     scenario = read_scenario(content, drive.name, Path(), drive.name, vehicle=vehicle)
     plan = Plan(time_s, steering, speed)
