@@ -1,4 +1,4 @@
-"""Build script of ``swaywatch._plant``: the plant of the diagnosis through cffi, API mode."""
+"""Build script of ``swaywatch._plant``: the plant through cffi, API mode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Builds the bindings to the C core and to the plant of the diagnosis with the package."""
+"""Builds the bindings to the C core and to the plant with the package."""
 
 from setuptools import setup
 

@@ -1,8 +1,9 @@
-"""The two planar plants (simulator and diagnosis) say the same, effect by effect.
+"""Two ways into the one plant, from the simulator and from the diagnosis, say the same.
 
-They were written side by side; here each effect's change of the motion in one must be that in the
-other. Small steering keeps both in the linear range; effects that need roll, whose constants the
-two take from different sources, are compared in their own tests.
+An effect of `models.physics` and the effect of `diagnose.modules` of the same name fill slots each
+in its own way; here the change of the motion by one must be that by the other. Small steering
+keeps both in the linear range; effects that need roll, whose constants the two take from different
+sources, are compared in their own tests.
 """
 
 from __future__ import annotations

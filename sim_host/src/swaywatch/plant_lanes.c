@@ -6,6 +6,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "plant_generator.h"
+
 // The widest instructions of the machine that runs it, chosen by the loader where it can.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__GLIBC__)
 #define WIDEST __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
@@ -19,7 +21,6 @@
 #define SHAPE 1.35
 #define TRAILER_AREA 5.0
 #define SHORTEST_LAG_M 0.15
-#define FREE_PLAY_N 50.0
 #define LIMIT 1e6
 
 static const double NEUTRAL = 0.0;
@@ -56,7 +57,7 @@ static void finish(plant_lane_t *lane, double period_s)
     }
     const int64_t open = (lane->stop - lane->first) % PLANT_BLOCK;
     if (open != 0 && lane->blocks != NULL) {
-        memcpy(lane->blocks + (lane->stop - 1) / PLANT_BLOCK * PLANT_OUTPUTS, lane->sums,
+        memcpy(lane->blocks + (lane->stop - 1) / PLANT_BLOCK * PLANT_SUMS, lane->sums,
                sizeof lane->sums);
     }
 }

@@ -1,4 +1,4 @@
-/// plant_lanes: the planar plant of the diagnosis, several simulations side by side.
+/// plant_lanes: the plant, several simulations side by side.
 ///
 /// What the slots, constants and outputs are is said by diagnose/plant.py, which owns their order.
 #ifndef PLANT_LANES_H
@@ -8,9 +8,14 @@
 
 #define PLANT_BODY 18
 #define PLANT_SCALARS 57
-#define PLANT_SERIES 30
-#define PLANT_OUTPUTS 36
-#define PLANT_STATES 16
+#define PLANT_SERIES 32
+#define PLANT_OUTPUTS 51
+#define PLANT_SUMS 36
+#define PLANT_AXLE 12
+#define PLANT_DRIVE 11
+#define PLANT_GENERATOR_WINDOW 6
+#define PLANT_STATES_OF_A_FIT 16
+#define PLANT_STATES 32
 #define PLANT_BLOCK 10
 #define PLANT_LANES 8
 
@@ -127,6 +132,8 @@ enum plant_series {
     T_SLIP_TRAILER_REAR,
     T_ROLL_MOMENT_CAR,
     T_ROLL_MOMENT_TRAILER,
+    T_BRAKE_CAR,
+    T_BRAKE_TRAILER,
 };
 /// Outputs.
 enum plant_output {
@@ -166,6 +173,62 @@ enum plant_output {
     O_TRAILER_VERTICAL_RR,
     O_CAR_ROLL_RATE,
     O_TRAILER_ROLL_RATE,
+    O_SPEED,
+    O_CAR_ACCELERATION_X,
+    O_TRAILER_ACCELERATION_X,
+    O_HITCH_MOMENT,
+    O_DRIVE_FORCE,
+    O_ROAD_WHEEL_ANGLE,
+    O_PATH_X,
+    O_PATH_Y,
+    O_HEADING,
+    O_TRAILER_SIDESLIP,
+    O_BANK,
+    O_SLIP_ANGLE_F,
+    O_SLIP_ANGLE_R,
+    O_SLIP_ANGLE_TF,
+    O_SLIP_ANGLE_TR,
+};
+
+/// Values of an axle.
+enum plant_axle {
+    A_RELAXATION,
+    A_PEAK_FRICTION_INVERSE,
+    A_DEGRESSION,
+    A_ROLL_STEER,
+    A_HALF_TRACK,
+    A_DAMPER,
+    A_DAMPER_LEFT,
+    A_DAMPER_RIGHT,
+    A_DAMPER_ASYMMETRY,
+    A_HEAVE_MASS,
+    A_HEAVE_OMEGA,
+    A_HEAVE_ZETA,
+};
+
+/// Values of the whole.
+enum plant_drive {
+    D_FREE_SPEED,
+    D_CONTROL_P,
+    D_CONTROL_I,
+    D_FEED_FORWARD,
+    D_CONTROL_LAG,
+    D_FORCE_MAX,
+    D_CAR_DRAG_AREA,
+    D_TRAILER_DRAG_AREA,
+    D_ROLLING_RESISTANCE,
+    D_SUSPENSION_LAG,
+    D_SHAPE,
+};
+
+/// A window of the generator: row of its history, axle, s, s, N per unit, s.
+enum plant_generator_value {
+    G_REFERENCE,
+    G_AXLE,
+    G_START,
+    G_STOP,
+    G_GAIN,
+    G_DELAY,
 };
 
 /// States; two in a row are car and trailer.
@@ -179,7 +242,34 @@ enum plant_state {
     X_TRANSFER_RATE = 10,
     X_ROLL = 12, ///< rad; without springs m/s2, what the roll that steers follows
     X_ROLL_RATE = 14,
+    X_HEAVE = 16, ///< m, over the four axles
+    X_HEAVE_RATE = 20,
+    X_LAG = 24,       ///< N, Nm: the car's side force and moment behind the suspension's lag
+    X_SPEED = 26,     ///< m/s
+    X_SPEED_INTEGRAL, ///< m
+    X_DRIVE,          ///< N
+    X_PLACE,          ///< m, two
+    X_HEADING = 31,   ///< rad
 };
+
+/// Axle loads that the motion makes (plant_generator.h).
+typedef struct {
+    const double *windows; ///< rows of PLANT_GENERATOR_WINDOW
+    int64_t count;
+    double *history; ///< six rows of `length` steps
+    int64_t length;
+    double mean_time_s, level_time_s;
+    double mean[5], level[5];
+    int64_t steps; ///< since the start
+} plant_generator_t;
+
+/// What a simulator needs beyond a fit.
+typedef struct {
+    double axles[4 * PLANT_AXLE];
+    double drive[PLANT_DRIVE];
+    double start_s;
+    plant_generator_t *generator; ///< or NULL
+} plant_whole_t;
 
 /// One simulation of samples `first` to `stop`; all arrays are indexed by the sample of the run.
 typedef struct {
@@ -191,13 +281,14 @@ typedef struct {
     const double *series[PLANT_SERIES]; ///< NULL: neutral
     const double *body;
     const double *scalars;
+    const plant_whole_t *whole;    ///< NULL: a fit's
     double state[PLANT_STATES];    ///< in: at `first`; out: at the last sample
     double *output;                ///< rows of `columns` outputs, or NULL
     int32_t columns;               ///< outputs in a row of `output`
     int32_t column[PLANT_OUTPUTS]; ///< which
     double *blocks;                ///< rows of sums over PLANT_BLOCK samples, or NULL
     double *states;                ///< rows of PLANT_STATES at the samples stepped on, or NULL
-    double sums[PLANT_OUTPUTS];    ///< of the block that is open; zero at the start
+    double sums[PLANT_SUMS];       ///< of the block that is open; zero at the start
     int64_t at;                    ///< where the simulation stands
     int64_t diverged;              ///< 1: outputs from `at` on are zero
 } plant_lane_t;

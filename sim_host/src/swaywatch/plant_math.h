@@ -130,14 +130,15 @@ INLINE V NAME(hyperbolic_tangent)(V x)
     return y;
 }
 
-/// Saturated force of a wheel: peak sin(SHAPE atan(linear / (SHAPE peak))), peak above zero.
+/// Saturated force of a wheel: peak sin(shape atan(linear / (shape peak))), peak above zero and
+/// shape at most 2.
 ///
 /// The arc tangent of a ratio up to one is a polynomial with Chebyshev nodes (error 3e-17), that of
 /// the inverse the rest of a quarter turn: one division.
-INLINE V NAME(saturation)(V linear, V peak)
+INLINE V NAME(saturation)(V linear, V peak, V shape)
 {
     const V size = NAME(absolute)(linear);
-    const V bound = SHAPE * peak;
+    const V bound = shape * peak;
     const M steep = size > bound;
     const V t = NAME(choose)(steep, bound, size) / NAME(choose)(steep, size, bound);
     const V q = t * t;
@@ -161,7 +162,7 @@ INLINE V NAME(saturation)(V linear, V peak)
     odd = odd * u + 0.1999999999999753;
     even = even * u - 0.3333333333333333;
     const V angle = t + t * q * (odd * q + even);
-    const V full = SHAPE * NAME(choose)(steep, 1.57079632679489661923 - angle, angle);
+    const V full = shape * NAME(choose)(steep, 1.57079632679489661923 - angle, angle);
     const V near = NAME(least)(full, 3.14159265358979323846 - full);
     const V sine = peak * NAME(sine)(near, near * near);
     return (V)((M)sine ^ ((M)linear & INT64_MIN));

@@ -5,6 +5,7 @@
 #define FEATURES NAME(features_t)
 #define SAMPLE NAME(sample_t)
 #define AXLE NAME(axle_t)
+#define DAMPERS NAME(dampers_t)
 #define RATES NAME(rates_t)
 #define LOADS NAME(loads_t)
 #define TYRES NAME(tyres_t)
@@ -17,6 +18,8 @@
 typedef struct {
     bool relaxed, saturated, aligning, rolls, sprung, flexible, playing, aero, sticking, banked;
     bool alone, blocks, full;
+    bool whole, heaves; // with what a simulator needs beyond a fit: plant_whole.h
+    int states;         // that move
 } FEATURES;
 
 typedef struct {
@@ -25,8 +28,10 @@ typedef struct {
 
 /// What follows from the constants of the lanes.
 typedef struct {
-    V per_load[4];                   // 1/N; 0: the axle is not there
-    V friction;                      // peak friction; 0: tyre linear
+    V per_load[4]; // 1/N; 0: the axle is not there
+    V axle[4][PLANT_AXLE], drive[PLANT_DRIVE];
+    V friction[4];                   // peak friction; 0: tyre linear
+    V free;                          // 1: the speed is a state under its controller, 0: prescribed
     V towed;                         // 1 with a trailer, 0 without
     V per_m, a12, a22, per_d22, a33; // of the mass matrix that does not move
     // of each body: height of the sprung mass and of the ball over the roll axis, m; sprung mass
@@ -36,186 +41,11 @@ typedef struct {
     V spring[4], damper[4], geometric[4]; // N of wheel load per rad, rad/s, N
 } CONSTANTS;
 
-typedef struct {
-    V force[2], load[2];
-    V moment; // aligning, of both wheels
-} AXLE;
-
-/// What an axle's wheels carry and what their tyres are like.
-typedef struct {
-    V stiffness, load, per_load;
-    V left, right; // extra load of one wheel
-    V shift;       // load that goes from left to right
-    V heave;       // load shared by both
-    V slip, degression, friction, trail;
-} TYRES;
-
-/// Pneumatic trail of the brush model as a share of that at no slip; `x` is the linear force over
-/// the peak (Pacejka, Tyre and Vehicle Dynamics, section 3.2: zero from full sliding, x = 3, on).
-INLINE V NAME(trail)(V x)
-{
-    const V share = NAME(least)(NAME(absolute)(x) * (1.0 / 3.0), NAME(all)(1.0));
-    const V left = 1.0 - share;
-    return left * left * left / (1.0 - share + share * share * (1.0 / 3.0));
-}
-
-/// Lateral force of an axle from its two wheels.
-INLINE V NAME(axle)(const TYRES *t, const FEATURES *has, AXLE *out)
-{
-    V total = {0};
-    out->moment = total;
-    for (int wheel = 0; wheel < 2; wheel++) {
-        V fz = 0.5 * (t->load + t->heave);
-        fz = wheel == 0 ? fz - t->shift + t->left : fz + t->shift + t->right;
-        fz = NAME(most)(fz, NAME(all)(0.0));
-        const V z = 2.0 * fz * t->per_load;
-        const V linear = 0.5 * t->stiffness * t->slip * z * (1.0 - t->degression * (z - 1.0));
-        V force = linear, share = {0};
-        if (has->saturated) {
-            const V peak = fz * t->friction;
-            const M held = (t->friction > 0.0) & (fz > 1.0);
-            force = NAME(choose)(held, NAME(saturation)(linear, peak), linear);
-            share = NAME(choose)(held, linear / peak, share);
-        }
-        if (has->aligning) {
-            out->moment -= t->trail * NAME(trail)(share) * force;
-        }
-        out->force[wheel] = force;
-        out->load[wheel] = fz;
-        total += force;
-    }
-    return total;
-}
-
-/// Force of an axle whose load has not shifted, for the load that it shifts itself.
-INLINE V NAME(even)(const TYRES *t, const FEATURES *has)
-{
-    const V fz = NAME(most)(t->load + t->heave, NAME(all)(0.0));
-    const V z = fz * t->per_load;
-    const V linear = t->stiffness * t->slip * z * (1.0 - t->degression * (z - 1.0));
-    if (!has->saturated) {
-        return linear;
-    }
-    const V peak = fz * t->friction;
-    return NAME(choose)((t->friction > 0.0) & (fz > 1.0), NAME(saturation)(linear, peak), linear);
-}
-
-/// Slip that acts: what lags behind by the relaxation length, the rest at once.
-INLINE V NAME(lagged)(V length, V slip, V state)
-{
-    const V part = NAME(least)(length * (1.0 / SHORTEST_LAG_M), NAME(all)(1.0));
-    return NAME(choose)(length > 0.0, slip + part * (state - slip), slip);
-}
-
-INLINE V NAME(lag_rate)(V length, V slip, V state, V speed)
-{
-    const V rate = (slip - state) * speed / NAME(most)(length, NAME(all)(SHORTEST_LAG_M));
-    return NAME(choose)(length > 0.0, rate, NAME(all)(0.0));
-}
-
-/// Where the wheels go, and the slip angles: of the motion, and as they act.
-typedef struct {
-    V sine, cosine;       // of the articulation
-    V hitch, speed, side; // hitch's lateral velocity in car axes; the trailer's own velocities
-    V per_speed;          // 1 / speed of the trailer
-    V roll[2];            // car, trailer
-    V angle[4], acting[4];
-} SLIPS;
-
-INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, const CONSTANTS *k,
-                        const FEATURES *has, SLIPS *to)
-{
-    const V *ser = now->series;
-    const V vx = now->speed;
-    const V vy = x[X_SIDE], r1 = x[X_YAW_1], r2 = x[X_YAW_2];
-    V s, c;
-    NAME(turn)(x[X_ARTICULATION], &s, &c);
-    V hvy = vy - p[P_CAR_HITCH_TO_COG] * r1;
-    V own = -p[P_TRAILER_HITCH_TO_COG] * r2;
-    if (has->sprung) {
-        hvy -= k->ball[0] * x[X_ROLL_RATE];
-        own += k->ball[1] * x[X_ROLL_RATE + 1];
-    }
-    const V vx2 = c * vx + s * hvy;
-    const V vy2 = c * hvy - s * vx + own;
-    const V per_vx = 1.0 / vx;
-    const V per_vx2 = 1.0 / vx2;
-    V angle[4];
-    angle[0] = now->steer - NAME(slip)((vy + p[P_CAR_FRONT_AXLE_TO_COG] * r1) * per_vx);
-    angle[1] = -NAME(slip)((vy - p[P_CAR_REAR_AXLE_TO_COG] * r1) * per_vx);
-    angle[2] = -NAME(slip)((vy2 + p[P_TRAILER_FRONT_AXLE_TO_COG] * r2) * per_vx2);
-    angle[3] = -NAME(slip)((vy2 - p[P_TRAILER_REAR_AXLE_TO_COG] * r2) * per_vx2);
-    for (int a = 0; a < 4; a++) {
-        angle[a] += ser[T_SLIP_CAR_FRONT + a];
-    }
-    V roll1 = {0}, roll2 = {0};
-    if (has->sprung) {
-        roll1 = x[X_ROLL], roll2 = x[X_ROLL + 1];
-    } else if (has->rolls) {
-        roll1 = e[E_ROLL_GAIN_CAR] * x[X_ROLL], roll2 = e[E_ROLL_GAIN_TRAILER] * x[X_ROLL + 1];
-    }
-    if (has->rolls) {
-        angle[0] += e[E_ROLL_STEER_CAR_FRONT] * roll1;
-        angle[1] += e[E_ROLL_STEER_CAR_REAR] * roll1;
-        angle[2] += e[E_ROLL_STEER_TRAILER] * roll2;
-        angle[3] += e[E_ROLL_STEER_TRAILER] * roll2;
-    }
-    for (int a = 0; a < 4; a++) {
-        to->angle[a] = angle[a];
-        to->acting[a] = has->relaxed ? NAME(lagged)(e[E_RELAXATION_CAR_FRONT + (a < 3 ? a : 2)],
-                                                    angle[a], x[X_SLIP + a])
-                                     : angle[a];
-    }
-    const V cf = p[P_CAR_FRONT_CORNERING_STIFFNESS] * (1.0 + ser[T_STIFFNESS_CAR_FRONT]);
-    if (has->flexible) {
-        to->acting[0] /=
-            1.0 + e[E_STEERING_FLEXIBILITY] * cf * (1.0 + ser[T_LOAD_CAR_FRONT] * k->per_load[0]);
-    }
-    if (has->playing) {
-        const V lost = NAME(hyperbolic_tangent)(cf * to->acting[0] * (1.0 / FREE_PLAY_N));
-        to->acting[0] = to->acting[0] - e[E_FREE_PLAY] * lost;
-    }
-    to->sine = s, to->cosine = c;
-    to->hitch = hvy, to->speed = vx2, to->side = vy2, to->per_speed = per_vx2;
-    to->roll[0] = roll1, to->roll[1] = roll2;
-}
-
-/// Forces and loads of all wheels; total of each axle in `total`.
-INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const CONSTANTS *k,
-                        const FEATURES *has, const SLIPS *slips, AXLE *w, V *total)
-{
-    // Fig. 6-3 of the dissertation: the extra load sits on the left while the yaw rate is negative
-    const M negative = x[X_YAW_1] < 0.0;
-    static const int stiffness[4] = {
-        P_CAR_FRONT_CORNERING_STIFFNESS, P_CAR_REAR_CORNERING_STIFFNESS,
-        P_TRAILER_FRONT_CORNERING_STIFFNESS, P_TRAILER_REAR_CORNERING_STIFFNESS};
-    TYRES t;
-    t.degression = e[E_DEGRESSION];
-    t.friction = k->friction * (1.0 + ser[T_FRICTION]);
-    for (int a = 0; a < 4; a++) {
-        const int body = a / 2;
-        t.left = (V)((M)ser[T_LOAD_CAR_FRONT + a] & negative);
-        t.right = (V)((M)ser[T_LOAD_CAR_FRONT + a] & ~negative);
-        t.stiffness = p[stiffness[a]] * (1.0 + ser[T_STIFFNESS_CAR_FRONT + a]);
-        t.load = p[P_CAR_FRONT_AXLE_LOAD + a];
-        t.per_load = k->per_load[a];
-        t.heave = ser[T_HEAVE_CAR_FRONT + a];
-        t.shift = ser[T_SHIFT_CAR_FRONT + a];
-        t.slip = slips->acting[a];
-        t.trail = e[E_TRAIL_CAR_FRONT + (a < 3 ? a : 2)];
-        if (has->sprung) {
-            t.shift += k->spring[a] * x[X_ROLL + body] + k->damper[a] * x[X_ROLL_RATE + body];
-            t.shift += k->geometric[a] * NAME(even)(&t, has);
-        } else {
-            t.shift += e[E_TRANSFER_CAR_FRONT + a] * x[X_TRANSFER + body];
-        }
-        total[a] = NAME(axle)(&t, has, &w[a]);
-    }
-}
+#include "plant_wheels.h"
 
 /// Rates of what lags behind: roll, load transfer, relaxation. `felt` is what the bodies feel.
-INLINE void NAME(lags)(const V *x, const V *e, const FEATURES *has, const SLIPS *slips, V speed,
-                       const V *felt, V *dx)
+INLINE void NAME(lags)(const V *x, const V *e, const CONSTANTS *k, const FEATURES *has,
+                       const SLIPS *slips, const V *felt, V *dx)
 {
     // without springs, roll and load transfer follow the acceleration that the body feels as lags
     // of second order; the roll that steers may be damped otherwise than the load transfer
@@ -225,7 +55,7 @@ INLINE void NAME(lags)(const V *x, const V *e, const FEATURES *has, const SLIPS 
         const int at = X_TRANSFER + body, rate = X_TRANSFER_RATE + body;
         dx[at] = x[rate];
         dx[rate] = wt * (wt * (felt[body] - x[at]) - 2.0 * zt * x[rate]);
-        if (has->rolls) {
+        if (has->rolls && !has->whole) {
             const M mask = (e[E_ROLL_STEER_CAR_FRONT] != 0.0) | (e[E_ROLL_STEER_CAR_REAR] != 0.0) |
                            (e[E_ROLL_STEER_TRAILER] != 0.0);
             const int roll = X_ROLL + body, turn = X_ROLL_RATE + body;
@@ -236,8 +66,8 @@ INLINE void NAME(lags)(const V *x, const V *e, const FEATURES *has, const SLIPS 
     }
     if (has->relaxed) {
         for (int a = 0; a < 4; a++) {
-            const V length = e[E_RELAXATION_CAR_FRONT + (a < 3 ? a : 2)];
-            dx[X_SLIP + a] = NAME(lag_rate)(length, slips->angle[a], x[X_SLIP + a], speed);
+            dx[X_SLIP + a] = NAME(lag_rate)(k->axle[a][A_RELAXATION], slips->angle[a],
+                                            x[X_SLIP + a], slips->ahead);
         }
     }
 }
@@ -245,26 +75,38 @@ INLINE void NAME(lags)(const V *x, const V *e, const FEATURES *has, const SLIPS 
 /// What acts on the bodies beside their inertia, in their own axes, and the accelerations of the
 /// hitch and the trailer that the motion has without any angular or lateral acceleration.
 typedef struct {
-    V tilt;            // of gravity on a banked road, m/s2
-    V side[2], yaw[2]; // tyres, wind, slope; moment about the body's centre of gravity
-    V roll[2];         // about the roll axis: springs, dampers, weight, wind
-    V hitch_x, turn;   // m/s2, of the ball in car axes
-    V trailer_y;       // m/s2, of the trailer in its own axes
+    V tilt;                 // of gravity on a banked road, m/s2
+    V side[2], yaw[2];      // tyres, wind, slope; moment about the body's centre of gravity
+    V roll[2];              // about the roll axis: springs, dampers, weight, wind
+    V along[2];             // N, lengthwise
+    V hitch;                // Nm about the ball, on the car
+    V hitch_x, turn;        // m/s2, of the ball in car axes
+    V trailer_x, trailer_y; // m/s2, of the trailer in its own axes
+    V push;                 // N, lengthwise on all, where the speed is free
 } LOADS;
 
+/// Accelerations: of the car's centre of gravity against its axes, of both yaws and both rolls.
+typedef struct {
+    V side, yaw[2], roll[2];
+    V ahead; // m/s2, change of the car's speed
+} RATES;
+
+#include "plant_whole.h"
+
 INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, const CONSTANTS *k,
-                        const FEATURES *has, const SLIPS *slips, AXLE *w, V *f, LOADS *to)
+                        const FEATURES *has, const SLIPS *slips, const DAMPERS *dampers, AXLE *w,
+                        V *f, V *dx, LOADS *to)
 {
     const V *ser = now->series;
-    const V vx = now->speed, r1 = x[X_YAW_1];
+    const V r1 = x[X_YAW_1], m2 = p[P_TRAILER_MASS];
     V sine, cosine;
-    NAME(turn)(now->steer, &sine, &cosine);
-    NAME(axles)(x, ser, p, e, k, has, slips, w, f);
+    NAME(turn)(has->whole ? slips->steer : now->steer, &sine, &cosine);
+    NAME(axles)(x, ser, p, e, k, has, slips, dampers, w, f);
     to->tilt = (V){0};
     if (has->banked) { // ISO 8855: positive with the left side high
-        V unused;
-        NAME(turn)(ser[T_BANK], &sine, &unused);
-        to->tilt = -GRAVITY * sine;
+        V high, unused;
+        NAME(turn)(ser[T_BANK], &high, &unused);
+        to->tilt = -GRAVITY * high;
     }
     V wind[2] = {ser[T_FORCE_CAR], ser[T_FORCE_TRAILER]};
     to->yaw[1] = ser[T_MOMENT_TRAILER];
@@ -275,52 +117,65 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
         to->yaw[1] -= q * e[E_AERO_YAW];
     }
     const V rate = x[X_YAW_2] - r1;
-    V mh = e[E_HITCH_DAMPING] * rate;
+    to->hitch = e[E_HITCH_DAMPING] * rate;
     if (has->sticking) {
-        mh += e[E_HITCH_FRICTION] * NAME(hyperbolic_tangent)(rate / e[E_HITCH_STICKING]);
+        to->hitch += e[E_HITCH_FRICTION] * NAME(hyperbolic_tangent)(rate / e[E_HITCH_STICKING]);
     }
     if (has->alone) {
-        mh *= k->towed;
+        to->hitch *= k->towed;
     }
     const V fc = f[0] * cosine;
-    to->side[0] = fc + f[1] + wind[0] + p[P_CAR_MASS] * to->tilt;
-    to->side[1] = f[2] + f[3] + wind[1] + p[P_TRAILER_MASS] * to->tilt;
+    to->side[0] = fc + f[1];
     to->yaw[0] = p[P_CAR_FRONT_AXLE_TO_COG] * fc - p[P_CAR_REAR_AXLE_TO_COG] * f[1];
-    to->yaw[0] += ser[T_MOMENT_CAR] + mh;
-    to->yaw[1] += p[P_TRAILER_FRONT_AXLE_TO_COG] * f[2] - p[P_TRAILER_REAR_AXLE_TO_COG] * f[3] - mh;
+    to->along[0] = (V){0}, to->along[1] = m2 * slips->sine * to->tilt;
+    if (has->whole) {
+        NAME(along)(x, ser, k, slips, w, sine, to);
+        NAME(lag_forces)(x, k, &to->side[0], &to->yaw[0], dx);
+    }
+    to->side[0] += wind[0] + p[P_CAR_MASS] * to->tilt;
+    to->side[1] = f[2] + f[3] + wind[1] + m2 * slips->cosine * to->tilt;
+    to->yaw[0] += ser[T_MOMENT_CAR] + to->hitch;
+    to->yaw[1] +=
+        p[P_TRAILER_FRONT_AXLE_TO_COG] * f[2] - p[P_TRAILER_REAR_AXLE_TO_COG] * f[3] - to->hitch;
     if (has->aligning) {
         to->yaw[0] += w[0].moment + w[1].moment;
         to->yaw[1] += w[2].moment + w[3].moment;
     }
-    to->hitch_x = now->acceleration - slips->hitch * r1;
-    to->turn = vx * r1;
-    to->trailer_y = slips->cosine * to->turn - slips->sine * to->hitch_x;
+    const V tilt[2] = {to->tilt, slips->cosine * to->tilt};
     for (int body = 0; body < 2 && has->sprung; body++) {
         to->roll[body] = ser[T_ROLL_MOMENT_CAR + body] - k->stiffness[body] * x[X_ROLL + body] -
-                         k->damping[body] * x[X_ROLL_RATE + body] - k->lever[body] * to->tilt -
+                         k->damping[body] * x[X_ROLL_RATE + body] - k->lever[body] * tilt[body] -
                          k->height[body] * wind[body];
+        if (has->heaves) {
+            to->roll[body] += dampers->moment[body];
+        }
     }
+    const V prescribed = has->whole ? (1.0 - k->free) * now->acceleration : now->acceleration;
+    to->hitch_x = prescribed - slips->hitch * r1;
+    to->turn = slips->ahead * r1;
+    to->trailer_y = slips->cosine * to->turn - slips->sine * to->hitch_x;
 }
 
-/// Accelerations: of the car's centre of gravity against its axes, of both yaws and both rolls.
-typedef struct {
-    V side, yaw[2], roll[2];
-} RATES;
-
 /// Bodies that do not roll: a symmetric system of three.
-INLINE void NAME(solve)(const V *x, const V *p, const CONSTANTS *k, const SLIPS *slips,
-                        const LOADS *by, RATES *to)
+INLINE void NAME(solve)(const V *x, const V *p, const CONSTANTS *k, const FEATURES *has,
+                        const SLIPS *slips, const LOADS *by, RATES *to)
 {
     const V s = slips->sine, c = slips->cosine, r2 = x[X_YAW_2];
     const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
     const V a13 = -m2 * c * lh2;
     const V a23 = lh * m2 * c * lh2;
-    const V inner = c * by->side[1] - m2 * by->turn - m2 * s * lh2 * r2 * r2;
+    const V inner = c * by->side[1] + s * by->along[1] - m2 * by->turn - m2 * s * lh2 * r2 * r2;
     const V b1 = by->side[0] - p[P_CAR_MASS] * by->turn + inner;
     const V b2 = by->yaw[0] - lh * inner;
-    const V b3 = by->yaw[1] - lh2 * by->side[1] + lh2 * m2 * by->trailer_y;
+    V b3 = by->yaw[1] - lh2 * by->side[1] + lh2 * m2 * by->trailer_y;
+    V a33 = k->a33;
+    if (has->whole) { // the speed's own equation, eliminated
+        const V cross = k->free * m2 * lh2 * s;
+        a33 -= cross * cross * k->per_m;
+        b3 -= cross * by->push * k->per_m;
+    }
     const V d23 = a23 - k->a12 * a13 * k->per_m;
-    const V d33 = k->a33 - a13 * a13 * k->per_m;
+    const V d33 = a33 - a13 * a13 * k->per_m;
     const V g2 = b2 - k->a12 * b1 * k->per_m;
     const V g3 = b3 - a13 * b1 * k->per_m;
     to->yaw[1] = (g3 - d23 * g2 * k->per_d22) / (d33 - d23 * d23 * k->per_d22);
@@ -334,13 +189,13 @@ INLINE void NAME(solve)(const V *x, const V *p, const CONSTANTS *k, const SLIPS 
 ///   m v_y^2 / 2 - m_s h v_y phi' + (I + m_s h^2) phi'^2 / 2 of each body, and
 ///   v_y2 = cos(theta) (v_y1 - l_h1 r_1 - e_1 phi_1') - sin(theta) v_x - l_h2 r_2 + e_2 phi_2'
 /// give a symmetric system of five, solved by L D L'.
-INLINE void NAME(solve_sprung)(const V *x, const V *p, const CONSTANTS *k, const SLIPS *slips,
-                               const LOADS *by, RATES *to)
+INLINE void NAME(solve_sprung)(const V *x, const V *p, const CONSTANTS *k, const FEATURES *has,
+                               const SLIPS *slips, const LOADS *by, RATES *to)
 {
     const V s = slips->sine, c = slips->cosine, r2 = x[X_YAW_2];
     const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
     const V e1 = k->ball[0], q = k->pull;
-    const V inner = c * by->side[1] - m2 * by->turn - m2 * s * lh2 * r2 * r2;
+    const V inner = c * by->side[1] + s * by->along[1] - m2 * by->turn - m2 * s * lh2 * r2 * r2;
     const V drag = by->side[1] - m2 * by->trailer_y;
     const V turned = c * m2 * lh2;
     V a[5][5], b[5];
@@ -364,6 +219,14 @@ INLINE void NAME(solve_sprung)(const V *x, const V *p, const CONSTANTS *k, const
     b[2] = by->yaw[1] - lh2 * drag;
     b[3] = by->roll[0] + k->lever[0] * by->turn - e1 * inner;
     b[4] = by->roll[1] + k->lever[1] * by->trailer_y + k->ball[1] * drag;
+    if (has->whole) { // the speed's own equation, eliminated
+        const V yaw = k->free * m2 * lh2 * s, roll = -k->free * s * q;
+        a[2][2] -= yaw * yaw * k->per_m;
+        a[4][2] -= yaw * roll * k->per_m;
+        a[4][4] -= roll * roll * k->per_m;
+        b[2] -= yaw * by->push * k->per_m;
+        b[4] -= roll * by->push * k->per_m;
+    }
     V per[5];
     for (int j = 0; j < 5; j++) {
         per[j] = 1.0 / a[j][j];
@@ -390,13 +253,11 @@ INLINE void NAME(outputs)(const V *x, const V *p, const V *e, const CONSTANTS *k
                           const RATES *rates, const AXLE *w, const V *f, const V *own, V *out)
 {
     const V s = slips->sine, c = slips->cosine;
-    const V m2 = p[P_TRAILER_MASS], lh2 = p[P_TRAILER_HITCH_TO_COG];
-    const V ahy = own[0] - p[P_CAR_HITCH_TO_COG] * rates->yaw[0] - k->ball[0] * rates->roll[0];
-    const V a2x = c * by->hitch_x + s * ahy + lh2 * x[X_YAW_2] * x[X_YAW_2];
-    const V px = -m2 * a2x;
+    const V m2 = p[P_TRAILER_MASS];
+    const V px = by->along[1] - m2 * by->trailer_x;
     const V py = by->side[1] - m2 * own[1] + k->lever[1] * rates->roll[1];
     const V sensed = by->tilt * (1.0 - e[E_BANK_UNSENSED]);
-    V felt[2] = {own[0] - sensed, own[1] - sensed};
+    V felt[2] = {own[0] - sensed, own[1] - c * sensed};
     for (int body = 0; body < 2 && has->sprung; body++) {
         V tilted, unused;
         NAME(turn)(x[X_ROLL + body], &tilted, &unused);
@@ -431,20 +292,38 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
     const V *ser = now->series;
     SLIPS slips;
     NAME(slips)(x, now, p, e, k, has, &slips);
+    DAMPERS dampers;
+    if (has->heaves) {
+        NAME(dampers)(x, e, k, has, &dampers);
+    }
     AXLE w[4];
     V f[4];
     LOADS by;
-    NAME(loads)(x, now, p, e, k, has, &slips, w, f, &by);
+    NAME(loads)(x, now, p, e, k, has, &slips, &dampers, w, f, dx, &by);
+    const V s = slips.sine, c = slips.cosine;
+    const V m2 = p[P_TRAILER_MASS], lh2 = p[P_TRAILER_HITCH_TO_COG];
+    const V swing = lh2 * x[X_YAW_2] * x[X_YAW_2];
+    if (has->whole) {
+        by.push = by.along[0] + c * by.along[1] - s * by.side[1] +
+                  p[P_CAR_MASS] * x[X_SIDE] * x[X_YAW_1] - m2 * (by.hitch_x + c * swing);
+    }
     RATES rates;
     if (has->sprung) {
-        NAME(solve_sprung)(x, p, k, &slips, &by, &rates);
+        NAME(solve_sprung)(x, p, k, has, &slips, &by, &rates);
     } else {
-        NAME(solve)(x, p, k, &slips, &by, &rates);
+        NAME(solve)(x, p, k, has, &slips, &by, &rates);
+    }
+    rates.ahead = now->acceleration;
+    if (has->whole) {
+        const V free =
+            (by.push - m2 * lh2 * s * rates.yaw[1] + s * k->pull * rates.roll[1]) * k->per_m;
+        rates.ahead += k->free * (free - now->acceleration);
+        by.hitch_x += k->free * free;
     }
     const V ay1 = rates.side + by.turn;
     const V ahy = ay1 - p[P_CAR_HITCH_TO_COG] * rates.yaw[0] - k->ball[0] * rates.roll[0];
-    const V a2y = slips.cosine * ahy - slips.sine * by.hitch_x -
-                  p[P_TRAILER_HITCH_TO_COG] * rates.yaw[1] + k->ball[1] * rates.roll[1];
+    const V a2y = c * ahy - s * by.hitch_x - lh2 * rates.yaw[1] + k->ball[1] * rates.roll[1];
+    by.trailer_x = c * by.hitch_x + s * ahy + swing;
     // an observer keeps the state near the measured one, so that what is missing shows where and
     // when it acts instead of being carried on (innovation form of the prediction-error method)
     dx[X_SIDE] = rates.side;
@@ -459,17 +338,21 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
         dx[X_ROLL + body] = x[X_ROLL_RATE + body];
         dx[X_ROLL_RATE + body] = rates.roll[body];
     }
-    const V felt[2] = {ay1 - by.tilt, a2y - by.tilt};
-    NAME(lags)(x, e, has, &slips, now->speed, felt, dx);
+    const V felt[2] = {ay1 - by.tilt, a2y - c * by.tilt};
+    NAME(lags)(x, e, k, has, &slips, felt, dx);
+    if (has->whole) {
+        NAME(travel)(x, now, p, k, &slips, &rates, dx);
+    }
+    if (has->heaves) {
+        NAME(heave)(x, e, k, has, &dampers, dx);
+    }
     if (store) {
         const V own[2] = {ay1, a2y};
         NAME(outputs)(x, p, e, k, has, &slips, &by, &rates, w, f, own, out);
+        if (has->whole) {
+            NAME(whole_outputs)(x, now, p, e, k, has, &slips, &by, &rates, out);
+        }
     }
-}
-
-INLINE V NAME(where)(V condition, V yes)
-{
-    return NAME(choose)(condition > 0.0, yes, (V){0});
 }
 
 /// Springs, dampers and inertias of the bodies; one without sprung mass does not roll.
@@ -509,20 +392,42 @@ INLINE void NAME(springs)(const V *p, const V *e, CONSTANTS *k)
     k->inertia[1] += e2 * (m2 * e2 - 2.0 * k->lever[1]);
 }
 
+/// Values of each axle: those of the whole simulation, or as the scalar slots say.
+INLINE void NAME(axle_values)(const plant_lane_t *lane, double *to)
+{
+    if (lane->whole != NULL) {
+        memcpy(to, lane->whole->axles, sizeof lane->whole->axles);
+        return;
+    }
+    const double *s = lane->scalars;
+    memset(to, 0, 4 * PLANT_AXLE * sizeof *to);
+    for (int a = 0; a < 4; a++, to += PLANT_AXLE) {
+        const int group = a < 3 ? a : 2;
+        to[A_RELAXATION] = s[E_RELAXATION_CAR_FRONT + group];
+        to[A_ROLL_STEER] = s[E_ROLL_STEER_CAR_FRONT + group];
+        to[A_PEAK_FRICTION_INVERSE] = s[E_PEAK_FRICTION_INVERSE];
+        to[A_DEGRESSION] = s[E_DEGRESSION];
+    }
+}
+
 /// What any lane uses of the scalar slots `s` and the series.
-INLINE void NAME(features)(const plant_lane_t *lane, FEATURES *has)
+INLINE void NAME(features)(const plant_lane_t *lane, const double *axles, FEATURES *has)
 {
     const double *s = lane->scalars;
     has->flexible |= s[E_STEERING_FLEXIBILITY] != 0.0;
     has->playing |= s[E_FREE_PLAY] > 0.0;
     has->sticking |= s[E_HITCH_FRICTION] != 0.0;
     has->aero |= s[E_AERO_SIDE] != 0.0 || s[E_AERO_YAW] != 0.0;
-    has->saturated |= s[E_PEAK_FRICTION_INVERSE] > 0.0;
-    for (int a = 0; a < 3; a++) {
-        has->relaxed |= s[E_RELAXATION_CAR_FRONT + a] > 0.0;
-        has->rolls |= s[E_ROLL_STEER_CAR_FRONT + a] != 0.0;
-        has->aligning |= s[E_TRAIL_CAR_FRONT + a] != 0.0;
+    for (int a = 0; a < 4; a++) {
+        const double *of = axles + PLANT_AXLE * a;
+        has->saturated |= of[A_PEAK_FRICTION_INVERSE] > 0.0;
+        has->relaxed |= of[A_RELAXATION] > 0.0;
+        has->rolls |= of[A_ROLL_STEER] != 0.0;
+        has->heaves |= of[A_HEAVE_MASS] > 0.0;
+        has->aligning |= s[E_TRAIL_CAR_FRONT + (a < 3 ? a : 2)] != 0.0;
     }
+    has->whole |= lane->whole != NULL;
+    has->states = has->whole ? PLANT_STATES : PLANT_STATES_OF_A_FIT;
     has->sprung |= s[E_SPRUNG_MASS_CAR] > 0.0 || s[E_SPRUNG_MASS_TRAILER] > 0.0;
     has->alone |= !(lane->body[P_TRAILER_MASS] > 0.0);
     has->banked |= lane->series[T_BANK] != NULL;
@@ -540,17 +445,28 @@ INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, CONSTANTS *k,
         for (int j = 0; j < PLANT_SCALARS; j++) {
             e[j][l] = lane[l]->scalars[j];
         }
-        NAME(features)(lane[l], has);
+        double axles[4 * PLANT_AXLE];
+        NAME(axle_values)(lane[l], axles);
+        for (int j = 0; j < 4 * PLANT_AXLE; j++) {
+            k->axle[j / PLANT_AXLE][j % PLANT_AXLE][l] = axles[j];
+        }
+        k->drive[D_SHAPE][l] = SHAPE;
+        for (int j = 0; j < PLANT_DRIVE && lane[l]->whole != NULL; j++) {
+            k->drive[j][l] = lane[l]->whole->drive[j];
+        }
+        NAME(features)(lane[l], axles, has);
     }
+    k->free = k->drive[D_FREE_SPEED];
     for (int a = 0; a < 4; a++) {
         const V load = p[P_CAR_FRONT_AXLE_LOAD + a];
         const V mass = p[a < 2 ? P_CAR_MASS : P_TRAILER_MASS];
+        const V inverse = k->axle[a][A_PEAK_FRICTION_INVERSE];
+        k->friction[a] = NAME(where)(inverse, 1.0 / inverse);
         k->per_load[a] = NAME(where)(mass, NAME(where)(load, 1.0 / load));
     }
     const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
     const V none = {0}, one = none + 1.0;
     k->towed = NAME(choose)(m2 > 0.0, one, none);
-    k->friction = NAME(where)(e[E_PEAK_FRICTION_INVERSE], 1.0 / e[E_PEAK_FRICTION_INVERSE]);
     k->per_m = 1.0 / (p[P_CAR_MASS] + m2);
     k->a12 = -m2 * lh;
     k->a22 = p[P_CAR_YAW_INERTIA] + m2 * lh * lh;
@@ -614,11 +530,11 @@ INLINE void NAME(load)(const INPUTS *in, int64_t sample, SAMPLE *to)
 INLINE void NAME(put)(plant_lane_t *const *lane, int32_t count, const FEATURES *has, M alive,
                       int64_t sample, V *out, V *sums)
 {
-    for (int j = 0; j < PLANT_OUTPUTS; j++) {
+    for (int j = 0; j < (has->whole ? PLANT_OUTPUTS : PLANT_SUMS); j++) {
         out[j] = (V)((M)out[j] & alive);
     }
     if (has->blocks) {
-        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+        for (int j = 0; j < PLANT_SUMS; j++) {
             sums[j] += out[j];
         }
     }
@@ -638,13 +554,13 @@ INLINE void NAME(put)(plant_lane_t *const *lane, int32_t count, const FEATURES *
         for (int32_t l = 0; l < count; l++) {
             double *to = lane[l]->blocks;
             if (to != NULL) {
-                to += (lane[l]->at + sample) / PLANT_BLOCK * PLANT_OUTPUTS;
-                for (int j = 0; j < PLANT_OUTPUTS; j++) {
+                to += (lane[l]->at + sample) / PLANT_BLOCK * PLANT_SUMS;
+                for (int j = 0; j < PLANT_SUMS; j++) {
                     to[j] = sums[j][l];
                 }
             }
         }
-        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+        for (int j = 0; j < PLANT_SUMS; j++) {
             sums[j] = (V){0};
         }
     }
@@ -679,7 +595,7 @@ typedef struct {
     int32_t count;
     V p[PLANT_BODY], e[PLANT_SCALARS];
     CONSTANTS k;
-    V x[PLANT_STATES], dx[PLANT_STATES], out[PLANT_OUTPUTS], sums[PLANT_OUTPUTS];
+    V x[PLANT_STATES], dx[PLANT_STATES], out[PLANT_OUTPUTS], sums[PLANT_SUMS];
     M alive;
     FEATURES has;
     INPUTS in;
@@ -695,7 +611,7 @@ INLINE void NAME(begin)(plant_lane_t *const *given, int32_t count, STATE *now)
         for (int j = 0; j < PLANT_STATES; j++) {
             now->x[j][l] = now->lane[l]->state[j];
         }
-        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+        for (int j = 0; j < PLANT_SUMS; j++) {
             now->sums[j][l] = now->lane[l]->sums[j];
         }
         now->alive[l] = now->lane[l]->diverged ? 0 : -1;
@@ -712,7 +628,7 @@ INLINE void NAME(end)(STATE *now, int64_t samples)
         for (int j = 0; j < PLANT_STATES; j++) {
             lane->state[j] = now->x[j][l];
         }
-        for (int j = 0; j < PLANT_OUTPUTS; j++) {
+        for (int j = 0; j < PLANT_SUMS; j++) {
             lane->sums[j] = now->sums[j][l];
         }
         lane->diverged = now->alive[l] ? 0 : 1;
@@ -720,13 +636,55 @@ INLINE void NAME(end)(STATE *now, int64_t samples)
     }
 }
 
+/// Loads that the motion makes, from its past into the step from sample `i`.
+INLINE void NAME(generate)(STATE *now, double step, int64_t i)
+{
+    for (int32_t l = 0; l < now->count; l++) {
+        const plant_lane_t *lane = now->lane[l];
+        if (lane->whole == NULL || lane->whole->generator == NULL) {
+            continue;
+        }
+        double load[4];
+        const double time = lane->whole->start_s + (double)(lane->at + i) * step;
+        generator_loads(lane->whole->generator, time, step, load);
+        for (int j = 0; j < 12; j++) {
+            now->samples[j / 4].series[T_LOAD_CAR_FRONT + j % 4][l] = load[j % 4];
+        }
+    }
+}
+
+/// Keep what the loads to come are made from.
+INLINE void NAME(remember)(STATE *now, double step)
+{
+    static const int force[4] = {O_LATERAL_FL, O_LATERAL_RL, O_TRAILER_LATERAL_FL,
+                                 O_TRAILER_LATERAL_RL};
+    static const int load[4] = {O_VERTICAL_FL, O_VERTICAL_RL, O_TRAILER_VERTICAL_FL,
+                                O_TRAILER_VERTICAL_RL};
+    for (int32_t l = 0; l < now->count; l++) {
+        const plant_lane_t *lane = now->lane[l];
+        if (lane->whole == NULL || lane->whole->generator == NULL) {
+            continue;
+        }
+        double friction[4];
+        for (int a = 0; a < 4; a++) {
+            const V carried = now->out[load[a]] + now->out[load[a] + 1];
+            const V side = now->out[force[a]] + now->out[force[a] + 1];
+            friction[a] = side[l] / (carried[l] > 1.0 ? carried[l] : 1.0);
+        }
+        generator_remember(lane->whole->generator, step, now->x[X_YAW_1][l], friction);
+    }
+}
+
 /// The four stages of a step from sample `i`, and the new states. Without a stride only the first.
 INLINE void NAME(step)(STATE *now, double step, int32_t stride, int64_t i)
 {
     V tmp[PLANT_STATES], total[PLANT_STATES];
-    for (int j = 0; j < PLANT_STATES; j++) {
+    for (int j = 0; j < now->has.states; j++) {
         tmp[j] = now->x[j];
         total[j] = (V){0};
+    }
+    if (now->has.whole) {
+        NAME(generate)(now, step, i);
     }
     // one place of call, so that the compiler takes the derivative into the loop once
     for (int stage = 0; stage < 4; stage++) {
@@ -741,20 +699,23 @@ INLINE void NAME(step)(STATE *now, double step, int32_t stride, int64_t i)
         if (stride == 0) {
             return;
         }
+        if (stage == 0 && now->has.whole) {
+            NAME(remember)(now, step);
+        }
         const double weight = stage == 0 || stage == 3 ? 1.0 : 2.0;
         const double ahead = stage == 2 ? step : 0.5 * step;
-        for (int j = 0; j < PLANT_STATES; j++) {
+        for (int j = 0; j < now->has.states; j++) {
             total[j] += weight * now->dx[j];
             tmp[j] = now->x[j] + ahead * now->dx[j];
         }
     }
     M bad = {0};
-    for (int j = 0; j < PLANT_STATES; j++) {
+    for (int j = 0; j < now->has.states; j++) {
         now->x[j] += step / 6.0 * total[j];
         bad |= ~(NAME(absolute)(now->x[j]) < LIMIT);
     }
     now->alive &= ~bad;
-    for (int j = 0; j < PLANT_STATES; j++) {
+    for (int j = 0; j < now->has.states; j++) {
         now->x[j] = (V)((M)now->x[j] & now->alive);
     }
 }
@@ -789,6 +750,7 @@ static void NAME(advance)(plant_lane_t *const *given, int32_t count, double peri
 #undef FEATURES
 #undef SAMPLE
 #undef AXLE
+#undef DAMPERS
 #undef RATES
 #undef LOADS
 #undef TYRES

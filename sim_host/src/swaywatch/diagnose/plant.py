@@ -98,6 +98,7 @@ SERIES = (
     "measured_car", "measured_trailer",  # rad/s, yaw rates for the observer
     "slip_car_front", "slip_car_rear", "slip_trailer_front", "slip_trailer_rear",  # rad
     "roll_moment_car", "roll_moment_trailer",  # Nm about the roll axis
+    "brake_car", "brake_trailer",  # N, where the whole is simulated
 )  # fmt: skip
 
 #: Columns of the result.
@@ -111,6 +112,27 @@ OUTPUT = (
     "trailer_lateral_fl", "trailer_lateral_fr", "trailer_lateral_rl", "trailer_lateral_rr",
     "trailer_vertical_fl", "trailer_vertical_fr", "trailer_vertical_rl", "trailer_vertical_rr",
     "car_roll_rate", "trailer_roll_rate",
+)  # fmt: skip
+#: Columns beyond `OUTPUT` of a simulation of the whole (`Whole`).
+BEYOND = (
+    "speed", "car_acceleration_x", "trailer_acceleration_x", "hitch_moment", "drive_force",
+    "road_wheel_angle", "path_x", "path_y", "heading", "trailer_sideslip", "bank",
+    "slip_angle_f", "slip_angle_r", "slip_angle_tf", "slip_angle_tr",
+)  # fmt: skip
+#: Values of each axle of the whole, in the order car front, car rear, trailer front, rear.
+AXLE = (
+    "relaxation", "peak_friction_inverse", "degression", "roll_steer", "half_track",
+    "damper",  # Ns/m of one damper at the wheel
+    "damper_left", "damper_right",  # what is left of them, 1
+    "damper_asymmetry",  # (rebound - compression) / (rebound + compression)
+    "heave_mass", "heave_omega", "heave_zeta",  # kg (0: no heave), rad/s, 1
+)  # fmt: skip
+#: Values of the whole beside its axles: drive, drag, what no fit needs.
+DRIVE = (
+    "free_speed",  # 1: the speed is a state under the controller, 0: prescribed
+    "control_p", "control_i", "feed_forward", "control_lag",  # N s/m, N/m, 1, s
+    "force_max", "car_drag_area", "trailer_drag_area", "rolling_resistance",  # N, m2, m2, 1
+    "suspension_lag", "shape",  # s; Pacejka's C
 )  # fmt: skip
 ALL = tuple(range(len(OUTPUT)))
 STATES = int(lib.PLANT_STATES)

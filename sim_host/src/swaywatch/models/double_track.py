@@ -1,9 +1,10 @@
-"""Nonlinear double-track model of a car with a trailer (tandem or single axle) or without.
+"""The plant as a simulator drives it: a car with a trailer (tandem or single axle) or without.
 
-Exact kinematics for any articulation, four wheels on each body, load transfer through a rolling
-body, prescribed speed or longitudinal dynamics under a speed controller, and the switchable
-physics of :mod:`swaywatch.models.physics`. With none of them the tyres are linear and proportional
-to load, and the model's linear limit is the single track.
+A front end of the compiled plant (`diagnose.plant`, plant_step.h): it puts vehicle and switchable
+physics (:mod:`swaywatch.models.physics`) into the plant's slots, prescribes the speed or leaves it
+to a speed controller, and names what comes out. With no physics the tyres are linear and
+proportional to load, roll does not act back on the motion, and the linear limit is the single
+track; with ``sprung`` the bodies roll on springs.
 
     trace = DoubleTrack(vehicle, physics=[Effect("hitch_friction", moment_nm=130.0)]).run(
         time_s, steering_wheel_angle_rad, speed_m_s
@@ -20,31 +21,20 @@ from typing import Any
 
 import numpy as np
 
+from swaywatch._plant import lib
+from swaywatch.diagnose.plant import AXLE, STATES
 from swaywatch.models.layout import (
     A_NAMES,
     BODIES,
-    O_FY,
-    O_FZ,
-    O_SLIP,
-    OUTPUT,
     P_NAMES,
-    S_DRIVE,
-    S_PSI,
-    S_R1,
-    S_R2,
-    S_ROLL1,
-    S_ROLL2,
-    S_SLIP,
-    S_THETA,
-    S_VX,
-    S_VY,
-    S_X,
-    S_Y,
-    STATES,
+    W_BANK,
     W_BRAKE,
     W_COLUMNS,
+    W_FRICTION,
     W_GENERATOR,
+    W_GUST,
     W_HARMONIC,
+    W_STIFFNESS,
     W_UNIT,
     WHEELS,
     A,
@@ -53,10 +43,32 @@ from swaywatch.models.layout import (
 )
 from swaywatch.models.physics import Effect
 from swaywatch.models.physics._base import Arrays
+from swaywatch.models.physics.steering_free_play import follow
+from swaywatch.models.stepping import COLUMNS, Generator, Setup, Stepping
 from swaywatch.models.vehicle_view import GRAVITY, Body, car_of, trailer_of
 from swaywatch.vehicle import Vehicle
 
-_GENERATORS = (W_GENERATOR, W_UNIT, W_HARMONIC)
+_REFERENCE = {W_GENERATOR: 0, W_UNIT: 1}
+_COLUMN = {name: index for index, name in enumerate(COLUMNS)}
+_CHANNELS = {
+    "speed": "speed", "car_lateral_velocity": "lateral_velocity", "car_yaw_rate": "car_yaw_rate",
+    "trailer_yaw_rate": "trailer_yaw_rate", "articulation": "articulation",
+    "car_roll": "car_roll", "car_roll_rate": "car_roll_rate",
+    "trailer_roll": "trailer_roll", "trailer_roll_rate": "trailer_roll_rate",
+    "car_acceleration_x": "car_acceleration_x", "car_acceleration_y": "car_acceleration",
+    "car_yaw_acceleration": "car_yaw_acceleration",
+    "trailer_acceleration_x": "trailer_acceleration_x",
+    "trailer_acceleration_y": "trailer_acceleration",
+    "trailer_yaw_acceleration": "trailer_yaw_acceleration",
+    "hitch_longitudinal_force": "hitch_x", "hitch_lateral_force": "hitch_y",
+    "hitch_moment": "hitch_moment", "drive_force": "drive_force",
+    "road_wheel_angle": "road_wheel_angle", "x": "path_x", "y": "path_y", "yaw": "heading",
+    "trailer_sideslip": "trailer_sideslip", "bank": "bank",
+}  # fmt: skip
+"""Channel of a trace -> column of the plant."""
+AIR_DENSITY = 1.2
+SHORT_RELAXATION_M = 0.02  # below it none acts
+_SLIP_ANGLES = ("slip_angle_f", "slip_angle_r", "slip_angle_tf", "slip_angle_tr")
 
 
 @dataclass(frozen=True)
@@ -111,8 +123,7 @@ class Trace(Mapping[str, Array]):
     """A simulated drive: channel name -> (n,) array, SI units, on ``time_s``.
 
     Holds the channels of :mod:`swaywatch.roles` (wheel forces of the car as ``wheel_*``, of the
-    trailer as ``trailer_wheel_*``) and the inner quantities named in
-    :data:`swaywatch.models.layout.O_NAMES`.
+    trailer as ``trailer_wheel_*``) and inner quantities such as ``road_wheel_angle``.
     """
 
     time_s: Array
@@ -162,26 +173,66 @@ class Trace(Mapping[str, Array]):
 
 
 class _Work:
-    """Arrays of one simulation under way."""
+    """One simulation under way: time windows, free play and the plant itself."""
 
-    def __init__(self, model: DoubleTrack, p: Array, state: Array, step_s: float) -> None:
-        self.p, self.axles, self.windows = p, model._axles, model._windows
-        self.state = state
-        delays = self.windows[np.isin(self.windows[:, 0], _GENERATORS), 5]
-        length = int(float(delays.max()) / step_s) + 3 if delays.size else 1
-        self.history = np.zeros((6, length))
-        self.means = np.zeros((2, 5))
-        self.memory = np.zeros(2)
+    def __init__(self, model: DoubleTrack, setup: Setup, step_s: float, steering: float) -> None:
+        self.windows = model._windows
+        self._p, self._step = model._p, step_s
+        self._stepping = Stepping(setup, step_s)
+        self._angle = steering
 
-    def run(
-        self, start: float, spacing: float, sub: int, steering: Array, speed: Array, rate: Array
-    ) -> Array:
-        from swaywatch.models.double_track_kernel import simulate
+    def run(self, time: Array, steering: Array, speed: Array, rate: Array) -> Array:
+        """Rows of outputs at fine times, `step_s` apart; the first is where it stands."""
+        steer = self._behind_the_play(steering) / self._p[P["steering_ratio"]]
+        return self._stepping.advance(speed, rate, steer, series_of(self.windows, time))
 
-        return simulate(
-            start, spacing, sub, steering, speed, rate, self.p, self.axles, self.windows,
-            self.state, self.history, self.means, self.memory,
-        )  # fmt: skip
+    def _behind_the_play(self, steering: Array) -> Array:
+        gap, law = float(self._p[P["steering_gap"]]), float(self._p[P["steering_gap_law"]])
+        if gap == 0.0 or law == 2.0:
+            return steering
+        out = np.empty(steering.size)
+        for k, angle in enumerate(steering.tolist()):
+            self._angle = follow(self._angle, angle, gap, law)
+            out[k] = self._angle
+        return out
+
+
+def series_of(windows: Array, time: Array) -> dict[str, Array]:
+    """Time-function slots of the plant from windows (`models.layout`) at some times."""
+    found: dict[str, Array] = {}
+
+    def add(name: str, value: Array) -> None:
+        found[name] = found.get(name, np.zeros(time.size)) + value
+
+    def scale(name: str, factor: Array) -> None:
+        found[name] = (1.0 + found.get(name, np.zeros(time.size))) * factor - 1.0
+
+    for kind, number, start, stop, a, b, rise in windows:
+        target = int(number)
+        inside = (time >= start) & (time < stop)
+        if kind == W_STIFFNESS:
+            axle = ("car_front", "car_rear", "trailer_front", "trailer_rear")[target]
+            scale(f"stiffness_{axle}", np.where(inside, a, 1.0))
+        elif kind == W_FRICTION:
+            scale("friction", np.where(inside, a, 1.0))
+        elif kind == W_GUST:
+            share = ramp(time, start, stop, rise)
+            add(f"force_{BODIES[target]}", a * share)
+            add(f"moment_{BODIES[target]}", b * share)
+        elif kind == W_BANK:
+            add("bank", a * ramp(time, start, stop, rise))
+        elif kind == W_BRAKE:
+            add(f"brake_{BODIES[target]}", a * ramp(time, start, stop, rise))
+    return found
+
+
+def ramp(time: Array, start: float, stop: float, rise: float) -> Array:
+    """0 outside a window, 1 inside, cosine flanks of length ``rise`` inside it."""
+    inside = (time >= start) & (time < stop)
+    if rise <= 0.0:
+        return inside.astype(float)
+    edge = np.clip(np.minimum(time - start, stop - time) / rise, 0.0, 1.0)
+    return np.where(inside, 0.5 - 0.5 * np.cos(np.pi * edge), 0.0)
 
 
 class Stepper:
@@ -190,21 +241,18 @@ class Stepper:
     Attributes
     ----------
     time_s : time of the last sample
-    sample : (OUTPUTS,) array of that sample; :meth:`value` reads it by name
+    sample : (len(COLUMNS),) array of that sample; :meth:`value` reads it by name
     """
 
     def __init__(
         self, work: _Work, spacing_s: float, sub: int, steering: float, speed: float
     ) -> None:
-        self._work, self._spacing, self._sub = work, spacing_s, sub
+        self._work, self._spacing = work, spacing_s
+        self._part = np.arange(sub + 1) / sub
         self._count = 0
-        self._steering = np.full(2, steering)
-        self._speed = np.full(2, speed)
-        self._rate = np.zeros(2)
-        work.memory[1] = steering
-        one = slice(0, 1)
+        self._steering, self._speed, self._rate = steering, speed, 0.0
         self.sample: Array = work.run(
-            0.0, spacing_s, sub, self._steering[one], self._speed[one], self._rate[one]
+            np.zeros(1), np.array([steering]), np.array([speed]), np.zeros(1)
         )[0]
 
     @property
@@ -214,23 +262,29 @@ class Stepper:
 
     def advance(self, steering_wheel_angle_rad: float, speed_m_s: float) -> Array:
         """Go on to the next sample, to which both inputs run linearly; returns its outputs."""
-        self._steering[0], self._steering[1] = self._steering[1], steering_wheel_angle_rad
-        self._speed[0], self._speed[1] = self._speed[1], speed_m_s
-        self._rate[0] = self._rate[1]
-        self._rate[1] = (self._speed[1] - self._speed[0]) / self._spacing
+        rate = (speed_m_s - self._speed) / self._spacing
+
+        def between(old: float, new: float) -> Array:
+            return old + (new - old) * self._part
+
         self.sample = self._work.run(
-            self.time_s, self._spacing, self._sub, self._steering, self._speed, self._rate
-        )[1]
+            self.time_s + self._spacing * self._part,
+            between(self._steering, steering_wheel_angle_rad),
+            between(self._speed, speed_m_s),
+            between(self._rate, rate),
+        )[-1]
+        self._steering, self._speed, self._rate = steering_wheel_angle_rad, speed_m_s, rate
         self._count += 1
         return self.sample
 
     def value(self, name: str) -> float:
-        """An output of the last sample by name (:data:`swaywatch.models.layout.OUTPUT`)."""
-        return float(self.sample[OUTPUT[name]])
+        """A quantity of the last sample by the name of its channel."""
+        return float(self.sample[_COLUMN[_CHANNELS[name]]])
 
     def axle_force(self, axle: int) -> float:
         """Side force in N of an axle (0..3) in the last sample."""
-        return float(self.sample[O_FY + 2 * axle] + self.sample[O_FY + 2 * axle + 1])
+        left = _COLUMN[_wheel(axle, "lateral")]
+        return float(self.sample[left] + self.sample[left + 1])
 
     def brake(self, body: str, force_n: float) -> None:
         """Brake a body with a force from now on; 0 releases it."""
@@ -243,6 +297,11 @@ class Stepper:
         self._work.windows = np.array([*kept, row], dtype=float).reshape(-1, W_COLUMNS)
 
 
+def _wheel(axle: int, quantity: str) -> str:
+    """Column of the left wheel of an axle."""
+    return f"{'' if axle < 2 else 'trailer_'}{quantity}_{'fl' if axle % 2 == 0 else 'rl'}"
+
+
 class DoubleTrack:
     """The model with its vehicle and its physics; cheap to make, made once per parameter set.
 
@@ -251,6 +310,8 @@ class DoubleTrack:
     vehicle : car with trailer or without
     physics : effects that are switched on; several act together
     car_roll, trailer_roll : roll and load transfer
+    sprung : values of the sprung plant (`models.sprung.defaults`); without them roll and load
+        transfer follow the lateral acceleration as lags and do not act back on the motion
     car_acceleration_position_m, trailer_acceleration_position_m :
         where the roles ``*_lateral_acceleration`` are taken, ahead of the COG. The car's default
         is its rear axle.
@@ -263,11 +324,13 @@ class DoubleTrack:
         *,
         car_roll: BodyRoll = CAR_ROLL,
         trailer_roll: BodyRoll = TRAILER_ROLL,
+        sprung: Mapping[str, float] | None = None,
         car_acceleration_position_m: float | None = None,
         trailer_acceleration_position_m: float = 0.0,
     ) -> None:
         self.vehicle = vehicle
         self.physics = tuple(physics)
+        self.sprung = dict(sprung) if sprung else None
         self.car_position_m = (
             -vehicle.car.rear_axle_to_cog
             if car_acceleration_position_m is None
@@ -318,14 +381,16 @@ class DoubleTrack:
         if float(speed.min()) < 0.5:
             raise ValueError(f"speed falls to {speed.min():.2f} m/s; the model needs 0.5 m/s")
         rate = np.gradient(speed, spacing) if speed.size > 1 else np.zeros(1)
-        p = self._p
-        if speed_control is not None:
-            p = _controlled(p, speed_control)
         sub = self._substeps(spacing, step_s, float(speed.max()))
-        work = _Work(self, p, self._initial(float(speed[0]), p, initial), spacing / sub)
-        work.memory[1] = steering[0]
-        raw = work.run(float(time_s[0]), spacing, sub, steering, speed, rate)
-        return self.trace(time_s, steering, raw)
+        setup = self._setup(float(speed[0]), initial, speed_control)
+        work = _Work(self, setup, spacing / sub, float(steering[0]))
+        fine = np.arange((time_s.size - 1) * sub + 1) / sub
+        whole = np.arange(time_s.size)
+        raw = work.run(
+            time_s[0] + fine * spacing,
+            *(np.interp(fine, whole, values) for values in (steering, speed, rate)),
+        )
+        return self.trace(time_s, steering, raw[::sub])
 
     def stepper(
         self,
@@ -338,9 +403,9 @@ class DoubleTrack:
         speed_control: SpeedControl | None = None,
     ) -> Stepper:
         """Simulate sample by sample, for what closes a loop: a driver, a brake, an ECU."""
-        p = self._p if speed_control is None else _controlled(self._p, speed_control)
         sub = self._substeps(spacing_s, step_s, speed_m_s)
-        work = _Work(self, p, self._initial(speed_m_s, p, initial), spacing_s / sub)
+        setup = self._setup(speed_m_s, initial, speed_control)
+        work = _Work(self, setup, spacing_s / sub, steering_wheel_angle_rad)
         return Stepper(work, spacing_s, sub, steering_wheel_angle_rad, speed_m_s)
 
     def _substeps(self, spacing: float, step_s: float, speed: float) -> int:
@@ -348,66 +413,110 @@ class DoubleTrack:
 
     def _step(self, step_s: float, speed: float) -> float:
         lengths = self._axles[:, A["relaxation"]]
-        shortest = min((float(x) for x in lengths if x > 0.02), default=math.inf)
+        shortest = min((max(float(x), 0.15) for x in lengths if x > 0.0), default=math.inf)
         lag = self._p[P["suspension_lag"]] or math.inf
         return min(step_s, 1.5 * shortest / speed, 1.5 * lag)
 
-    def _initial(self, speed: float, p: Array, initial: Mapping[str, float] | None) -> Array:
+    def _setup(
+        self, speed: float, initial: Mapping[str, float] | None, control: SpeedControl | None
+    ) -> Setup:
+        """The plant's numbers for this vehicle with its physics."""
+        p, axles = self._p, self._axles
+        setup = Setup(_body_constants(p, axles))
+        for name, value in _scalars(p, axles).items():
+            setup.scalar(name, value)
+        for name, value in (self.sprung or {}).items():
+            setup.scalar(name, value)
+        for k in range(4):
+            for name in AXLE:
+                setup.axles[k, AXLE.index(name)] = _axle_value(p, axles[k], name)
+        setup.driven("suspension_lag", float(p[P["suspension_lag"]]))
+        setup.driven("shape", float(p[P["saturation_shape"]]))
+        if control is not None:
+            for name, value in _control(control).items():
+                setup.driven(name, value)
+        setup.generator = self._generator()
+        setup.state = self._initial(speed, initial, control)
+        return setup
+
+    def _generator(self) -> Generator | None:
+        rows = [
+            [_REFERENCE.get(int(w[0]), 2.0 + w[1]), w[1], w[2], w[3], w[4], w[5]]
+            for w in self._windows
+            if w[0] in (W_GENERATOR, W_UNIT, W_HARMONIC)
+        ]
+        if not rows:
+            return None
+        windows = np.array(rows, dtype=float)
+        return Generator(
+            windows, float(windows[:, 5].max()),
+            float(self._p[P["harmonic_mean_time"]]), float(self._p[P["harmonic_level_time"]]),
+        )  # fmt: skip
+
+    def _initial(
+        self, speed: float, initial: Mapping[str, float] | None, control: SpeedControl | None
+    ) -> Array:
         state = np.zeros(STATES)
-        state[S_VX] = speed
-        if p[P["free_speed"]] > 0.0:
-            weight = p[P["m1"]] + p[P["m2"]]
-            state[S_DRIVE] = (
-                0.5 * p[P["air_density"]] * speed**2
-                * (p[P["car_drag_area"]] + p[P["trailer_drag_area"]])
-                + p[P["rolling_resistance"]] * weight * GRAVITY
-            )  # fmt: skip
+        state[lib.X_SPEED] = speed
+        if control is not None:
+            weight = (self._p[P["m1"]] + self._p[P["m2"]]) * GRAVITY
+            area = control.car_drag_area_m2 + control.trailer_drag_area_m2
+            state[lib.X_DRIVE] = (
+                0.5 * AIR_DENSITY * speed**2 * area + control.rolling_resistance * weight
+            )
         places = {
-            "car_lateral_velocity": S_VY, "car_yaw_rate": S_R1, "trailer_yaw_rate": S_R2,
-            "articulation": S_THETA, "car_roll": S_ROLL1, "trailer_roll": S_ROLL2,
-            "x": S_X, "y": S_Y, "yaw": S_PSI,
+            "car_lateral_velocity": (lib.X_SIDE, 1.0), "car_yaw_rate": (lib.X_YAW_1, 1.0),
+            "trailer_yaw_rate": (lib.X_YAW_2, 1.0), "articulation": (lib.X_ARTICULATION, 1.0),
+            "car_roll": self._roll_state(0), "trailer_roll": self._roll_state(1),
+            "x": (lib.X_PLACE, 1.0), "y": (lib.X_PLACE + 1, 1.0), "yaw": (lib.X_HEADING, 1.0),
         }  # fmt: skip
         for name, value in (initial or {}).items():
             if name not in places:
                 raise ValueError(f"initial {name!r} is unknown; known: {', '.join(places)}")
-            state[places[name]] = value
+            place, factor = places[name]
+            state[place] = factor * value
         self._settle_slips(state)
         return state
 
+    def _roll_state(self, body: int) -> tuple[int, float]:
+        """State that holds a body's roll, and its value per rad."""
+        if self.sprung:
+            return lib.X_ROLL + body, 1.0
+        return lib.X_TRANSFER + body, 1.0 / float(self._p[P[f"roll_gain_{body + 1}"]])
+
     def _settle_slips(self, state: Array) -> None:
         """Start relaxed tyres at the slip of the initial motion."""
-        theta = state[S_THETA]
-        hitch = state[S_VY] - self._p[P["lh1"]] * state[S_R1]
-        trailer_x = math.cos(theta) * state[S_VX] + math.sin(theta) * hitch
+        speed, side, yaw = state[lib.X_SPEED], state[lib.X_SIDE], state[lib.X_YAW_1]
+        theta = state[lib.X_ARTICULATION]
+        hitch = side - self._p[P["lh1"]] * yaw
+        trailer_x = math.cos(theta) * speed + math.sin(theta) * hitch
         trailer_y = (
             math.cos(theta) * hitch
-            - math.sin(theta) * state[S_VX]
-            - self._p[P["lh2"]] * state[S_R2]
+            - math.sin(theta) * speed
+            - self._p[P["lh2"]] * state[lib.X_YAW_2]
         )
         for axle in range(4):
-            u, v, r = (
-                (state[S_VX], state[S_VY], state[S_R1])
-                if axle < 2
-                else (trailer_x, trailer_y, state[S_R2])
-            )
-            slip = -math.atan2(v + r * self._axles[axle, A["x"]], u)
-            state[S_SLIP + 2 * axle : S_SLIP + 2 * axle + 2] = slip
+            u, v, r = (speed, side, yaw) if axle < 2 else (trailer_x, trailer_y, state[lib.X_YAW_2])
+            state[lib.X_SLIP + axle] = -math.atan2(v + r * self._axles[axle, A["x"]], u)
 
     def trace(self, time_s: Array, steering: Array, raw: Array) -> Trace:
-        """Channels from rows of outputs, (n, OUTPUTS), as :class:`Stepper` gives them."""
+        """Channels from rows of outputs, (n, len(COLUMNS)), as :class:`Stepper` gives them."""
         channels: dict[str, Array] = {"steering_wheel_angle": steering}
         has_trailer = self.vehicle.trailer is not None
-        for name, column in OUTPUT.items():
+        for name, column in _CHANNELS.items():
             if has_trailer or not name.startswith(("trailer_", "articulation", "hitch_")):
-                channels[name] = raw[:, column]
-        bodies = BODIES if has_trailer else BODIES[:1]
-        for number, body in enumerate(bodies):
-            prefix = "" if body == "car" else "trailer_"
-            for k, wheel in enumerate(WHEELS):
-                column = 4 * number + k
-                channels[f"{prefix}wheel_lateral_force_{wheel}"] = raw[:, O_FY + column]
-                channels[f"{prefix}wheel_vertical_load_{wheel}"] = raw[:, O_FZ + column]
-                channels[f"{prefix}wheel_slip_{wheel}"] = raw[:, O_SLIP + column]
+                channels[name] = raw[:, _COLUMN[column]]
+        for axle in range(4 if has_trailer else 2):
+            for side in range(2):
+                wheel = WHEELS[2 * (axle % 2) + side]
+                prefix = "" if axle < 2 else "trailer_"
+                channels[f"{prefix}wheel_lateral_force_{wheel}"] = raw[
+                    :, _COLUMN[_wheel(axle, "lateral")] + side
+                ]
+                channels[f"{prefix}wheel_vertical_load_{wheel}"] = raw[
+                    :, _COLUMN[_wheel(axle, "vertical")] + side
+                ]
+                channels[f"{prefix}wheel_slip_{wheel}"] = raw[:, _COLUMN[_SLIP_ANGLES[axle]]]
         trace = Trace(time_s, channels)
         channels["car_lateral_acceleration"] = trace.lateral_acceleration(
             "car", self.car_position_m
@@ -447,21 +556,65 @@ def _smooth(values: Array, spacing: float, cutoff_hz: float) -> Array:
     return np.asarray(sosfiltfilt(sos, values, padlen=padding))
 
 
-def _controlled(p: Array, control: SpeedControl) -> Array:
-    p = p.copy()
-    for name, value in {
+def _control(control: SpeedControl) -> dict[str, float]:
+    return {
         "free_speed": 1.0,
         "control_p": control.proportional_n_s_per_m,
         "control_i": control.integral_n_per_m,
-        "control_feed_forward": control.feed_forward,
+        "feed_forward": control.feed_forward,
         "control_lag": control.lag_s,
-        "drive_force_max": control.force_max_n,
+        "force_max": control.force_max_n,
         "car_drag_area": control.car_drag_area_m2,
         "trailer_drag_area": control.trailer_drag_area_m2,
         "rolling_resistance": control.rolling_resistance,
-    }.items():
-        p[P[name]] = value
-    return p
+    }
+
+
+def _body_constants(p: Array, axles: Array) -> Array:
+    """Constants of the combination in the order of `plant.BODY`."""
+    rows = []
+    for body in range(2):
+        front, rear = axles[2 * body], axles[2 * body + 1]
+        names = (f"m{body + 1}", f"iz{body + 1}")
+        rows += [float(p[P[name]]) for name in names]
+        rows += [front[A["x"]], -rear[A["x"]], float(p[P[f"lh{body + 1}"]])]
+        rows += [front[A["stiffness"]], rear[A["stiffness"]]]
+    return np.array([*rows, *axles[:, A["load"]]])
+
+
+def _scalars(p: Array, axles: Array) -> dict[str, float]:
+    """Scalar slots of the plant."""
+    stiffness = float(p[P["steering_stiffness"]])
+    castors = p[P["steering_gap_law"]] == 2.0
+    found = {
+        "steering_flexibility": 1.0 / stiffness if stiffness > 0.0 else 0.0,
+        "free_play": 0.5 * p[P["steering_gap"]] / p[P["steering_ratio"]] if castors else 0.0,
+        "hitch_friction": p[P["hitch_friction"]],
+        "hitch_sticking": p[P["hitch_friction_rate"]],
+        "hitch_damping": p[P["hitch_damping"]],
+        "aero_side": p[P["aero_side_force"]], "aero_yaw": p[P["aero_yaw_moment"]],
+        "bank_unsensed": 1.0,
+    }  # fmt: skip
+    for number, axle in enumerate(("car_front", "car_rear", "trailer_front", "trailer_rear")):
+        found[f"transfer_{axle}"] = axles[number, A["transfer"]]
+    for number, body in enumerate(BODIES, start=1):
+        found[f"roll_gain_{body}"] = p[P[f"roll_gain_{number}"]]
+        found[f"roll_frequency_{body}"] = p[P[f"roll_omega_{number}"]]
+        found[f"roll_damping_{body}"] = p[P[f"roll_zeta_{number}"]]
+    return {name: float(value) for name, value in found.items()}
+
+
+def _axle_value(p: Array, axle: Array, name: str) -> float:
+    """A value of `plant.AXLE`."""
+    if name == "relaxation":
+        length = float(axle[A["relaxation"]])
+        return length if length > SHORT_RELAXATION_M else 0.0
+    if name == "peak_friction_inverse":
+        peak = float(axle[A["peak_friction"]])
+        return 1.0 / peak if peak > 0.0 else 0.0
+    if name.startswith(("heave", "damper")) and p[P["heave"]] == 0.0:
+        return 0.0
+    return float(axle[A[name]])
 
 
 def _baseline(vehicle: Vehicle, car_roll: BodyRoll, trailer_roll: BodyRoll) -> Arrays:
@@ -472,11 +625,9 @@ def _baseline(vehicle: Vehicle, car_roll: BodyRoll, trailer_roll: BodyRoll) -> A
     arrays = Arrays(p, axles)
     for name, value in {
         "m1": car.mass, "iz1": car.yaw_inertia, "lh1": car.hitch_to_cog,
-        "steering_ratio": vehicle.car.steering_ratio, "gravity": GRAVITY,
-        "hitch_friction_rate": 0.01, "air_density": 1.2, "aero_area": 5.0,
+        "steering_ratio": vehicle.car.steering_ratio, "hitch_friction_rate": 0.01,
         "harmonic_mean_time": 1.0, "harmonic_level_time": 3.0,
-        "saturation_shape": 1.35,
-        "iz2": 1.0, "roll_gain_2": 1.0,
+        "saturation_shape": 1.35, "roll_gain_2": 1.0,
     }.items():  # fmt: skip
         arrays.set(name, value)
     _body(arrays, 0, car, car_roll)
@@ -511,7 +662,7 @@ def _body(arrays: Arrays, body: int, data: Body, roll: BodyRoll) -> None:
             "x": x, "half_track": 0.5 * roll.track_m, "load": load, "stiffness": stiffness,
             "transfer": share * transfer, "heave_mass": mass, "heave_omega": omega,
             "heave_zeta": roll.heave_damping_ratio,
-            "damping": damping,
+            "damper": damping,
             "damper_left": 1.0, "damper_right": 1.0,
         }.items():  # fmt: skip
             arrays.axles[axle, A[name]] = value

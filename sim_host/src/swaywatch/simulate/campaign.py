@@ -97,7 +97,7 @@ def run_campaign(
 ) -> list[Outcome]:
     """Simulate all drives, on all cores unless told otherwise; outcomes in order."""
     count = min(workers or os.cpu_count() or 1, len(jobs))
-    outcomes = [run_job(jobs[0])]  # also compiles once for all processes, and meets bad input early
+    outcomes = [run_job(jobs[0])]  # meets bad input before any process starts
     progress(1)
     rest = jobs[1:]
     if count <= 1 or len(rest) < 2:

@@ -10,8 +10,8 @@ from swaywatch.bus import MESSAGES
 from swaywatch.drive import Channel, Drive
 from swaywatch.errors import ScenarioError
 from swaywatch.models.double_track import DoubleTrack, SpeedControl, Trace
-from swaywatch.models.layout import OUTPUTS
 from swaywatch.models.single_track import SingleTrack
+from swaywatch.models.stepping import COLUMNS
 from swaywatch.roles import CHANNELS
 from swaywatch.simulate.driver import Driver, make_driver
 from swaywatch.simulate.scenario import PLANT_RATE_HZ, Scenario
@@ -80,7 +80,7 @@ def _closed_loop(
     plan = scenario.plan
     spacing = 1.0 / PLANT_RATE_HZ
     plant = model.stepper(spacing, float(plan.speed_m_s[0]), speed_control=control)
-    rows = np.full((plan.time_s.size, OUTPUTS), np.nan)
+    rows = np.full((plan.time_s.size, len(COLUMNS)), np.nan)
     steering = np.zeros(plan.time_s.size)
     rows[0] = plant.sample
     for k in range(1, plan.time_s.size):

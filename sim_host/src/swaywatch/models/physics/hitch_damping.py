@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def moment(rate: float, coefficient: float) -> float:
-    """Moment in N m on the car for an articulation rate in rad/s."""
-    return coefficient * rate
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

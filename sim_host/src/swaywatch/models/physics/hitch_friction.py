@@ -2,18 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def moment(rate: float, limit: float, scale: float) -> float:
-    """Moment in N m against the articulation rate; it turns car and trailer towards each other."""
-    if limit == 0.0:
-        return 0.0
-    return limit * math.tanh(rate / scale)
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

@@ -4,15 +4,8 @@ from __future__ import annotations
 
 import math
 
-from swaywatch.models.compiled import inlined
 from swaywatch.models.layout import W_BANK
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def side_force(mass: float, gravity: float, bank: float) -> float:
-    """Component of the weight along y in N; bank positive with the left side high."""
-    return -mass * gravity * math.sin(bank)
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

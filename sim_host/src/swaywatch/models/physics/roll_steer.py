@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def angle(roll: float, coefficient: float) -> float:
-    """Steer angle in rad, positive left, of an axle under a body's roll angle."""
-    return coefficient * roll
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def angle_lost(front_lateral_force: float, stiffness: float) -> float:
-    """Road-wheel angle lost in rad, Eq. 5.3; stiffness in N/rad, 0 is rigid."""
-    if stiffness <= 0.0:
-        return 0.0
-    return front_lateral_force / stiffness
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

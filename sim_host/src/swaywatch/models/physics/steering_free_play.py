@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
 
 LAWS = ("backlash", "dead_zone", "castor")
 """Where the road wheels are inside the gap: where they were, straight, or where they roll to."""
 
 
-@inlined
 def follow(output: float, wheel_angle: float, gap: float, law: float) -> float:
     """Steering-wheel angle in rad that reaches the road wheels, from the one before.
 
     Laws 0 (backlash): it stays until one flank of the gap pushes it; 1 (dead zone): nothing within
-    half a gap of straight ahead; 2 (castor): all of it, the gap is handled in :func:`castor`.
+    half a gap of straight ahead; 2 (castor): all of it, the gap is the plant's `free_play`.
     """
     half = 0.5 * gap
     if law == 2.0:
@@ -28,12 +26,6 @@ def follow(output: float, wheel_angle: float, gap: float, law: float) -> float:
     if wheel_angle - half > output:
         return wheel_angle - half
     return min(output, wheel_angle + half)
-
-
-@inlined
-def castor(nominal: float, rolling: float, half_gap: float) -> float:
-    """Road-wheel angle in rad of wheels that roll freely inside the gap (no side force there)."""
-    return min(max(rolling, nominal - half_gap), nominal + half_gap)
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

@@ -2,20 +2,7 @@
 
 from __future__ import annotations
 
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def side_force(pressure_area: float, sideslip: float, coefficient: float) -> float:
-    """Side force in N at the trailer's COG, against the side-slip angle; q A in N."""
-    return -coefficient * pressure_area * sideslip
-
-
-@inlined
-def yaw_moment(pressure_area: float, sideslip: float, coefficient: float) -> float:
-    """Yaw moment in N m about the COG on a reference length of 1 m."""
-    return -coefficient * pressure_area * sideslip
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

@@ -2,18 +2,7 @@
 
 from __future__ import annotations
 
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def stiffness(static_stiffness: float, load: float, static_load: float, degression: float) -> float:
-    """Cornering stiffness in N/rad of one wheel at a load; degression 0 is proportional."""
-    ratio = load / static_load
-    if ratio <= 0.0:
-        return 0.0
-    factor = ratio * (1.0 - degression * (ratio - 1.0))
-    return static_stiffness * max(factor, 0.05 * ratio)
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def slip_rate(slip: float, transient_slip: float, speed: float, length: float) -> float:
-    """Rate of the transient slip angle in rad/s: length/v d(alpha')/dt + alpha' = alpha."""
-    return (slip - transient_slip) * speed / length
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

@@ -2,24 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
-from swaywatch.models.compiled import inlined
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
-
-
-@inlined
-def lateral_force(stiffness: float, slip: float, load: float, peak: float, shape: float) -> float:
-    """Side force in N of one wheel; ``peak`` 0 keeps the force linear.
-
-    D sin(C atan(B alpha)) with B C D = stiffness and D = peak * load.
-    """
-    if peak <= 0.0:
-        return stiffness * slip
-    top = peak * load
-    if top <= 1.0:
-        return 0.0
-    return top * math.sin(shape * math.atan(stiffness * slip / (shape * top)))
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:
