@@ -647,11 +647,16 @@ def _must_be_measured(name: str, signal: str, value: FloatArray, path: Path, sig
         )
 
 
+def canonical_unit(unit: str) -> str:
+    """A unit in the spelling of :data:`UNITS`, where it is known."""
+    text = unit.strip()
+    return _SPELLINGS.get(text, _SPELLINGS.get(text.lower(), text))
+
+
 def unit_factor(name: str, unit: str, signal: str, path: Path, signals: Path) -> float:
     """Factor from the unit in the file to SI."""
     known = UNITS[CHANNELS[name].unit]
-    text = unit.strip()
-    text = _SPELLINGS.get(text, _SPELLINGS.get(text.lower(), text))
+    text = canonical_unit(unit)
     if text in known:
         return known[text]
     options = ", ".join(known)

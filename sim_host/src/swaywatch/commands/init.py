@@ -1,0 +1,141 @@
+"""``swaywatch init``: the two files that a first analysis needs, from a foreign recording."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from swaywatch import output
+from swaywatch.errors import SwaywatchError
+
+HAS_JSON = True
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``init`` command."""
+    parser = subparsers.add_parser(
+        "init",
+        help="start here: list a recording's signals, write signals.toml and vehicle.toml",
+        description="List the signals of recordings with rate, range and unit; propose which "
+        "plays which role, by name, unit and the physics between them; ask what no recording can "
+        "know; write signals.toml and vehicle.toml with comments and tolerances; and say what can "
+        "be answered with them. Files that are there are kept.",
+    )
+    parser.add_argument("recording", type=Path, nargs="+", help="recordings of one vehicle")
+    parser.add_argument(
+        "--dbc", type=Path, nargs="*", default=[], metavar="FILE",
+        help="for CAN frames (default: the one beside the recording that knows most of them)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", type=Path, default=Path(), metavar="DIR",
+        help="folder for the two files (default: the current one)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", dest="answers",
+        help="answer a question beforehand (their names are shown beside them)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--no-questions", action="store_true",
+        help="ask nothing: what is not answered by --set is left open in the files",
+    )  # fmt: skip
+    parser.add_argument(
+        "--typical", action="store_true",
+        help="what is not known of the vehicle is that of a typical one, and marked so",
+    )  # fmt: skip
+    parser.add_argument("--force", action="store_true", help="write over files that are there")
+
+
+def run(args: argparse.Namespace) -> int:
+    """List, propose, ask, write, tell."""
+    from rich.console import Console
+
+    from swaywatch import first_files
+    from swaywatch.inventory import inventory
+    from swaywatch.propose import LIKELY, propose
+
+    console = Console(highlight=False)
+    signals, dbcs = inventory(args.recording, args.dbc)
+    console.print(first_files.signal_table(signals))
+    proposals = propose(signals)
+    console.print(first_files.proposal_table(proposals))
+    ask = _asker(args)
+    chosen, perhaps = {}, []
+    for channel, proposal in proposals.items():
+        kept = first_files.confirm(proposal, signals, ask)
+        if kept is not None and kept.confidence >= LIKELY:
+            chosen[channel] = kept
+        else:
+            perhaps.append(proposal)
+    output.folder(args.out)
+    answers = first_files.vehicle_answers(chosen, ask, typical=args.typical)
+    written = []
+    for name, text in (
+        ("signals.toml", first_files.signals_toml(chosen, perhaps, dbcs, args.out, answers)),
+        ("vehicle.toml", first_files.vehicle_toml(answers)),
+    ):
+        path = args.out / name
+        if path.exists() and not args.force:
+            console.print(
+                f"{path}: kept as it is (--force writes it anew)", markup=False, soft_wrap=True
+            )
+            continue
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise SwaywatchError(f"{path}: cannot be written: {error.strerror}") from None
+        written.append(str(path))
+        console.print(f"{path}: written", markup=False, soft_wrap=True)
+    told = first_files.what_can_be_answered(chosen, answers)
+    checked = first_files.check(args.recording, args.out)
+    for line in [*told, *checked]:
+        console.print(line, markup=False, soft_wrap=True)
+    output.result(
+        args,
+        {
+            "signals": [
+                {"name": s.name, "unit": s.unit, "rate_hz": s.rate_hz,
+                 "low": float(s.value.min()), "high": float(s.value.max())} for s in signals
+            ],
+            "roles": {c: p.__dict__ for c, p in chosen.items()},
+            "perhaps": {p.channel: p.__dict__ for p in perhaps},
+            "written": written,
+            "answers": told,
+            "checks": checked,
+        },
+    )  # fmt: skip
+    return 0
+
+
+def _asker(args: argparse.Namespace) -> Callable[[str, str, str], str]:
+    """A function that asks a question, by name, with the answer that Enter gives."""
+    given: dict[str, str] = {}
+    for pair in args.answers:
+        name, equals, value = pair.partition("=")
+        if not equals or not name:
+            raise SwaywatchError(f"--set {pair}: expected NAME=VALUE, such as car.mass=1650")
+        given[name.strip()] = value.strip()
+    from swaywatch.first_files import QUESTIONS
+
+    unknown = [n for n in given if n not in QUESTIONS and not n.startswith("role.")]
+    if unknown:
+        raise SwaywatchError(
+            f"--set {unknown[0]}=...: there is no such question; known: {', '.join(QUESTIONS)}, "
+            "and role.ROLE"
+        )
+    quiet = args.no_questions or args.quiet or args.json or not sys.stdin.isatty()
+
+    def ask(name: str, question: str, default: str) -> str:
+        if name in given:
+            return given[name]
+        if quiet or not question:
+            return default
+        shown = f" [{default}]" if default else ""
+        try:
+            return input(f"{question} ({name}){shown}: ").strip() or default
+        except EOFError:
+            return default
+
+    return ask
