@@ -45,6 +45,15 @@
 #error "SWAY_BINS: 3 to 16"
 #endif
 
+/// 1: identifies the trailer from the car's own sensors where it has none (sway_trailer); 0: leaves
+/// that out, for small targets.
+#ifndef SWAY_TRAILER
+#define SWAY_TRAILER 1
+#endif
+#if SWAY_TRAILER != 0 && SWAY_TRAILER != 1
+#error "SWAY_TRAILER: 0 or 1"
+#endif
+
 /// Most work in one call of sway_core_run(), in thousands of instructions of a Cortex-M0+ (about;
 /// other processors take fewer): 60 are 1.3 ms at 48 MHz.
 #ifndef SWAY_SLICE_COST

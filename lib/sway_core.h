@@ -22,11 +22,15 @@
 #include "signal/sway_grid.h"
 #include "model/sway_identify.h"
 #include "model/sway_margin.h"
+#include "model/sway_trailer.h"
 #include "sway_status.h"
 #include "signal/sway_track.h"
 #include "sway_vehicle.h"
 
 SWAY_C_BEGIN
+
+/// Every bit of sway_core_config_t.trailer_assumed.
+#define SWAY_ASSUMED_ALL 31
 
 typedef struct {
     sway_vehicle_t vehicle;
@@ -38,6 +42,9 @@ typedef struct {
     /// swaywatch.dbc (1000 .. 100000; 0: any). See sway_grid_config_t.
     int32_t input_period_us;
     sway_alarm_config_t alarm;
+    /// Values of the trailer that are typical ones, because nobody knows them: bits 1 << i for
+    /// mass, hitch_to_cog, yaw inertia, stiffnesses, places of the axles. See sway_trailer_init().
+    int32_t trailer_assumed;
 } sway_core_config_t;
 
 /// Memory of what is done one after the other: while the track has nothing to do, the last estimate
@@ -55,6 +62,7 @@ typedef struct {
     bool fed;          ///< samples have come: a row may be ready
     bool identified;   ///< work.identify holds results of this line
     bool modelled;     ///< margin holds results of this line
+    bool watched;      ///< the car's own sensors say more of the model: watch holds it
     uint32_t sequence; ///< of the last line taken
     uint32_t singular;
     uint32_t overrun;
@@ -67,6 +75,9 @@ typedef struct {
     sway_alarm_t alarm;
     sway_status_t status;
     sway_margin_t margin;
+#if SWAY_TRAILER
+    sway_trailer_watch_t watch;
+#endif
     sway_grid_t grid;
     sway_track_t track;
     sway_core_work_t work;
@@ -76,8 +87,8 @@ typedef struct {
 void sway_core_defaults(sway_core_config_t *config);
 
 /// Resets everything, fault counters included. SWAY_ERROR_ARGUMENT for a null pointer, a sample
-/// period, window, delay or threshold out of range; SWAY_ERROR_VEHICLE for a vehicle that
-/// sway_vehicle_check() refuses. On error `core` is not usable.
+/// period, window, delay, threshold or set of assumed values out of range; SWAY_ERROR_VEHICLE for a
+/// vehicle that sway_vehicle_check() refuses. On error `core` is not usable.
 sway_error_t sway_core_init(sway_core_t *core, const sway_core_config_t *config);
 
 /// One sample of one input in the unit of sway_input_t. SWAY_ERROR_RANGE and SWAY_ERROR_TIME are
@@ -98,6 +109,11 @@ bool sway_core_run(sway_core_t *core);
 /// The newest status; valid for the life of the core, changes only inside sway_core_run() (and the
 /// fault counters inside sway_core_input()). Whole whenever sway_core_run() has returned false.
 const sway_status_t *sway_core_status(const sway_core_t *core);
+
+#if SWAY_TRAILER
+/// What the car's own sensors tell of the trailer, for its report and its memory.
+const sway_trailer_watch_t *sway_core_trailer(const sway_core_t *core);
+#endif
 
 SWAY_C_END
 

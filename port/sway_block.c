@@ -98,17 +98,18 @@ static const range_t ranges[] = {
     {SWAY_INPUT_COUNT, false, -500, 500, 1000}, // input_delay_us
     {1, true, 1, 100, 1000},                    // input_period_us
     /* Nobody can set thresholds by which the alarm never comes. */
-    {1, false, 5, 140, 100},   // notice_margin_mm_s
-    {1, false, 0, 56, 100},    // margin_hysteresis_mm_s
-    {1, false, 10, 200, 1000}, // notice_damping_ratio_ppm
-    {1, false, 0, 100, 1000},  // damping_hysteresis_ppm
-    {1, false, 9, 87, 1000},   // minimum_amplitude_urad_s
-    {1, false, 35, 210, 1000}, // large_amplitude_urad_s
-    {1, false, 87, 524, 1000}, // limit_amplitude_urad_s
-    {1, false, 5, 200, 100},   // critical_time_ms
-    {1, false, 2, 200, 100},   // hold_ms
-    {1, false, 28, 167, 100},  // minimum_speed_mm_s
-    {1, false, 0, 30, 100},    // confidence_milli
+    {1, false, 5, 140, 100},           // notice_margin_mm_s
+    {1, false, 0, 56, 100},            // margin_hysteresis_mm_s
+    {1, false, 10, 200, 1000},         // notice_damping_ratio_ppm
+    {1, false, 0, 100, 1000},          // damping_hysteresis_ppm
+    {1, false, 9, 87, 1000},           // minimum_amplitude_urad_s
+    {1, false, 35, 210, 1000},         // large_amplitude_urad_s
+    {1, false, 87, 524, 1000},         // limit_amplitude_urad_s
+    {1, false, 5, 200, 100},           // critical_time_ms
+    {1, false, 2, 200, 100},           // hold_ms
+    {1, false, 28, 167, 100},          // minimum_speed_mm_s
+    {1, false, 0, 30, 100},            // confidence_milli
+    {1, true, 0, SWAY_ASSUMED_ALL, 1}, // trailer_assumed
 };
 typedef char sway_block_ranges_follow_the_fields
     [AT(alarm) / sizeof(int32_t) == FIRST + 2U + SWAY_INPUT_COUNT + 1U &&

@@ -12,7 +12,7 @@
 #include "sway_core.h"
 
 /// Counts up with every change of sway_core_config_t; a block of another version is refused.
-#define SWAY_BLOCK_VERSION 2U
+#define SWAY_BLOCK_VERSION 3U
 
 #define SWAY_BLOCK_WORDS (sizeof(sway_core_config_t) / sizeof(int32_t))
 #define SWAY_BLOCK_SIZE (12U + 4U * SWAY_BLOCK_WORDS + 4U)

@@ -9,10 +9,72 @@
 #define SPEED_OLD_US 1000000
 
 /* What is being done with the newest line. */
-enum { STAGE_IDLE, STAGE_IDENTIFY, STAGE_BEGIN_MODEL, STAGE_MODEL, STAGE_PUBLISH };
+enum { STAGE_IDLE, STAGE_IDENTIFY, STAGE_BEGIN_MODEL, STAGE_MODEL, STAGE_WATCH, STAGE_PUBLISH };
 
 /* Costs of the core's own slices: see SWAY_SLICE_COST. */
 enum { COST_ROW = 12, COST_BEGIN_MODEL = 32, COST_PART = 15, COST_PUBLISH = 40 };
+
+/* --- the trailer from the car's own sensors ----------------------------------------------------
+ */
+
+#if SWAY_TRAILER
+static void watch_init(sway_core_t *core)
+{
+    sway_trailer_init(&core->watch, &core->config.vehicle, (uint32_t)core->config.trailer_assumed,
+                      core->config.sample_period_us);
+}
+
+static bool watch_begin(sway_core_t *core, sway_real_t speed_m_s)
+{
+    if (!sway_trailer_speaks(&core->watch)) {
+        return false;
+    }
+    sway_trailer_model_start(&core->watch, speed_m_s);
+    return true;
+}
+
+static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
+{
+    return sway_trailer_speaks(&core->watch)
+               ? sway_trailer_swing(&core->watch, line)
+               : sway_complex_abs(line->channel[SWAY_CHANNEL_CAR_YAW_RATE].amplitude);
+}
+
+#define WATCH_PUSH(core, row) sway_trailer_push(&(core)->watch, row)
+#define WATCH_COST(core) sway_trailer_cost(&(core)->watch)
+#define WATCH_RUN(core) sway_trailer_run(&(core)->watch)
+#define WATCH_MODEL_COST(core) sway_trailer_model_cost(&(core)->watch)
+#define WATCH_MODEL_RUN(core) sway_trailer_model_run(&(core)->watch)
+#define WATCH_MODEL(core) (&(core)->watch.model)
+#else
+static void watch_init(sway_core_t *core)
+{
+    (void)core;
+}
+
+static bool watch_begin(sway_core_t *core, sway_real_t speed_m_s)
+{
+    (void)core;
+    (void)speed_m_s;
+    return false;
+}
+
+static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
+{
+    (void)core;
+    return sway_complex_abs(line->channel[SWAY_CHANNEL_CAR_YAW_RATE].amplitude);
+}
+
+#define WATCH_PUSH(core, row)
+#define WATCH_COST(core) 0U
+#define WATCH_RUN(core)
+#define WATCH_MODEL_COST(core) 0U
+#define WATCH_MODEL_RUN(core) false
+#define WATCH_MODEL(core) (&(core)->margin.model)
+#endif
+
+/* --- start -------------------------------------------------------------------------------------
+ */
 
 void sway_core_defaults(sway_core_config_t *config)
 {
@@ -42,13 +104,15 @@ static sway_error_t init_parts(sway_core_t *core, const sway_core_config_t *conf
         return SWAY_ERROR_ARGUMENT;
     }
     sway_margin_init(&core->margin, &config->vehicle);
+    watch_init(core);
     return sway_alarm_init(&core->alarm, &config->alarm);
 }
 
 sway_error_t sway_core_init(sway_core_t *core, const sway_core_config_t *config)
 {
     if (core == NULL || config == NULL || config->sample_period_us < 5000 ||
-        config->sample_period_us > 20000) {
+        config->sample_period_us > 20000 || config->trailer_assumed < 0 ||
+        config->trailer_assumed > SWAY_ASSUMED_ALL) {
         return SWAY_ERROR_ARGUMENT;
     }
     const sway_error_t error = sway_vehicle_check(&config->vehicle, NULL);
@@ -130,11 +194,17 @@ static void begin_model(sway_core_t *core)
     const int32_t speed = speed_now(core);
     const sway_identify_t *const identify = core->identified ? &core->work.identify : NULL;
     core->modelled = false;
+    core->watched = false;
     core->stage = STAGE_PUBLISH;
     if (speed < 0) {
         return;
     }
     const sway_real_t speed_m_s = sway_real_ratio(speed, 1000);
+    if (watch_begin(core, speed_m_s)) {
+        core->watched = true;
+        core->stage = STAGE_WATCH;
+        return;
+    }
     if (sway_margin_start(&core->margin, identify, line_of(core)->mid_time_us, speed_m_s) ==
         SWAY_OK) {
         core->modelled = true;
@@ -163,10 +233,13 @@ static bool line_is_usable(const sway_core_t *core)
     return (core->work.identify.quality & bad) == 0U;
 }
 
+/* The channel whose amplitude is judged: the trailer's yaw rate where it is measured. */
 static sway_channel_t yaw_channel(const sway_core_t *core)
 {
-    return core->config.vehicle.trailer.axles == 0 ? SWAY_CHANNEL_CAR_YAW_RATE
-                                                   : SWAY_CHANNEL_TRAILER_YAW_RATE;
+    const uint32_t trailer = SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE);
+    const bool measured = (line_of(core)->valid_mask & trailer) != 0U;
+    return core->config.vehicle.trailer.axles > 0 && measured ? SWAY_CHANNEL_TRAILER_YAW_RATE
+                                                              : SWAY_CHANNEL_CAR_YAW_RATE;
 }
 
 static bool has_inputs(const sway_core_t *core)
@@ -174,16 +247,26 @@ static bool has_inputs(const sway_core_t *core)
     return (line_of(core)->valid_mask & SWAY_CHANNEL_BIT(yaw_channel(core))) != 0U;
 }
 
+/* Yaw rate of the trailer at the line, measured or reconstructed from the car's motion. */
 static sway_real_t amplitude(const sway_core_t *core)
 {
-    return sway_complex_abs(line_of(core)->channel[yaw_channel(core)].amplitude);
+    const sway_channel_t yaw = yaw_channel(core);
+    return yaw == SWAY_CHANNEL_TRAILER_YAW_RATE
+               ? sway_complex_abs(line_of(core)->channel[yaw].amplitude)
+               : watch_swing(core, line_of(core));
+}
+
+/* What the line and the motion are judged by. */
+static const sway_margin_model_t *model_of(const sway_core_t *core)
+{
+    return core->watched ? WATCH_MODEL(core) : &core->margin.model;
 }
 
 /* Yaw rate that the wheel's movement at the line would cause if it were slow. */
 static sway_real_t steered(const sway_core_t *core)
 {
     const uint32_t bit = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
-    const sway_margin_model_t *const model = &core->margin.model;
+    const sway_margin_model_t *const model = model_of(core);
     if ((line_of(core)->valid_mask & bit) == 0U || !model->has_steady) {
         return sway_real_zero();
     }
@@ -209,7 +292,7 @@ static sway_evidence_t signal_damping(const sway_core_t *core)
 
 static sway_evidence_t model_damping(const sway_core_t *core)
 {
-    const sway_margin_model_t *const model = &core->margin.model;
+    const sway_margin_model_t *const model = model_of(core);
     const sway_evidence_t damping = {model->damping_ratio, model->damping_ratio_se,
                                      core->modelled && model->has_model};
     return damping;
@@ -226,7 +309,7 @@ static uint32_t quality_of(const sway_core_t *core, bool disagrees)
     if (line_is_usable(core) && !has_inputs(core)) {
         quality |= SWAY_QUALITY_MISSING_INPUT;
     }
-    if (core->modelled && core->margin.model.kind == SWAY_VCRIT_SINGULAR) {
+    if (core->modelled && model_of(core)->kind == SWAY_VCRIT_SINGULAR) {
         quality |= SWAY_QUALITY_SINGULAR;
     }
     return quality | (disagrees ? (uint32_t)SWAY_QUALITY_MODEL_DISAGREES : 0U);
@@ -234,7 +317,7 @@ static uint32_t quality_of(const sway_core_t *core, bool disagrees)
 
 static void raise_alarm(sway_core_t *core, const sway_publish_t *from)
 {
-    const sway_margin_model_t *const model = &core->margin.model;
+    const sway_margin_model_t *const model = model_of(core);
     const sway_line_t *const line = line_of(core);
     sway_alarm_input_t input;
     memset(&input, 0, sizeof input);
@@ -290,10 +373,17 @@ SWAY_NOINLINE void publish(sway_core_t *core)
     const sway_evidence_t model = model_damping(core);
     from.line = line_is_usable(core) ? line_of(core) : NULL;
     from.identify = core->identified ? &core->work.identify : NULL;
-    from.model = core->modelled ? &core->margin.model : NULL;
+    from.model = core->modelled ? model_of(core) : NULL;
     from.time_us = core->time_us;
     from.speed_mm_s = speed_now(core);
-    from.is_solo = core->config.vehicle.trailer.axles == 0;
+    from.has_swing = line_is_usable(core) && has_inputs(core);
+    if (from.has_swing) {
+        const sway_line_channel_t *const channel = &line_of(core)->channel[yaw_channel(core)];
+        from.swing_rad_s = amplitude(core);
+        from.swing_se_rad_s =
+            sway_real_mul(channel->amplitude_se,
+                          sway_real_div(from.swing_rad_s, sway_complex_abs(channel->amplitude)));
+    }
     from.signal = signal_damping(core);
     from.belief = sway_evidence_combine(&model, &from.signal, &from.combined, &disagrees);
     from.quality = quality_of(core, disagrees);
@@ -337,6 +427,9 @@ static uint32_t publish_cost(const sway_core_t *core)
 /* What the next slice costs, in SWAY_SLICE_COST's unit; 0: there is nothing to do. */
 static uint32_t next_cost(const sway_core_t *core)
 {
+    if (WATCH_COST(core) != 0U) {
+        return WATCH_COST(core);
+    }
     switch (core->stage) {
     case STAGE_IDENTIFY:
         return sway_identify_cost(&core->work.identify);
@@ -344,6 +437,8 @@ static uint32_t next_cost(const sway_core_t *core)
         return COST_BEGIN_MODEL;
     case STAGE_MODEL:
         return sway_margin_cost(&core->margin);
+    case STAGE_WATCH:
+        return WATCH_MODEL_COST(core);
     case STAGE_PUBLISH:
         return publish_cost(core);
     default:
@@ -353,6 +448,10 @@ static uint32_t next_cost(const sway_core_t *core)
 
 static void run_next(sway_core_t *core)
 {
+    if (WATCH_COST(core) != 0U) {
+        WATCH_RUN(core);
+        return;
+    }
     switch (core->stage) {
     case STAGE_IDENTIFY:
         if (!sway_identify_run(&core->work.identify)) {
@@ -364,6 +463,12 @@ static void run_next(sway_core_t *core)
         break;
     case STAGE_MODEL:
         if (!sway_margin_run(&core->margin)) {
+            core->stage = STAGE_PUBLISH;
+        }
+        break;
+    case STAGE_WATCH:
+        if (!WATCH_MODEL_RUN(core)) {
+            core->modelled = true;
             core->stage = STAGE_PUBLISH;
         }
         break;
@@ -384,6 +489,7 @@ static bool begin_row(sway_core_t *core)
         return false;
     }
     sway_track_push(&core->track, &tick);
+    WATCH_PUSH(core, &tick);
     core->time_us = tick.time_us;
     if ((tick.valid_mask & SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)) != 0U) {
         core->speed_mm_s = tick.value[SWAY_CHANNEL_SPEED];
@@ -423,3 +529,10 @@ const sway_status_t *sway_core_status(const sway_core_t *core)
 {
     return &core->status;
 }
+
+#if SWAY_TRAILER
+const sway_trailer_watch_t *sway_core_trailer(const sway_core_t *core)
+{
+    return &core->watch;
+}
+#endif

@@ -18,8 +18,6 @@ static int32_t hertz_micro(sway_real_t rad_s)
 static void put_line(sway_status_t *status, const sway_publish_t *from)
 {
     const sway_line_t *const line = from->line;
-    const sway_channel_t yaw =
-        from->is_solo ? SWAY_CHANNEL_CAR_YAW_RATE : SWAY_CHANNEL_TRAILER_YAW_RATE;
     sway_real_t ratio;
     sway_real_t se;
     status->mid_time_us = line->mid_time_us;
@@ -30,9 +28,9 @@ static void put_line(sway_status_t *status, const sway_publish_t *from)
     sway_line_damping(line, &ratio, &se);
     status->damping_ratio_ppm = integer(ratio, 1000000);
     status->damping_ratio_se_ppm = integer(se, 1000000);
-    if ((line->valid_mask & SWAY_CHANNEL_BIT(yaw)) != 0U) {
-        status->amplitude_urad_s = integer(sway_complex_abs(line->channel[yaw].amplitude), 1000000);
-        status->amplitude_se_urad_s = integer(line->channel[yaw].amplitude_se, 1000000);
+    if (from->has_swing) {
+        status->amplitude_urad_s = integer(from->swing_rad_s, 1000000);
+        status->amplitude_se_urad_s = integer(from->swing_se_rad_s, 1000000);
     }
 }
 

@@ -16,7 +16,9 @@ typedef struct {
     int64_t time_us;    ///< newest row
     int32_t speed_mm_s; ///< newest; -1: not known
     uint32_t quality;
-    bool is_solo; ///< no trailer: the amplitude is the car's yaw rate
+    bool has_swing;
+    sway_real_t swing_rad_s; ///< yaw rate of the trailer (of a car alone) at the line
+    sway_real_t swing_se_rad_s;
     sway_evidence_t signal;
     sway_evidence_t combined;
     sway_belief_t belief;

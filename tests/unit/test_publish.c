@@ -186,15 +186,12 @@ static void the_line_is_told_in_its_units(void)
     TEST_ASSERT_INT32_WITHIN(3, 800000000, status.growth_se_ppm_per_s);
     const double ratio = 700 / hypot(700, 2 * M_PI * 600);
     TEST_ASSERT_INT32_WITHIN(1, (int32_t)lround(ratio * 1e6), status.damping_ratio_ppm);
-    TEST_ASSERT_EQUAL_INT32(0, status.amplitude_urad_s); /* no yaw rate in it */
-    line.valid_mask = SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE);
+    TEST_ASSERT_EQUAL_INT32(0, status.amplitude_urad_s); /* no swing in it */
+    from.swing_rad_s = real(150);
+    from.swing_se_rad_s = real(100);
     sway_publish(&status, &from);
-    TEST_ASSERT_INT32_WITHIN(3, 300000000, status.amplitude_urad_s);
-    TEST_ASSERT_EQUAL_INT32(200000000, status.amplitude_se_urad_s);
-    from.is_solo = true; /* the car's, which is not valid: the last one stays */
-    sway_publish(&status, &from);
-    TEST_ASSERT_INT32_WITHIN(3, 300000000, status.amplitude_urad_s);
-    line.valid_mask = SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE);
+    TEST_ASSERT_EQUAL_INT32(0, status.amplitude_urad_s);
+    from.has_swing = true;
     sway_publish(&status, &from);
     TEST_ASSERT_INT32_WITHIN(3, 150000000, status.amplitude_urad_s);
     TEST_ASSERT_EQUAL_INT32(100000000, status.amplitude_se_urad_s);

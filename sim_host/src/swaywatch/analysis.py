@@ -18,6 +18,7 @@ import numpy.typing as npt
 from swaywatch.core import (
     ALARM,
     AXLES,
+    PRESENCE,
     QUALITY,
     REASON,
     SOURCE,
@@ -64,7 +65,7 @@ def _trailer(names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 NEEDS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
-    ("frequency and damping of the oscillation", "line", ("trailer_yaw_rate",)),
+    ("frequency and damping of the oscillation", "line", ("car_yaw_rate",)),
     ("telling free from steered oscillations", "", ("steering_wheel_angle",)),
     (
         "cornering stiffness of the car's front axle",
@@ -179,7 +180,7 @@ def analyze(
     drives = load_drives(paths, signals_path, join=join)
     tell("reading", 1.0, 1.0)
     for drive in drives:
-        _must_have(drive, vehicle, signals_path)
+        _must_have(drive, signals_path)
     stop = threading.Event()
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         # The core runs in C without the interpreter's lock, beside the checks of the data.
@@ -227,12 +228,12 @@ def _refuse_wrong(drive: Drive, findings: list[Finding]) -> None:
         )
 
 
-def _must_have(drive: Drive, vehicle: Vehicle, signals_path: Path) -> None:
-    """Refuse drives without the channels nothing can be said without."""
-    needed = ["speed", "car_yaw_rate"]
-    if vehicle.trailer is not None:
-        needed.append("trailer_yaw_rate")
-    missing = [name for name in needed if name not in drive.channels]
+def _must_have(drive: Drive, signals_path: Path) -> None:
+    """Refuse drives without the channels nothing can be said without.
+
+    All else is decided by what the core can tell from the channels there are.
+    """
+    missing = [name for name in ("speed", "car_yaw_rate") if name not in drive.channels]
     for name in missing:
         if name in drive.absent:
             raise SignalError(
@@ -295,9 +296,20 @@ def conclude(
     )
 
 
+def observed(estimates: Estimates) -> bool:
+    """Whether what is said of a trailer comes from the car's own sensors alone."""
+    return PRESENCE.get(estimates.trailer.get("presence", -1)) in ("there", "undecided")
+
+
 def _best_critical(estimates: Estimates, good: BoolArray) -> BoolArray:
-    """Estimates whose critical speed counts: from identified tyres if any, and usable ones."""
+    """Estimates whose critical speed counts: from identified tyres if any, and usable ones.
+
+    From the car's own sensors one filter runs over the whole drive: its last word counts.
+    """
     critical = estimates.has("critical_speed")
+    if observed(estimates) and critical.any():
+        last: BoolArray = np.arange(len(critical)) == np.flatnonzero(critical)[-1]
+        return last
     identified = estimates.status["source"] == _code(SOURCE, "identified")
     for best in (critical & good & identified, critical & good):
         if best.any():
@@ -353,11 +365,21 @@ def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
         )
         add(f"{axle}.argument_rad", f"{axle}.argument_rad", f"{axle}.argument_se_rad",
             estimates.has(axle) & good)  # fmt: skip
+    if observed(estimates) and estimates.trailer["learnt_ms"] > 0:
+        for axle in ("car_front", "car_rear"):
+            value, error = estimates.trailer[f"{axle}_n_per_rad"]
+            name = f"{axle}.cornering_stiffness_n_per_rad"
+            values[name] = Value(float(value), float(error), len(estimates))
     add("car_yaw_inertia_kgm2", "car_yaw_inertia_kgm2", "car_yaw_inertia_se_kgm2",
         estimates.has("car_inertia") & good)  # fmt: skip
     add("trailer_yaw_inertia_kgm2", "trailer_yaw_inertia_kgm2", "trailer_yaw_inertia_se_kgm2",
         estimates.has("trailer_inertia") & good)  # fmt: skip
     return values
+
+
+def trailer_is_sensed(estimates: Estimates) -> bool:
+    """Whether a sensor of the trailer was heard; else the car's own tell what they can."""
+    return estimates.trailer.get("presence") == PRESENCE
 
 
 def _code(table: dict[int, str], name: str) -> int:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from swaywatch.drive import Channel, Drive
 from swaywatch.errors import VehicleError
 from swaywatch.roles import CHANNELS
-from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle import UNKNOWNS, Vehicle
 
 try:
     from swaywatch._core import ffi, lib
@@ -78,6 +78,11 @@ VCRIT: dict[int, str] = {v: k for k, v in _enumeration("SWAY_VCRIT_", "sway_vcri
 SOURCE: dict[int, str] = {v: k for k, v in _enumeration("SWAY_SOURCE_", "sway_source_t").items()}
 """Where the critical speed comes from."""
 
+PRESENCE: dict[int, str] = {
+    v: k for k, v in _enumeration("SWAY_TRAILER_", "sway_trailer_presence_t").items()
+}
+"""Whether a trailer is there: ``undecided``, ``none``, ``there``, ``sensed``."""
+
 FAULT: dict[int, str] = {v: k for k, v in _enumeration("SWAY_FAULT_", "sway_fault_t").items()}
 """Name of each fault counter."""
 
@@ -126,11 +131,14 @@ class Estimates:
         Fault counters at the end of the drive, by name.
     inputs : tuple
         Channels that were fed.
+    trailer : dict
+        What the car's own sensors tell of the trailer, see :meth:`Core.trailer`.
     """
 
     status: npt.NDArray[Any]
     fault_count: dict[str, int]
     inputs: tuple[str, ...] = ()
+    trailer: dict[str, Any] = field(default_factory=dict)
     columns: dict[str, FloatArray] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -287,6 +295,10 @@ def core_config(
     config = ffi.new("sway_core_config_t *")
     lib.sway_core_defaults(config)
     config.vehicle = core_vehicle(vehicle, positions_m)[0]
+    if vehicle.trailer is not None:
+        config.trailer_assumed = sum(
+            1 << index for index, name in enumerate(UNKNOWNS) if name in vehicle.trailer.assumed
+        )
     for name, value in (alarm or {}).items():
         setattr(config.alarm, name, value)
     return config
@@ -333,6 +345,26 @@ class Core:
         pointer = lib.sway_core_status(self._core)
         raw = bytes(ffi.buffer(pointer, ffi.sizeof("sway_status_t")))
         return np.frombuffer(raw, dtype=STATUS_DTYPE)
+
+    def trailer(self) -> dict[str, Any]:
+        """What the car's own sensors tell of the trailer: ``sway_trailer_report_t`` by its names.
+
+        Numbers are pairs (value, standard error) in the units of their names.
+        """
+        report = ffi.new("sway_trailer_report_t *")
+        lib.sway_trailer_report(lib.sway_core_trailer(self._core), report)
+        result: dict[str, Any] = {}
+        for name, member in ffi.typeof(report[0]).fields:
+            value = getattr(report, name)
+            kind = member.type.kind
+            result[name] = (
+                (value.value, value.se)
+                if kind == "struct"
+                else tuple(value)
+                if kind == "array"
+                else value
+            )
+        return result
 
     def feed(
         self, drive: Drive, progress: Callable[[float], None] | None = None
@@ -452,4 +484,4 @@ def analyze_drive(
     status, inputs = core.feed(drive, progress)
     counts = core.status()["fault_count"][0]
     faults = {name: int(counts[index]) for index, name in FAULT.items()}
-    return Estimates(status, faults, inputs, columns_of(status))
+    return Estimates(status, faults, inputs, core.trailer(), columns_of(status))

@@ -63,6 +63,9 @@ class Trailer:
     rear_cornering_stiffness: float | None = None
     front_axle_load: float | None = None
     rear_axle_load: float | None = None
+    assumed: tuple[str, ...] = ()
+    """Of `mass`, `hitch_to_cog`, `yaw_inertia`, `stiffness`, `axle`: those that nobody gave; their
+    values are typical ones."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +119,7 @@ def load_vehicle(path: Path | str) -> Vehicle:
     car = Car(**_table(path, "car", content["car"], Car))
     trailer = None
     if "trailer" in content:
-        trailer = Trailer(**_table(path, "trailer", content["trailer"], Trailer))
+        trailer = _trailer(path, content["trailer"], car)
         if car.hitch_to_cog is None:
             raise VehicleError(f"{path}: [car] hitch_to_cog is missing; a trailer hangs on it (m)")
     vehicle = Vehicle(car, trailer, path)
@@ -127,20 +130,80 @@ def load_vehicle(path: Path | str) -> Vehicle:
     return vehicle
 
 
+UNKNOWNS = ("mass", "hitch_to_cog", "yaw_inertia", "stiffness", "axle")
+"""What may be unknown of a trailer, in the order of ``sway_core_config_t.trailer_assumed``."""
+
+TYPICAL_MASS_SHARE = 0.8
+"""Mass of a trailer over that of its car."""
+TYPICAL_LENGTH_M = 4.3
+"""Hitch to COG."""
+TYPICAL_AXLE_M = 0.18
+"""Axle behind the COG: 4 % of the mass on the ball."""
+TYPICAL_GYRATION = 0.22
+"""Yaw inertia over mass times squared distance of the hitch."""
+
+
+def _trailer(path: Path, table: Any, car: Car) -> Trailer:
+    """A [trailer] with what is known; typical values, named in `assumed`, for the rest."""
+    if not isinstance(table, dict):
+        raise VehicleError(f"{path}: [trailer] must be a table")
+    given = dict(table)
+    assumed = []
+    to_axle = given.pop("hitch_to_axle", None)
+    _check_values(path, "trailer", given, _fields(Trailer))
+    if to_axle is not None and not (isinstance(to_axle, (int, float)) and 0.5 <= to_axle <= 20.0):
+        raise VehicleError(
+            f"{path}: [trailer] hitch_to_axle = {to_axle!r} must be a number from 0.5 to 20 m"
+        )
+    if to_axle is not None and "hitch_to_cog" in given:
+        raise VehicleError(
+            f"{path}: [trailer] gives hitch_to_axle and hitch_to_cog; one of them is enough "
+            "(rear_axle_to_cog is the rest)"
+        )
+    if to_axle is not None:
+        given["hitch_to_cog"] = to_axle - given.get("rear_axle_to_cog", TYPICAL_AXLE_M)
+    elif "hitch_to_cog" not in given:
+        given["hitch_to_cog"] = TYPICAL_LENGTH_M
+        assumed.append("hitch_to_cog")
+    if "mass" not in given:
+        given["mass"] = TYPICAL_MASS_SHARE * car.mass
+        assumed.append("mass")
+    if "rear_axle_to_cog" not in given:
+        given["rear_axle_to_cog"] = TYPICAL_AXLE_M
+        assumed.append("axle")
+    if "yaw_inertia" not in given:
+        given["yaw_inertia"] = TYPICAL_GYRATION * given["mass"] * given["hitch_to_cog"] ** 2
+        assumed.append("yaw_inertia")
+    if "rear_cornering_stiffness" not in given:
+        assumed.append("stiffness")
+    values = _table(path, "trailer", given, Trailer)
+    return Trailer(**values, assumed=tuple(name for name in UNKNOWNS if name in assumed))
+
+
+def _fields(kind: type[Any]) -> dict[str, Any]:
+    return {field.name: field for field in dataclasses.fields(kind) if field.name != "assumed"}
+
+
 def _table(path: Path, name: str, table: Any, kind: type[Any]) -> dict[str, float]:
     if not isinstance(table, dict):
         raise VehicleError(f"{path}: [{name}] must be a table")
-    fields = {field.name: field for field in dataclasses.fields(kind)}
-    for key in table:
-        if key not in fields:
-            raise VehicleError(
-                f"{path}: [{name}] {key} is not known; known: {', '.join(sorted(fields))}"
-            )
+    fields = _fields(kind)
     for key, field in fields.items():
         if key not in table and field.default is dataclasses.MISSING:
             low, high, unit = _range(name, key)
             raise VehicleError(
                 f"{path}: [{name}] {key} is missing; expected {low:g} to {high:g} {unit}"
+            )
+    _check_values(path, name, table, fields)
+    return {key: float(value) for key, value in table.items()}
+
+
+def _check_values(path: Path, name: str, table: Any, fields: dict[str, Any]) -> None:
+    """Refuse keys that are not known, and values that are no numbers in their range."""
+    for key in table:
+        if key not in fields:
+            raise VehicleError(
+                f"{path}: [{name}] {key} is not known; known: {', '.join(sorted(fields))}"
             )
     for key, value in table.items():
         low, high, unit = _range(name, key)
@@ -152,7 +215,6 @@ def _table(path: Path, name: str, table: Any, kind: type[Any]) -> dict[str, floa
                 f"{path}: [{name}] {key} = {shown} {unit} is out of range; expected "
                 f"{low:g} to {high:g} {unit}"
             )
-    return {key: float(value) for key, value in table.items()}
 
 
 def _check_sense(path: Path, vehicle: Vehicle) -> None:

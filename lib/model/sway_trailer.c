@@ -1,0 +1,631 @@
+// SPDX-License-Identifier: MIT
+#include "model/sway_trailer.h"
+
+#include <string.h>
+
+#include "arithmetic/sway_real_ops.h"
+
+/* Below this the slips are large and the single-track model is not meant. mm/s */
+#define SPEED_LOW_MM_S 8000
+
+/* Time between two samples of the observers. */
+#define SAMPLE_US 40000
+
+/* Share of a car's motion that missing physics may explain, squared, 1e-6; samples that tell the
+ * same; bounds of the evidence, and where it decides (odds of 1 to 1,100), x 1. */
+#define SHARE_PPM 1600
+#define ALIKE 25
+#define EVIDENCE_MOST 30
+#define EVIDENCE_SURE 7
+
+/* Standard errors of a user's values: stiffness 8 %, inertia 10 %, mass 3 %, lengths 5 cm (by about
+ * 4 m), axle 5 cm; of the car's stiffness where it is not known; of typical values. */
+enum { SURE_STIFFNESS = 80000, SURE_INERTIA = 100000, SURE_MASS = 30000, SURE_LENGTH = 15000 };
+enum { SURE_PLACE = 50000, OPEN_STIFFNESS = 350000, FRICTION_SE = 1000000 };
+
+static const struct {
+    int32_t sure_ppm;
+    int32_t open_ppm;
+} DOUBT[SWAY_TRAILER_UNKNOWNS] = {
+    {SURE_MASS, 400000},      {SURE_LENGTH, 270000}, {SURE_INERTIA, 300000},
+    {SURE_STIFFNESS, 280000}, {SURE_PLACE, 120000},  {FRICTION_SE, FRICTION_SE},
+};
+
+/* Typical: stiffness 13 times the load, mass of the trailer by the car's, length, I / (m l^2), 12.5
+ * times the load, axle behind the centre of gravity; the ball behind the rear axle. */
+#define TYPICAL_BY_LOAD 13
+#define TYPICAL_MASS_PPM 800000
+#define TYPICAL_LENGTH_UM 4300000
+#define TYPICAL_GYRATION_PPM 220000
+#define TYPICAL_STIFFNESS_PPM 12500000
+#define TYPICAL_AXLE_UM 180000
+#define TYPICAL_OVERHANG_UM 1000000
+
+/* What the single-track model leaves out (roll, air, lags) in the critical speed, at the least. */
+#define MODEL_FLOOR_PPM 13000
+
+/* Derivatives that are renewed each time, after the first. */
+#define TURN 3
+
+/* A critical speed less certain than this is not told. */
+#define TELLING_PPM 150000
+
+/* Step of the differences. */
+#define DIFFERENCE (-9)
+
+enum { ROOT_SWEEPS_MAX = 30 };
+
+static const uint8_t PARAMETER[SWAY_TRAILER_PARAMETERS] = {
+    SWAY_STATE_CAR_FRONT,        SWAY_STATE_CAR_REAR,          SWAY_STATE_CAR_INERTIA,
+    SWAY_STATE_CAR_COG,          SWAY_STATE_TRAILER_MASS,      SWAY_STATE_TRAILER_LENGTH,
+    SWAY_STATE_TRAILER_GYRATION, SWAY_STATE_TRAILER_STIFFNESS, SWAY_STATE_TRAILER_AXLE,
+};
+
+static sway_real_t micro(int64_t value)
+{
+    return sway_real_micro(value);
+}
+
+/* --- start ------------------------------------------------------------------------------------ */
+
+static sway_real_t load_share(const sway_car_t *car, int32_t other_um)
+{
+    const int32_t base = car->front_axle_to_cog_um + car->rear_axle_to_cog_um;
+    const sway_real_t weight = MUL(sway_real_ratio(car->mass_g, 1000), sway_real_ratio(981, 100));
+    return MUL(weight, sway_real_ratio(other_um, base));
+}
+
+static sway_real_t stiffness_of(int32_t believed, sway_real_t load)
+{
+    return believed != 0 ? sway_real_int(believed) : MUL(load, sway_real_int(TYPICAL_BY_LOAD));
+}
+
+static void set_car(sway_observer_car_t *to, const sway_vehicle_t *vehicle, int32_t rows_us)
+{
+    const sway_car_t *const car = &vehicle->car;
+    const int32_t hitch = car->hitch_to_cog_um != 0
+                              ? car->hitch_to_cog_um
+                              : car->rear_axle_to_cog_um + TYPICAL_OVERHANG_UM;
+    memset(to, 0, sizeof *to);
+    to->mass_kg = sway_real_ratio(car->mass_g, 1000);
+    to->front_m = micro(car->front_axle_to_cog_um);
+    to->rear_m = micro(car->rear_axle_to_cog_um);
+    to->hitch_m = micro(hitch);
+    to->front_n_per_rad = stiffness_of(car->front_cornering_stiffness_n_per_rad,
+                                       load_share(car, car->rear_axle_to_cog_um));
+    to->rear_n_per_rad = stiffness_of(car->rear_cornering_stiffness_n_per_rad,
+                                      load_share(car, car->front_axle_to_cog_um));
+    to->inertia_kgm2 = car->yaw_inertia_gm2 != 0 ? sway_real_ratio(car->yaw_inertia_gm2, 1000)
+                                                 : MUL(to->mass_kg, MUL(to->front_m, to->rear_m));
+    to->ratio = sway_real_ratio(1000, car->steering_ratio_milli);
+    to->acc_m = micro(car->lateral_acc_position_um);
+    to->step_s = micro(rows_us);
+    if (vehicle->trailer.axles == 2) {
+        to->half_tandem_m = sway_real_scale(micro((int64_t)vehicle->trailer.front_axle_to_cog_um +
+                                                  vehicle->trailer.rear_axle_to_cog_um),
+                                            -1);
+    }
+}
+
+static void set_car_start(sway_observer_start_t *start, const sway_car_t *car)
+{
+    memset(start, 0, sizeof *start);
+    start->se[SWAY_STATE_YAW_RATE_OFFSET] = micro(10000);
+    start->se[SWAY_STATE_ACC_OFFSET] = micro(300000);
+    start->se[SWAY_STATE_STEERING_OFFSET] = micro(50000);
+    start->se[SWAY_STATE_CAR_FRONT] =
+        micro(car->front_cornering_stiffness_n_per_rad != 0 ? SURE_STIFFNESS : OPEN_STIFFNESS);
+    start->se[SWAY_STATE_CAR_REAR] =
+        micro(car->rear_cornering_stiffness_n_per_rad != 0 ? SURE_STIFFNESS : OPEN_STIFFNESS);
+    start->se[SWAY_STATE_CAR_INERTIA] = micro(SURE_INERTIA);
+    start->se[SWAY_STATE_CAR_COG] = micro(SURE_PLACE);
+}
+
+static void set_typical(sway_observer_start_t *start, const sway_car_t *car)
+{
+    sway_real_t *const x = start->value;
+    x[SWAY_STATE_TRAILER_MASS] =
+        sway_real_ln(MUL(sway_real_ratio(car->mass_g, 1000), micro(TYPICAL_MASS_PPM)));
+    x[SWAY_STATE_TRAILER_LENGTH] = sway_real_ln(micro(TYPICAL_LENGTH_UM));
+    x[SWAY_STATE_TRAILER_GYRATION] = sway_real_ln(micro(TYPICAL_GYRATION_PPM));
+    x[SWAY_STATE_TRAILER_STIFFNESS] = sway_real_ln(micro(TYPICAL_STIFFNESS_PPM));
+    x[SWAY_STATE_TRAILER_AXLE] = micro(TYPICAL_AXLE_UM);
+}
+
+/* The user's trailer; a tandem as one axle in the middle of its forces. */
+static void set_believed(sway_observer_start_t *start, const sway_vehicle_t *vehicle)
+{
+    const sway_trailer_t *const trailer = &vehicle->trailer;
+    sway_real_t *const x = start->value;
+    const sway_real_t mass = sway_real_ratio(trailer->mass_g, 1000);
+    const sway_real_t length = micro(trailer->hitch_to_cog_um);
+    const sway_real_t square = MUL(mass, sway_real_square(length));
+    const bool tandem = trailer->axles == 2;
+    int32_t front = tandem ? trailer->front_cornering_stiffness_n_per_rad : 0;
+    int32_t rear = trailer->rear_cornering_stiffness_n_per_rad;
+    x[SWAY_STATE_TRAILER_MASS] = sway_real_ln(mass);
+    x[SWAY_STATE_TRAILER_LENGTH] = sway_real_ln(length);
+    x[SWAY_STATE_TRAILER_GYRATION] =
+        sway_real_ln(DIV(sway_real_ratio(trailer->yaw_inertia_gm2, 1000), square));
+    if (rear != 0 && (!tandem || front != 0)) {
+        const sway_real_t weight = MUL(mass, sway_real_ratio(981, 100));
+        x[SWAY_STATE_TRAILER_STIFFNESS] = sway_real_ln(DIV(sway_real_int(front + rear), weight));
+    } else {
+        front = tandem ? 1 : 0;
+        rear = 1;
+    }
+    const sway_real_t ahead = MUL(micro(trailer->front_axle_to_cog_um), sway_real_int(front));
+    const sway_real_t behind = MUL(micro(trailer->rear_axle_to_cog_um), sway_real_int(rear));
+    x[SWAY_STATE_TRAILER_AXLE] = DIV(SUB(behind, ahead), sway_real_int(front + rear));
+}
+
+static uint32_t open_values(const sway_vehicle_t *vehicle, uint32_t assumed)
+{
+    const sway_trailer_t *const trailer = &vehicle->trailer;
+    if (trailer->axles == 0) {
+        return UINT32_MAX;
+    }
+    const bool stiff = trailer->rear_cornering_stiffness_n_per_rad != 0 &&
+                       (trailer->axles == 1 || trailer->front_cornering_stiffness_n_per_rad != 0);
+    const uint32_t bit = 1U << (SWAY_STATE_TRAILER_STIFFNESS - SWAY_STATE_TRAILER_MASS);
+    return assumed | (stiff ? 0U : bit);
+}
+
+void sway_trailer_init(sway_trailer_watch_t *trailer, const sway_vehicle_t *vehicle,
+                       uint32_t assumed, int32_t sample_period_us)
+{
+    sway_observer_car_t car;
+    sway_observer_start_t start;
+    memset(trailer, 0, sizeof *trailer);
+    trailer->told = vehicle->trailer.axles > 0;
+    trailer->rows_due = (uint8_t)(SAMPLE_US / sample_period_us);
+    set_car(&car, vehicle, (int32_t)trailer->rows_due * sample_period_us);
+    set_car_start(&start, &vehicle->car);
+    set_typical(&start, &vehicle->car);
+    if (trailer->told) {
+        set_believed(&start, vehicle);
+    }
+    const uint32_t open = open_values(vehicle, assumed);
+    for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
+        start.se[SWAY_STATE_TRAILER_MASS + i] =
+            micro((open & (1U << i)) != 0U ? DOUBT[i].open_ppm : DOUBT[i].sure_ppm);
+    }
+    sway_observer_init(&trailer->alone, &car, &start, SWAY_STATE_SOLO);
+    sway_observer_init(&trailer->with, &car, &start, SWAY_STATE_COUNT);
+}
+
+/* --- samples ---------------------------------------------------------------------------------- */
+
+static const uint8_t CHANNEL[4] = {SWAY_CHANNEL_STEERING_WHEEL_ANGLE, SWAY_CHANNEL_SPEED,
+                                   SWAY_CHANNEL_CAR_YAW_RATE, SWAY_CHANNEL_CAR_LATERAL_ACC};
+#define OWN_MASK                                                                                   \
+    (SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE) | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED) |  \
+     SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE) | SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_LATERAL_ACC))
+#define TRAILER_MASK                                                                               \
+    (SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE) |                                             \
+     SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_LATERAL_ACC) |                                          \
+     SWAY_CHANNEL_BIT(SWAY_CHANNEL_ARTICULATION))
+
+static void pause(sway_trailer_watch_t *trailer)
+{
+    sway_observer_pause(&trailer->alone);
+    sway_observer_pause(&trailer->with);
+    trailer->busy[0] = false;
+    trailer->busy[1] = false;
+    trailer->rows = 0;
+    memset(trailer->sum, 0, sizeof trailer->sum);
+}
+
+static void take_sample(sway_trailer_watch_t *trailer)
+{
+    sway_real_t mean[4];
+    for (uint32_t i = 0; i < 4U; i++) {
+        mean[i] = DIV(micro(trailer->sum[i]), sway_real_int(trailer->rows_due));
+        trailer->sum[i] = 0;
+    }
+    const sway_observer_sample_t sample = {mean[0], MUL(mean[1], sway_real_int(1000)), mean[2],
+                                           mean[3]};
+    trailer->rows = 0;
+    sway_observer_take(&trailer->alone, &sample);
+    sway_observer_take(&trailer->with, &sample);
+    trailer->busy[0] = sway_observer_cost(&trailer->alone) != 0U;
+    trailer->busy[1] = sway_observer_cost(&trailer->with) != 0U;
+    trailer->learnt_ms += trailer->learnt_ms < INT32_MAX / 2 ? SAMPLE_US / 1000 : 0;
+}
+
+void sway_trailer_push(sway_trailer_watch_t *trailer, const sway_row_t *row)
+{
+    trailer->sensed = trailer->sensed || (row->valid_mask & TRAILER_MASK) != 0U;
+    const bool whole = (row->valid_mask & OWN_MASK) == OWN_MASK;
+    if (trailer->sensed || !whole || row->restart ||
+        row->value[SWAY_CHANNEL_SPEED] < SPEED_LOW_MM_S) {
+        pause(trailer);
+        return;
+    }
+    for (uint32_t i = 0; i < 4U; i++) {
+        trailer->sum[i] += row->value[CHANNEL[i]];
+    }
+    trailer->rows++;
+    if (trailer->rows >= trailer->rows_due) {
+        while (sway_trailer_cost(trailer) != 0U) { // where slices were too few for the last one
+            sway_trailer_run(trailer);
+        }
+        take_sample(trailer);
+    }
+}
+
+/* --- is it there? ----------------------------------------------------------------------------- */
+
+/* Power of what moves, apart from its two-second mean, in squares of the sensors' errors. */
+static sway_real_t moving_power(sway_trailer_watch_t *trailer)
+{
+    const sway_real_t now[2] = {trailer->with.now.yaw_rate_rad_s, trailer->with.now.acc_m_s2};
+    const int32_t error[2] = {3000, 50000};
+    const sway_real_t share = sway_real_scale(trailer->with.car.step_s, -1);
+    sway_real_t power = sway_real_int(-4); // noise alone has a power of 1
+    for (uint32_t i = 0; i < 2U; i++) {
+        trailer->slow[i] = ADD(trailer->slow[i], MUL(share, SUB(now[i], trailer->slow[i])));
+        const sway_real_t moved = DIV(SUB(now[i], trailer->slow[i]), micro(error[i]));
+        power = ADD(power, sway_real_scale(sway_real_square(moved), -1));
+    }
+    return sway_real_max(power, sway_real_zero());
+}
+
+static void weigh(sway_trailer_watch_t *trailer)
+{
+    const sway_real_t gain = SUB(trailer->with.log_likelihood, trailer->alone.log_likelihood);
+    const sway_real_t price = MUL(moving_power(trailer), micro(SHARE_PPM));
+    const sway_real_t most = sway_real_int(EVIDENCE_MOST);
+    const sway_real_t step = DIV(SUB(gain, price), sway_real_int(ALIKE));
+    trailer->evidence = sway_real_max(sway_real_min(ADD(trailer->evidence, step), most), NEG(most));
+    if (sway_real_compare(trailer->evidence, sway_real_int(EVIDENCE_SURE)) >= 0) {
+        trailer->presence = SWAY_TRAILER_THERE;
+    } else if (sway_real_compare(trailer->evidence, sway_real_int(-EVIDENCE_SURE)) <= 0) {
+        trailer->presence = SWAY_TRAILER_NONE;
+    }
+}
+
+uint32_t sway_trailer_cost(const sway_trailer_watch_t *trailer)
+{
+    if (trailer->busy[0]) {
+        return sway_observer_cost(&trailer->alone);
+    }
+    return trailer->busy[1] ? sway_observer_cost(&trailer->with) : 0U;
+}
+
+void sway_trailer_run(sway_trailer_watch_t *trailer)
+{
+    const uint32_t which = trailer->busy[0] ? 0U : 1U;
+    sway_observer_t *const observer = which == 0U ? &trailer->alone : &trailer->with;
+    if (!trailer->busy[which]) {
+        return;
+    }
+    sway_observer_run(observer);
+    trailer->busy[which] = sway_observer_cost(observer) != 0U;
+    if (which == 1U && !trailer->busy[1]) {
+        weigh(trailer);
+    }
+}
+
+bool sway_trailer_speaks(const sway_trailer_watch_t *trailer)
+{
+    const bool believed = trailer->told ? trailer->presence != SWAY_TRAILER_NONE
+                                        : trailer->presence == SWAY_TRAILER_THERE;
+    return !trailer->sensed && believed && trailer->learnt_ms > 0;
+}
+
+/* --- the model -------------------------------------------------------------------------------- */
+
+void sway_trailer_model_start(sway_trailer_watch_t *trailer, sway_real_t speed_m_s)
+{
+    memset(&trailer->next, 0, sizeof trailer->next);
+    trailer->speed_m_s = speed_m_s;
+    trailer->step = 0;
+    trailer->count = 0;
+}
+
+static bool step_limit(sway_trailer_watch_t *trailer)
+{
+    sway_margin_model_t *const next = &trailer->next;
+    sway_observer_body_t body;
+    sway_observer_body(&trailer->with, &body);
+    sway_observer_model(&trailer->with, &body, &trailer->stm);
+    next->kind = sway_stm_critical_speed(&trailer->stm, &next->v_crit_m_s, &next->omega_crit_rad_s);
+    next->has_steady =
+        sway_stm_steady_state(&trailer->stm, trailer->speed_m_s, &next->steady) == SWAY_OK;
+    trailer->quartic = sway_stm_quartic(&trailer->stm, trailer->speed_m_s);
+    sway_stm_roots_start(&trailer->roots, &trailer->quartic);
+    return true;
+}
+
+static bool step_roots(sway_trailer_watch_t *trailer)
+{
+    const bool settled = sway_stm_roots_sweep(&trailer->roots, &trailer->quartic);
+    if (!settled && trailer->count < ROOT_SWEEPS_MAX) {
+        return false;
+    }
+    trailer->next.root = sway_stm_dominant(&trailer->roots);
+    trailer->next.damping_ratio = sway_stm_damping_ratio(trailer->next.root);
+    trailer->next.has_model = settled;
+    return true;
+}
+
+static bool step_slope(sway_trailer_watch_t *trailer)
+{
+    const sway_complex_t s = trailer->next.root;
+    if (trailer->count == 0U) {
+        trailer->f_s = sway_stm_above_s(&trailer->stm, s, trailer->speed_m_s);
+        return false;
+    }
+    trailer->f_s = sway_stm_slope_s(&trailer->stm, s, trailer->speed_m_s, trailer->f_s);
+    return true;
+}
+
+/* Change of -Re s/|s| with the root. */
+static sway_real_t ratio_change(sway_complex_t s, sway_complex_t ds)
+{
+    const sway_real_t across = SUB(MUL(ds.im, s.re), MUL(ds.re, s.im));
+    const sway_real_t size = sway_complex_abs(s);
+    return DIV(MUL(DIV(across, size), DIV(s.im, size)), size);
+}
+
+/* What one parameter does to the critical speed and to the damping ratio. */
+static bool step_derivative(sway_trailer_watch_t *trailer)
+{
+    const uint32_t many = trailer->complete ? TURN : SWAY_TRAILER_PARAMETERS;
+    const uint32_t which = ((uint32_t)trailer->turn + trailer->count) % SWAY_TRAILER_PARAMETERS;
+    const sway_real_t step = sway_real_scale(sway_real_int(1), DIFFERENCE);
+    sway_observer_body_t body;
+    sway_stm_t moved;
+    sway_real_t v;
+    sway_real_t omega;
+    if (trailer->count >= many) {
+        trailer->turn = (uint8_t)((trailer->turn + many) % SWAY_TRAILER_PARAMETERS);
+        trailer->complete = true;
+        return true;
+    }
+    sway_observer_body(&trailer->with, &body);
+    sway_observer_move(&body, (sway_state_t)PARAMETER[which], step);
+    sway_observer_model(&trailer->with, &body, &moved);
+    const sway_vcrit_t kind = sway_stm_critical_speed(&moved, &v, &omega);
+    if (kind == trailer->next.kind) {
+        trailer->limit_by[which] = sway_real_scale(SUB(v, trailer->next.v_crit_m_s), -DIFFERENCE);
+    }
+    const sway_complex_t df =
+        sway_stm_characteristic(&moved, trailer->next.root, trailer->speed_m_s);
+    const sway_complex_t ds = sway_complex_div(df, trailer->f_s);
+    trailer->ratio_by[which] = sway_real_scale(ratio_change(trailer->next.root, ds), -DIFFERENCE);
+    trailer->ratio_by[which] = NEG(trailer->ratio_by[which]);
+    return false;
+}
+
+static sway_real_t spread(const sway_trailer_watch_t *trailer, const sway_real_t *by)
+{
+    sway_real_t sum = sway_real_zero();
+    for (uint32_t i = 0; i < SWAY_TRAILER_PARAMETERS; i++) {
+        for (uint32_t j = 0; j < SWAY_TRAILER_PARAMETERS; j++) {
+            const sway_real_t both =
+                sway_observer_covariance(&trailer->with, PARAMETER[i], PARAMETER[j]);
+            sum = ADD(sum, MUL(MUL(by[i], by[j]), both));
+        }
+    }
+    return sway_real_max(sum, sway_real_zero());
+}
+
+/* The user's until half of the doubt is gone. */
+static sway_source_t source_of(const sway_trailer_watch_t *trailer, sway_real_t se)
+{
+    const sway_real_t left = MUL(trailer->start_se, sway_real_ratio(8, 10));
+    if (sway_real_less(se, sway_real_scale(trailer->start_se, -1))) {
+        return SWAY_SOURCE_IDENTIFIED;
+    }
+    return sway_real_less(se, left) ? SWAY_SOURCE_PARTLY : SWAY_SOURCE_USER;
+}
+
+static bool step_errors(sway_trailer_watch_t *trailer)
+{
+    sway_margin_model_t *const next = &trailer->next;
+    const sway_real_t limit = spread(trailer, trailer->limit_by);
+    const sway_real_t floor = sway_real_square(MUL(next->v_crit_m_s, micro(MODEL_FLOOR_PPM)));
+    if (sway_real_is_zero(trailer->start_se)) {
+        trailer->start_se = sway_real_sqrt(limit);
+    }
+    next->source = source_of(trailer, sway_real_sqrt(limit));
+    next->v_crit_se_m_s = sway_real_sqrt(ADD(limit, floor));
+    next->damping_ratio_se = sway_real_sqrt(spread(trailer, trailer->ratio_by));
+    if (sway_real_less(MUL(next->v_crit_m_s, micro(TELLING_PPM)), next->v_crit_se_m_s)) {
+        next->kind = SWAY_VCRIT_NONE;
+        next->has_model = false;
+    }
+    trailer->model = *next;
+    trailer->has_model = true;
+    return true;
+}
+
+typedef bool step_t(sway_trailer_watch_t *trailer);
+
+static const struct {
+    step_t *run;
+    uint8_t cost;
+} STEPS[] = {
+    {step_limit, 60}, {step_roots, 30}, {step_slope, 40}, {step_derivative, 60}, {step_errors, 50}};
+enum { STEP_COUNT = sizeof STEPS / sizeof STEPS[0] };
+
+uint32_t sway_trailer_model_cost(const sway_trailer_watch_t *trailer)
+{
+    return trailer->step < STEP_COUNT ? STEPS[trailer->step].cost : 1U;
+}
+
+bool sway_trailer_model_run(sway_trailer_watch_t *trailer)
+{
+    if (trailer->step >= STEP_COUNT) {
+        return false;
+    }
+    if (STEPS[trailer->step].run(trailer)) {
+        trailer->step++;
+        trailer->count = 0;
+    } else {
+        trailer->count++;
+    }
+    return trailer->step < STEP_COUNT;
+}
+
+/* --- what it says ----------------------------------------------------------------------------- */
+
+/* With the ball's acceleration a_h the trailer turns with r2 = (m h s + K / v) a_h / Q(s, v). */
+sway_real_t sway_trailer_swing(const sway_trailer_watch_t *trailer, const sway_line_t *line)
+{
+    const sway_observer_car_t *const car = &trailer->with.car;
+    const sway_complex_t s = {line->growth_1_s, line->omega_rad_s};
+    const sway_complex_t yaw = line->channel[SWAY_CHANNEL_CAR_YAW_RATE].amplitude;
+    const sway_complex_t acc = line->channel[SWAY_CHANNEL_CAR_LATERAL_ACC].amplitude;
+    const uint32_t both = SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE) |
+                          SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_LATERAL_ACC);
+    if ((line->valid_mask & both) != both || sway_real_sign(line->speed_m_s) <= 0) {
+        return sway_complex_abs(yaw);
+    }
+    sway_observer_body_t b;
+    sway_observer_body(&trailer->with, &b);
+    const sway_real_t by_v = DIV(sway_real_int(1), line->speed_m_s);
+    const sway_real_t arm = ADD(b.length_m, b.axle_m);
+    const sway_real_t turning = MUL(b.trailer_n_per_rad, arm);
+    const sway_real_t inertia =
+        ADD(b.trailer_inertia_kgm2, MUL(b.mass_kg, sway_real_square(b.length_m)));
+    sway_complex_t ball = sway_complex_mul(s, yaw);
+    ball = sway_complex_sub(acc, sway_complex_scale(ball, ADD(car->acc_m, car->hitch_m)));
+    sway_complex_t above = sway_complex_scale(s, MUL(b.mass_kg, b.length_m));
+    above.re = ADD(above.re, MUL(turning, by_v));
+    sway_complex_t below = sway_complex_scale(sway_complex_mul(s, s), inertia);
+    below = sway_complex_add(below, sway_complex_scale(s, MUL(MUL(turning, arm), by_v)));
+    below.re = ADD(below.re, turning);
+    return sway_complex_abs(sway_complex_div(sway_complex_mul(above, ball), below));
+}
+
+/* Value and error of a logarithm's number. */
+static sway_trailer_number_t number(sway_real_t value, sway_real_t relative, int32_t scale)
+{
+    const sway_trailer_number_t result = {
+        sway_real_to_int(value, scale, -INT32_MAX, INT32_MAX),
+        sway_real_to_int(sway_real_abs(MUL(value, relative)), scale, 0, INT32_MAX)};
+    return result;
+}
+
+static sway_trailer_number_t plain(sway_real_t value, sway_real_t se, int32_t scale)
+{
+    const sway_trailer_number_t result = {sway_real_to_int(value, scale, -INT32_MAX, INT32_MAX),
+                                          sway_real_to_int(se, scale, 0, INT32_MAX)};
+    return result;
+}
+
+/* Standard error of a sum of states, each with its weight. */
+typedef struct {
+    uint8_t state;
+    sway_real_t weight;
+} part_t;
+
+static sway_real_t se_of(const sway_observer_t *observer, const part_t *parts, uint32_t n)
+{
+    sway_real_t sum = sway_real_zero();
+    for (uint32_t i = 0; i < n; i++) {
+        for (uint32_t j = 0; j < n; j++) {
+            const sway_real_t both =
+                sway_observer_covariance(observer, parts[i].state, parts[j].state);
+            sum = ADD(sum, MUL(MUL(parts[i].weight, parts[j].weight), both));
+        }
+    }
+    return sway_real_sqrt(sway_real_max(sum, sway_real_zero()));
+}
+
+static void report_trailer(const sway_observer_t *with, sway_trailer_report_t *report)
+{
+    const sway_real_t one = sway_real_int(1);
+    sway_observer_body_t b;
+    sway_observer_body(with, &b);
+    const part_t inertia[3] = {{SWAY_STATE_TRAILER_MASS, one},
+                               {SWAY_STATE_TRAILER_LENGTH, sway_real_int(2)},
+                               {SWAY_STATE_TRAILER_GYRATION, one}};
+    const part_t stiffness[2] = {{SWAY_STATE_TRAILER_MASS, one},
+                                 {SWAY_STATE_TRAILER_STIFFNESS, one}};
+    const part_t axle[2] = {{SWAY_STATE_TRAILER_LENGTH, b.length_m},
+                            {SWAY_STATE_TRAILER_AXLE, one}};
+    report->mass_kg = number(b.mass_kg, sway_observer_se(with, SWAY_STATE_TRAILER_MASS), 1);
+    report->hitch_to_cog_mm =
+        number(b.length_m, sway_observer_se(with, SWAY_STATE_TRAILER_LENGTH), 1000);
+    report->hitch_to_axle_mm = plain(ADD(b.length_m, b.axle_m), se_of(with, axle, 2), 1000);
+    report->yaw_inertia_kgm2 = number(b.trailer_inertia_kgm2, se_of(with, inertia, 3), 1);
+    report->stiffness_n_per_rad = number(b.trailer_n_per_rad, se_of(with, stiffness, 2), 1);
+    report->friction_nm =
+        plain(with->x[SWAY_STATE_FRICTION], sway_observer_se(with, SWAY_STATE_FRICTION), 100);
+    report->yaw_rate_urad_s = plain(with->x[SWAY_STATE_TRAILER_YAW_RATE],
+                                    sway_observer_se(with, SWAY_STATE_TRAILER_YAW_RATE), 1000000);
+    report->articulation_urad = plain(with->x[SWAY_STATE_ARTICULATION],
+                                      sway_observer_se(with, SWAY_STATE_ARTICULATION), 1000000);
+}
+
+void sway_trailer_report(const sway_trailer_watch_t *trailer, sway_trailer_report_t *report)
+{
+    const sway_observer_t *const best =
+        trailer->presence == SWAY_TRAILER_NONE ? &trailer->alone : &trailer->with;
+    sway_observer_body_t b;
+    memset(report, 0, sizeof *report);
+    report->presence = trailer->sensed ? SWAY_TRAILER_SENSED : trailer->presence;
+    report->evidence_milli = sway_real_to_int(trailer->evidence, 1000, -INT32_MAX, INT32_MAX);
+    report->learnt_ms = trailer->learnt_ms;
+    for (uint32_t i = 0; i < 2U; i++) {
+        report->agreement_milli[i] = sway_real_to_int(best->unfit[i], 1000, 0, INT32_MAX);
+    }
+    sway_observer_body(best, &b);
+    report->car_front_n_per_rad =
+        number(b.front_n_per_rad, sway_observer_se(best, SWAY_STATE_CAR_FRONT), 1);
+    report->car_rear_n_per_rad =
+        number(b.rear_n_per_rad, sway_observer_se(best, SWAY_STATE_CAR_REAR), 1);
+    report_trailer(&trailer->with, report);
+}
+
+/* --- the same as last time? ------------------------------------------------------------------- */
+
+static uint32_t corner(uint32_t i, uint32_t j)
+{
+    return i * (i + 1U) / 2U + j;
+}
+
+void sway_trailer_remember(const sway_trailer_watch_t *trailer, sway_trailer_memory_t *memory)
+{
+    for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
+        memory->value[i] = trailer->with.x[SWAY_STATE_TRAILER_MASS + i];
+        for (uint32_t j = 0; j <= i; j++) {
+            memory->covariance[corner(i, j)] = sway_observer_covariance(
+                &trailer->with, SWAY_STATE_TRAILER_MASS + i, SWAY_STATE_TRAILER_MASS + j);
+        }
+    }
+}
+
+sway_real_t sway_trailer_distance(const sway_trailer_watch_t *trailer,
+                                  const sway_trailer_memory_t *memory)
+{
+    enum { N = SWAY_TRAILER_UNKNOWNS - 1 };
+    sway_trailer_memory_t now;
+    sway_real_t factor[N * (N + 1) / 2];
+    sway_real_t z[N];
+    sway_real_t sum = sway_real_zero();
+    sway_trailer_remember(trailer, &now);
+    for (uint32_t i = 0; i < N; i++) { // Cholesky of the sum of both, and forward substitution
+        z[i] = SUB(now.value[i], memory->value[i]);
+        for (uint32_t j = 0; j <= i; j++) {
+            sway_real_t c = ADD(now.covariance[corner(i, j)], memory->covariance[corner(i, j)]);
+            for (uint32_t k = 0; k < j; k++) {
+                c = SUB(c, MUL(factor[corner(i, k)], factor[corner(j, k)]));
+            }
+            if (i == j && sway_real_sign(c) <= 0) {
+                return sway_real_int(-1);
+            }
+            factor[corner(i, j)] = i == j ? sway_real_sqrt(c) : DIV(c, factor[corner(j, j)]);
+            if (j < i) {
+                z[i] = SUB(z[i], MUL(factor[corner(i, j)], z[j]));
+            }
+        }
+        z[i] = DIV(z[i], factor[corner(i, i)]);
+        sum = ADD(sum, sway_real_square(z[i]));
+    }
+    return sum;
+}
