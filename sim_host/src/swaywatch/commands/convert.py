@@ -6,8 +6,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from swaywatch.errors import RecordingError, SignalError
-from swaywatch.recording import FRAME_SUFFIXES, read_recording, write_recording
+from swaywatch.recording import SUFFIXES, Series, read_recording, write_recording
+
+DECODED = (".mat", ".mcap")
+"""Formats that hold decoded signals only: the roles, in SI units, without frames."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -28,7 +33,8 @@ def add_parser(subparsers: Any) -> None:
         type=Path,
         required=True,
         metavar="FILE",
-        help=f"the file to write: {', '.join(FRAME_SUFFIXES)} (.log is candump)",
+        help=f"the file to write: {', '.join(SUFFIXES)} (.log is candump; .mat and .mcap hold the "
+        "decoded roles)",
     )
 
 
@@ -49,6 +55,17 @@ def run(args: argparse.Namespace) -> int:
     drive = load_drive([args.recording], args.signals)
     if not drive.channels:
         raise SignalError(f"{args.recording}: no channel to encode")
+    if args.to.suffix.lower() in DECODED:
+        signals = {
+            name: Series(
+                drive.start_ns + np.rint(channel.time_s * 1e9).astype(np.int64),
+                channel.value, channel.unit,
+            )
+            for name, channel in drive.channels.items()
+        }  # fmt: skip
+        write_recording(args.to, signals)
+        print(f"{args.to}: {len(signals)} channels, ISO 8855 and SI units")
+        return 0
     frames = encode_drive(drive)
     write_recording(args.to, frames)
     print(f"{args.to}: {len(frames)} frames of swaywatch.dbc, {len(drive.channels)} channels")

@@ -7,6 +7,7 @@ encodes.
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 
 from swaywatch.errors import RecordingError
@@ -15,6 +16,7 @@ from swaywatch.recording.guard import must_exist, refusing, whole_file
 
 __all__ = [
     "FRAME_SUFFIXES",
+    "SIGNAL_SUFFIXES",
     "SUFFIXES",
     "Frames",
     "Recording",
@@ -26,10 +28,10 @@ __all__ = [
 FRAME_SUFFIXES = (".blf", ".asc", ".log", ".trc", ".mf4", ".csv", ".parquet")
 """Formats that can hold CAN frames."""
 
-SIGNAL_SUFFIXES = (".mf4", ".csv", ".parquet")
+SIGNAL_SUFFIXES = (".mf4", ".csv", ".parquet", ".mat", ".mcap")
 """Formats that can hold decoded signals."""
 
-SUFFIXES = FRAME_SUFFIXES
+SUFFIXES = tuple(dict.fromkeys((*FRAME_SUFFIXES, *SIGNAL_SUFFIXES)))
 
 
 def read_recording(path: Path | str) -> Recording:
@@ -38,7 +40,8 @@ def read_recording(path: Path | str) -> Recording:
     Parameters
     ----------
     path
-        ``.blf``, ``.asc``, ``.log`` (candump), ``.trc``, ``.mf4``, ``.csv`` or ``.parquet``.
+        ``.blf``, ``.asc``, ``.log`` (candump), ``.trc``, ``.mf4``, ``.csv``, ``.parquet``,
+        ``.mat`` or ``.mcap``.
 
     Returns
     -------
@@ -62,35 +65,31 @@ def read_recording(path: Path | str) -> Recording:
     return recording
 
 
+_READERS = {
+    ".blf": ("blf", "read"),
+    ".asc": ("asc", "read"),
+    ".log": ("candump", "read"),
+    ".trc": ("trc", "read"),
+    ".mf4": ("mf4", "read"),
+    ".mdf": ("mf4", "read"),
+    ".csv": ("table", "read_csv"),
+    ".parquet": ("table", "read_parquet"),
+    ".mat": ("mat", "read"),
+    ".mcap": ("mcap", "read"),
+}
+"""Module and function for each suffix; imported when needed, since some load large libraries."""
+
+
 def _read(path: Path, suffix: str) -> Recording:
-    if suffix == ".blf":
-        from swaywatch.recording import blf
-
-        with refusing(path, "BLF"):
-            return blf.read(path)
-    if suffix == ".asc":
-        from swaywatch.recording import asc
-
-        return asc.read(path)
-    if suffix == ".log":
-        from swaywatch.recording import candump
-
-        return candump.read(path)
-    if suffix == ".trc":
-        from swaywatch.recording import trc
-
-        return trc.read(path)
-    if suffix in (".mf4", ".mdf"):
-        from swaywatch.recording import mf4
-
-        return mf4.read(path)
-    if suffix in (".csv", ".parquet"):
-        from swaywatch.recording import table
-
-        return table.read_csv(path) if suffix == ".csv" else table.read_parquet(path)
-    raise RecordingError(
-        f"{path}: unknown format {suffix or '(no suffix)'!r}; known: {', '.join(SUFFIXES)}"
-    )
+    if suffix not in _READERS:
+        raise RecordingError(
+            f"{path}: unknown format {suffix or '(no suffix)'!r}; known: {', '.join(SUFFIXES)}"
+        )
+    module, function = _READERS[suffix]
+    with refusing(path, suffix.removeprefix(".").upper()):
+        reader = getattr(import_module(f"swaywatch.recording.{module}"), function)
+        found: Recording = reader(path)
+    return found
 
 
 def write_recording(path: Path | str, content: Frames | dict[str, Series]) -> None:
@@ -99,8 +98,7 @@ def write_recording(path: Path | str, content: Frames | dict[str, Series]) -> No
     Parameters
     ----------
     path
-        Suffix as for :func:`read_recording`; decoded signals only ``.mf4``, ``.csv``,
-        ``.parquet``.
+        Suffix as for :func:`read_recording`; decoded signals only those of `SIGNAL_SUFFIXES`.
     content
         Frames in order of time, or signals by name.
     """
@@ -124,7 +122,7 @@ def _write(path: Path, suffix: str, content: Frames | dict[str, Series]) -> None
     elif suffix == ".parquet":
         table.write_parquet(path, content)
     elif not isinstance(content, Frames):
-        mf4.write_signals(path, content)
+        _write_signals(path, suffix, content)
     else:
         writers = {
             ".blf": blf.write,
@@ -134,3 +132,10 @@ def _write(path: Path, suffix: str, content: Frames | dict[str, Series]) -> None
             ".mf4": mf4.write_frames,
         }
         writers[suffix](path, content)
+
+
+def _write_signals(path: Path, suffix: str, signals: dict[str, Series]) -> None:
+    from swaywatch.recording import mat, mcap, mf4
+
+    writers = {".mf4": mf4.write_signals, ".mat": mat.write, ".mcap": mcap.write}
+    writers[suffix](path, signals)

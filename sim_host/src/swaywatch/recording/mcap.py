@@ -1,0 +1,123 @@
+"""MCAP by its own library: what Foxglove and PlotJuggler open.
+
+Written: signals that share their times are one topic ``/swaywatch/N`` of JSON messages, one field a
+signal, with a JSON schema that says each one's unit. Read: every numeric field of every
+JSON topic; fields of foreign topics are named ``topic/field`` (nested ones with dots).
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swaywatch.errors import RecordingError
+from swaywatch.recording.frames import Recording, Series, must_rise
+from swaywatch.recording.guard import most_unpacked, must_fit, refusing
+
+OWN = "/swaywatch/"
+
+
+def read(path: Path) -> Recording:
+    """Read every number of the JSON topics of an MCAP file."""
+    from mcap.reader import make_reader
+
+    times: dict[str, list[int]] = {}
+    values: dict[str, list[float]] = {}
+    units: dict[str, str] = {}
+    others: set[str] = set()
+    room = most_unpacked(path)
+    with refusing(path, "MCAP"), path.open("rb") as file:
+        reader = make_reader(file)
+        summary = reader.get_summary()
+        chunks = [] if summary is None else summary.chunk_indexes
+        must_fit(path, sum(chunk.uncompressed_size for chunk in chunks), "MCAP")
+        for schema, channel, message in reader.iter_messages():
+            if channel.message_encoding != "json":
+                others.add(f"{channel.topic} ({channel.message_encoding})")
+                continue
+            room -= len(message.data) + 64
+            if room < 0:
+                raise RecordingError(
+                    f"{path}: damaged MCAP: its {path.stat().st_size} bytes would unpack to far "
+                    "more than a measurement does"
+                )
+            own = channel.topic.startswith(OWN)
+            if own and schema is not None and channel.topic not in units:
+                units[channel.topic] = ""
+                units.update(_units(schema.data))
+            prefix = "" if own else f"{channel.topic}/"
+            for name, value in _fields(json.loads(message.data), prefix):
+                times.setdefault(name, []).append(message.log_time)
+                values.setdefault(name, []).append(value)
+    if not times:
+        found = f"; it has {', '.join(sorted(others)[:6])}" if others else ""
+        raise RecordingError(f"{path}: no JSON topic with numbers in the MCAP file{found}")
+    notes = (f"topics left out, since they are not JSON: {', '.join(sorted(others))}",)
+    signals = {}
+    for name, stamps in times.items():
+        time_ns = np.array(stamps, dtype=np.int64)
+        must_rise(path, time_ns)
+        signals[name] = Series(time_ns, np.array(values[name]), units.get(name, ""))
+    return Recording(path, "MCAP", signals=signals, notes=notes if others else ())
+
+
+def _units(schema: bytes) -> dict[str, str]:
+    properties = json.loads(schema).get("properties", {})
+    return {name: str(entry.get("unit", "")) for name, entry in properties.items()}
+
+
+def _fields(content: Any, prefix: str) -> list[tuple[str, float]]:
+    """Numbers of a JSON message by name; texts and lists are left out."""
+    found: list[tuple[str, float]] = []
+    pending: list[tuple[str, Any]] = [(prefix, content)]
+    while pending:
+        name, item = pending.pop()
+        if isinstance(item, dict):
+            dot = "" if name == prefix else "."
+            pending += [(f"{name}{dot}{key}", value) for key, value in reversed(item.items())]
+        elif isinstance(item, (int, float)) and name != prefix:
+            found.append((name, float(item)))
+    return found
+
+
+def write(path: Path, signals: dict[str, Series]) -> None:
+    """Write decoded signals, compressed; times are nanoseconds since 1970."""
+    from mcap.writer import Writer
+
+    groups: dict[bytes, list[str]] = {}
+    for name, series in signals.items():
+        groups.setdefault(series.time_ns.tobytes(), []).append(name)
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="", library="swaywatch")
+        rows: list[tuple[int, int, list[str], int]] = []
+        for number, names in enumerate(groups.values()):
+            channel = _topic(writer, number, names, signals)
+            stamps = signals[names[0]].time_ns
+            rows += [(int(stamp), channel, names, row) for row, stamp in enumerate(stamps)]
+        rows.sort(key=lambda row: row[0])
+        for stamp, channel, names, row in rows:
+            content = {n: _number(signals[n].value[row]) for n in names}
+            writer.add_message(
+                channel_id=channel, log_time=stamp, publish_time=stamp,
+                data=json.dumps(content, separators=(",", ":"), allow_nan=False).encode(),
+            )  # fmt: skip
+        writer.finish()  # type: ignore[no-untyped-call]
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _topic(writer: Any, number: int, names: list[str], signals: dict[str, Series]) -> int:
+    properties = {name: {"type": "number", "unit": signals[name].unit} for name in names}
+    schema = writer.register_schema(
+        name=f"swaywatch.Signals{number}", encoding="jsonschema",
+        data=json.dumps({"type": "object", "properties": properties}).encode(),
+    )  # fmt: skip
+    return int(
+        writer.register_channel(topic=f"{OWN}{number}", message_encoding="json", schema_id=schema)
+    )
