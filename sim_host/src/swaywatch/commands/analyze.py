@@ -15,6 +15,7 @@ from rich.table import Table
 from swaywatch import __version__, output
 from swaywatch.analysis import AXLE_NAMES, DriveResult, analyze, as_json
 from swaywatch.core import AXLES, unit_of
+from swaywatch.merge import write_merged
 from swaywatch.progress import LateProgress
 from swaywatch.recording import Series, write_recording
 from swaywatch.recording.guard import whole_file
@@ -42,6 +43,11 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--estimates", choices=("parquet", "mf4", "csv"), default="parquet",
         help="format of the estimates (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--merge", type=Path, metavar="FILE",
+        help="also write measured and estimated channels on one clock, for asammdf, PlotJuggler, "
+        "Foxglove or MATLAB: .mf4, .mcap, .mat, .parquet or .csv",
     )  # fmt: skip
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--one-drive", action="store_true", help="all files are one drive")
@@ -76,6 +82,8 @@ def run(args: argparse.Namespace) -> int:
         written = write_outputs(
             results, args.out, args.estimates, report=not args.no_report, signals=args.signals
         )
+        if args.merge:
+            written += write_merged(args.merge, _unique_names(results), results)
     for result in results:
         print_summary(console, result)
     lost = sum(result.drive.lost_frames for result in results)

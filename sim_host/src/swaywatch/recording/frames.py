@@ -63,11 +63,15 @@ class Frames:
 
 @dataclass(frozen=True)
 class Series:
-    """One signal: time_ns int64 (n,), value float64 (n,), in `unit` as the file says."""
+    """One signal: time_ns int64 (n,), value float64 (n,), in `unit` as the file says.
+
+    `comment` is for viewers and only written where the format has a place for it.
+    """
 
     time_ns: IntArray
     value: FloatArray
     unit: str
+    comment: str = ""
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,10 @@ def _number(value: float) -> float | None:
 
 
 def _topic(writer: Any, number: int, names: list[str], signals: dict[str, Series]) -> int:
-    properties = {name: {"type": "number", "unit": signals[name].unit} for name in names}
+    properties = {
+        name: {"type": "number", "unit": signals[name].unit, "description": signals[name].comment}
+        for name in names
+    }
     schema = writer.register_schema(
         name=f"swaywatch.Signals{number}", encoding="jsonschema",
         data=json.dumps({"type": "object", "properties": properties}).encode(),

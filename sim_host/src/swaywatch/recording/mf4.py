@@ -116,7 +116,10 @@ def write_signals(path: Path, signals: dict[str, Series]) -> None:
     groups: dict[bytes, list[Any]] = {}
     for name, series in signals.items():
         time_s = (series.time_ns - start_ns) * 1e-9
-        signal = Signal(samples=series.value, timestamps=time_s, name=name, unit=series.unit)
+        signal = Signal(
+            samples=series.value, timestamps=time_s, name=name, unit=series.unit,
+            comment=series.comment,
+        )  # fmt: skip
         groups.setdefault(series.time_ns.tobytes(), []).append(signal)
     with MDF(version="4.10") as mdf:
         _set_start(mdf, start_ns)
