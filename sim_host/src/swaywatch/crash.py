@@ -18,7 +18,7 @@ PACKAGES = (
 )  # fmt: skip
 
 EXTRAS = {
-    "numba": "simulation", "mujoco": "mujoco", "objective_rating_metrics": "diagnosis",
+    "numba": "mujoco", "mujoco": "mujoco", "objective_rating_metrics": "diagnosis",
 }  # fmt: skip
 """Module that may be missing to the extra of the package that brings it."""
 

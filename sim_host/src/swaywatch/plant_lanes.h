@@ -11,7 +11,7 @@
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
-#define PLANT_AXLE 12
+#define PLANT_AXLE 13
 #define PLANT_DRIVE 11
 #define PLANT_GENERATOR_WINDOW 6
 #define PLANT_STATES_OF_A_FIT 16
@@ -197,6 +197,7 @@ enum plant_axle {
     A_DEGRESSION,
     A_ROLL_STEER,
     A_HALF_TRACK,
+    A_SOFTENING,
     A_DAMPER,
     A_DAMPER_LEFT,
     A_DAMPER_RIGHT,
@@ -265,7 +266,6 @@ typedef struct {
 
 /// What a simulator needs beyond a fit.
 typedef struct {
-    double axles[4 * PLANT_AXLE];
     double drive[PLANT_DRIVE];
     double start_s;
     plant_generator_t *generator; ///< or NULL
@@ -281,6 +281,7 @@ typedef struct {
     const double *series[PLANT_SERIES]; ///< NULL: neutral
     const double *body;
     const double *scalars;
+    const double *axles;           ///< four rows of PLANT_AXLE; NULL: as the scalar slots say
     const plant_whole_t *whole;    ///< NULL: a fit's
     double state[PLANT_STATES];    ///< in: at `first`; out: at the last sample
     double *output;                ///< rows of `columns` outputs, or NULL

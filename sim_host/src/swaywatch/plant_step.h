@@ -16,7 +16,8 @@
 
 /// What any lane of a group uses; the rest is not calculated.
 typedef struct {
-    bool relaxed, saturated, aligning, rolls, sprung, flexible, playing, aero, sticking, banked;
+    bool relaxed, saturated, softens, aligning, rolls, sprung, flexible, playing, aero, sticking,
+        banked;
     bool alone, blocks, full;
     bool whole, heaves; // with what a simulator needs beyond a fit: plant_whole.h
     int states;         // that move
@@ -392,11 +393,11 @@ INLINE void NAME(springs)(const V *p, const V *e, CONSTANTS *k)
     k->inertia[1] += e2 * (m2 * e2 - 2.0 * k->lever[1]);
 }
 
-/// Values of each axle: those of the whole simulation, or as the scalar slots say.
+/// Values of each axle: its own, or as the scalar slots say.
 INLINE void NAME(axle_values)(const plant_lane_t *lane, double *to)
 {
-    if (lane->whole != NULL) {
-        memcpy(to, lane->whole->axles, sizeof lane->whole->axles);
+    if (lane->axles != NULL) {
+        memcpy(to, lane->axles, 4 * PLANT_AXLE * sizeof *to);
         return;
     }
     const double *s = lane->scalars;
@@ -424,6 +425,7 @@ INLINE void NAME(features)(const plant_lane_t *lane, const double *axles, FEATUR
         has->relaxed |= of[A_RELAXATION] > 0.0;
         has->rolls |= of[A_ROLL_STEER] != 0.0;
         has->heaves |= of[A_HEAVE_MASS] > 0.0;
+        has->softens |= of[A_SOFTENING] > 0.0;
         has->aligning |= s[E_TRAIL_CAR_FRONT + (a < 3 ? a : 2)] != 0.0;
     }
     has->whole |= lane->whole != NULL;

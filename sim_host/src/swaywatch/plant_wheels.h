@@ -16,7 +16,7 @@ typedef struct {
     V left, right; // extra load of one wheel
     V shift;       // load that goes from left to right
     V heave;       // load shared by both
-    V slip, degression, friction, trail, shape;
+    V slip, degression, softening, friction, trail, shape;
 } TYRES;
 
 /// Pneumatic trail of the brush model as a share of that at no slip; `x` is the linear force over
@@ -26,6 +26,17 @@ INLINE V NAME(trail)(V x)
     const V share = NAME(least)(NAME(absolute)(x) * (1.0 / 3.0), NAME(all)(1.0));
     const V left = 1.0 - share;
     return left * left * left / (1.0 - share + share * share * (1.0 / 3.0));
+}
+
+/// Force of a tyre whose stiffness falls with the square of its force over its load.
+INLINE V NAME(softened)(V linear, V load, V softening)
+{
+    const V used = linear / NAME(most)(load, NAME(all)(1.0));
+    V root = 1.0 + softening * used * used;
+    for (int i = 0; i < WIDTH; i++) {
+        root[i] = sqrt(root[i]);
+    }
+    return linear / root;
 }
 
 /// Lateral force of an axle from its two wheels.
@@ -38,7 +49,10 @@ INLINE V NAME(axle)(const TYRES *t, const FEATURES *has, AXLE *out)
         fz = wheel == 0 ? fz - t->shift + t->left : fz + t->shift + t->right;
         fz = NAME(most)(fz, NAME(all)(0.0));
         const V z = 2.0 * fz * t->per_load;
-        const V linear = 0.5 * t->stiffness * t->slip * z * (1.0 - t->degression * (z - 1.0));
+        V linear = 0.5 * t->stiffness * t->slip * z * (1.0 - t->degression * (z - 1.0));
+        if (has->softens) {
+            linear = NAME(softened)(linear, fz, t->softening);
+        }
         V force = linear, share = {0};
         if (has->saturated) {
             const V peak = fz * t->friction;
@@ -61,7 +75,10 @@ INLINE V NAME(even)(const TYRES *t, const FEATURES *has)
 {
     const V fz = NAME(most)(t->load + t->heave, NAME(all)(0.0));
     const V z = fz * t->per_load;
-    const V linear = t->stiffness * t->slip * z * (1.0 - t->degression * (z - 1.0));
+    V linear = t->stiffness * t->slip * z * (1.0 - t->degression * (z - 1.0));
+    if (has->softens) {
+        linear = NAME(softened)(linear, fz, t->softening);
+    }
     if (!has->saturated) {
         return linear;
     }
@@ -104,6 +121,7 @@ INLINE void NAME(tyres)(const V *ser, const V *p, const V *e, const CONSTANTS *k
     t->heave = ser[T_HEAVE_CAR_FRONT + a];
     t->shift = ser[T_SHIFT_CAR_FRONT + a];
     t->degression = k->axle[a][A_DEGRESSION];
+    t->softening = k->axle[a][A_SOFTENING];
     t->friction = k->friction[a] * (1.0 + ser[T_FRICTION]);
     t->shape = k->drive[D_SHAPE];
     t->trail = e[E_TRAIL_CAR_FRONT + (a < 3 ? a : 2)];

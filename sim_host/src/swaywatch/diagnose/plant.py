@@ -122,6 +122,7 @@ BEYOND = (
 #: Values of each axle of the whole, in the order car front, car rear, trailer front, rear.
 AXLE = (
     "relaxation", "peak_friction_inverse", "degression", "roll_steer", "half_track",
+    "softening",  # 1, stiffness over sqrt(1 + softening (force / load)^2)
     "damper",  # Ns/m of one damper at the wheel
     "damper_left", "damper_right",  # what is left of them, 1
     "damper_asymmetry",  # (rebound - compression) / (rebound + compression)
@@ -192,6 +193,9 @@ class PlantInput:
         Scalar slots in the order of `SCALARS`.
     series
         Time-function slots by name; absent ones are neutral.
+    axles
+        Values of `AXLE` for each axle, shape (4, len(AXLE)), in the place of the scalar slots for
+        relaxation, peak friction, degression and roll steer; None: those slots.
     initial
         Lateral velocity, car yaw rate, articulation, trailer yaw rate at the first sample.
     """
@@ -203,6 +207,7 @@ class PlantInput:
     body: Array
     scalars: Array = field(default_factory=neutral)
     series: dict[str, Array] = field(default_factory=dict)
+    axles: Array | None = None
     initial: Array = field(default_factory=lambda: np.zeros(4))
 
     def get(self, name: str) -> float:
@@ -310,9 +315,13 @@ def _length(job: Job) -> int:
 def _kind(job: Job, fine: bool) -> tuple[int, ...]:
     """Stride, and what the kernel must calculate: jobs of one kind share its lanes."""
     scalars = job.plant.scalars
-    lengths = [value for value in scalars[_RELAXATION].tolist() if value > 0.0]
+    axles = job.plant.axles
+    found = scalars[_RELAXATION] if axles is None else axles[:, AXLE.index("relaxation")]
+    lengths = [value for value in found.tolist() if value > 0.0]
     stride = 1 if fine or (lengths and min(lengths) < SHORT_RELAXATION_M) else 2
     used = tuple(int(value != 0.0) for value in scalars[_FEATURES].tolist())
+    if axles is not None:
+        used += tuple(int(value) for value in np.any(axles != 0.0, axis=0))
     return (stride, int(bool(job.columns)), *used)
 
 
@@ -342,6 +351,8 @@ def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
         )
         lane.steer = pointer(plant.steer)
         lane.body, lane.scalars = pointer(plant.body), pointer(plant.scalars)
+        if plant.axles is not None:
+            lane.axles = pointer(plant.axles)
         for name, value in plant.series.items():
             lane.series[_SERIES[name]] = pointer(np.broadcast_to(value, (n,)))
         state = np.zeros(STATES)

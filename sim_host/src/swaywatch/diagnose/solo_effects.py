@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.modules.sensor_delay import shift
@@ -139,14 +138,12 @@ def _free_play(car: CarInput, time: Array, values: Values) -> None:
     car.steer = _backlash(car.steer, half)
 
 
-@njit(cache=True, nogil=True)
-def _backlash(steer, half):  # type: ignore[no-untyped-def] # pragma: no cover
-    out = np.empty_like(steer)
-    at = steer[0]
-    for i in range(steer.size):
-        at = min(max(at, steer[i] - half), steer[i] + half)
-        out[i] = at
-    return out
+def _backlash(steer: Array, half: float) -> Array:
+    at, out = float(steer[0]), []
+    for angle in steer.tolist():
+        at = min(max(at, angle - half), angle + half)
+        out.append(at)
+    return np.array(out)
 
 
 def _gain(channel: str) -> Callable[[Outputs, Array, Values], None]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from swaywatch.diagnose.runs import BLOCK, RATE_HZ, block_mean, low_pass
-from swaywatch.diagnose.solo_car import SLOTS, CarInput, simulate
+from swaywatch.diagnose.solo_car import SLOTS, CarInput, simulate_all
 from swaywatch.diagnose.solo_data import SMOOTH_HZ, Part, SoloData
 from swaywatch.diagnose.solo_effects import ACC, STEER, YAW, Number, Outputs, SoloEffect
 
@@ -72,7 +72,7 @@ class SoloFitter:
         ]  # fmt: skip
         self.inputs = [self._inputs(run) for run in range(len(data.runs))]
         self.scales = self._scales()
-        self._states: dict[Part, tuple[Hashable, Outputs]] = {}
+        self._states: dict[tuple[Part, Hashable], Outputs] = {}
 
     def _inputs(self, run: int) -> tuple[Array, Array, Array]:
         channels = self.data.runs[run].channels
@@ -96,19 +96,18 @@ class SoloFitter:
             values |= {f"{effect.name}/{n.name}": n.start for n in effect.numbers}
         return SoloModel(tuple(effects), values, dict.fromkeys(range(len(self.data.runs)), 0.0))
 
-    def _state(self, model: SoloModel, part: Part) -> Outputs:
-        """Motion in one part; the last one of each part is kept, as sensors do not change it."""
-        acting = [e for e in model.effects if e.moves]
-        key = (
-            tuple((e.name, *model.of(e).values()) for e in acting),
+    def _key(self, model: SoloModel, part: Part) -> Hashable:
+        """What the motion in a part depends on; sensors do not change it."""
+        return (
+            tuple((e.name, *model.of(e).values()) for e in model.effects if e.moves),
             tuple(model.values[n.name] for n in self.fitted),
             model.steering_offset.get(part.run, 0.0),
         )
-        if part in self._states and self._states[part][0] == key:
-            return self._states[part][1]
+
+    def _car(self, model: SoloModel, part: Part) -> CarInput:
+        """The car in one part."""
         run = self.data.runs[part.run]
         speed, acceleration, steer = (x[part.where] for x in self.inputs[part.run])
-        time = run.time[part.where]
         slots = SLOTS | self.constants | self.given
         slots |= {n.name: model.values[n.name] for n in self.fitted}
         first = float(run.channels[YAW][part.start]) if YAW in run.channels else 0.0
@@ -117,11 +116,30 @@ class SoloFitter:
             np.zeros(speed.size), slots, (0.0, first), part.run,
             self.data.vehicle.car.steering_ratio,
         )  # fmt: skip
-        for effect in acting:
-            effect.act(car, time, model.of(effect))
-        state = simulate(car)
-        self._states[part] = (key, state)
-        return state
+        for effect in model.effects:
+            if effect.moves:
+                effect.act(car, run.time[part.where], model.of(effect))
+        return car
+
+    def prepare(self, asked: Sequence[tuple[SoloModel, Part]]) -> None:
+        """Simulate side by side what will be asked for next, and forget what was before."""
+        before, self._states = self._states, {}
+        missing: dict[tuple[Part, Hashable], CarInput] = {}
+        for model, part in asked:
+            key = (part, self._key(model, part))
+            if key in before:
+                self._states[key] = before[key]
+            elif key not in missing:
+                missing[key] = self._car(model, part)
+        found = simulate_all(list(missing.values()))
+        self._states |= dict(zip(missing, found, strict=True))
+
+    def _state(self, model: SoloModel, part: Part) -> Outputs:
+        """Motion in one part."""
+        key = (part, self._key(model, part))
+        if key not in self._states:
+            self._states[key] = simulate_all([self._car(model, part)])[0]
+        return self._states[key]
 
     def outputs(self, model: SoloModel, part: Part) -> Outputs:
         """Channels of one part as the model has them, and the state: shape (n,) each."""
@@ -204,6 +222,7 @@ class SoloFitter:
 
         def cost(x: Array) -> Array:
             # what is known of a number weighs like a few seconds of data
+            self.prepare([(build(x), part) for part in parts])
             prior = [10.0 * (v - b[0]) / b[1] for v, b in zip(x[:k], known, strict=True) if b]
             return np.concatenate([*(rest(x, p) for p in parts), prior])
 
@@ -213,14 +232,13 @@ class SoloFitter:
             order = sorted(range(len(x)), key=lambda c: c >= k or moves[c])
             steps = [_step(x[c], low[c], high[c]) for c in range(len(x))]
             for part in parts:
+                told = [c for c in order if c < k or runs[c - k] == part.run]
+                moved = {c: x + steps[c] * (np.arange(len(x)) == c) for c in told}
+                self.prepare([(build(at), part) for at in (x, *moved.values())])
                 base = rest(x, part)
                 block = np.zeros((base.size, len(x)))
-                for c in order:
-                    if c >= k and runs[c - k] != part.run:
-                        continue
-                    moved = x.copy()
-                    moved[c] += steps[c]
-                    block[:, c] = (rest(moved, part) - base) / steps[c]
+                for c in told:
+                    block[:, c] = (rest(moved[c], part) - base) / steps[c]
                 columns.append(block)
             sure = np.diag([10.0 / b[1] if b else 0.0 for b in known] + [0.0] * len(runs))
             columns.append(sure[[i for i, b in enumerate(known) if b]])

@@ -49,6 +49,7 @@ A_NAMES = (
     "heave_omega", "heave_zeta",
     "damper",           # N s/m of one damper at the wheel
     "damper_left", "damper_right",   # factors of the dampers
+    "softening",         # 1, of the stiffness with (force / load)^2
     "damper_asymmetry",  # (rebound - compression)/(rebound + compression), 0: symmetric
 )  # fmt: skip
 A: Final = {name: index for index, name in enumerate(A_NAMES)}

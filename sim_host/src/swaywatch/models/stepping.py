@@ -105,11 +105,11 @@ class Stepping:
         drive = setup.drive.copy()
         if drive[DRIVE.index("shape")] == 0.0:
             drive[DRIVE.index("shape")] = SHAPE
-        self._whole.axles = setup.axles.ravel().tolist()
         self._whole.drive = drive.tolist()
         self._whole.generator = self._generator(setup.generator)
         self._lane = ffi.new("plant_lane_t *")
         self._lane.whole = self._whole
+        self._lane.axles = self._pointer(setup.axles)
         self._lane.body = self._pointer(setup.body)
         self._lane.scalars = self._pointer(setup.scalars)
         self._lane.state = setup.state.tolist()
