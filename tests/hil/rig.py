@@ -33,6 +33,37 @@ INTERFACE = os.environ.get("HIL_INTERFACE", "vcan0")
 SO_TIMESTAMPNS = 35
 
 
+class Lateness:
+    """How late this machine was: by a thread that wants to wake every few ms, and by what is told.
+
+    Real time on a busy machine is not kept, and nothing can be said about a daemon that was not
+    given the processor. So it is measured beside each test.
+    """
+
+    PERIOD_S = 0.005
+
+    def __init__(self) -> None:
+        self.worst_s = 0.0
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    def _watch(self) -> None:
+        while True:
+            due = time.monotonic() + self.PERIOD_S
+            time.sleep(self.PERIOD_S)
+            self.note(time.monotonic() - due)
+
+    def note(self, late_s: float) -> None:
+        """Somebody was so late."""
+        self.worst_s = max(self.worst_s, late_s)
+
+    def restart(self) -> None:
+        """Forget what was."""
+        self.worst_s = 0.0
+
+
+LATENESS = Lateness()
+
+
 def ip(*arguments: str) -> None:
     """``ip ...``, which must work."""
     subprocess.run(["ip", *arguments], check=True, capture_output=True, text=True)
@@ -261,6 +292,7 @@ class Feeder(threading.Thread):
         """End the drive."""
         self._stop_asked = True
         self.join()
+        LATENESS.note(self.worst_late_s)
 
 
 def swing(plant: Plant, time_s: float) -> None:

@@ -28,6 +28,13 @@ angle_deg = 12.0
 start_s = 2.0
 """
 EXAMPLE = rig.ROOT / "tests" / "data" / "scenarios" / "brake.toml"
+WITHOUT_RIMS = "".join(
+    f"[sensors.{body}wheel_{what}_{wheel}]\noff = true\n"
+    for body in ("", "trailer_")
+    for what in ("lateral_force", "vertical_load")
+    for wheel in ("fl", "fr", "rl", "rr")
+)
+"""Half the frames: what the guest's one core can encode in time on a slow machine, too."""
 
 
 def swaywatch(command: str, scenario: Path, *options: str) -> str:
@@ -36,6 +43,8 @@ def swaywatch(command: str, scenario: Path, *options: str) -> str:
     arguments += ["--channel", rig.INTERFACE, *options]
     done = subprocess.run(arguments, capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stderr
+    late = re.search(r"late by .*?([\d.]+) ms \(99.9 %\)", done.stdout)
+    rig.LATENESS.note(1e-3 * float(late.group(1)) if late else 0.0)
     return done.stdout
 
 
@@ -48,21 +57,21 @@ def number(pattern: str, text: str) -> float:
 
 def test_alarm_reaches_the_brake(daemon, report, tmp_path):
     """9 km/h above v_crit: braked on the alarm the swaying dies out, else it grows."""
-    text = EXAMPLE.read_text()
+    text = EXAMPLE.read_text().replace("../practice/p01", str(rig.VEHICLE.parent))
+    braked = tmp_path / "braked.toml"
+    braked.write_text(text + WITHOUT_RIMS)
     alone = tmp_path / "alone.toml"
-    alone.write_text(
-        text[: text.index("[reaction]")].replace("../practice/p01", str(rig.VEHICLE.parent))
-    )
+    alone.write_text(text[: text.index("[reaction]")] + WITHOUT_RIMS)
     grown = swaywatch("hil", alone)
     daemon.stop()
     fresh = rig.Daemon()
-    calm = swaywatch("hil", EXAMPLE)
+    calm = swaywatch("hil", braked)
     counts = fresh.stop()
     last = r"last second ([\d.]+) deg/s"
     sent = int(number(r"(\d+) frames sent", calm))
     report.add(
         "`swaywatch hil`, 9 km/h above v_crit",
-        f"warning at {number(r'warning at ([0-9.]+) s', calm):.1f} s, impulse at 2.0 s; "
+        f"reaction from {number(r'reaction: from ([0-9.]+) s', calm):.1f} s on, impulse at 2.0 s; "
         f"at the end {number(last, grown):.1f} deg/s, with the trailer's brake "
         f"{number(last, calm):.1f} deg/s",
         f"sent {sent}, {rig.told(counts, 'accepted', 'lost', 'kernel_lost')}",
