@@ -152,13 +152,19 @@ static bool read_line(reader_t *r, char *line)
     return read_value(r, trim(text), trim(equals + 1));
 }
 
+#define LINES_MAX 10000
+
 static bool read_lines(reader_t *r, FILE *file)
 {
     char line[LINE_MAX_LENGTH];
     while (fgets(line, sizeof line, file) != NULL) {
         r->line++;
-        if (strlen(line) + 1 == sizeof line) {
-            return refuse(r, "line too long", line);
+        const size_t length = strlen(line);
+        if ((length == 0U || line[length - 1U] != '\n') && feof(file) == 0) {
+            return refuse(r, length + 1 == sizeof line ? "line too long" : "a zero byte", line);
+        }
+        if (r->line > LINES_MAX) {
+            return refuse(r, "too many lines for a vehicle", line);
         }
         if (!read_line(r, line)) {
             return false;

@@ -15,6 +15,7 @@
 #define LOOK_EVERY_US 50000
 #define CLOCK_READINGS 50
 #define CLOCK_SET_US 1000
+#define CLOCK_TOLD_US 20000 // less is a clock that is being adjusted
 
 static int64_t clock_us(clockid_t clock)
 {
@@ -46,12 +47,34 @@ static void compare_clocks(can_bus_t *bus)
     const int64_t shift_us = before_us + took_us / 2 - day_us;
     const int64_t change_us = shift_us - bus->to_monotonic_us;
     const bool is_better = took_us < bus->reading_us;
-    const bool is_set =
-        took_us <= 2 * bus->reading_us && (change_us > CLOCK_SET_US || change_us < -CLOCK_SET_US);
+    const bool is_set = change_us > CLOCK_SET_US + took_us || change_us < -CLOCK_SET_US - took_us;
+    if (is_set && bus->drained_us != 0 &&
+        (change_us > CLOCK_TOLD_US || change_us < -CLOCK_TOLD_US)) {
+        bus->counts.clock_set++;
+        bus->before_set_us = bus->to_monotonic_us;
+        fprintf(stderr, "swaywatchd: the clock of day was set by %.3f s\n",
+                (double)-change_us / 1e6);
+    }
     if (is_better || is_set) {
         bus->to_monotonic_us = shift_us;
-        bus->reading_us = is_better ? took_us : bus->reading_us;
+        bus->reading_us = took_us;
     }
+}
+
+/* A frame came after the bus was last found empty and before it is read. A stamp that says
+ * otherwise was made by a clock that has been set since, or before; where neither fits, the time
+ * of reading is near enough. */
+static int64_t place(can_bus_t *bus, int64_t day_us, int64_t now_us)
+{
+    const int64_t shift_us[2] = {bus->to_monotonic_us, bus->before_set_us};
+    for (unsigned i = 0; i < 2U; i++) {
+        const int64_t stamp_us = day_us + shift_us[i];
+        if (stamp_us >= bus->drained_us - CLOCK_SET_US && stamp_us <= now_us + CLOCK_SET_US) {
+            return stamp_us;
+        }
+    }
+    bus->counts.stamped_here++;
+    return now_us;
 }
 
 /* --- opening -----------------------------------------------------------------------------------
@@ -107,6 +130,7 @@ bool can_bus_open(can_bus_t *bus, const char *name)
     for (int i = 0; i < CLOCK_READINGS; i++) {
         compare_clocks(bus);
     }
+    bus->before_set_us = bus->to_monotonic_us;
     if (!attach(bus)) {
         return false;
     }
@@ -211,9 +235,9 @@ static void note_overflow(can_bus_t *bus, uint32_t overflow)
     }
 }
 
-static int64_t read_control(can_bus_t *bus, struct msghdr *message)
+static int64_t read_control(can_bus_t *bus, struct msghdr *message, int64_t now_us)
 {
-    int64_t stamp_us = can_bus_time_us();
+    int64_t stamp_us = now_us;
     for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c != NULL; c = CMSG_NXTHDR(message, c)) {
         if (c->cmsg_level != SOL_SOCKET) {
             continue;
@@ -221,7 +245,7 @@ static int64_t read_control(can_bus_t *bus, struct msghdr *message)
         if (c->cmsg_type == SO_TIMESTAMPNS) {
             struct timespec t;
             memcpy(&t, CMSG_DATA(c), sizeof t);
-            stamp_us = (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000 + bus->to_monotonic_us;
+            stamp_us = place(bus, (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000, now_us);
         } else if (c->cmsg_type == SO_RXQ_OVFL) {
             uint32_t overflow;
             memcpy(&overflow, CMSG_DATA(c), sizeof overflow);
@@ -247,6 +271,7 @@ static void read_batch(can_bus_t *bus)
         messages[i].msg_hdr.msg_control = control[i].bytes;
         messages[i].msg_hdr.msg_controllen = sizeof control[i].bytes;
     }
+    const int64_t asked_us = can_bus_time_us();
     const int count = recvmmsg(bus->socket, messages, CAN_BUS_BATCH, MSG_DONTWAIT, NULL);
     bus->batch_at = 0;
     bus->batch_end = count > 0 ? (unsigned)count : 0U;
@@ -254,9 +279,11 @@ static void read_batch(can_bus_t *bus)
         went_down(bus, errno);
     }
     compare_clocks(bus);
+    const int64_t now_us = can_bus_time_us();
     for (unsigned i = 0; i < bus->batch_end; i++) {
-        bus->batch_us[i] = read_control(bus, &messages[i].msg_hdr);
+        bus->batch_us[i] = read_control(bus, &messages[i].msg_hdr, now_us);
     }
+    bus->drained_us = bus->batch_end < CAN_BUS_BATCH ? asked_us : bus->drained_us;
     if (bus->batch_end > 0U) {
         came_up(bus);
     }

@@ -42,6 +42,8 @@ typedef struct {
     uint64_t send_lost;    ///< status frames given up: queue full, interface down
     uint64_t downs;        ///< times that the interface went down or away
     uint64_t clock_back;   ///< stamps set forward because they would have run backwards
+    uint64_t clock_set;    ///< times that the clock of day was found set
+    uint64_t stamped_here; ///< frames whose stamp fitted no clock: they have the time of reading
 } can_bus_counts_t;
 
 typedef enum { CAN_BUS_UP, CAN_BUS_DOWN } can_bus_link_t;
@@ -51,7 +53,9 @@ typedef struct {
     int socket; ///< negative: the interface is away, it is looked for again and again
     can_bus_link_t link;
     int64_t to_monotonic_us; ///< from the clock of day, which stamps, to CLOCK_MONOTONIC
+    int64_t before_set_us;   ///< the same before the clock of day was set
     int64_t reading_us;      ///< that the shortest comparison of the two took
+    int64_t drained_us;      ///< when nothing waited to be read: what is read next came later
     int64_t last_us;         ///< newest stamp given out
     uint32_t overflow;       ///< the kernel's counter at the last frame
     int64_t look_us;         ///< when to look for the interface again

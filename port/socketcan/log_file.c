@@ -57,11 +57,80 @@ static bool is_foreign(log_file_t *log)
 /* What a line is that candump_parse() has refused. */
 static void classify(log_file_t *log)
 {
-    unsigned long dropped = 0;
-    if (sscanf(log->line, "DROPCOUNT: dropped %lu", &dropped) == 1) {
-        log->dropped += dropped;
+    static const char lost[] = "DROPCOUNT: dropped ";
+    if (strncmp(log->line, lost, sizeof lost - 1U) == 0) {
+        log->dropped += strtoull(log->line + sizeof lost - 1U, NULL, 10);
     } else if (log->line[strspn(log->line, " \t\r\n")] != '\0' && !is_foreign(log)) {
         show_unreadable(log);
+    }
+}
+
+/* A line of any length and any bytes; of one that is too long only the start is kept. */
+static bool read_line(log_file_t *log)
+{
+    size_t count = 0;
+    int c = getc(log->file);
+    if (c == EOF) {
+        return false;
+    }
+    for (; c != EOF && c != '\n'; c = getc(log->file)) {
+        if (log->wants_end != NULL && *log->wants_end != 0) {
+            return false;
+        }
+        if (count + 1U < sizeof log->line) {
+            log->line[count++] = c == '\0' ? '?' : (char)c;
+        }
+    }
+    log->line[count] = '\0';
+    log->lines++;
+    return true;
+}
+
+/* The next frame with the stamp that the log has for it. */
+static bool read_frame(log_file_t *log, sway_port_frame_t *frame)
+{
+    while ((log->wants_end == NULL || *log->wants_end == 0) && read_line(log)) {
+        if (candump_parse(log->line, frame)) {
+            log->frames++;
+            return true;
+        }
+        classify(log);
+    }
+    return false;
+}
+
+static void tell(const log_file_t *log, uint64_t count, const char *what, int64_t by_us)
+{
+    if (count == 1U) {
+        fprintf(stderr, "swaywatchd: %s: near line %llu: %s by %.3f s\n", log->path,
+                (unsigned long long)log->lines, what, (double)by_us / 1e6);
+    }
+}
+
+/* Before the first frame there is no order yet. */
+static bool is_behind(const log_file_t *log, int64_t time_us)
+{
+    return log->last_us != INT64_MIN && time_us < log->last_us - LOG_FILE_ORDER_US;
+}
+
+/* A stamp that the one after it takes back is damaged, whether it is ahead or behind; where the
+ * ones after it agree that it is earlier, the clock was set. */
+static void judge_stamp(log_file_t *log, sway_port_frame_t *frame, const sway_port_frame_t *next)
+{
+    const int64_t next_us = next != NULL ? next->time_us + log->shift_us : INT64_MAX;
+    const bool is_ahead =
+        next != NULL && frame->time_us > next_us + LOG_FILE_ORDER_US && !is_behind(log, next_us);
+    const int64_t back_us = log->last_us - frame->time_us;
+    if (is_ahead || (is_behind(log, frame->time_us) && next_us >= log->last_us)) {
+        log->stamps_damaged++;
+        tell(log, log->stamps_damaged, "a time stamp is off",
+             is_ahead ? frame->time_us - next_us : back_us);
+        frame->time_us = log->last_us != INT64_MIN ? log->last_us : next_us;
+    } else if (is_behind(log, frame->time_us)) {
+        log->clock_set++;
+        tell(log, log->clock_set, "the logger's clock was set back", back_us);
+        log->shift_us += back_us;
+        frame->time_us = log->last_us;
     }
 }
 
@@ -76,43 +145,34 @@ static void keep_order(log_file_t *log, sway_port_frame_t *frame)
     log->last_us = frame->time_us;
 }
 
-static bool read_frame(log_file_t *log, sway_port_frame_t *frame)
-{
-    while (getline(&log->line, &log->room, log->file) >= 0) {
-        log->lines++;
-        if (candump_parse(log->line, frame)) {
-            log->frames++;
-            keep_order(log, frame);
-            return true;
-        }
-        classify(log);
-    }
-    return false;
-}
-
 bool log_file_next(log_file_t *log, sway_port_frame_t *frame)
 {
-    if (log->holds) {
-        log->holds = false;
-        *frame = log->held;
-        return true;
+    if (!log->holds) {
+        log->holds = read_frame(log, &log->held);
     }
-    return read_frame(log, frame);
+    if (!log->holds) {
+        return false;
+    }
+    *frame = log->held;
+    log->holds = read_frame(log, &log->held);
+    frame->time_us += log->shift_us;
+    judge_stamp(log, frame, log->holds ? &log->held : NULL);
+    keep_order(log, frame);
+    return true;
 }
 
 int64_t log_file_time_us(log_file_t *log)
 {
     if (log->frames == 0U) {
         log->holds = read_frame(log, &log->held);
+        return log->holds ? log->held.time_us : 0;
     }
-    return log->frames > 0U ? log->last_us : 0;
+    return log->last_us != INT64_MIN ? log->last_us : log->held.time_us;
 }
 
 bool log_file_close(log_file_t *log)
 {
     const bool is_read = ferror(log->file) == 0;
-    free(log->line);
-    log->line = NULL;
     if (log->file != stdin) {
         fclose(log->file);
     }

@@ -9,11 +9,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "can_bus.h"
 #include "candump.h"
 #include "log_file.h"
 #include "sway_ecu.h"
+#include "sway_version.h"
+#include "swaywatch_dbc.h"
 #include "vehicle_file.h"
 
 #define EXIT_USAGE 2
@@ -37,10 +40,12 @@ static const char usage[] =
     "                      status frames go to the standard output\n"
     "  --candump-out FILE  write the status frames there, as candump lines (- : standard\n"
     "                      output)\n"
+    "  --version           its version\n"
     "\n"
-    "SIGTERM or SIGINT end it, SIGUSR1 makes it print its counters.\n"
+    "SIGTERM or SIGINT end it, SIGUSR1 makes it print its counters. When its terminal goes\n"
+    "(SIGHUP) or nobody reads its output any more, it goes on watching.\n"
     "Exit status: 0 done, 1 an error of files or interface, 2 wrong arguments,\n"
-    "3 the log was read but has lines that are not candump's.\n";
+    "3 the log was read but has lines that are not candump's, or stamps that cannot be right.\n";
 
 typedef struct {
     const char *vehicle;
@@ -55,13 +60,14 @@ static can_bus_t bus;
 static log_file_t recording;
 static sway_ecu_t ecu;
 static FILE *candump_out;
-static bool output_failed;
+static uint64_t output_lost;
+static uint64_t other_ecu;
 static volatile sig_atomic_t wants_end;
 static volatile sig_atomic_t wants_counts;
 
 static void on_signal(int number)
 {
-    if (number == SIGUSR1) {
+    if (number == SIGUSR1 || number == SIGHUP) {
         wants_counts = 1;
     } else {
         wants_end = 1;
@@ -106,6 +112,10 @@ static void print_bus_counts(void)
     print_count("send_lost", c->send_lost);
     print_count("downs", c->downs);
     print_count("clock_back", c->clock_back);
+    print_count("clock_set", c->clock_set);
+    print_count("stamped_here", c->stamped_here);
+    print_count("output_lost", output_lost);
+    print_count("other_ecu", other_ecu);
     print_count("error_frames", c->error_frames);
     for (int i = 0; i < CAN_BUS_CLASSES; i++) {
         print_count(can_bus_class_name((can_bus_class_t)i), c->error_class[i]);
@@ -124,24 +134,61 @@ static void print_replay_counts(void)
     print_count("unreadable", recording.unreadable);
     print_count("clock_back", recording.clock_back);
     print_count("most_back_us", (uint64_t)recording.most_back_us);
+    print_count("stamps_damaged", recording.stamps_damaged);
+    print_count("clock_set", recording.clock_set);
     print_node_counts();
 }
 
 /* --- the ECU's ports ---------------------------------------------------------------------------
  */
 
+/* Said when it happens: at the end nobody may be there. The ECU goes on. */
+static void lose_output(void)
+{
+    if (output_lost == 0U) {
+        fprintf(stderr, "swaywatchd: the status frames cannot be written any more: %s\n",
+                strerror(errno));
+    }
+    output_lost++;
+    clearerr(candump_out);
+}
+
+static void flush_candump(void)
+{
+    if (candump_out != NULL && fflush(candump_out) != 0) {
+        lose_output();
+    }
+}
+
 static void write_candump(const sway_port_frame_t *frame)
 {
     char line[CANDUMP_LINE];
     const size_t size = candump_format(frame, line);
     if (candump_out != NULL && fwrite(line, 1, size, candump_out) != size) {
-        output_failed = true;
+        lose_output();
     }
+}
+
+/* Only one ECU of this kind belongs on a bus: two would answer each other's driver. */
+static void find_other_ecu(const sway_port_frame_t *frame)
+{
+    if (frame->id != SWAYWATCH_DBC_SWAY_ALARM_FRAME_ID &&
+        frame->id != SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID) {
+        return;
+    }
+    if (other_ecu == 0U) {
+        fprintf(stderr, "swaywatchd: %s: another swaywatch ECU sends on this bus\n", bus.name);
+    }
+    other_ecu++;
 }
 
 static bool bus_receive(void *context, sway_port_frame_t *frame)
 {
-    return can_bus_receive(context, frame);
+    const bool is_there = can_bus_receive(context, frame);
+    if (is_there) {
+        find_other_ecu(frame);
+    }
+    return is_there;
 }
 
 static bool bus_send(void *context, const sway_port_frame_t *frame)
@@ -223,6 +270,7 @@ static int run_live(const options_t *options, const uint8_t *block)
     sigaddset(&closed_mask, SIGTERM);
     sigaddset(&closed_mask, SIGINT);
     sigaddset(&closed_mask, SIGUSR1);
+    sigaddset(&closed_mask, SIGHUP);
     sigprocmask(SIG_BLOCK, &closed_mask, &open_mask);
     if (!can_bus_open(&bus, options->interface)) {
         fprintf(stderr, "swaywatchd: %s: %s\n", options->interface,
@@ -241,6 +289,7 @@ static int run_live(const options_t *options, const uint8_t *block)
             }
         }
         can_bus_work(&bus);
+        flush_candump();
         if (wants_counts != 0) {
             wants_counts = 0;
             print_bus_counts();
@@ -263,10 +312,11 @@ static int run_replay(const options_t *options, const uint8_t *block)
         fprintf(stderr, "swaywatchd: %s: %s\n", options->replay, strerror(errno));
         return EXIT_FAILURE;
     }
+    recording.wants_end = &wants_end;
     if (!start(&port, block)) {
         return EXIT_FAILURE;
     }
-    while (wants_end == 0 && sway_ecu_poll(&ecu)) {
+    while (wants_end == 0 && output_lost == 0U && sway_ecu_poll(&ecu)) {
     }
     const bool is_read = log_file_close(&recording);
     print_replay_counts();
@@ -277,7 +327,8 @@ static int run_replay(const options_t *options, const uint8_t *block)
                         : "cannot be read to its end");
         return EXIT_FAILURE;
     }
-    return recording.unreadable > 0U ? EXIT_UNREADABLE : EXIT_SUCCESS;
+    const uint64_t damaged = recording.unreadable + recording.stamps_damaged + recording.clock_set;
+    return damaged > 0U ? EXIT_UNREADABLE : EXIT_SUCCESS;
 }
 
 /* --- the command line --------------------------------------------------------------------------
@@ -302,6 +353,9 @@ static bool read_option(int option, options_t *options)
     case 'h':
         fputs(usage, stdout);
         exit(EXIT_SUCCESS);
+    case 'V':
+        printf("swaywatchd %d.%d.%d\n", SWAY_VERSION_MAJOR, SWAY_VERSION_MINOR, SWAY_VERSION_PATCH);
+        exit(EXIT_SUCCESS);
     default:
         return false;
     }
@@ -314,6 +368,7 @@ static bool read_options(int argc, char **argv, options_t *options)
                                           {"candump-out", required_argument, NULL, 'o'},
                                           {"set", required_argument, NULL, 's'},
                                           {"help", no_argument, NULL, 'h'},
+                                          {"version", no_argument, NULL, 'V'},
                                           {NULL, 0, NULL, 0}};
     int option;
     while ((option = getopt_long(argc, argv, "h", known, NULL)) != -1) {
@@ -326,6 +381,24 @@ static bool read_options(int argc, char **argv, options_t *options)
     return options->vehicle != NULL && sources == 1;
 }
 
+/* Opening a file to write it empties it. */
+static bool is_input(const options_t *options, const char *path)
+{
+    const char *inputs[] = {options->vehicle, options->replay};
+    struct stat output;
+    for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++) {
+        struct stat input;
+        if (inputs[i] != NULL && stat(path, &output) == 0 && stat(inputs[i], &input) == 0 &&
+            S_ISREG(input.st_mode) && input.st_dev == output.st_dev &&
+            input.st_ino == output.st_ino) {
+            fprintf(stderr, "swaywatchd: %s: is read already (%s); write to another file\n", path,
+                    inputs[i]);
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool open_output(const options_t *options)
 {
     const char *path = options->candump_out;
@@ -333,6 +406,9 @@ static bool open_output(const options_t *options)
         return true;
     }
     const bool to_stdout = path == NULL || strcmp(path, "-") == 0;
+    if (!to_stdout && is_input(options, path)) {
+        return false;
+    }
     candump_out = to_stdout ? stdout : fopen(path, "w");
     if (candump_out == NULL) {
         fprintf(stderr, "swaywatchd: %s: %s\n", path, strerror(errno));
@@ -351,13 +427,16 @@ int main(int argc, char **argv)
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGUSR1, &action, NULL);
+    sigaction(SIGHUP, &action, NULL);
+    signal(SIGPIPE, SIG_IGN); // write() says so
     uint8_t block[SWAY_BLOCK_SIZE];
     if (!read_block(&options, block) || !open_output(&options)) {
         return EXIT_FAILURE;
     }
     const int status =
         options.replay != NULL ? run_replay(&options, block) : run_live(&options, block);
-    if (candump_out != NULL && (fflush(candump_out) != 0 || output_failed)) {
+    flush_candump();
+    if (output_lost > 0U) {
         fprintf(stderr, "swaywatchd: the status frames could not all be written\n");
         return EXIT_FAILURE;
     }

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import re
+import signal
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -108,9 +112,15 @@ def test_times_that_run_backwards_are_told(good_log: Path, tmp_path: Path) -> No
     lines = good_log.read_text().splitlines()
     log = tmp_path / "back.log"
     log.write_text("\n".join([*lines[:5000], *lines[:100]]) + "\n")
-    _, counts = replay(log)
-    assert counts["clock_back"] == 100
-    assert counts["most_back_us"] > 1_000_000
+    done, counts = replay(log)
+    assert done.returncode == 3
+    assert counts["clock_set"] == 1
+    jumbled = [line for i in range(0, 5000, 2) for line in (lines[i + 1], lines[i])]
+    log.write_text("\n".join(jumbled) + "\n")  # by no more than a frame's time
+    done, counts = replay(log)
+    assert done.returncode == 0
+    assert counts["clock_back"] > 1000
+    assert 0 < counts["most_back_us"] < 20000
 
 
 @pytest.mark.parametrize("content", [b"", b"(1.0) can0 7FF#00\n", b"\n\n"])
@@ -171,3 +181,138 @@ def test_wrong_arguments_show_the_usage(arguments: str) -> None:
     done = subprocess.run([DAEMON, *arguments.split()], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "usage: swaywatchd" in done.stderr
+
+
+# --- stamps that cannot be right ------------------------------------------------------------------
+
+
+def damage(
+    good: Path, log: Path, number: int, change: Callable[[float], float], count: int = 1
+) -> None:
+    """Write a copy of a log, the stamps of `count` lines from `number` on changed."""
+    lines = good.read_text().splitlines()
+    for i in range(number, min(number + count, len(lines))):
+        stamp, rest = lines[i].split(") ", 1)
+        lines[i] = f"({change(float(stamp[1:])):.6f}) {rest}"
+    log.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("number", "by"),
+    [(n, by) for n in (9000, 34000) for by in (1000.0, -1000.0, 0.5, -0.5, 6e7)] + [(0, 1000.0)],
+)
+def test_one_damaged_stamp_costs_one_stamp(
+    good_log: Path, tmp_path: Path, by: float, number: int
+) -> None:
+    """It was 88 of 1,711 status frames that were left, and exit status 0."""
+    log = tmp_path / "damaged.log"
+    damage(good_log, log, number, lambda t: t + by)
+    done, counts = replay(log)
+    whole = replay(good_log)[0].stdout
+    assert done.returncode == 3
+    assert counts["stamps_damaged"] + counts["clock_set"] == 1
+    assert "by" in done.stderr.splitlines()[0]
+    assert abs(len(done.stdout.splitlines()) - len(whole.splitlines())) < 60
+
+
+def test_a_logger_s_clock_set_back_is_told_and_time_goes_on(good_log: Path, tmp_path: Path) -> None:
+    log = tmp_path / "set.log"
+    damage(good_log, log, 9000, lambda t: t - 3600.0, 10**6)
+    done, counts = replay(log)
+    assert done.returncode == 3
+    assert counts["clock_set"] == 1
+    assert counts["clock_back"] == counts["stamps_damaged"] == 0
+    assert "clock was set back by 3599.99" in done.stderr
+    whole = replay(good_log)[0].stdout
+    assert abs(len(done.stdout.splitlines()) - len(whole.splitlines())) < 60
+
+
+# --- what a machine does to a daemon --------------------------------------------------------------
+
+
+def test_version() -> None:
+    done = subprocess.run([DAEMON, "--version"], capture_output=True, text=True, check=True)
+    assert re.fullmatch(r"swaywatchd \d+\.\d+\.\d+\n", done.stdout)
+
+
+def test_the_input_is_not_written_over(good_log: Path, tmp_path: Path) -> None:
+    log = tmp_path / "input.log"
+    log.write_bytes(good_log.read_bytes())
+    link = tmp_path / "link.log"
+    link.hardlink_to(log)
+    done, _ = replay(log, "p01", "--candump-out", str(link))
+    assert done.returncode == 1
+    assert "is read already" in done.stderr
+    assert log.read_bytes() == good_log.read_bytes()
+
+
+def test_a_full_disk_is_told_and_ends_a_replay(good_log: Path) -> None:
+    done, _ = replay(good_log, "p01", "--candump-out", "/dev/full")
+    assert done.returncode == 1
+    assert "cannot be written any more: No space left" in done.stderr
+
+
+def test_a_reader_that_leaves_is_told(good_log: Path) -> None:
+    """It died of SIGPIPE."""
+    command = [DAEMON, "--vehicle", CASES / "p01" / "vehicle.toml", "--replay", good_log]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    said = process.stderr.read()
+    assert process.wait(60) == 1
+    assert "Broken pipe" in said
+
+
+@pytest.mark.parametrize("option", ["--vehicle", "--replay"])
+def test_endless_input_ends(option: str) -> None:
+    """/dev/zero as a vehicle is refused at once; as a log it is read until SIGTERM."""
+    files = {"--vehicle": str(CASES / "p01" / "vehicle.toml"), "--replay": "/dev/null"}
+    files[option] = "/dev/zero"
+    command = [str(DAEMON), *(word for item in files.items() for word in item)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if option == "--replay":
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(0.5)
+        process.terminate()
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "zero byte" in said if option == "--vehicle" else "no frame of swaywatch.dbc" in said
+
+
+def test_a_fifo_without_a_writer_can_be_left(tmp_path: Path) -> None:
+    fifo = tmp_path / "vehicle.toml"
+    os.mkfifo(fifo)
+    process = subprocess.Popen(
+        [DAEMON, "--vehicle", fifo, "--replay", "/dev/null"], stderr=subprocess.PIPE, text=True
+    )
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(0.5)
+    process.terminate()
+    assert process.wait(60) == 1
+
+
+def test_the_terminal_goes_and_the_replay_goes_on(good_log: Path, tmp_path: Path) -> None:
+    """It died of SIGHUP."""
+    fifo = tmp_path / "log"
+    os.mkfifo(fifo)
+    command = [DAEMON, "--vehicle", CASES / "p01" / "vehicle.toml", "--replay", fifo]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, stderr=subprocess.PIPE)
+    lines = good_log.read_text().splitlines(keepends=True)[:4000]
+    with fifo.open("w") as writer:
+        writer.writelines(lines[:2000])
+        writer.flush()
+        process.send_signal(signal.SIGHUP)
+        writer.writelines(lines[2000:])
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert json.loads(said.rsplit("counts ", 1)[1])["received"] == len(lines)
+
+
+@pytest.mark.parametrize("line", ["DROPCOUNT: dropped " + "9" * 5000, "(1.0) can0 " + "1" * 100000])
+def test_absurd_lines_are_counted(good_log: Path, tmp_path: Path, line: str) -> None:
+    log = tmp_path / "absurd.log"
+    log.write_text(line + "\n" + good_log.read_text())
+    done, counts = replay(log)
+    assert done.stdout == replay(good_log)[0].stdout
+    assert counts["unreadable"] == (0 if line.startswith("DROP") else 1)
