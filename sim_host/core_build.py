@@ -2,7 +2,8 @@
 
 The declarations are those of the headers themselves, run through the preprocessor: nothing is
 typed a second time. Where the third-party sources are is said by KISSFFT_DIR and
-SWAYWATCH_CODEC_DIR; without them the folders that the Makefile fills are used.
+SWAYWATCH_CODEC_DIR; without them the folders that the Makefile fills are used, and in a source
+distribution those that it brings.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ import cffi
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-LIB = ROOT / "lib"
+WITHIN = HERE / "csrc"  # of an unpacked source distribution
+LIB = WITHIN / "lib" if WITHIN.is_dir() else ROOT / "lib"
 FEED = HERE / "src" / "swaywatch" / "core_feed"
 _SYSTEM_HEADERS = ("stdbool.h", "stddef.h", "stdint.h", "string.h", "limits.h", "stdlib.h")
 
@@ -55,8 +57,14 @@ def _declarations(headers: list[str], include: list[Path]) -> str:
 
 def make_builder() -> cffi.FFI:
     """Builder that setuptools runs."""
-    kissfft = _folder("KISSFFT_DIR", ROOT / "build" / "third_party" / "kissfft", "kiss_fft.h")
-    codec = _folder("SWAYWATCH_CODEC_DIR", ROOT / "build" / "codec", "swaywatch_dbc.h")
+    own = WITHIN.is_dir()
+    kissfft = _folder(
+        "KISSFFT_DIR", WITHIN / "kissfft" if own else ROOT / "build/third_party/kissfft",
+        "kiss_fft.h",
+    )  # fmt: skip
+    codec = _folder(
+        "SWAYWATCH_CODEC_DIR", WITHIN / "codec" if own else ROOT / "build/codec", "swaywatch_dbc.h"
+    )  # fmt: skip
     include = [LIB, codec, FEED.parent, kissfft]
     headers = ["sway_node.h", "model/sway_margin.h", "model/sway_stm.h", f"{FEED.name}.h"]
     includes = "".join(f'#include "{header}"\n' for header in headers)

@@ -124,6 +124,12 @@ def test_trailer_roles_without_a_trailer_are_refused_with_the_fix(
     assert "leave these roles out" in error
 
 
+def test_a_recording_given_twice_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["analyze", str(RUN), str(RUN), "--vehicle", str(VEHICLE), "--signals", str(SIGNALS)]
+    assert main(words) == 1
+    assert "is given twice" in capsys.readouterr().err
+
+
 # --- hints, versions, JSON ------------------------------------------------------------------------
 
 
@@ -193,6 +199,62 @@ def test_command_list_is_that_of_the_help(capsys: pytest.CaptureFixture[str]) ->
         main(["--help"])
     listed = capsys.readouterr().out
     assert all(name in listed for name in cli.command_names())
+
+
+def test_completion_knows_every_command_and_option(capsys: pytest.CaptureFixture[str]) -> None:
+    for shell in ("bash", "zsh", "fish"):
+        assert main(["completion", shell]) == 0
+        script = capsys.readouterr().out
+        assert all(name in script for name in cli.command_names()), shell
+        assert "ignore-quality" in script
+    main(["completion", "bash"])
+    script = capsys.readouterr().out
+    probe = "COMP_WORDS=(swaywatch analyze --ve); COMP_CWORD=2; _swaywatch; echo ${COMPREPLY[@]}"
+    done = subprocess.run(
+        ["bash", "-c", f"{script}\n{probe}"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["--vehicle", "--verbose"]
+
+
+def test_manual_pages_of_every_command(tmp_path: Path) -> None:
+    assert main(["manual", "--out", str(tmp_path)]) == 0
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"swaywatch.1", *(f"swaywatch-{name}.1" for name in cli.command_names())}
+    text = (tmp_path / "swaywatch-analyze.1").read_text()
+    for word in (
+        ".TH",
+        ".SH NAME",
+        ".SH SYNOPSIS",
+        "ignore",
+        ".SH EXIT STATUS",
+        "130: interrupted",
+    ):
+        assert word in text
+    assert "%(default)s" not in text
+
+
+@pytest.mark.parametrize("signals", [True, False])
+def test_monitor_plays_a_recording(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], signals: bool
+) -> None:
+    words = ["monitor", "--vehicle", str(VEHICLE), "--speed", "0"]
+    if signals:
+        words += [str(RUN), "--signals", str(SIGNALS)]
+    else:
+        log = tmp_path / "frames.log"
+        assert main(["convert", str(RUN), "--signals", str(SIGNALS), "--to", str(log)]) == 0
+        words += [str(log), "--car-accelerometer", "-1.383"]
+    assert main(words) == 0
+    last = capsys.readouterr().out.strip().splitlines()[-1]
+    critical = float(last.split("v_crit ")[1].split()[0])
+    assert critical == pytest.approx(123.3, abs=2.5)
+
+
+def test_monitor_of_nothing_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["monitor", "--vehicle", str(VEHICLE)]) == 1
+    assert "Give --interface and --channel" in capsys.readouterr().err
+    assert main(["monitor", str(RUN), "--vehicle", str(VEHICLE), "--send"]) == 1
+    assert "needs a bus" in capsys.readouterr().err
 
 
 # --- what nobody foresaw --------------------------------------------------------------------------

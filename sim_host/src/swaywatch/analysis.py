@@ -28,7 +28,7 @@ from swaywatch.core import (
     model_damping,
 )
 from swaywatch.drive import Drive, load_drives, load_signals
-from swaywatch.errors import SignalError
+from swaywatch.errors import RecordingError, SignalError
 from swaywatch.quality import Finding, check_balances, check_drive
 from swaywatch.vehicle import Vehicle, load_vehicle
 
@@ -174,6 +174,9 @@ def analyze(
         if progress:
             progress(what, done, total)
 
+    twice = [path for k, path in enumerate(paths) if path in paths[:k]]
+    if twice:
+        raise RecordingError(f"{twice[0]}: is given twice; name each recording once")
     vehicle = load_vehicle(vehicle_path)
     refuse_trailer_roles(vehicle, signals_path)
     tell("reading", 0.0, 1.0)

@@ -19,7 +19,12 @@ from swaywatch.errors import SignalError
 from swaywatch.recording import Frames
 from swaywatch.recording.dbc import Database, encode_messages
 
-DBC_PATH = Path(__file__).resolve().parents[3] / "dbc" / "swaywatch.dbc"
+_INSTALLED = Path(__file__).resolve().parent / "swaywatch.dbc"
+DBC_PATH = (
+    _INSTALLED if _INSTALLED.is_file()
+    else Path(__file__).resolve().parents[3] / "dbc" / "swaywatch.dbc"
+)  # fmt: skip
+"""The bus description: beside the modules where the package is installed, else the checkout's."""
 
 _DEG = 180 / math.pi
 _VALID, _NOT_AVAILABLE = 0, 1

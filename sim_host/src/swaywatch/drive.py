@@ -300,7 +300,7 @@ def _names(path: Path, channel: str, entry: Any) -> tuple[str, ...]:
     return names
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Piece:
     """What one file contributes."""
 

@@ -6,6 +6,7 @@ daemon; frames of another bus are decoded by its DBC, mapped to roles, and go to
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +21,7 @@ from swaywatch.drive import Mapping, load_signals, unit_factor
 from swaywatch.errors import SignalError
 from swaywatch.node import Node
 from swaywatch.recording.dbc import Database, frames_by_identifier
-from swaywatch.recording.frames import make_frames
+from swaywatch.recording.frames import Frames, make_frames
 from swaywatch.vehicle import Vehicle
 
 
@@ -42,6 +43,56 @@ class Counts:
         span = self._window[-1] - self._window[0]
         if span > 0.0:
             self.rate_hz = (len(self._window) - 1) / span
+
+
+class Playback:
+    """A recording as a bus that is read only: each frame comes at its own time.
+
+    Parameters
+    ----------
+    frames
+        In order of time.
+    speed
+        2 plays twice as fast; 0 without any pause.
+    """
+
+    def __init__(self, frames: Frames, speed: float = 1.0) -> None:
+        self._frames = frames
+        self._speed = speed
+        self._next = 0
+        self._start = time.monotonic()
+
+    def __enter__(self) -> Playback:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    @property
+    def at_end(self) -> bool:
+        """Has every frame been read."""
+        return self._next >= len(self._frames)
+
+    def recv(self, timeout: float) -> can.Message | None:
+        """The next frame, when it is due; None where that is later than `timeout` from now."""
+        if self.at_end:
+            return None
+        k, frames = self._next, self._frames
+        if self._speed > 0.0:
+            since_s = (int(frames.time_ns[k]) - int(frames.time_ns[0])) * 1e-9 / self._speed
+            wait = self._start + since_s - time.monotonic()
+            if wait > 0.0:
+                time.sleep(min(wait, timeout))
+            if wait > timeout:
+                return None
+        self._next += 1
+        return can.Message(
+            timestamp=int(frames.time_ns[k]) * 1e-9,
+            arbitration_id=int(frames.identifier[k]),
+            is_extended_id=bool(frames.extended[k]),
+            data=bytes(frames.data[k, : frames.length[k]]),
+            is_fd=int(frames.length[k]) > 8,
+        )
 
 
 class NodeFeed:

@@ -16,10 +16,22 @@ from rich.table import Table
 from rich.text import Text
 
 from swaywatch.analysis import AXLE_NAMES, LIMITS, SEARCHED_M_S
-from swaywatch.core import ALARM, AXLES, QUALITY, REASON, VALID, VCRIT, columns_of
+from swaywatch.bus import encode_drive
+from swaywatch.core import (
+    ALARM,
+    AXLES,
+    QUALITY,
+    REASON,
+    VALID,
+    VCRIT,
+    columns_of,
+    positions_of,
+)
+from swaywatch.drive import load_drive
 from swaywatch.errors import SwaywatchError
-from swaywatch.live import NodeFeed, RoleFeed
-from swaywatch.vehicle import load_vehicle
+from swaywatch.live import NodeFeed, Playback, RoleFeed
+from swaywatch.recording import read_recording
+from swaywatch.vehicle import Vehicle, load_vehicle
 
 _STYLE = {
     "off": "dim", "normal": "bold white on green", "notice": "bold black on yellow",
@@ -32,12 +44,18 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``monitor`` command."""
     parser = subparsers.add_parser(
         "monitor",
-        help="live view of a bus: margin, damping, alarm",
-        description="Live view over any interface of python-can. Without --signals the bus is "
-        "taken to speak dbc/swaywatch.dbc; with it, any bus is decoded by its DBC and roles.",
+        help="live view of a bus, or of a recording as it was driven: margin, damping, alarm",
+        description="Live view over any interface of python-can, or of a recording, played in its "
+        "own time. Without --signals the frames are taken to be those of dbc/swaywatch.dbc; with "
+        "it, any bus is decoded by its DBC and roles.",
     )
-    parser.add_argument("--interface", required=True, help="e.g. socketcan, pcan, vector, virtual")
-    parser.add_argument("--channel", required=True, help="e.g. can0, vcan0, PCAN_USBBUS1")
+    parser.add_argument("recording", type=Path, nargs="?", help="play this instead of a bus")
+    parser.add_argument(
+        "--speed", type=float, default=1.0, metavar="N",
+        help="of a recording: N times real time; 0: without pause",
+    )  # fmt: skip
+    parser.add_argument("--interface", help="e.g. socketcan, pcan, vector, virtual")
+    parser.add_argument("--channel", help="e.g. can0, vcan0, PCAN_USBBUS1")
     parser.add_argument("--bitrate", type=int, metavar="BIT/S")
     parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
     parser.add_argument("--signals", type=Path, metavar="TOML")
@@ -57,22 +75,28 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Watch until interrupted or until --duration is over."""
     vehicle = load_vehicle(args.vehicle)
-    feed: NodeFeed | RoleFeed
-    if args.signals is None:
-        positions = {
-            "car_lateral_acceleration": args.car_accelerometer,
-            "trailer_lateral_acceleration": args.trailer_accelerometer,
-        }
-        feed = NodeFeed(vehicle, positions)
-    else:
-        feed = RoleFeed(vehicle, args.signals)
-    options = {} if args.bitrate is None else {"bitrate": args.bitrate}
-    try:
-        bus = can.Bus(interface=args.interface, channel=args.channel, **options)
-    except Exception as error:  # drivers raise anything from OSError to NameError
+    if args.recording is not None and (args.interface or args.channel):
+        raise SwaywatchError(f"{args.recording} and --interface: give one of them")
+    if args.recording is None and not (args.interface and args.channel):
         raise SwaywatchError(
-            f"cannot open --interface {args.interface} --channel {args.channel}: {error}"
-        ) from None
+            "what to watch? Give --interface and --channel of a bus (such as socketcan can0), or a "
+            "recording"
+        )
+    positions = {
+        "car_lateral_acceleration": args.car_accelerometer,
+        "trailer_lateral_acceleration": args.trailer_accelerometer,
+    }
+    feed: NodeFeed | RoleFeed
+    bus: can.BusABC | Playback
+    if args.recording is not None:
+        feed, bus = _recorded(args, vehicle, positions)
+    else:
+        feed = (
+            NodeFeed(vehicle, positions)
+            if args.signals is None
+            else RoleFeed(vehicle, args.signals)
+        )
+        bus = _open(args)
     console = Console(highlight=False)
     with bus:
         if console.is_terminal:
@@ -84,8 +108,43 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _open(args: argparse.Namespace) -> can.BusABC:
+    options = {} if args.bitrate is None else {"bitrate": args.bitrate}
+    try:
+        return can.Bus(interface=args.interface, channel=args.channel, **options)
+    except Exception as error:  # drivers raise anything from OSError to NameError
+        raise SwaywatchError(
+            f"cannot open --interface {args.interface} --channel {args.channel}: {error}"
+        ) from None
+
+
+def _recorded(
+    args: argparse.Namespace, vehicle: Vehicle, positions: dict[str, float]
+) -> tuple[NodeFeed | RoleFeed, Playback]:
+    """A recording in place of a bus: its own frames, or its signals as frames of the ECU."""
+    if args.send:
+        raise SwaywatchError("--send needs a bus; a recording takes no frames")
+    if args.speed < 0.0:
+        raise SwaywatchError(f"--speed {args.speed:g} must not be negative")
+    frames = read_recording(args.recording).frames
+    if frames is not None and args.signals is None:
+        return NodeFeed(vehicle, positions), Playback(frames, args.speed)
+    if frames is not None:
+        return RoleFeed(vehicle, args.signals), Playback(frames, args.speed)
+    if args.signals is None:
+        raise SwaywatchError(
+            f"{args.recording}: holds decoded signals; --signals says which plays which role"
+        )
+    drive = load_drive([args.recording], args.signals)
+    return NodeFeed(vehicle, positions_of(drive)), Playback(encode_drive(drive), args.speed)
+
+
 def _watch(
-    bus: can.BusABC, feed: NodeFeed | RoleFeed, args: argparse.Namespace, every_s: float, show: Any
+    bus: can.BusABC | Playback,
+    feed: NodeFeed | RoleFeed,
+    args: argparse.Namespace,
+    every_s: float,
+    show: Any,
 ) -> None:
     """Receive, and show every so often."""
     end = time.monotonic() + args.duration
@@ -93,9 +152,14 @@ def _watch(
     try:
         while time.monotonic() < end:
             message = bus.recv(timeout=0.05)
+            if message is None and isinstance(bus, Playback):
+                if bus.at_end:
+                    break
+                continue
             if message is not None:
                 for identifier, data in feed.receive(message):
                     if args.send:
+                        assert not isinstance(bus, Playback)
                         bus.send(
                             can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
                         )
@@ -224,5 +288,6 @@ def picture(feed: NodeFeed | RoleFeed, args: argparse.Namespace) -> Panel:
         f"frames, {feed.counts.rate_hz:.0f}/s; faults: {', '.join(faults) or 'none'}",
         style="dim",
     )
-    title = f"swaywatch  {args.interface} {args.channel}"
+    place = args.recording if args.recording is not None else f"{args.interface} {args.channel}"
+    title = f"swaywatch  {place}"
     return Panel(Group(head, table, foot), title=title, title_align="left")
