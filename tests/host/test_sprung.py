@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from conftest import DATA
 from test_double_track import VEHICLE
 from test_plant import BODY, plant
 
 from swaywatch.diagnose.data import body_of
 from swaywatch.diagnose.plant import BODY as NAMES
 from swaywatch.diagnose.plant import GRAVITY, OUTPUT, SCALARS, PlantInput, neutral, simulate
+from swaywatch.errors import ScenarioError
+from swaywatch.models.double_track import Trace
 from swaywatch.models.modes import critical_speed, critical_speeds, modes
 from swaywatch.models.single_track import SingleTrack
 from swaywatch.models.sprung import BELIEFS, defaults, put, tolerances
+from swaywatch.simulate.run import simulate_plant
+from swaywatch.simulate.scenario import read_scenario
 
 RELAXED = {"relaxation_car_front": 0.4, "relaxation_car_rear": 0.5, "relaxation_trailer": 0.6}
 SATURATED = {"peak_friction_inverse": 1.0, "degression": 0.2}
@@ -101,6 +108,18 @@ def test_an_axle_that_is_not_there_carries_nothing() -> None:
     assert np.isfinite(np.array(list(found.values()))).all()
 
 
+def test_a_single_axle_of_a_file_carries_the_load() -> None:
+    """Without axle loads in the file, nothing goes on the axle that is not there."""
+    trailer = replace(
+        VEHICLE.trailer, front_axle_to_cog=None, front_cornering_stiffness=None,
+        front_axle_load=None, rear_axle_load=None, rear_axle_to_cog=0.2,
+    )  # fmt: skip
+    body = dict(zip(NAMES, body_of(replace(VEHICLE, trailer=trailer)), strict=True))
+    assert body["trailer.front_axle_load"] == body["trailer.front_cornering_stiffness"] == 0.0
+    share = trailer.hitch_to_cog / (trailer.hitch_to_cog + 0.2)
+    assert body["trailer.rear_axle_load"] == pytest.approx(trailer.mass * GRAVITY * share)
+
+
 def test_the_trail_turns_the_axle_back_and_vanishes() -> None:
     """Yaw balance of the car with an aligning moment: t F for small slip, less when it slides."""
     body = alone(BODY)
@@ -184,3 +203,71 @@ def test_damping_and_frequency_are_those_of_the_judge(seed: int) -> None:
     assert mode.frequency_hz == pytest.approx(frequency, rel=0.005)
     rigid = modes(still(constants(whole)), speed)[0]
     assert abs(rigid.damping_ratio - damping) > 0.01
+
+
+def simulated(**more: object) -> Trace:
+    """An impulse at 90 km/h with bodies on springs, as `swaywatch simulate` runs it."""
+    content = {
+        "vehicle": "vehicle.toml", "duration_s": 12.0, "speed_kmh": 90.0, "sprung": {},
+        "manoeuvre": [{"kind": "impulse", "angle_deg": 15.0}], **more,
+    }  # fmt: skip
+    folder = DATA / "practice" / "p01"
+    return simulate_plant(read_scenario(content, "test", folder, "test.toml"))
+
+
+def test_a_scenario_on_springs_oscillates_as_its_eigenvalues_say() -> None:
+    trace = simulated()
+    body = body_of(VEHICLE)
+    values = defaults(body) | {"sensed_roll_car": 0.0, "sensed_roll_trailer": 0.0}
+    mode = modes(still(body, **values), 25.0)[0]
+    damping, frequency = free_mode_of(trace)
+    assert damping == pytest.approx(mode.damping_ratio, rel=0.02)
+    assert frequency == pytest.approx(mode.frequency_hz, rel=0.005)
+    rigid = modes(still(body), 25.0)[0].damping_ratio
+    assert abs(rigid - damping) > 0.05 * damping
+
+
+def free_mode_of(trace: Trace) -> tuple[float, float]:
+    """Damping ratio and frequency after the impulse, once the roll has died away."""
+    inside = (trace.time_s > 4.0) & (trace.time_s < 11.0)
+    x = trace["trailer_yaw_rate"][inside]
+    rows = np.column_stack([x[1:-1], x[:-2]])
+    a, b = np.linalg.lstsq(rows, x[2:], rcond=None)[0]
+    root = np.log(np.roots([1.0, -a, -b]).astype(complex)[0]) * 200.0
+    return float(-root.real / abs(root)), float(abs(root.imag) / (2.0 * np.pi))
+
+
+def test_a_free_speed_keeps_both_bodies_in_balance_on_springs() -> None:
+    """Newton along and across the car from the outputs, with the sprung mass's part."""
+    trace = simulated(speed_control=True)
+    body = dict(zip(NAMES, body_of(VEHICLE), strict=True))
+    values = defaults(body_of(VEHICLE))
+    delta = trace["road_wheel_angle"]
+    along = trace["drive_force"] - trace.axle_force("car_front") * np.sin(delta)
+    along -= 0.5 * 1.2 * 0.7 * trace["speed"] ** 2
+    along -= 0.012 * (trace.axle_load("car_front") + trace.axle_load("car_rear"))
+    along += trace["hitch_longitudinal_force"]
+    error = along - body["car.mass"] * trace["car_acceleration_x"]
+    assert np.abs(error).max() < 1e-6 * np.abs(trace["drive_force"]).max()
+    across = trace.axle_force("car_front") * np.cos(delta) + trace.axle_force("car_rear")
+    across += trace["hitch_lateral_force"] - body["car.mass"] * trace["car_acceleration_y"]
+    lever = values["sprung_mass_car"] * values["sprung_height_car"]
+    spin = np.gradient(trace["car_roll_rate"], trace.time_s)
+    part = lever * spin  # by differences, a little off where the steering has corners
+    assert np.std(across + part) < 0.02 * np.std(part)
+    assert np.std(part) > 0.03 * np.std(trace["hitch_lateral_force"])
+    assert np.abs(np.gradient(trace["speed"], trace.time_s)).max() > 1e-4
+
+
+def test_a_value_of_no_spring_is_refused() -> None:
+    with pytest.raises(ScenarioError, match="'roll_stifness_car' is no value of the sprung plant"):
+        simulated(sprung={"roll_stifness_car": 9e4})
+
+
+def test_weak_dampers_of_a_body_on_springs_let_it_roll_longer() -> None:
+    rolls = []
+    for factor in (1.0, 0.1):
+        physics = [{"id": "damper_fade", "axle": "car", "factor": factor}]
+        trace = simulated(physics=physics, manoeuvre=[{"kind": "gust", "body": "car"}])
+        rolls.append(np.std(trace["car_roll_rate"][trace.time_s > 3.0]))
+    assert rolls[1] > 1.2 * rolls[0]

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from swaywatch.diagnose.fit import COMPARED, Problem
-from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import RATE_HZ, Run, on_grid
 from swaywatch.diagnose.sensor_faults import MOST_LOST, SensorFaults
 from swaywatch.drive import Drive, load_drives
 from swaywatch.errors import RecordingError, SignalError, VehicleError
+from swaywatch.models.vehicle_view import constants_of
 from swaywatch.samples import check_samples, cleaned
 from swaywatch.vehicle import Vehicle, load_vehicle
 
@@ -56,32 +56,7 @@ def body_of(vehicle: Vehicle) -> np.ndarray:
     """Constants in the order of `plant.BODY`; a value that is absent is an error."""
     if vehicle.trailer is None:
         raise VehicleError("the diagnosis of a combination needs a [trailer] in vehicle.toml")
-    values = []
-    for name in BODY:
-        part, key = name.split(".")
-        value = getattr(getattr(vehicle, part), key)
-        if value is None and part == "trailer" and key == "front_axle_to_cog":
-            value = 0.0
-        if value is None and part == "trailer" and key == "front_cornering_stiffness":
-            value = 1e-3
-        if value is None and key == "front_axle_load":
-            value = _static_load(vehicle, part, front=True)
-        if value is None and key == "rear_axle_load":
-            value = _static_load(vehicle, part, front=False)
-        if value is None:
-            raise VehicleError(f"vehicle.toml: [{part}] {key} is needed for a diagnosis")
-        values.append(float(value))
-    return np.array(values)
-
-
-def _static_load(vehicle: Vehicle, part: str, *, front: bool) -> float:
-    body = vehicle.car if part == "car" else vehicle.trailer
-    assert body is not None
-    ahead = body.front_axle_to_cog or 0.0
-    behind = body.rear_axle_to_cog
-    base = ahead + behind
-    share = (behind if front else ahead) / base if base > 0.0 else 0.5
-    return float(max(body.mass * 9.81 * share, 1000.0))
+    return constants_of(vehicle)
 
 
 def run_of(drive: Drive, steering_ratio: float, name: str) -> Run:

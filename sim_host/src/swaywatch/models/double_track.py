@@ -425,11 +425,10 @@ class DoubleTrack:
         setup = Setup(_body_constants(p, axles))
         for name, value in _scalars(p, axles).items():
             setup.scalar(name, value)
-        for name, value in (self.sprung or {}).items():
-            setup.scalar(name, value)
         for k in range(4):
             for name in AXLE:
                 setup.axles[k, AXLE.index(name)] = _axle_value(p, axles[k], name)
+        self._springs(setup)
         setup.driven("suspension_lag", float(p[P["suspension_lag"]]))
         setup.driven("shape", float(p[P["saturation_shape"]]))
         if control is not None:
@@ -438,6 +437,23 @@ class DoubleTrack:
         setup.generator = self._generator()
         setup.state = self._initial(speed, initial, control)
         return setup
+
+    def _springs(self, setup: Setup) -> None:
+        """Values of the sprung plant; the dampers of its wheels make the damping of its roll."""
+        if self.sprung is None:
+            return
+        for name, value in self.sprung.items():
+            # sensors stand apart from the plant here (`simulate.sensors`)
+            setup.scalar(name, 0.0 if name.startswith("sens") else value)
+        tracks = ("track_car_front", "track_car_rear", "track_trailer", "track_trailer")
+        for k, track in enumerate(tracks):
+            body, half = BODIES[k // 2], 0.5 * self.sprung[track]
+            front = self.sprung[f"roll_front_share_{body}"]
+            share = front if k % 2 == 0 else 1.0 - front
+            setup.axles[k, AXLE.index("half_track")] = half
+            if self._p[P["heave"]] > 0.0:
+                rate = share * self.sprung[f"roll_damping_rate_{body}"] / (2.0 * half**2)
+                setup.axles[k, AXLE.index("damper")] = rate
 
     def _generator(self) -> Generator | None:
         rows = [

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swaywatch.errors import VehicleError
 from swaywatch.vehicle import Car, Trailer, Vehicle
 
@@ -87,3 +90,26 @@ def trailer_of(vehicle: Vehicle) -> Body | None:
         front_load,
         rear_load,
     )
+
+
+def constants_of(vehicle: Vehicle) -> NDArray[np.float64]:
+    """Constants of the plant in the order of its `BODY`; a car alone has a trailer of zeros.
+
+    Raises
+    ------
+    VehicleError
+        Names the value that is missing.
+    """
+    rows: list[float] = []
+    loads: list[float] = []
+    for body in (car_of(vehicle), trailer_of(vehicle)):
+        if body is None:
+            rows += [0.0] * 7
+            loads += [0.0] * 2
+            continue
+        rows += [
+            body.mass, body.yaw_inertia, body.front_axle_to_cog, body.rear_axle_to_cog,
+            body.hitch_to_cog, body.front_cornering_stiffness, body.rear_cornering_stiffness,
+        ]  # fmt: skip
+        loads += [body.front_axle_load, body.rear_axle_load]
+    return np.array([*rows, *loads])

@@ -63,6 +63,17 @@ class Setup:
     last_s: float = 6.0
 
 
+def judge_is_there() -> bool:
+    """Is MuJoCo installed, with what its plant needs. `make run` alone does not bring it."""
+    try:
+        import mujoco  # noqa: F401
+
+        from swaywatch.models import multibody_kernel  # noqa: F401
+    except ModuleNotFoundError:
+        return False
+    return True
+
+
 def drive_of(setup: Setup) -> tuple[Drive, Trace]:
     """Simulate a set-up through the same door as ``swaywatch simulate``."""
     content = {

@@ -274,7 +274,9 @@ class _Loop:
         self.cycles = int(scenario.duration_s * scenario.timing.rate_hz)
         plan = scenario.plan
         control = SpeedControl() if scenario.speed_control else None
-        model = DoubleTrack(scenario.vehicle, [*scenario.physics, *plan.effects])
+        model = DoubleTrack(
+            scenario.vehicle, [*scenario.physics, *plan.effects], sprung=scenario.sprung
+        )
         self.plant = model.stepper(self.period, float(plan.speed_m_s[0]), speed_control=control)
         self.driver = make_driver(
             Table(scenario.driver, f"{scenario.name} [driver]"), self.period,

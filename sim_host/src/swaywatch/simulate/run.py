@@ -64,7 +64,9 @@ def simulate_plant(scenario: Scenario) -> Trace:
             scenario.vehicle, scenario.multibody, scenario.name,
             plan.time_s, plan.steering_rad, plan.speed_m_s,
         )  # fmt: skip
-    model = DoubleTrack(scenario.vehicle, [*scenario.physics, *plan.effects])
+    model = DoubleTrack(
+        scenario.vehicle, [*scenario.physics, *plan.effects], sprung=scenario.sprung
+    )
     control = SpeedControl() if scenario.speed_control else None
     if driver is None:
         return model.run(

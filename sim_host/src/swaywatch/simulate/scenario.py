@@ -18,6 +18,9 @@
     id = "hitch_friction"
     moment_nm = 130.0
 
+    [sprung]                        # bodies roll on springs; without it they do not act back
+    roll_stiffness_car = 90e3       # any value of models/sprung.py; the rest follows the vehicle
+
     [driver]
     kind = "lets_go"
     from_s = 4.0
@@ -45,6 +48,8 @@ import numpy as np
 from swaywatch.errors import ScenarioError
 from swaywatch.models.layout import Array
 from swaywatch.models.physics import Effect
+from swaywatch.models.sprung import defaults
+from swaywatch.models.vehicle_view import constants_of
 from swaywatch.simulate.manoeuvres import Plan, make_plan
 from swaywatch.simulate.table import Table
 from swaywatch.simulate.timing import Timing, read_timing
@@ -63,6 +68,7 @@ class Scenario:
     ----------
     plan : steering, speed, wind and road over time, on the plant's time axis
     physics : effects that act all along
+    sprung : values of the sprung plant; None: roll follows the motion and does not act back
     driver, sensors, reaction : tables that are read when the plant is known
     """
 
@@ -75,6 +81,7 @@ class Scenario:
     plan: Plan
     physics: tuple[Effect, ...]
     speed_control: bool
+    sprung: dict[str, float] | None
     multibody: dict[str, Any] = field(repr=False)
     driver: dict[str, Any] = field(repr=False)
     sensors: dict[str, Any] = field(repr=False)
@@ -123,9 +130,11 @@ def read_scenario(
     count = round(duration * PLANT_RATE_HZ) + 1
     time_s = np.arange(count) / PLANT_RATE_HZ
     number = table.number("seed", 0, 2**31, "1", 1)
+    if vehicle is None:
+        vehicle = load_vehicle(folder / file)
     scenario = Scenario(
         name=name,
-        vehicle=load_vehicle(folder / file) if vehicle is None else vehicle,
+        vehicle=vehicle,
         model=table.word("model", MODELS, MODELS[0]),
         seed=int(number) if seed is None else seed,
         duration_s=duration,
@@ -133,6 +142,7 @@ def read_scenario(
         plan=make_plan(time_s, speed, table.tables("manoeuvre")),
         physics=tuple(_effect(entry) for entry in table.tables("physics")),
         speed_control=table.flag("speed_control", False),
+        sprung=_sprung(table, vehicle) if table.has("sprung") else None,
         multibody=table.raw("multibody", {}),
         driver=table.raw("driver", {}),
         sensors=table.raw("sensors", {}),
@@ -175,3 +185,13 @@ def _effect(table: Table) -> Effect:
         return Effect(effect, **table.rest())
     except (ValueError, TypeError) as error:
         raise ScenarioError(f"{table.place}: {error}") from None
+
+
+def _sprung(table: Table, vehicle: Vehicle) -> dict[str, float]:
+    """Values of the sprung plant: those given, and the rest by their rules."""
+    given = table.table("sprung")
+    known = {name: given.number(name, 0.0, 1e7, "in SI units") for name in given.keys()}  # noqa: SIM118
+    try:
+        return defaults(constants_of(vehicle), known)
+    except ValueError as error:
+        raise ScenarioError(f"{given.place}: {error}") from None
