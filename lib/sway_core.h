@@ -18,7 +18,7 @@
 #ifndef SWAY_CORE_H
 #define SWAY_CORE_H
 
-#include "judge/sway_alarm.h"
+#include "judge/sway_judge.h"
 #include "signal/sway_grid.h"
 #include "model/sway_identify.h"
 #include "model/sway_margin.h"
@@ -58,12 +58,14 @@ typedef union {
 typedef struct {
     uint8_t slices_due; ///< of the row that was taken last
     uint8_t stage;
-    uint8_t part;      ///< of the status that is written next
-    bool fed;          ///< samples have come: a row may be ready
-    bool identified;   ///< work.identify holds results of this line
-    bool modelled;     ///< margin holds results of this line
-    bool watched;      ///< the car's own sensors say more of the model: watch holds it
-    uint32_t sequence; ///< of the last line taken
+    uint8_t part;          ///< of the status that is written next
+    bool fed;              ///< samples have come: a row may be ready
+    bool identified;       ///< work.identify holds results of this line
+    bool modelled;         ///< margin holds results of this line
+    bool watched;          ///< the car's own sensors say more of the model: watch holds it
+    uint32_t sequence;     ///< of the last line taken
+    uint32_t seen_mask;    ///< channels that have ever come
+    uint32_t missing_mask; ///< of those, missing in a row since the last estimate
     uint32_t singular;
     uint32_t overrun;
     int32_t speed_mm_s;
@@ -71,8 +73,7 @@ typedef struct {
     int64_t speed_time_us; ///< of the newest valid speed
     int64_t input_us;      ///< of the newest sample
     sway_core_config_t config;
-    sway_disturbance_t disturbance;
-    sway_alarm_t alarm;
+    sway_judge_t judge;
     sway_status_t status;
     sway_margin_t margin;
 #if SWAY_TRAILER

@@ -75,6 +75,7 @@ typedef struct {
 typedef struct {
     bool started;
     bool is_due;       ///< sway_node_run() may have something to do
+    uint8_t behind;    ///< times in a row that lay far behind the newest
     uint32_t pending;  ///< outputs due, bit = sway_output_t
     uint32_t sequence; ///< of the estimate that was sent last
     uint32_t heartbeats;
@@ -125,8 +126,9 @@ uint32_t sway_node_fault(const sway_node_t *node, sway_frame_fault_t fault);
 /// State of one message.
 sway_message_state_t sway_node_message_state(const sway_node_t *node, sway_message_t message);
 
-/// True where a message that the judgement needs (speed, car motion, and trailer motion if there is
-/// a trailer) is not good; the alarm frame says "off" then.
+/// True where a message that the judgement wants (speed, car motion, and trailer motion if there is
+/// a trailer) is not good. The alarm goes on with what is left, and is off only where no motion
+/// comes.
 bool sway_node_inputs_lost(const sway_node_t *node);
 
 SWAY_C_END

@@ -195,6 +195,9 @@ typedef struct {
     int32_t car_yaw_inertia_argument_urad;
     int32_t trailer_yaw_inertia_argument_urad;
 
+    uint32_t missing_inputs;  ///< SWAY_CHANNEL_BIT: came before, missing in this judgement
+    uint32_t doubted_inputs;  ///< one of these is wrong, or what they say of the vehicle is
+    uint32_t refuted_inputs;  ///< found wrong, left out
     int32_t alarm;            ///< sway_alarm_state_t
     uint32_t reasons;         ///< SWAY_REASON_*
     int32_t time_to_limit_ms; ///< until the amplitude reaches the limit at this growth

@@ -237,8 +237,9 @@ static bool valid(const sway_status_t *s, uint32_t mask)
 static void encode_alarm(const sway_frames_source_t *source, uint8_t *data)
 {
     const sway_status_t *s = source->status;
-    const bool off = source->inputs_lost;
+    const bool off = source->blind;
     const uint32_t reasons = off ? 0U : s->reasons;
+    const uint32_t lacking = s->missing_inputs | s->doubted_inputs | s->refuted_inputs;
     const bool timed = !off && valid(s, SWAY_VALID_TIME_TO_LIMIT);
     const struct swaywatch_dbc_sway_alarm_t m = {
         .alarm_estimate = estimate(s),
@@ -253,7 +254,8 @@ static void encode_alarm(const sway_frames_source_t *source, uint8_t *data)
         .reason_large_amplitude = bit(reasons, SWAY_REASON_LARGE_AMPLITUDE),
         .reason_short_time = bit(reasons, SWAY_REASON_SHORT_TIME),
         .reason_static = bit(reasons, SWAY_REASON_STATIC),
-        .inputs_lost = off ? 1U : 0U,
+        .inputs_lost = source->inputs_lost ? 1U : 0U,
+        .judgement_degraded = lacking != 0U ? 1U : 0U,
         .time_to_limit = timed ? raw_word(s->time_to_limit_ms, PER_10, false) : NOT_AVAILABLE,
     };
     (void)swaywatch_dbc_sway_alarm_pack(data, &m, SWAY_E2E_LENGTH);
@@ -268,7 +270,11 @@ typedef struct {
     bool is_signed;
 } word_t;
 
-enum { KIND_AXLES = SWAY_OUTPUT_STIFFNESS - SWAY_OUTPUT_MARGIN, KIND_INERTIA = KIND_AXLES + 3 };
+enum {
+    KIND_AXLES = SWAY_OUTPUT_STIFFNESS - SWAY_OUTPUT_MARGIN,
+    KIND_INERTIA = KIND_AXLES + 3,
+    KIND_JUDGEMENT
+};
 
 #define OF(field) (uint16_t) offsetof(sway_status_t, field)
 
@@ -301,6 +307,9 @@ static const word_t WORDS[][3] = {
     {{SWAY_VALID_CAR_INERTIA, OF(car_yaw_inertia_gm2), PER_5000, false},
      {SWAY_VALID_TRAILER_INERTIA, OF(trailer_yaw_inertia_gm2), PER_20000, false},
      {SWAY_VALID_TRAILER_INERTIA, OF(trailer_yaw_inertia_se_gm2), PER_20000, false}},
+    {{0U, OF(missing_inputs), PER_1, false},
+     {0U, OF(doubted_inputs), PER_1, false},
+     {0U, OF(refuted_inputs), PER_1, false}},
 };
 
 static uint16_t word_of(const sway_status_t *s, const word_t *word, uint32_t axle)
@@ -323,6 +332,8 @@ static void encode_words(sway_output_t output, const sway_status_t *s, uint8_t *
     uint32_t axle = 0U;
     if (output == SWAY_OUTPUT_INERTIA) {
         kind = KIND_INERTIA;
+    } else if (output == SWAY_OUTPUT_JUDGEMENT) {
+        kind = KIND_JUDGEMENT;
     } else if (output >= SWAY_OUTPUT_STIFFNESS) {
         kind = (uint32_t)KIND_AXLES + behind / (uint32_t)SWAY_AXLE_COUNT;
         axle = behind % (uint32_t)SWAY_AXLE_COUNT;
@@ -438,7 +449,7 @@ void sway_frames_encode(sway_output_t output, const sway_frames_source_t *source
     (void)memset(data, 0, SWAY_E2E_LENGTH);
     if (output == SWAY_OUTPUT_ALARM) {
         encode_alarm(source, data);
-    } else if (output <= SWAY_OUTPUT_INERTIA) {
+    } else if (output <= SWAY_OUTPUT_INERTIA || output == SWAY_OUTPUT_JUDGEMENT) {
         encode_words(output, source->status, data);
     } else if (output == SWAY_OUTPUT_QUALITY) {
         encode_quality(source->status, data);

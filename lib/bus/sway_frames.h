@@ -63,6 +63,7 @@ typedef enum {
     SWAY_OUTPUT_FAULTS_FRAMES,
     SWAY_OUTPUT_FAULTS_ORDER,
     SWAY_OUTPUT_INPUTS,
+    SWAY_OUTPUT_JUDGEMENT, ///< with each estimate
     SWAY_OUTPUT_COUNT
 } sway_output_t;
 
@@ -94,7 +95,8 @@ typedef struct {
     const sway_status_t *status;
     const uint8_t *message_state; ///< SWAY_MESSAGE_COUNT of sway_message_state_t
     const uint32_t *frame_fault;  ///< SWAY_FRAME_FAULT_COUNT
-    bool inputs_lost;             ///< a message that the judgement needs is not good
+    bool inputs_lost;             ///< a message that the judgement wants is not good
+    bool blind;                   ///< nothing is left to judge by: the alarm is off
 } sway_frames_source_t;
 
 /// The message of an identifier (11 bits; anything else is not ours), or SWAY_MESSAGE_COUNT.

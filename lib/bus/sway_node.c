@@ -7,12 +7,14 @@
 
 #define OUTPUT_BIT(output) ((uint32_t)1U << (uint32_t)(output))
 #define HEARTBEATS_PER_REPORT 10U
+#define BEHIND_TO_RESTART 20U
 #define ALARM_NEVER_SENT (-1)
-#define ALARM_INPUTS_LOST (int32_t) SWAY_ALARM_COUNT
+#define ALARM_INPUTS_LOST 0x10
 
 /* With each estimate goes everything from the alarm to the quality flags. */
-#define ESTIMATE_OUTPUTS (OUTPUT_BIT(SWAY_OUTPUT_FAULTS_SAMPLES) - 1U)
-#define REPORT_OUTPUTS (OUTPUT_BIT(SWAY_OUTPUT_COUNT) - OUTPUT_BIT(SWAY_OUTPUT_FAULTS_SAMPLES))
+#define ESTIMATE_OUTPUTS                                                                           \
+    ((OUTPUT_BIT(SWAY_OUTPUT_FAULTS_SAMPLES) - 1U) | OUTPUT_BIT(SWAY_OUTPUT_JUDGEMENT))
+#define REPORT_OUTPUTS (OUTPUT_BIT(SWAY_OUTPUT_JUDGEMENT) - OUTPUT_BIT(SWAY_OUTPUT_FAULTS_SAMPLES))
 
 static void count(uint32_t *counter, uint32_t by)
 {
@@ -64,6 +66,27 @@ static void beat(sway_node_t *node)
     }
 }
 
+/* So many times in a row, all far behind, are no jitter and no single wrong stamp. */
+static bool clock_restarted(sway_node_t *node, int64_t time_us)
+{
+    const bool behind = node->time_us - time_us > SWAY_NODE_TIMEOUT_US;
+    node->behind = behind ? (uint8_t)(node->behind + 1U) : 0U;
+    return node->behind >= BEHIND_TO_RESTART;
+}
+
+static void restart_clock(sway_node_t *node, int64_t time_us)
+{
+    node->behind = 0U;
+    node->time_us = time_us;
+    node->heartbeat_us = time_us;
+    for (uint32_t i = 0U; i < (uint32_t)SWAY_MESSAGE_COUNT; i++) {
+        node->message[i].accepted_us = time_us;
+    }
+    for (uint32_t i = 0U; i < SWAY_INPUT_PLACES; i++) {
+        node->watch[i].since_us = time_us;
+    }
+}
+
 static void advance(sway_node_t *node, int64_t time_us)
 {
     if (!node->started) {
@@ -73,14 +96,30 @@ static void advance(sway_node_t *node, int64_t time_us)
     }
     if (time_us > node->time_us) {
         node->time_us = time_us;
+    } else if (clock_restarted(node, time_us)) {
+        restart_clock(node, time_us);
     }
     find_timeouts(node);
     beat(node);
 }
 
+static bool is_good(const sway_node_t *node, sway_message_t message)
+{
+    return node->message[message].state == (uint8_t)SWAY_MESSAGE_GOOD;
+}
+
+/* The core judges by what is left, as long as any motion comes. */
+static bool is_blind(const sway_node_t *node)
+{
+    return !is_good(node, SWAY_MESSAGE_CAR_MOTION) && !is_good(node, SWAY_MESSAGE_TRAILER_MOTION) &&
+           !is_good(node, SWAY_MESSAGE_ARTICULATION);
+}
+
 static int32_t alarm_now(const sway_node_t *node)
 {
-    return sway_node_inputs_lost(node) ? ALARM_INPUTS_LOST : sway_core_status(&node->core)->alarm;
+    const int32_t state =
+        is_blind(node) ? (int32_t)SWAY_ALARM_OFF : sway_core_status(&node->core)->alarm;
+    return state | (sway_node_inputs_lost(node) ? ALARM_INPUTS_LOST : 0);
 }
 
 /* Estimates and changes are sent at once. */
@@ -269,7 +308,8 @@ static void encode(sway_node_t *node, sway_output_t output, uint8_t *data)
     const sway_frames_source_t source = {.status = sway_core_status(&node->core),
                                          .message_state = node->message_state,
                                          .frame_fault = node->frame_fault,
-                                         .inputs_lost = sway_node_inputs_lost(node)};
+                                         .inputs_lost = sway_node_inputs_lost(node),
+                                         .blind = is_blind(node)};
     sway_frames_encode(output, &source, data);
 }
 
@@ -307,8 +347,6 @@ sway_message_state_t sway_node_message_state(const sway_node_t *node, sway_messa
 bool sway_node_inputs_lost(const sway_node_t *node)
 {
     const bool trailer = node->core.config.vehicle.trailer.axles > 0;
-    return node->message[SWAY_MESSAGE_SPEED].state != (uint8_t)SWAY_MESSAGE_GOOD ||
-           node->message[SWAY_MESSAGE_CAR_MOTION].state != (uint8_t)SWAY_MESSAGE_GOOD ||
-           (trailer &&
-            node->message[SWAY_MESSAGE_TRAILER_MOTION].state != (uint8_t)SWAY_MESSAGE_GOOD);
+    return !is_good(node, SWAY_MESSAGE_SPEED) || !is_good(node, SWAY_MESSAGE_CAR_MOTION) ||
+           (trailer && !is_good(node, SWAY_MESSAGE_TRAILER_MOTION));
 }

@@ -35,9 +35,8 @@ static bool watch_begin(sway_core_t *core, sway_real_t speed_m_s)
 
 static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
 {
-    return sway_trailer_speaks(&core->watch)
-               ? sway_trailer_swing(&core->watch, line)
-               : sway_complex_abs(line->channel[SWAY_CHANNEL_CAR_YAW_RATE].amplitude);
+    return sway_trailer_speaks(&core->watch) ? sway_trailer_swing(&core->watch, line)
+                                             : sway_real_zero();
 }
 
 #define WATCH_PUSH(core, row) sway_trailer_push(&(core)->watch, row)
@@ -46,6 +45,7 @@ static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
 #define WATCH_MODEL_COST(core) sway_trailer_model_cost(&(core)->watch)
 #define WATCH_MODEL_RUN(core) sway_trailer_model_run(&(core)->watch)
 #define WATCH_MODEL(core) (&(core)->watch.model)
+#define WATCH_SPEAKS(core) sway_trailer_speaks(&(core)->watch)
 #else
 static void watch_init(sway_core_t *core)
 {
@@ -62,7 +62,8 @@ static bool watch_begin(sway_core_t *core, sway_real_t speed_m_s)
 static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
 {
     (void)core;
-    return sway_complex_abs(line->channel[SWAY_CHANNEL_CAR_YAW_RATE].amplitude);
+    (void)line;
+    return sway_real_zero();
 }
 
 #define WATCH_PUSH(core, row)
@@ -71,6 +72,7 @@ static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
 #define WATCH_MODEL_COST(core) 0U
 #define WATCH_MODEL_RUN(core) false
 #define WATCH_MODEL(core) (&(core)->margin.model)
+#define WATCH_SPEAKS(core) false
 #endif
 
 /* --- start -------------------------------------------------------------------------------------
@@ -105,7 +107,7 @@ static sway_error_t init_parts(sway_core_t *core, const sway_core_config_t *conf
     }
     sway_margin_init(&core->margin, &config->vehicle);
     watch_init(core);
-    return sway_alarm_init(&core->alarm, &config->alarm);
+    return sway_judge_init(&core->judge, &config->vehicle, &config->alarm);
 }
 
 sway_error_t sway_core_init(sway_core_t *core, const sway_core_config_t *config)
@@ -227,33 +229,11 @@ static void begin_line(sway_core_t *core)
     core->stage = core->identified ? STAGE_IDENTIFY : STAGE_BEGIN_MODEL;
 }
 
-static bool line_is_usable(const sway_core_t *core)
+/* The line of this estimate, if one is held. */
+static const sway_line_t *held_line(const sway_core_t *core)
 {
     const uint32_t bad = SWAY_QUALITY_NO_OSCILLATION | SWAY_QUALITY_SEEKING;
-    return (core->work.identify.quality & bad) == 0U;
-}
-
-/* The channel whose amplitude is judged: the trailer's yaw rate where it is measured. */
-static sway_channel_t yaw_channel(const sway_core_t *core)
-{
-    const uint32_t trailer = SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE);
-    const bool measured = (line_of(core)->valid_mask & trailer) != 0U;
-    return core->config.vehicle.trailer.axles > 0 && measured ? SWAY_CHANNEL_TRAILER_YAW_RATE
-                                                              : SWAY_CHANNEL_CAR_YAW_RATE;
-}
-
-static bool has_inputs(const sway_core_t *core)
-{
-    return (line_of(core)->valid_mask & SWAY_CHANNEL_BIT(yaw_channel(core))) != 0U;
-}
-
-/* Yaw rate of the trailer at the line, measured or reconstructed from the car's motion. */
-static sway_real_t amplitude(const sway_core_t *core)
-{
-    const sway_channel_t yaw = yaw_channel(core);
-    return yaw == SWAY_CHANNEL_TRAILER_YAW_RATE
-               ? sway_complex_abs(line_of(core)->channel[yaw].amplitude)
-               : watch_swing(core, line_of(core));
+    return (core->work.identify.quality & bad) == 0U ? line_of(core) : NULL;
 }
 
 /* What the line and the motion are judged by. */
@@ -262,141 +242,38 @@ static const sway_margin_model_t *model_of(const sway_core_t *core)
     return core->watched ? WATCH_MODEL(core) : &core->margin.model;
 }
 
-/* Yaw rate that the wheel's movement at the line would cause if it were slow. */
-static sway_real_t steered(const sway_core_t *core)
-{
-    const uint32_t bit = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
-    const sway_margin_model_t *const model = model_of(core);
-    if ((line_of(core)->valid_mask & bit) == 0U || !model->has_steady) {
-        return sway_real_zero();
-    }
-    const sway_complex_t wheel =
-        line_of(core)->channel[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].amplitude;
-    const sway_real_t ratio = sway_real_ratio(1000, core->config.vehicle.car.steering_ratio_milli);
-    const sway_real_t gain = sway_real_abs(model->steady.yaw_rate_gain_1_s);
-    return sway_real_mul(sway_real_mul(sway_complex_abs(wheel), ratio), gain);
-}
-
-/* Damping ratio that the free oscillation shows. */
-static sway_evidence_t signal_damping(const sway_core_t *core)
-{
-    const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_GAP;
-    sway_evidence_t damping;
-    sway_line_damping(line_of(core), &damping.ratio, &damping.se);
-    damping.se =
-        sway_disturbance_se(&core->disturbance, damping.se, amplitude(core), steered(core));
-    damping.usable =
-        line_is_usable(core) && (core->work.identify.quality & bad) == 0U && has_inputs(core);
-    return damping;
-}
-
-static sway_evidence_t model_damping(const sway_core_t *core)
-{
-    const sway_margin_model_t *const model = model_of(core);
-    const sway_evidence_t damping = {model->damping_ratio, model->damping_ratio_se,
-                                     core->modelled && model->has_model};
-    return damping;
-}
-
-static uint32_t quality_of(const sway_core_t *core, bool disagrees)
-{
-    uint32_t quality = core->work.identify.quality;
-    if (speed_now(core) < 0) {
-        quality |= SWAY_QUALITY_NO_SPEED;
-    } else if (speed_now(core) < core->config.alarm.minimum_speed_mm_s) {
-        quality |= SWAY_QUALITY_SLOW;
-    }
-    if (line_is_usable(core) && !has_inputs(core)) {
-        quality |= SWAY_QUALITY_MISSING_INPUT;
-    }
-    if (core->modelled && model_of(core)->kind == SWAY_VCRIT_SINGULAR) {
-        quality |= SWAY_QUALITY_SINGULAR;
-    }
-    return quality | (disagrees ? (uint32_t)SWAY_QUALITY_MODEL_DISAGREES : 0U);
-}
-
-static void raise_alarm(sway_core_t *core, const sway_publish_t *from)
-{
-    const sway_margin_model_t *const model = model_of(core);
-    const sway_line_t *const line = line_of(core);
-    sway_alarm_input_t input;
-    memset(&input, 0, sizeof input);
-    input.time_us = from->time_us;
-    input.speed_mm_s = from->speed_mm_s;
-    input.has_critical_speed = core->modelled && (model->kind == SWAY_VCRIT_FOUND ||
-                                                  model->kind == SWAY_VCRIT_BELOW_RANGE ||
-                                                  model->kind == SWAY_VCRIT_DIVERGENCE);
-    input.is_static = model->kind == SWAY_VCRIT_DIVERGENCE;
-    input.is_identified = model->source == SWAY_SOURCE_IDENTIFIED;
-    input.v_crit_mm_s = core->status.v_crit_mm_s;
-    input.v_crit_se_mm_s = core->status.v_crit_se_mm_s;
-    input.damping = from->combined;
-    input.belief = from->belief;
-    input.has_swing = line_is_usable(core) && has_inputs(core);
-    input.has_oscillation = from->signal.usable;
-    if (input.has_swing) {
-        input.amplitude_rad_s = amplitude(core);
-    }
-    if (from->signal.usable) {
-        input.growth_1_s = line->growth_1_s;
-        input.growth_se_1_s = line->growth_se_1_s;
-        input.omega_rad_s = line->omega_rad_s;
-        input.mid_time_us = line->mid_time_us;
-    }
-    sway_alarm_update(&core->alarm, &input);
-    core->status.alarm = (int32_t)core->alarm.state;
-    core->status.reasons = core->alarm.reasons;
-    core->status.time_to_limit_ms = core->alarm.time_to_limit_ms;
-    core->status.valid |= core->alarm.time_to_limit_ms >= 0 ? SWAY_VALID_TIME_TO_LIMIT : 0U;
-}
-
-/* Every free swing teaches how disturbed it is, also one that is not a single damped line. */
-static void learn(sway_core_t *core, const sway_evidence_t *combined)
-{
-    const uint32_t bad = SWAY_QUALITY_FORCED | SWAY_QUALITY_GAP;
-    sway_real_t ratio;
-    sway_real_t se;
-    if (line_is_usable(core) && (core->work.identify.quality & bad) == 0U && has_inputs(core) &&
-        combined->usable) {
-        sway_line_damping(line_of(core), &ratio, &se);
-        sway_disturbance_learn(&core->disturbance, core->time_us,
-                               sway_real_sub(ratio, combined->ratio), amplitude(core),
-                               steered(core));
-    }
-}
-
 SWAY_NOINLINE void publish(sway_core_t *core)
 {
-    bool disagrees;
-    sway_publish_t from;
-    memset(&from, 0, sizeof from);
-    const sway_evidence_t model = model_damping(core);
-    from.line = line_is_usable(core) ? line_of(core) : NULL;
-    from.identify = core->identified ? &core->work.identify : NULL;
-    from.model = core->modelled ? model_of(core) : NULL;
-    from.time_us = core->time_us;
-    from.speed_mm_s = speed_now(core);
-    from.has_swing = line_is_usable(core) && has_inputs(core);
-    if (from.has_swing) {
-        const sway_line_channel_t *const channel = &line_of(core)->channel[yaw_channel(core)];
-        from.swing_rad_s = amplitude(core);
-        from.swing_se_rad_s =
-            sway_real_mul(channel->amplitude_se,
-                          sway_real_div(from.swing_rad_s, sway_complex_abs(channel->amplitude)));
-    }
-    from.signal = signal_damping(core);
-    from.belief = sway_evidence_combine(&model, &from.signal, &from.combined, &disagrees);
-    from.quality = quality_of(core, disagrees);
-    learn(core, &from.combined);
-    if ((from.quality & SWAY_QUALITY_SINGULAR) != 0U) {
+    sway_status_t *const status = &core->status;
+    const sway_judge_evidence_t evidence = {.time_us = core->time_us,
+                                            .speed_mm_s = speed_now(core),
+                                            .seen_mask = core->seen_mask,
+                                            .missing_mask = core->missing_mask,
+                                            .quality = core->work.identify.quality,
+                                            .line = line_of(core),
+                                            .model = model_of(core),
+                                            .modelled = core->modelled,
+                                            .has_reconstruction = WATCH_SPEAKS(core),
+                                            .reconstructed_rad_s =
+                                                watch_swing(core, line_of(core))};
+    sway_judgement_t judgement;
+    sway_judge_take(&core->judge, &evidence, &judgement);
+    const sway_publish_t from = {.line = held_line(core),
+                                 .identify = core->identified ? &core->work.identify : NULL,
+                                 .model = core->modelled ? model_of(core) : NULL,
+                                 .time_us = core->time_us,
+                                 .speed_mm_s = evidence.speed_mm_s,
+                                 .judgement = &judgement,
+                                 .alarm = &core->judge.alarm};
+    if ((judgement.quality & SWAY_QUALITY_SINGULAR) != 0U) {
         count(&core->singular);
     }
-    core->status.window_ms = (int32_t)((uint32_t)line_of(core)->window_samples *
-                                       ((uint32_t)core->config.sample_period_us / 100U) / 10U);
-    sway_publish(&core->status, &from);
-    raise_alarm(core, &from);
+    status->window_ms = (int32_t)((uint32_t)line_of(core)->window_samples *
+                                  ((uint32_t)core->config.sample_period_us / 100U) / 10U);
+    sway_publish(status, &from);
     copy_faults(core);
-    core->status.sequence++;
+    core->missing_mask = 0;
+    status->sequence++;
 }
 
 /* The parts of an estimate come out within one row, so that nobody sees half of them. */
@@ -482,15 +359,34 @@ static void run_next(sway_core_t *core)
     }
 }
 
+/* The clock has started again: what is known of the vehicle stays, everything that has a time
+ * begins anew. The track empties itself with the row. */
+static void restart(sway_core_t *core, int64_t time_us)
+{
+    core->stage = STAGE_IDLE;
+    core->part = 0;
+    core->identified = false;
+    core->modelled = false;
+    core->watched = false;
+    core->sequence = sway_track_sequence(&core->track);
+    core->speed_time_us = time_us - SPEED_OLD_US - 1;
+    sway_judge_restart(&core->judge, time_us);
+}
+
 static bool begin_row(sway_core_t *core)
 {
     sway_row_t tick;
     if (!sway_grid_tick(&core->grid, &tick)) {
         return false;
     }
+    if (tick.restart) {
+        restart(core, tick.time_us);
+    }
     sway_track_push(&core->track, &tick);
     WATCH_PUSH(core, &tick);
     core->time_us = tick.time_us;
+    core->seen_mask = tick.present_mask;
+    core->missing_mask |= tick.present_mask & ~tick.valid_mask;
     if ((tick.valid_mask & SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)) != 0U) {
         core->speed_mm_s = tick.value[SWAY_CHANNEL_SPEED];
         core->speed_time_us = tick.time_us;

@@ -28,9 +28,9 @@ static void put_line(sway_status_t *status, const sway_publish_t *from)
     sway_line_damping(line, &ratio, &se);
     status->damping_ratio_ppm = integer(ratio, 1000000);
     status->damping_ratio_se_ppm = integer(se, 1000000);
-    if (from->has_swing) {
-        status->amplitude_urad_s = integer(from->swing_rad_s, 1000000);
-        status->amplitude_se_urad_s = integer(from->swing_se_rad_s, 1000000);
+    if (from->judgement->has_swing) {
+        status->amplitude_urad_s = integer(from->judgement->swing_rad_s, 1000000);
+        status->amplitude_se_urad_s = integer(from->judgement->swing_se_rad_s, 1000000);
     }
 }
 
@@ -113,11 +113,6 @@ static void put_steady(sway_status_t *status, const sway_stm_static_t *steady)
     status->hitch_angle_gain_ppm = integer(steady->hitch_angle_gain, 1000000);
 }
 
-static bool has_limit(const sway_margin_model_t *model)
-{
-    return model->kind != SWAY_VCRIT_NONE && model->kind != SWAY_VCRIT_SINGULAR;
-}
-
 static void put_critical(sway_status_t *status, const sway_publish_t *from)
 {
     const sway_margin_model_t *const model = from->model;
@@ -146,7 +141,7 @@ static uint32_t put_model(sway_status_t *status, const sway_publish_t *from)
     if (model->has_steady) {
         put_steady(status, &model->steady);
     }
-    if (has_limit(model)) {
+    if (sway_judge_has_limit(model)) {
         valid |= SWAY_VALID_CRITICAL_SPEED;
         put_critical(status, from);
     }
@@ -161,8 +156,8 @@ void sway_publish(sway_status_t *status, const sway_publish_t *from)
     const uint32_t ever = status->valid | status->old;
     uint32_t valid = 0;
     status->time_us = from->time_us;
-    status->quality = from->quality;
-    status->belief = (int32_t)from->belief;
+    status->quality = from->judgement->quality;
+    status->belief = (int32_t)from->judgement->belief;
     if (from->speed_mm_s >= 0) {
         valid |= SWAY_VALID_SPEED;
         status->speed_mm_s = from->speed_mm_s;
@@ -171,17 +166,22 @@ void sway_publish(sway_status_t *status, const sway_publish_t *from)
         valid |= SWAY_VALID_LINE;
         put_line(status, from);
     }
-    if (from->identify != NULL && (from->quality & NOTHING_HELD) == 0U) {
+    if (from->identify != NULL && (from->judgement->quality & NOTHING_HELD) == 0U) {
         valid |= from->identify->valid;
     }
     if (from->model != NULL) {
         valid |= put_model(status, from);
     }
-    if (from->belief != SWAY_BELIEF_NONE) {
+    if (from->judgement->belief != SWAY_BELIEF_NONE) {
         valid |= SWAY_VALID_MARGIN;
-        status->margin_damping_ratio_ppm = integer(from->combined.ratio, 1000000);
-        status->margin_damping_ratio_se_ppm = integer(from->combined.se, 1000000);
+        status->margin_damping_ratio_ppm = integer(from->judgement->combined.ratio, 1000000);
+        status->margin_damping_ratio_se_ppm = integer(from->judgement->combined.se, 1000000);
     }
+    status->missing_inputs = from->judgement->missing_mask;
+    status->alarm = (int32_t)from->alarm->state;
+    status->reasons = from->alarm->reasons;
+    status->time_to_limit_ms = from->alarm->time_to_limit_ms;
+    valid |= from->alarm->time_to_limit_ms >= 0 ? SWAY_VALID_TIME_TO_LIMIT : 0U;
     status->valid = valid;
     status->old = ever & ~valid;
 }

@@ -3,7 +3,7 @@
 #ifndef SWAY_PUBLISH_H
 #define SWAY_PUBLISH_H
 
-#include "judge/sway_evidence.h"
+#include "judge/sway_judge.h"
 #include "model/sway_identify.h"
 #include "model/sway_margin.h"
 #include "sway_status.h"
@@ -15,13 +15,8 @@ typedef struct {
     const sway_margin_model_t *model;
     int64_t time_us;    ///< newest row
     int32_t speed_mm_s; ///< newest; -1: not known
-    uint32_t quality;
-    bool has_swing;
-    sway_real_t swing_rad_s; ///< yaw rate of the trailer (of a car alone) at the line
-    sway_real_t swing_se_rad_s;
-    sway_evidence_t signal;
-    sway_evidence_t combined;
-    sway_belief_t belief;
+    const sway_judgement_t *judgement;
+    const sway_alarm_t *alarm;
 } sway_publish_t;
 
 /// Parts of what is identified: the axles and the inertias.
@@ -30,7 +25,7 @@ typedef struct {
 /// Writes one part (0..SWAY_PUBLISH_PARTS-1); all of them before sway_publish().
 void sway_publish_part(sway_status_t *status, const sway_identify_t *identify, uint32_t part);
 
-/// Writes all but those parts, alarm, sequence and fault counters. What is not valid now keeps its
+/// Writes all but those parts, sequence and fault counters. What is not valid now keeps its
 /// last value and is marked old, if it ever was valid.
 void sway_publish(sway_status_t *status, const sway_publish_t *from);
 

@@ -46,6 +46,15 @@ sway_error_t sway_alarm_init(sway_alarm_t *alarm, const sway_alarm_config_t *con
     return SWAY_OK;
 }
 
+/* Estimates farther apart than this do not follow each other: they come every window/16. */
+#define PAUSE_US 1000000
+
+/* What the model leaves out (roll, air, saturation) in the damping ratio, at the least. */
+#define MODEL_FLOOR_PPM 5000
+
+/* Standard errors by which a speed has to be above the critical one to warn. */
+#define SURE_MILLI 2500
+
 static sway_real_t micro(int32_t value)
 {
     return sway_real_micro(value);
@@ -78,13 +87,15 @@ static int32_t time_to_limit(const sway_alarm_t *alarm, const sway_alarm_input_t
 /* How long the free oscillation has been growing, beyond one standard error, without a break. */
 static void follow_growth(sway_alarm_t *alarm, const sway_alarm_input_t *input)
 {
-    const int64_t elapsed = alarm->last_us == 0 ? 0 : input->time_us - alarm->last_us;
+    /* What happened in a pause nobody knows. */
+    const int64_t since = alarm->last_us == 0 ? 0 : input->time_us - alarm->last_us;
+    const int64_t elapsed = since < 0 || since > PAUSE_US ? 0 : since;
     const bool grows = sees_signal(input) &&
                        sway_real_less(input->growth_se_1_s, input->growth_1_s) &&
                        sway_real_compare(input->amplitude_rad_s,
                                          micro(alarm->config.minimum_amplitude_urad_s)) >= 0;
     alarm->last_us = input->time_us;
-    alarm->growing_us = grows ? alarm->growing_us + elapsed : 0;
+    alarm->growing_us = grows && elapsed == since ? alarm->growing_us + elapsed : 0;
 }
 
 /* One oscillation in microseconds. */
@@ -107,26 +118,39 @@ static bool is_growing(const sway_alarm_t *alarm, const sway_alarm_input_t *inpu
     return input->belief == SWAY_BELIEF_BOTH || alarm->growing_us >= period_us(input);
 }
 
+/* Without a critical speed: what the model says of the damping here. */
+static bool is_undamped(const sway_alarm_input_t *input, int32_t sure_milli)
+{
+    const sway_real_t se = ADD(input->model.se, micro(MODEL_FLOOR_PPM));
+    const sway_real_t bound = ADD(input->model.ratio, MUL(sway_real_ratio(sure_milli, 1000), se));
+    return input->model.usable && sway_real_sign(bound) < 0;
+}
+
 /* What a user's stiffness alone says does not warn. */
 static bool is_above_critical(const sway_alarm_t *alarm, const sway_alarm_input_t *input)
 {
     const sway_real_t limit = micro(alarm->config.limit_amplitude_urad_s);
     const bool at_limit = input->has_swing && sway_real_compare(input->amplitude_rad_s, limit) >= 0;
-    const int64_t sure_milli = at_limit ? alarm->config.confidence_milli : 2500;
+    const int32_t sure_milli = at_limit ? alarm->config.confidence_milli : SURE_MILLI;
     const int64_t excess_mm_s = (int64_t)input->speed_mm_s - input->v_crit_mm_s;
-    return input->is_identified && excess_mm_s * 1000 > sure_milli * input->v_crit_se_mm_s;
+    if (!input->is_identified || input->is_below_range) {
+        return input->is_identified && is_undamped(input, sure_milli);
+    }
+    return excess_mm_s * 1000 > (int64_t)sure_milli * input->v_crit_se_mm_s;
 }
 
 static uint32_t speed_reasons(const sway_alarm_t *alarm, const sway_alarm_input_t *input)
 {
     const sway_alarm_config_t *const config = &alarm->config;
     const bool noticed = (alarm->reasons & SWAY_REASON_SMALL_MARGIN) != 0U;
-    const int32_t margin = input->v_crit_mm_s - input->speed_mm_s;
+    const int64_t margin = (int64_t)input->v_crit_mm_s - input->speed_mm_s;
+    const int64_t least =
+        (int64_t)config->notice_margin_mm_s + (noticed ? config->margin_hysteresis_mm_s : 0);
     uint32_t reasons = 0;
-    if (!input->has_critical_speed) {
+    if (!input->has_critical_speed && !input->is_below_range) {
         return 0;
     }
-    if (margin < config->notice_margin_mm_s + (noticed ? config->margin_hysteresis_mm_s : 0)) {
+    if (margin < least) {
         reasons |= SWAY_REASON_SMALL_MARGIN;
     }
     if (is_above_critical(alarm, input)) {
@@ -140,15 +164,15 @@ static uint32_t signal_reasons(const sway_alarm_t *alarm, const sway_alarm_input
 {
     const sway_alarm_config_t *const config = &alarm->config;
     const bool noticed = (alarm->reasons & SWAY_REASON_LOW_DAMPING) != 0U;
-    const int32_t limit =
-        config->notice_damping_ratio_ppm + (noticed ? config->damping_hysteresis_ppm : 0);
+    const int64_t limit_ppm =
+        (int64_t)config->notice_damping_ratio_ppm + (noticed ? config->damping_hysteresis_ppm : 0);
     uint32_t reasons = 0;
     if (!sees_signal(input)) {
         return 0;
     }
     const bool visible =
         sway_real_compare(input->amplitude_rad_s, micro(config->minimum_amplitude_urad_s)) >= 0;
-    if (visible && sway_real_less(input->damping.ratio, micro(limit))) {
+    if (visible && sway_real_less(input->damping.ratio, sway_real_micro(limit_ppm))) {
         reasons |= SWAY_REASON_LOW_DAMPING;
     }
     if (!is_growing(alarm, input)) {
@@ -182,6 +206,13 @@ static bool is_off(const sway_alarm_t *alarm, const sway_alarm_input_t *input)
 {
     return input->speed_mm_s < alarm->config.minimum_speed_mm_s ||
            input->belief == SWAY_BELIEF_NONE;
+}
+
+void sway_alarm_restart(sway_alarm_t *alarm, int64_t time_us)
+{
+    alarm->asked_us = time_us;
+    alarm->last_us = time_us;
+    alarm->growing_us = 0;
 }
 
 void sway_alarm_update(sway_alarm_t *alarm, const sway_alarm_input_t *input)

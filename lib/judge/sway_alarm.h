@@ -32,15 +32,17 @@ typedef struct {
     int64_t time_us;
     int32_t speed_mm_s;      ///< newest; -1: not known
     bool has_critical_speed; ///< an oscillatory or static limit was found
+    bool is_below_range;     ///< instead: by the model it is unstable at any speed
     bool is_static;          ///< that limit is static
     bool is_identified;      ///< from identified stiffnesses
     int32_t v_crit_mm_s;
     int32_t v_crit_se_mm_s;
+    sway_evidence_t model;   ///< damping ratio of the model at this speed
     sway_evidence_t damping; ///< combined
     sway_belief_t belief;
     bool has_swing; ///< `amplitude_rad_s` is meaningful: there is a line, free or forced
     sway_real_t amplitude_rad_s; ///< trailer yaw rate at `mid_time_us`
-    bool has_oscillation;        ///< it is free, and the fields below are meaningful
+    bool has_oscillation;        ///< its growth is evidence, and the fields below are meaningful
     sway_real_t growth_1_s;
     sway_real_t growth_se_1_s;
     sway_real_t omega_rad_s;
@@ -61,6 +63,9 @@ void sway_alarm_defaults(sway_alarm_config_t *config);
 
 /// SWAY_ERROR_ARGUMENT for a threshold that is negative.
 sway_error_t sway_alarm_init(sway_alarm_t *alarm, const sway_alarm_config_t *config);
+
+/// The clock has started again at `time_us`: the state is held from now on, growth begins anew.
+void sway_alarm_restart(sway_alarm_t *alarm, int64_t time_us);
 
 /// Takes one estimate; state, reasons and time_to_limit_ms are the result.
 void sway_alarm_update(sway_alarm_t *alarm, const sway_alarm_input_t *input);

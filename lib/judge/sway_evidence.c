@@ -39,7 +39,7 @@ void sway_disturbance_learn(sway_disturbance_t *disturbance, int64_t time_us,
                             sway_real_t difference, sway_real_t amplitude_rad_s,
                             sway_real_t steered_rad_s)
 {
-    int64_t elapsed_us = time_us - disturbance->time_us;
+    int64_t elapsed_us = time_us > disturbance->time_us ? time_us - disturbance->time_us : 0;
     disturbance->time_us = time_us;
     if (!disturbance->started) {
         disturbance->started = true;
@@ -61,6 +61,11 @@ void sway_disturbance_learn(sway_disturbance_t *disturbance, int64_t time_us,
     disturbance->variance =
         ADD(disturbance->variance, MUL(weight, SUB(seen, disturbance->variance)));
     disturbance->variance = sway_real_max(disturbance->variance, least);
+}
+
+void sway_disturbance_restart(sway_disturbance_t *disturbance, int64_t time_us)
+{
+    disturbance->time_us = time_us;
 }
 
 sway_belief_t sway_evidence_combine(const sway_evidence_t *model, const sway_evidence_t *signal,

@@ -43,6 +43,9 @@ void sway_disturbance_learn(sway_disturbance_t *disturbance, int64_t time_us,
                             sway_real_t difference, sway_real_t amplitude_rad_s,
                             sway_real_t steered_rad_s);
 
+/// The clock has started again at `time_us`; what was learnt stays.
+void sway_disturbance_restart(sway_disturbance_t *disturbance, int64_t time_us);
+
 /// Combined damping ratio. `disagrees` is set where the two differ beyond their errors.
 sway_belief_t sway_evidence_combine(const sway_evidence_t *model, const sway_evidence_t *signal,
                                     sway_evidence_t *combined, bool *disagrees);

@@ -37,9 +37,8 @@ void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle)
     sway_quantity_start(&margin->inertia[1], sway_real_ratio(trailer, 1000), USER_INERTIA_PPM, 0);
 }
 
-/* An estimate over missing samples is not taken. Windows that are not one damped line are: their
- * standard errors come from coloured residuals, and hold (seen with the warning campaign). */
-#define UNFIT SWAY_QUALITY_GAP
+/* Windows with missing samples or that are not one damped line are taken, too: their standard
+ * errors are larger for it, and hold (seen with the warning campaign). */
 
 static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
 {
@@ -142,7 +141,7 @@ sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *ide
     for (int body = 0; body < 2; body++) {
         sway_quantity_drift(&margin->inertia[body], time_us, DRIFT_INERTIA_PPM, 0);
     }
-    if (identify != NULL && (identify->quality & UNFIT) == 0U) {
+    if (identify != NULL) {
         take_estimates(margin, identify);
     }
     if (!build_model(margin)) {

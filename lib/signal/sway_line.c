@@ -97,7 +97,6 @@ sway_error_t sway_line_start(sway_line_job_t *job, const sway_line_config_t *con
         job->data[c].harmonics = (config->harmonics_mask & SWAY_CHANNEL_BIT(c)) != 0U;
         job->data[c].missing = 0;
         job->data[c].lost = 0;
-        job->data[c].seen = false;
     }
     job->state = STATE_SUMS;
     job->channel = 0;
@@ -181,8 +180,7 @@ static uint32_t after_sums(sway_line_job_t *job)
     }
     job->used_mask = job->line->valid_mask & job->config.channel_mask;
     for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
-        if ((job->config.channel_mask & SWAY_CHANNEL_BIT(c)) != 0U && job->data[c].lost > 0U &&
-            job->data[c].seen) {
+        if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U && job->data[c].lost > 0U) {
             job->line->flags |= SWAY_LINE_GAP;
         }
     }
@@ -194,11 +192,9 @@ static uint32_t run_sums(sway_line_job_t *job, const sway_ring_t *ring)
 {
     const uint32_t wanted = ring->present_mask & job->config.result_mask;
     while (job->channel < SWAY_CHANNELS && (wanted & SWAY_CHANNEL_BIT(job->channel)) == 0U) {
-        job->data[job->channel].seen = false;
         job->channel++;
     }
     if (job->channel < SWAY_CHANNELS) {
-        job->data[job->channel].seen = true;
         sum_channel(job, ring, job->channel);
         job->channel++;
     }
@@ -390,6 +386,15 @@ static int32_t freedom(const sway_line_job_t *job, const sway_line_data_t *data,
 /* Variance of a block: at least that of rounding, and what 31 bits resolve. For few degrees of
  * freedom the variance of Student's t over that of the normal distribution is put in, so that
  * standard errors mean what they say. */
+/* What the windows' missing part costs in the error of growth, at the most: that of a window that
+ * is shorter by as much, (whole / present)^3. */
+static sway_real_t cost_of_gaps(const sway_line_job_t *job, const sway_line_data_t *data)
+{
+    const int32_t blocks = (int32_t)job->basis.blocks;
+    const sway_real_t ratio = sway_real_ratio(blocks, blocks - (int32_t)data->lost);
+    return sway_real_mul(sway_real_square(ratio), ratio);
+}
+
 static sway_real_t block_variance(const sway_line_job_t *job, const sway_line_data_t *data,
                                   uint32_t n, sway_real_t rest, sway_real_t total)
 {
@@ -401,7 +406,9 @@ static sway_real_t block_variance(const sway_line_job_t *job, const sway_line_da
     const sway_real_t rounding =
         sway_real_scale(sway_real_ratio((int32_t)job->block, 12), -2 * data->shift);
     const sway_real_t least = sway_real_max(rounding, sway_real_ratio(1, 12));
-    return sway_real_max(sway_real_max(variance, least), sway_real_scale(total, -32));
+    const sway_real_t result =
+        sway_real_max(sway_real_max(variance, least), sway_real_scale(total, -32));
+    return data->lost == 0U ? result : sway_real_mul(result, cost_of_gaps(job, data));
 }
 
 /* Of the columns that the channel's model has. */

@@ -85,7 +85,6 @@ typedef struct {
 
 /// What a job keeps of a channel.
 typedef struct {
-    bool seen;      ///< the channel's inputs exist
     bool harmonics; ///< 2f and 3f are in the model
     int32_t shift;
     uint32_t lost;    ///< blocks missing in the input

@@ -77,6 +77,13 @@ for number, axle in enumerate(("CarFront", "CarRear", "TrailerFront", "TrailerRe
         f"{name}{axle}": f"axle.{number}.{field}" for name, field in AXLE_FIELD.items()
     }
 
+MASKS = {
+    "MissingInputs": "missing_inputs",
+    "DoubtedInputs": "doubted_inputs",
+    "RefutedInputs": "refuted_inputs",
+}
+"""Signals that hold a bit for each channel, and their fields of the status."""
+
 CODES = {
     "AlarmState": ("alarm", "SWAY_ALARM_"),
     "CriticalSpeedSource": ("source", "SWAY_SOURCE_"),
@@ -316,7 +323,8 @@ def test_flags_codes_and_counters_are_where_the_dbc_has_them(message: Message) -
         every = [
             trial for kind in (flags, codes, counters, states, numbers) for trial in kind(signal)
         ]
-        assert every or signal.name in STATUS_FIELD or signal.name == "InputsLost", signal.name
+        elsewhere = ("InputsLost", "JudgementDegraded", *MASKS)
+        assert every or signal.name in STATUS_FIELD or signal.name in elsewhere, signal.name
         source = Source()
         for path, value, expected in every:
             source.set(path, value)
@@ -329,6 +337,17 @@ def test_lost_inputs_are_told() -> None:
     idle = told(source, message)
     source.source.inputs_lost = True
     assert told(source, message) == idle | {"InputsLost": 1}
+
+
+@pytest.mark.parametrize("signal", MASKS)
+def test_inputs_that_the_judgement_lacks_are_told(signal: str) -> None:
+    message = DATABASE.get_message_by_name("SwayJudgement")
+    alarm = DATABASE.get_message_by_name("SwayAlarm")
+    source = Source()
+    for channel in range(lib.SWAY_CHANNEL_COUNT):
+        source.set(MASKS[signal], 1 << channel)
+        assert told(source, message) == told(Source(), message) | {signal: 1 << channel}
+        assert told(source, alarm) == told(Source(), alarm) | {"JudgementDegraded": 1}
 
 
 def test_every_status_field_is_one_signal() -> None:

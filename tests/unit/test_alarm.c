@@ -378,6 +378,90 @@ static void a_state_is_held_and_its_reasons_too(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.000001));
 }
 
+/* What the signals did in a pause nobody knows. */
+static void growth_before_a_pause_does_not_count(void)
+{
+    input.belief = SWAY_BELIEF_SIGNAL;
+    swing(4, 0.3, -0.07, 0.01);
+    input.belief = SWAY_BELIEF_SIGNAL; // alone: it has to last an oscillation
+    TEST_ASSERT_LESS_THAN(SWAY_ALARM_WARNING, after(0.1));
+    TEST_ASSERT_LESS_THAN(SWAY_ALARM_WARNING, after(30));
+    TEST_ASSERT_LESS_THAN(SWAY_ALARM_WARNING, after(0.2));
+    for (int k = 0; k < 8; k++) {
+        (void)after(0.2);
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL(SWAY_ALARM_WARNING, after(0.2));
+}
+
+/* A clock that starts again holds the state for its time from then on, no longer. */
+static void a_clock_that_goes_back_does_not_hold_the_alarm(void)
+{
+    input.time_us = 1000000000;
+    swing(10, 0.3, -0.07, 0.01);
+    for (int k = 0; k < 20; k++) {
+        (void)after(0.2);
+    }
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_CRITICAL, alarm_.state);
+    swing(10, -0.3, 0.07, 0.01);
+    input.time_us = 5000000;
+    sway_alarm_restart(&alarm_, input.time_us);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_CRITICAL, after(1.9));
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(0.2));
+}
+
+static void thresholds_may_be_as_large_as_they_are_accepted(void)
+{
+    sway_alarm_config_t config;
+    sway_alarm_defaults(&config);
+    config.notice_margin_mm_s = INT32_MAX;
+    config.margin_hysteresis_mm_s = INT32_MAX;
+    config.notice_damping_ratio_ppm = INT32_MAX;
+    config.damping_hysteresis_ppm = INT32_MAX;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_alarm_init(&alarm_, &config));
+    swing(5, -0.5, 0.9, 0.01);
+    for (int k = 0; k < 2; k++) { // with and without the hysteresis
+        TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+        TEST_ASSERT_EQUAL_UINT32(SWAY_REASON_SMALL_MARGIN | SWAY_REASON_LOW_DAMPING,
+                                 alarm_.reasons);
+    }
+    config.confidence_milli = INT32_MAX;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_alarm_init(&alarm_, &config));
+    input.has_swing = true;
+    input.amplitude_rad_s = real(1);
+    input.v_crit_se_mm_s = INT32_MAX;
+    input.speed_mm_s = INT32_MAX;
+    input.v_crit_mm_s = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    input.v_crit_se_mm_s = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+}
+
+/* Below the range of the search there is no speed to compare with, and no error of it: what the
+ * model says of the damping here decides, with its error. */
+static void a_limit_below_the_range_warns_by_the_damping(void)
+{
+    input.has_critical_speed = false;
+    input.is_below_range = true;
+    input.v_crit_mm_s = 2778;
+    input.v_crit_se_mm_s = 0;
+    input.model.usable = true;
+    input.model.ratio = real(-0.1);
+    input.model.se = real(0.05); // 1.8 standard errors
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    input.model.se = real(0.03);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+    TEST_ASSERT_BITS_HIGH(SWAY_REASON_ABOVE_CRITICAL_SPEED, alarm_.reasons);
+    setUp();
+    input.has_critical_speed = false;
+    input.is_below_range = true;
+    input.v_crit_mm_s = 2778;
+    input.model.ratio = real(-0.1);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1)); // no model here
+    input.model.usable = true;
+    input.is_identified = false;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -403,5 +487,9 @@ int main(void)
     RUN_TEST(growth_warns_when_it_is_sure);
     RUN_TEST(a_large_or_soon_large_swing_is_critical);
     RUN_TEST(a_state_is_held_and_its_reasons_too);
+    RUN_TEST(growth_before_a_pause_does_not_count);
+    RUN_TEST(a_clock_that_goes_back_does_not_hold_the_alarm);
+    RUN_TEST(thresholds_may_be_as_large_as_they_are_accepted);
+    RUN_TEST(a_limit_below_the_range_warns_by_the_damping);
     return UNITY_END();
 }

@@ -183,9 +183,12 @@ static void each_wrong_input_is_counted_marks_the_estimate_and_stops_nothing(voi
                 /* from 0.9 s, when the mean of the rate tells, to the window's end */
                 const bool within = t > 6900000 && t < 8500000;
                 const bool clear = t < 6000000 || t > 10300000;
-                marked += within && (status->quality & SWAY_QUALITY_GAP) != 0U ? 1U : 0U;
-                unmarked += within && (status->quality & SWAY_QUALITY_GAP) == 0U ? 1U : 0U;
-                TEST_ASSERT_TRUE(!clear || (status->quality & SWAY_QUALITY_GAP) == 0U);
+                /* a gap in what is used, or too much of it to be used */
+                const bool told = (status->quality & SWAY_QUALITY_GAP) != 0U ||
+                                  status->missing_inputs == 1U << SWAY_CHANNEL_CAR_YAW_RATE;
+                marked += within && told ? 1U : 0U;
+                unmarked += within && !told ? 1U : 0U;
+                TEST_ASSERT_TRUE(!clear || !told);
             }
             sequence = status->sequence;
         }
@@ -438,6 +441,74 @@ static void a_swing_beyond_the_limit_has_no_time_left(void)
     TEST_ASSERT_BITS_LOW(SWAY_VALID_TIME_TO_LIMIT, status->valid);
 }
 
+/* A free swing of `degrees`/s of the trailer at 0 s, the wheel held, from 0 s to `to_s`. What
+ * `stop` names falls silent at 4 s, if `flickers` for 0.4 s of each second. Returns the highest
+ * alarm of the last 4 s. */
+static int32_t swing(double degrees, double growth, double to_s, uint32_t stop, bool flickers)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    int32_t highest = 0;
+    plant.s = growth + 4.2 * I;
+    plant_line(&plant, &config.vehicle, &line);
+    line.channel[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].amplitude = complex_of(0);
+    const double size = cabs(cvalue(line.channel[SWAY_CHANNEL_TRAILER_YAW_RATE].amplitude));
+    for (int k = 0; k < (int)lround(100 * to_s); k++) {
+        const int64_t time_us = 1000000 + 10000 * (int64_t)k;
+        const double complex e = cexp(plant.s * 0.01 * k) * degrees * M_PI / 180 / size;
+        const uint32_t out = k >= 400 && (!flickers || k % 100 < 40) ? stop : 0U;
+        if ((out & 1U << SWAY_CHANNEL_SPEED) == 0U) {
+            (void)sway_core_input(&core, SWAY_INPUT_SPEED, time_us, (int32_t)lround(plant.v * 1e3));
+        }
+        for (unsigned i = 0; i < sizeof SIGNALS / sizeof SIGNALS[0]; i++) {
+            const double x = creal(cvalue(line.channel[SIGNALS[i].channel].amplitude) * e);
+            if ((out & 1U << SIGNALS[i].channel) == 0U) {
+                (void)sway_core_input(&core, SIGNALS[i].input, time_us,
+                                      (int32_t)lround(x * SIGNALS[i].scale));
+            }
+        }
+        drain(&core);
+        const int32_t alarm = sway_core_status(&core)->alarm;
+        highest = k > 100 * to_s - 400 && alarm > highest ? alarm : highest;
+    }
+    return highest;
+}
+
+static int32_t alarm_without(uint32_t stop, bool flickers)
+{
+    setUp();
+    return swing(1, 0.25, 12, stop, flickers);
+}
+
+/* The swing is there in whatever is left. */
+static void no_input_that_falls_silent_silences_the_alarm(void)
+{
+    TEST_ASSERT_EQUAL_INT32(SWAY_ALARM_CRITICAL, alarm_without(0, false));
+    for (uint32_t channel = 0; channel <= SWAY_CHANNEL_SPEED; channel++) {
+        for (int flickers = 0; flickers < 2; flickers++) {
+            const int32_t alarm = alarm_without(1U << channel, flickers != 0);
+            TEST_ASSERT_EQUAL_INT32(SWAY_ALARM_CRITICAL, alarm);
+        }
+    }
+    const uint32_t forces = UINT32_MAX << SWAY_CHANNEL_HITCH_FX & ~(1U << SWAY_CHANNEL_SPEED);
+    TEST_ASSERT_EQUAL_INT32(SWAY_ALARM_CRITICAL, alarm_without(forces, false));
+    const uint32_t trailer =
+        1U << SWAY_CHANNEL_TRAILER_YAW_RATE | 1U << SWAY_CHANNEL_TRAILER_LATERAL_ACC;
+    TEST_ASSERT_EQUAL_INT32(SWAY_ALARM_CRITICAL, alarm_without(trailer, false));
+}
+
+/* A clock that starts again while the alarm is on: nothing of the old time is left. */
+static void a_clock_that_starts_again_begins_anew(void)
+{
+    TEST_ASSERT_EQUAL_INT32(SWAY_ALARM_CRITICAL, swing(1, 0.25, 12, 0, false));
+    const int64_t before_us = sway_core_status(&core)->time_us;
+    TEST_ASSERT_EQUAL_INT32(SWAY_ALARM_NORMAL, swing(10, -0.4, 11, 0, false));
+    const sway_status_t *const status = sway_core_status(&core);
+    TEST_ASSERT_TRUE(status->time_us < before_us);
+    TEST_ASSERT_TRUE(status->time_us > 10000000);
+    TEST_ASSERT_EQUAL_UINT32(0, status->missing_inputs);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -455,5 +526,7 @@ int main(void)
     RUN_TEST(a_speed_that_stays_away_is_not_known);
     RUN_TEST(steering_takes_certainty_from_the_signal);
     RUN_TEST(a_swing_beyond_the_limit_has_no_time_left);
+    RUN_TEST(no_input_that_falls_silent_silences_the_alarm);
+    RUN_TEST(a_clock_that_starts_again_begins_anew);
     return UNITY_END();
 }

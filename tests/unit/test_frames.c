@@ -18,7 +18,7 @@ void setUp(void)
     memset(&status, 0, sizeof status);
     memset(state, 0, sizeof state);
     memset(frame_fault, 0, sizeof frame_fault);
-    source = (sway_frames_source_t){&status, state, frame_fault, false};
+    source = (sway_frames_source_t){&status, state, frame_fault, false, false};
 }
 
 void tearDown(void)
@@ -261,7 +261,7 @@ static const signal_out_t signals_out[] = {
 
 static void identifiers_out_follow_each_other(void)
 {
-    TEST_ASSERT_EQUAL(25, SWAY_OUTPUT_COUNT);
+    TEST_ASSERT_EQUAL(26, SWAY_OUTPUT_COUNT);
     for (uint32_t output = 0; output < SWAY_OUTPUT_COUNT; output++) {
         TEST_ASSERT_EQUAL_HEX32(0x1A0 + output, sway_frames_output_id((sway_output_t)output));
     }
@@ -371,7 +371,8 @@ static void frames_of_one_estimate_carry_its_number(void)
             sway_frames_encode((sway_output_t)output, &source, data);
             TEST_ASSERT_EQUAL_HEX8(0, data[0]);
             TEST_ASSERT_EQUAL_HEX8(0, data[1] & 0x0F);
-            TEST_ASSERT_EQUAL(output <= SWAY_OUTPUT_INERTIA ? sequence % 16 : 0, data[1] >> 4);
+            const bool with = output <= SWAY_OUTPUT_INERTIA || output == SWAY_OUTPUT_JUDGEMENT;
+            TEST_ASSERT_EQUAL(with ? sequence % 16 : 0, data[1] >> 4);
         }
     }
 }
@@ -413,7 +414,7 @@ static void alarm_says_state_sources_and_reasons(void)
 
 /* Without the inputs there is no judgement: state off, no reason, no time; where the figures came
  * from stays told. */
-static void alarm_is_off_where_inputs_are_lost(void)
+static void alarm_is_off_where_nothing_is_left(void)
 {
     status.alarm = SWAY_ALARM_CRITICAL;
     status.reasons = (1U << SWAY_REASON_BITS) - 1U;
@@ -426,7 +427,30 @@ static void alarm_is_off_where_inputs_are_lost(void)
     TEST_ASSERT_EQUAL_HEX64(origin | UINT64_C(4) << 16 | UINT64_C(0x7F) << 26 | UINT64_C(100) << 48,
                             word_of(SWAY_OUTPUT_ALARM));
     source.inputs_lost = true;
+    TEST_ASSERT_EQUAL_HEX64(origin | UINT64_C(4) << 16 | UINT64_C(0x7F) << 26 | UINT64_C(1) << 33 |
+                                UINT64_C(100) << 48,
+                            word_of(SWAY_OUTPUT_ALARM));
+    source.blind = true;
     TEST_ASSERT_EQUAL_HEX64(origin | UINT64_C(1) << 33 | NO_TIME, word_of(SWAY_OUTPUT_ALARM));
+}
+
+static void what_the_judgement_lacks_is_told(void)
+{
+    TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_JUDGEMENT));
+    status.sequence = 5;
+    status.missing_inputs = 0x8001;
+    status.doubted_inputs = 0x0102;
+    status.refuted_inputs = 0x1000;
+    TEST_ASSERT_EQUAL_HEX64(UINT64_C(0x1000010280010000) | 5U << 12,
+                            word_of(SWAY_OUTPUT_JUDGEMENT));
+    const uint64_t degraded = UINT64_C(1) << 34;
+    TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
+    status.missing_inputs = 0;
+    TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
+    status.doubted_inputs = 0;
+    TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
+    status.refuted_inputs = 0;
+    TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_ALARM) & degraded);
 }
 
 static void quality_says_flags_window_and_number(void)
@@ -507,7 +531,8 @@ int main(void)
     RUN_TEST(every_signal_of_a_frame_is_tested);
     RUN_TEST(frames_of_one_estimate_carry_its_number);
     RUN_TEST(alarm_says_state_sources_and_reasons);
-    RUN_TEST(alarm_is_off_where_inputs_are_lost);
+    RUN_TEST(alarm_is_off_where_nothing_is_left);
+    RUN_TEST(what_the_judgement_lacks_is_told);
     RUN_TEST(quality_says_flags_window_and_number);
     RUN_TEST(fault_counters_are_told_and_held_at_their_ends);
     RUN_TEST(states_of_the_inputs_are_told_in_their_order);

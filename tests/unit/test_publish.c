@@ -9,6 +9,8 @@ static sway_identify_t id;
 static sway_line_t line;
 static sway_margin_model_t model;
 static sway_publish_t from;
+static sway_judgement_t judgement;
+static sway_alarm_t alarm_;
 
 static sway_complex_t polar(double size, double angle)
 {
@@ -24,6 +26,11 @@ void setUp(void)
     memset(&line, 0, sizeof line);
     memset(&model, 0, sizeof model);
     memset(&from, 0, sizeof from);
+    memset(&judgement, 0, sizeof judgement);
+    memset(&alarm_, 0, sizeof alarm_);
+    alarm_.time_to_limit_ms = -1;
+    from.judgement = &judgement;
+    from.alarm = &alarm_;
     from.speed_mm_s = -1;
     for (int k = 0; k < SWAY_AXLE_COUNT; k++) {
         sway_axle_estimate_t *const axle = &id.axle[k];
@@ -144,7 +151,8 @@ static void a_value_beyond_its_integer_is_its_end(void)
 static void nothing_known_says_nothing(void)
 {
     from.time_us = INT64_C(123456789012);
-    from.quality = SWAY_QUALITY_NO_SPEED;
+    judgement.quality = SWAY_QUALITY_NO_SPEED;
+    blank.time_to_limit_ms = -1;
     sway_publish(&status, &from);
     TEST_ASSERT_EQUAL_INT64(from.time_us, status.time_us);
     TEST_ASSERT_EQUAL_UINT32(SWAY_QUALITY_NO_SPEED, status.quality);
@@ -187,11 +195,11 @@ static void the_line_is_told_in_its_units(void)
     const double ratio = 700 / hypot(700, 2 * M_PI * 600);
     TEST_ASSERT_INT32_WITHIN(1, (int32_t)lround(ratio * 1e6), status.damping_ratio_ppm);
     TEST_ASSERT_EQUAL_INT32(0, status.amplitude_urad_s); /* no swing in it */
-    from.swing_rad_s = real(150);
-    from.swing_se_rad_s = real(100);
+    judgement.swing_rad_s = real(150);
+    judgement.swing_se_rad_s = real(100);
     sway_publish(&status, &from);
     TEST_ASSERT_EQUAL_INT32(0, status.amplitude_urad_s);
-    from.has_swing = true;
+    judgement.has_swing = true;
     sway_publish(&status, &from);
     TEST_ASSERT_INT32_WITHIN(3, 150000000, status.amplitude_urad_s);
     TEST_ASSERT_EQUAL_INT32(100000000, status.amplitude_se_urad_s);
@@ -202,12 +210,12 @@ static void what_is_identified_counts_only_while_a_line_is_held(void)
     id.valid = SWAY_VALID_CAR_FRONT | SWAY_VALID_TRAILER_INERTIA;
     from.identify = &id;
     for (int bit = 0; bit < SWAY_QUALITY_BITS; bit++) {
-        from.quality = 1U << bit;
+        judgement.quality = 1U << bit;
         sway_publish(&status, &from);
-        const bool nothing =
-            from.quality == SWAY_QUALITY_NO_OSCILLATION || from.quality == SWAY_QUALITY_SEEKING;
+        const bool nothing = judgement.quality == SWAY_QUALITY_NO_OSCILLATION ||
+                             judgement.quality == SWAY_QUALITY_SEEKING;
         TEST_ASSERT_EQUAL_UINT32(nothing ? 0 : id.valid, status.valid);
-        TEST_ASSERT_EQUAL_UINT32(from.quality, status.quality);
+        TEST_ASSERT_EQUAL_UINT32(judgement.quality, status.quality);
     }
 }
 
@@ -260,7 +268,8 @@ static void a_critical_speed_is_told_of_every_kind_that_has_one(void)
         model.sensitivity_m_s[i] = real(5000 + i);
     }
     for (int kind = SWAY_VCRIT_NONE; kind <= SWAY_VCRIT_DIVERGENCE; kind++) {
-        const bool has = kind != SWAY_VCRIT_NONE && kind != SWAY_VCRIT_SINGULAR;
+        /* What ends at a bound of the search is no critical speed. */
+        const bool has = kind == SWAY_VCRIT_FOUND || kind == SWAY_VCRIT_DIVERGENCE;
         memset(&status, 0, sizeof status);
         model.kind = (sway_vcrit_t)kind;
         from.speed_mm_s = -1;
@@ -284,11 +293,11 @@ static void a_critical_speed_is_told_of_every_kind_that_has_one(void)
 
 static void the_belief_makes_the_combined_damping_valid(void)
 {
-    from.combined.ratio = real(-0.012345);
-    from.combined.se = real(1234);
+    judgement.combined.ratio = real(-0.012345);
+    judgement.combined.se = real(1234);
     for (int belief = SWAY_BELIEF_NONE; belief <= SWAY_BELIEF_BOTH; belief++) {
         memset(&status, 0, sizeof status);
-        from.belief = (sway_belief_t)belief;
+        judgement.belief = (sway_belief_t)belief;
         sway_publish(&status, &from);
         const bool known = belief != SWAY_BELIEF_NONE;
         TEST_ASSERT_EQUAL_INT32(belief, status.belief);
@@ -300,24 +309,50 @@ static void the_belief_makes_the_combined_damping_valid(void)
 
 static void what_was_valid_once_is_old_and_keeps_its_value(void)
 {
-    from.belief = SWAY_BELIEF_MODEL;
-    from.combined.ratio = real(0.2);
+    judgement.belief = SWAY_BELIEF_MODEL;
+    judgement.combined.ratio = real(0.2);
     from.speed_mm_s = 1000;
     sway_publish(&status, &from);
     TEST_ASSERT_EQUAL_UINT32(0, status.old);
-    from.belief = SWAY_BELIEF_NONE;
-    from.combined.ratio = real(0.3);
+    judgement.belief = SWAY_BELIEF_NONE;
+    judgement.combined.ratio = real(0.3);
     for (int i = 0; i < 2; i++) { /* and stays it */
         sway_publish(&status, &from);
         TEST_ASSERT_EQUAL_UINT32(SWAY_VALID_SPEED, status.valid);
         TEST_ASSERT_EQUAL_UINT32(SWAY_VALID_MARGIN, status.old);
         TEST_ASSERT_EQUAL_INT32(200000, status.margin_damping_ratio_ppm);
     }
-    from.belief = SWAY_BELIEF_SIGNAL;
+    judgement.belief = SWAY_BELIEF_SIGNAL;
     from.speed_mm_s = -1;
     sway_publish(&status, &from);
     TEST_ASSERT_EQUAL_UINT32(SWAY_VALID_MARGIN, status.valid);
     TEST_ASSERT_EQUAL_UINT32(SWAY_VALID_SPEED, status.old);
+}
+
+static void a_time_to_limit_is_valid_or_old_never_both(void)
+{
+    for (int round = 0; round < 3; round++) {
+        alarm_.time_to_limit_ms = 1500;
+        sway_publish(&status, &from);
+        TEST_ASSERT_EQUAL_UINT32(SWAY_VALID_TIME_TO_LIMIT, status.valid);
+        TEST_ASSERT_EQUAL_UINT32(0, status.old);
+        TEST_ASSERT_EQUAL_INT32(1500, status.time_to_limit_ms);
+        alarm_.time_to_limit_ms = -1;
+        sway_publish(&status, &from);
+        TEST_ASSERT_EQUAL_UINT32(0, status.valid);
+        TEST_ASSERT_EQUAL_UINT32(SWAY_VALID_TIME_TO_LIMIT, status.old);
+    }
+}
+
+static void what_the_alarm_says_and_what_is_missing_is_told(void)
+{
+    alarm_.state = SWAY_ALARM_WARNING;
+    alarm_.reasons = SWAY_REASON_GROWING;
+    judgement.missing_mask = 0x12345;
+    sway_publish(&status, &from);
+    TEST_ASSERT_EQUAL_INT32(SWAY_ALARM_WARNING, status.alarm);
+    TEST_ASSERT_EQUAL_UINT32(SWAY_REASON_GROWING, status.reasons);
+    TEST_ASSERT_EQUAL_HEX32(0x12345, status.missing_inputs);
 }
 
 int main(void)
@@ -335,5 +370,7 @@ int main(void)
     RUN_TEST(a_critical_speed_is_told_of_every_kind_that_has_one);
     RUN_TEST(the_belief_makes_the_combined_damping_valid);
     RUN_TEST(what_was_valid_once_is_old_and_keeps_its_value);
+    RUN_TEST(a_time_to_limit_is_valid_or_old_never_both);
+    RUN_TEST(what_the_alarm_says_and_what_is_missing_is_told);
     return UNITY_END();
 }
