@@ -79,7 +79,7 @@ def springs(whole: Combination) -> dict[str, float]:
     The wheels slide along the body's own vertical, so they tilt with it: all of the mass rolls.
     """
     values = {
-        "hitch_height": whole.ball_height_m, "wheel_radius": whole.wheel_radius_m,
+        "wheel_radius": whole.wheel_radius_m,
         "track_car_front": whole.car.front.track_m, "track_car_rear": whole.car.rear.track_m,
         "track_trailer": whole.trailer.front.track_m,
     }  # fmt: skip
@@ -95,6 +95,7 @@ def springs(whole: Combination) -> dict[str, float]:
         values |= {
             f"sprung_mass_{name}": body.mass_kg,
             f"sprung_height_{name}": body.cog_height_m,
+            f"ball_height_{name}": whole.ball_height_m,
             f"roll_inertia_{name}": body.roll_inertia_kgm2 - carried,
             f"roll_stiffness_{name}": sum(stiffness),
             f"roll_damping_rate_{name}": damping,

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 57
+#define PLANT_SCALARS 58
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -90,7 +90,8 @@ enum plant_scalar {
     E_TRACK_CAR_FRONT,
     E_TRACK_CAR_REAR,
     E_TRACK_TRAILER,
-    E_HITCH_HEIGHT,
+    E_BALL_HEIGHT_CAR,
+    E_BALL_HEIGHT_TRAILER,
     E_WHEEL_RADIUS,
     E_SENSED_ROLL_CAR,
     E_SENSED_ROLL_TRAILER,

@@ -367,7 +367,7 @@ INLINE void NAME(springs)(const V *p, const V *e, CONSTANTS *k)
         const V c_roll = NAME(where)(sprung, e[E_ROLL_DAMPING_RATE_CAR + body]);
         k->height[body] = NAME(where)(sprung, e[E_SPRUNG_HEIGHT_CAR + body]);
         k->lever[body] = sprung * k->height[body];
-        k->ball[body] = NAME(where)(sprung, e[E_HITCH_HEIGHT] - axis);
+        k->ball[body] = NAME(where)(sprung, e[E_BALL_HEIGHT_CAR + body]);
         k->stiffness[body] = k_roll - GRAVITY * k->lever[body];
         k->damping[body] = c_roll;
         const V inertia = e[E_ROLL_INERTIA_CAR + body] + k->lever[body] * k->height[body];

@@ -80,7 +80,8 @@ SCALARS = (
     "roll_axis_height_car", "roll_axis_height_trailer",  # m over the road
     "roll_front_share_car", "roll_front_share_trailer",  # of stiffness and damping
     "track_car_front", "track_car_rear", "track_trailer",  # m
-    "hitch_height", "wheel_radius",  # m over the road: ball, centres of the wheels
+    "ball_height_car", "ball_height_trailer",  # m, ball over the roll axis
+    "wheel_radius",  # m
     "sensed_roll_car", "sensed_roll_trailer",  # share of g sin(roll) in the accelerations
     "sensor_height_car", "sensor_height_trailer",  # m, accelerometer over the roll axis
     "trail_car_front", "trail_car_rear", "trail_trailer",  # m, pneumatic trail without slip

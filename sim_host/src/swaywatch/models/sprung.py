@@ -1,5 +1,8 @@
 """Springs, dampers and heights of car and trailer: what ``vehicle.toml`` does not say.
 
+The ball's height over the two roll axes counts most for the critical speed (see DESIGN.md) and is
+known least; it has a wide tolerance, which a fit may use.
+
 Each value of the sprung plant has a rule that takes it from the vehicle's mass and wheelbase, the
 tolerance of that rule and where both come from. A fit takes rule and tolerance as its belief; the
 page shows them.
@@ -101,7 +104,12 @@ BELIEFS: tuple[Belief, ...] = (
     Belief("track_trailer", "m", lambda b, _: min(1.2 + 5e-4 * b["trailer.mass"], 2.1), 0.12, 0.0,
            "1.2 m and 0.5 m per 1000 kg, at most 2.1 m", _CARAVAN),
     Belief("wheel_radius", "m", lambda _b, _s: 0.31, 0.07, 0.0, "0.31 m", _REIMPELL),
-    Belief("hitch_height", "m", lambda _b, _s: 0.40, 0.0, 0.03, "0.40 m", _R55),
+    Belief("ball_height_car", "m", lambda _b, _s: 0.2, 0.0, 0.1,
+           "0.2 m: ball at 0.4 m, roll axis rising to 0.1 to 0.3 m behind the rear axle",
+           f"{_R55}; {_REIMPELL}"),
+    Belief("ball_height_trailer", "m", lambda _b, _s: 0.2, 0.0, 0.15,
+           "0.2 m: ball at 0.4 m, roll axis on the road with trailing arms, at 0.3 to 0.4 m with "
+           "a rigid axle", f"{_R55}; {_REIMPELL}"),
     Belief("sprung_mass_car", "kg", lambda b, _: 0.89 * b["car.mass"], 0.03, 0.0,
            "0.89 of the mass", _GILLESPIE),
     Belief("sprung_mass_trailer", "kg", lambda b, _: 0.92 * b["trailer.mass"], 0.03, 0.0,
