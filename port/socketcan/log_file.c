@@ -120,13 +120,14 @@ static void judge_stamp(log_file_t *log, sway_port_frame_t *frame, const sway_po
     const int64_t next_us = next != NULL ? next->time_us + log->shift_us : INT64_MAX;
     const bool is_ahead =
         next != NULL && frame->time_us > next_us + LOG_FILE_ORDER_US && !is_behind(log, next_us);
-    const int64_t back_us = log->last_us - frame->time_us;
-    if (is_ahead || (is_behind(log, frame->time_us) && next_us >= log->last_us)) {
+    const bool is_late = is_behind(log, frame->time_us);
+    const int64_t back_us = is_late ? log->last_us - frame->time_us : 0;
+    if (is_ahead || (is_late && next_us >= log->last_us)) {
         log->stamps_damaged++;
         tell(log, log->stamps_damaged, "a time stamp is off",
              is_ahead ? frame->time_us - next_us : back_us);
         frame->time_us = log->last_us != INT64_MIN ? log->last_us : next_us;
-    } else if (is_behind(log, frame->time_us)) {
+    } else if (is_late) {
         log->clock_set++;
         tell(log, log->clock_set, "the logger's clock was set back", back_us);
         log->shift_us += back_us;
