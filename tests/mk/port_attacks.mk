@@ -39,3 +39,23 @@ fuzz-port: setup-test $(FUZZERS:%=$(B)/fuzz/libfuzzer_%)
 	    echo "$$f: $$(grep -E 'number_of_executed_units' $(B)/fuzz/$$f.log), no finding"; done
 
 test:: fuzz-corpus
+# make fault-campaign: 10,000 faults of bus, sensors, time, power and logs, each in a drive of its
+# own; build/bench/faults.md is the table. In the tests a few of each class.
+CAMPAIGN := $(FW)/campaign
+CAMPAIGN_SEED ?= 1
+CAMPAIGN_FAULTS ?= 10000
+$(CAMPAIGN): tests/firmware/campaign.c $(FUZZ_NEEDS) $(B)/gcc/libsway.a | $(UNITY_DIR)/unity.h
+	@mkdir -p $(@D)
+	@echo "CC $@"
+	@gcc $(FUZZ_FLAGS) -Werror -Itests/fuzz -O2 -g $< $(FUZZ_PORT) $(UNITY_DIR)/unity.c \
+	    $(B)/gcc/libsway.a -lm -o $@
+
+.PHONY: fault-campaign
+fault-campaign: setup-test $(CAMPAIGN)
+	@mkdir -p $(B)/bench
+	@nice -n 10 $(CAMPAIGN) $(CAMPAIGN_SEED) $(CAMPAIGN_FAULTS) $(B)/bench/faults.md \
+	    || { cat $(B)/bench/faults.md; exit 1; }
+	@cat $(B)/bench/faults.md
+
+test:: $(CAMPAIGN)
+	@$(CAMPAIGN) 2 115 $(FW)/campaign.md || { cat $(FW)/campaign.md; exit 1; }
