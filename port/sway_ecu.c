@@ -110,12 +110,6 @@ static void compose(sway_port_frame_t *frame, uint16_t id, uint8_t *counter, uin
     *counter = sway_e2e_next(*counter);
 }
 
-void sway_ecu_fault_frame(sway_port_frame_t *frame, sway_ecu_state_t state, uint32_t cause,
-                          uint32_t address, uint32_t restarts, uint8_t counter)
-{
-    compose(frame, ID_REPORT, &counter, (uint32_t)state, cause | restarts << 8, address);
-}
-
 static void send(sway_ecu_t *ecu, sway_port_frame_t *frame)
 {
     frame->time_us = ecu->now_us;

@@ -117,8 +117,4 @@ void sway_ecu_note_fault(sway_ecu_retained_t *retained, uint32_t cause, uint32_t
 /// Known answers of the arithmetic and of the checksums: SWAY_ECU_NO_CAUSE if all came out right.
 sway_ecu_cause_t sway_ecu_self_test(void);
 
-/// The frame that tells `cause`, for a port that must send it without an ECU (a fault handler).
-void sway_ecu_fault_frame(sway_port_frame_t *frame, sway_ecu_state_t state, uint32_t cause,
-                          uint32_t address, uint32_t restarts, uint8_t counter);
-
 #endif

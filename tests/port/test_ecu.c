@@ -561,6 +561,12 @@ static void test_safe_state_ends_only_where_parameters_were_missing(void)
 {
     start();
     TEST_ASSERT_EQUAL_UINT8(REFUSED, change(APPLY, NOTHING, 0).parameter_result); // no vehicle
+    sway_core_config_t defaults;
+    sway_core_defaults(&defaults);
+    (void)open_session();
+    TEST_ASSERT_EQUAL_UINT8(DONE, ask(WRITE, 0, 1800000).parameter_result);
+    TEST_ASSERT_EQUAL_UINT8(DONE, ask(DISCARD, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL_MEMORY(&defaults, &ecu.staged, sizeof defaults);
     ecu.staged = good_config();
     TEST_ASSERT_EQUAL_UINT8(DONE, change(APPLY, NOTHING, 0).parameter_result);
     TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, ecu.state);
