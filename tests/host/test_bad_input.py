@@ -103,7 +103,7 @@ def test_wrong_unit_of_an_angle(case: Path) -> None:
         'trailer_yaw_rate = "YawRate2"',
         'trailer_yaw_rate = { signal = "YawRate2", unit = "rad/s" }',
     )
-    refused(case, "YawRate2", "in deg, not in rad")
+    refused(case, "YawRate2", "in deg/s, not in rad/s")
 
 
 def test_wrong_sign(case: Path) -> None:

@@ -50,9 +50,9 @@ def test_missing_physics_is_no_fault_of_the_signals() -> None:
         ("steering_wheel_angle", -1.0, "sign"),
         ("steering_wheel_angle", np.pi / 180, "in rad, not in deg"),
         ("car_yaw_rate", -1.0, "sign"),
-        ("car_yaw_rate", np.pi / 180, "in rad, not in deg"),
+        ("car_yaw_rate", np.pi / 180, "in rad/s, not in deg/s"),
         ("trailer_yaw_rate", -1.0, "sign"),
-        ("trailer_yaw_rate", 180 / np.pi, "in deg, not in rad"),
+        ("trailer_yaw_rate", 180 / np.pi, "in deg/s, not in rad/s"),
         ("car_lateral_acceleration", -1.0, "sign"),
         ("car_lateral_acceleration", 1 / 9.80665, "in g"),
         ("trailer_lateral_acceleration", -1.0, "sign"),
@@ -77,9 +77,9 @@ def test_wrong_signs_and_units_are_named(
 @pytest.mark.parametrize(
     ("name", "delay_s"),
     [
-        ("car_lateral_acceleration", 0.03),
-        ("trailer_yaw_rate", 0.03),
-        ("trailer_lateral_acceleration", 0.05),
+        ("car_lateral_acceleration", 0.06),
+        ("trailer_yaw_rate", 0.12),
+        ("trailer_lateral_acceleration", 0.12),
         ("car_yaw_rate", 0.08),  # enters the balances by its slope only: less shows less
     ],
 )
@@ -94,6 +94,16 @@ def test_a_late_sensor_is_named(drive: Drive, name: str, delay_s: float) -> None
         or abs(float(found[0].text.split(" comes ")[1].split(" ms")[0]) - delay_s * 1e3)
         < 0.2 * delay_s * 1e3
     )
+
+
+def test_what_a_rolling_body_explains_as_well_is_only_remarked(drive: Drive) -> None:
+    channel = drive.channels["trailer_yaw_rate"]
+    late = np.interp(channel.time_s - 0.03, channel.time_s, channel.value)
+    found = check_drive(changed(drive, "trailer_yaw_rate", late), VEHICLE)
+    assert worth_telling(found) == []
+    (remark,) = [finding for finding in found if finding.kind == "delay"]
+    assert "roll" in remark.text
+    assert remark.channels == ()
 
 
 def test_the_late_sensor_of_the_practice_case_is_named() -> None:

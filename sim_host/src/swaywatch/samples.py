@@ -310,8 +310,10 @@ def _clipped(
         on_limit = math.isfinite(limit) and abs(end - limit) <= resolution
         first = channel.time_s[starts]
         held = flat.any() and any(np.any(first[flat] == start) for start, _ in frozen)
-        held |= flat.any() and at_end.sum() >= 2 and lengths[at_end].max() >= LONG_FLAT
-        if flat.sum() >= 2 or held or (on_limit and at_end.any()):
+        if channel.name not in OFTEN_EQUAL:
+            held |= flat.any() and at_end.sum() >= 2 and lengths[at_end].max() >= LONG_FLAT
+        tops = flat.sum() >= 2 and channel.name not in OFTEN_EQUAL  # hands may stop at one angle
+        if tops or held or (on_limit and at_end.any()):
             first = starts[at_end]
             last = first + lengths[at_end] - 1
             time_s = channel.time_s

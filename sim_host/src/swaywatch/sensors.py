@@ -63,7 +63,8 @@ def check_swapped(
         a, b = pair
         value = {**grid.value, a: grid.value[b], b: grid.value[a]}
         trial = make_relations(drive, vehicle, replace(grid, value=value))
-        score = badness([relation.rest() for relation in trial if relation.tight])
+        rests = [relation.rest() for relation in trial if relation.tight]
+        score = badness(rests) if rests else np.inf
         if score < best[0] and not any(relation.is_broken() for relation in trial):
             best = (score, pair)
     score, chosen = best
@@ -273,6 +274,8 @@ def _trend(balance: Balance, grid: Grid) -> _Trend | None:
     spread = np.sqrt(float(rest @ rest) / freedom)
     floor = FLOOR * balance.size / float(grid.time_s[-1] - grid.time_s[0])
     error = float(np.hypot(spread / np.sqrt(power), floor))
+    if error <= 0.0:  # nothing moves: a car that stands
+        return None
     straight = 1.0 - float(rest @ rest) / (float(flat @ flat) + 1e-30)
     return _Trend(balance.weight, slope, error, straight)
 
@@ -283,16 +286,21 @@ def balances(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Balance]:
     zero: tuple[FloatArray, ...] = ()
     speed = value.get("speed")
     known = (speed,) if speed is not None and float(np.std(speed)) > 0.3 else zero
+    side = value.get("car_lateral_acceleration")
+    moved = known if side is None else (*known, side)
     found = [
-        _weighted(terms, value, known) for terms in RelationBuilder(drive, vehicle, grid).raw()
+        _weighted(terms, value, moved) for terms in RelationBuilder(drive, vehicle, grid).raw()
     ]
     if speed is not None and "car_yaw_rate" in value:
         for body in ("car", "trailer"):
-            side, yaw = f"{body}_lateral_acceleration", f"{body}_yaw_rate"
-            if side in value and yaw in value:
-                total = value[side] - speed * value[yaw]
-                weight = {side: 1.0, yaw: -float(np.mean(speed))}
-                found.append(Balance(weight, total, known, float(np.std(value[side]))))
+            name, yaw = f"{body}_lateral_acceleration", f"{body}_yaw_rate"
+            if name in value and yaw in value:
+                total = value[name] - speed * value[yaw]
+                weight = {name: 1.0, yaw: -float(np.mean(speed))}
+                # a body that rolls, and a gain that is a little off, show with the side force
+                found.append(
+                    Balance(weight, total, (*known, value[name]), float(np.std(value[name])))
+                )
     if "car_yaw_rate" in value and "trailer_yaw_rate" in value:
         total = value["trailer_yaw_rate"] - value["car_yaw_rate"]
         weight = {"trailer_yaw_rate": 1.0, "car_yaw_rate": -1.0}
