@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -112,7 +113,7 @@ def test_the_late_sensor_of_the_practice_case_is_named() -> None:
     for drive in load_drives(sorted(folder.glob("run*")), folder / "signals.toml"):
         found = worth_telling(check_drive(drive, vehicle))
         assert [finding.signals for finding in found] == [("LatAccRear1",)]
-        assert "60 ms too late" in found[0].text
+        assert re.search("(59|60|61) ms too late", found[0].text)  # one step of the search
 
 
 def test_two_speeds_of_clock_within_a_drive_are_named(drive: Drive) -> None:

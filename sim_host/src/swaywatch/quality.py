@@ -27,6 +27,9 @@ FloatArray = npt.NDArray[np.float64]
 
 RATE_HZ = 100.0
 GRAVITY = 9.80665
+CLEAR = 0.1
+"""Rest of the balances that values of the vehicle within their tolerances seldom make; below it a
+delay must explain more to be believed."""
 LATEST_S = 0.4
 """A delay is looked for within so much."""
 SURE = 0.995
@@ -396,7 +399,7 @@ def _check_delays(
     healthy = badness([relation.rest_of_rolling() for relation in tight])
     if not name or abs(delay_s) < 0.008 or score > 0.6 * now or now < 0.08:
         return score, []
-    sure = score < 0.75 * healthy and now > 0.1
+    sure = score < (0.75 if now > CLEAR else 0.45) * healthy
     channel = drive.channels[name]
     word = "late" if delay_s > 0 else "early"
     return score, [

@@ -144,7 +144,7 @@ def noise_density(channel: Channel) -> float:
         return steps
     size = min(len(channel.value), 2 * round(rate_hz))
     hz, density = scipy.signal.welch(
-        channel.value, rate_hz, nperseg=size, detrend="linear", average="median"
+        channel.value, rate_hz, nperseg=size, detrend=scipy.signal.detrend, average="median"
     )  # the median over the parts: a kick at the wheel is no noise
     inside = (hz >= low) & (hz <= high)
     return max(float(np.median(density[inside])), steps)

@@ -260,16 +260,7 @@ def _check_whole(path: Path) -> None:
             if not address or address in seen:
                 continue
             seen.add(address)
-            file.seek(address)
-            block = file.read(24)
-            kind = block[:4]
-            length = int.from_bytes(block[8:16], "little")
-            links = int.from_bytes(block[16:24], "little")
-            if len(block) < 24 or kind[:2] != b"##" or address + max(length, 24) > size:
-                raise RecordingError(
-                    f"{path}: truncated MF4: a block at byte {address} does not fit into the "
-                    f"file's {size} bytes. Was the logger switched off while writing?"
-                )
+            kind, length, links = _block(path, file, address, size)
             if kind in _LINKING:
                 raw = file.read(8 * min(links, 1 << 20))
                 pending += np.frombuffer(raw[: len(raw) // 8 * 8], dtype="<u8").tolist()
@@ -284,6 +275,25 @@ def _check_whole(path: Path) -> None:
         raise RecordingError(
             f"{path}: damaged MF4: it says {cycles} records and has {data} bytes of data"
         )
+
+
+def _block(path: Path, file: BinaryIO, address: int, size: int) -> tuple[bytes, int, int]:
+    """Kind, length and number of links of a block; the file stands behind its head."""
+    if address + 24 > size:
+        raise RecordingError(
+            f"{path}: truncated MF4: a link leads to byte {address} of a file of {size} bytes. "
+            "Was the logger switched off while writing?"
+        )
+    file.seek(address)
+    block = file.read(24)
+    kind = block[:4]
+    length = int.from_bytes(block[8:16], "little")
+    if len(block) < 24 or kind[:2] != b"##" or address + max(length, 24) > size:
+        raise RecordingError(
+            f"{path}: truncated MF4: a block at byte {address} does not fit into the file's "
+            f"{size} bytes. Was the logger switched off while writing?"
+        )
+    return kind, length, int.from_bytes(block[16:24], "little")
 
 
 def _unpacked(path: Path, file: BinaryIO, address: int, size: int) -> int:

@@ -65,6 +65,11 @@ def collect(reader: Any, path: Path, name: str) -> Recording:
                         f"(0x{message.arbitration_id:X} at {message.timestamp:.6f} s) says "
                         f"{message.dlc} data bytes and holds {len(message.data)}"
                     )
+                if not 0.0 <= message.timestamp < 1e10:
+                    raise RecordingError(
+                        f"{path}: damaged {name}: frame {len(times) + 1} has the time "
+                        f"{message.timestamp:g} s"
+                    )
                 times.append(message.timestamp)
                 identifiers.append(message.arbitration_id)
                 extended.append(message.is_extended_id)
