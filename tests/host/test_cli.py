@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,17 +19,20 @@ import pytest
 from conftest import DATA
 
 from swaywatch import cli, crash
-from swaywatch.analysis import DriveResult, Value, analyze, conclude
+from swaywatch.analysis import DriveResult, Value, _implausible, analyze, conclude
 from swaywatch.cli import main
 from swaywatch.commands.physics import known
-from swaywatch.core import VCRIT, Estimates, columns_of
+from swaywatch.core import VCRIT, columns_of
 from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.sensor_faults import IDS
 from swaywatch.diagnose.solo_effects import effects
+from swaywatch.drive import load_drive
 from swaywatch.models.physics import MODULES
 from swaywatch.report.page import make_report
 from swaywatch.report.words import critical_words, sentences, verdict
 from swaywatch.roles import CHANNELS
+from swaywatch.samples import Finding
+from swaywatch.vehicle import load_vehicle
 
 P03 = DATA / "practice" / "p03"
 VEHICLE, SIGNALS = P03 / "vehicle.toml", P03 / "signals.toml"
@@ -75,9 +79,7 @@ def test_a_bound_of_the_search_is_no_critical_speed(
     status = result.estimates.status.copy()
     status["v_crit_kind"] = next(number for number, name in VCRIT.items() if name == kind)
     status["v_crit_mm_s"], status["v_crit_se_mm_s"] = 69444, 0
-    estimates = Estimates(
-        status, result.estimates.fault_count, result.estimates.inputs, columns_of(status)
-    )
+    estimates = replace(result.estimates, status=status, columns=columns_of(status))
     bound = conclude(result.drive, result.vehicle, estimates, [])
     assert bound.critical_kind == kind
     assert "v_crit_m_s" not in bound.values
@@ -85,6 +87,23 @@ def test_a_bound_of_the_search_is_no_critical_speed(
     said = [verdict(bound)[1], *sentences(bound), make_report([bound])]
     assert all("250.0 ±" not in text and "10.0 ±" not in text for text in said)
     assert "where the search" in said[0]
+
+
+def test_a_verdict_on_signals_that_do_not_fit_says_so(result: DriveResult) -> None:
+    finding = Finding("warning", "sign_or_unit", ("x",), "x: its sign is wrong")
+    odd = DriveResult(**{**result.__dict__, "findings": [finding]})
+    assert verdict(odd)[1].startswith(verdict(result)[1])
+    assert "the signals do not fit together (see below): a rough guide" in verdict(odd)[1]
+
+
+def test_a_speed_that_no_trailer_sees_is_told() -> None:
+    drive = load_drive([RUN], SIGNALS)
+    speed = drive.channels["speed"]
+    fast = {**drive.channels, "speed": replace(speed, value=speed.value * 1.852)}
+    vehicle = load_vehicle(VEHICLE)
+    [finding] = _implausible(replace(drive, channels=fast), vehicle)
+    assert "km/h is faster than a car with a trailer is driven" in finding.text
+    assert _implausible(drive, vehicle) == []
 
 
 def test_no_usable_estimate_is_said_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,3 +3,8 @@
 .PHONY: package
 package: setup
 	@tests/tools/package $(B)/package
+
+# `make foreign`: 400 mistakes of foreign recordings, how each ends, and a table; minutes.
+.PHONY: foreign
+foreign: setup
+	@$(PY) tests/host/foreign.py 400 1

@@ -51,6 +51,9 @@ FEWEST_FREE = 8
 LIMITS = ("found", "divergence")
 """Kinds of a critical speed that was found, not where the search ended."""
 
+FASTEST_TOWING_M_S, FASTEST_ALONE_M_S = 180.0 / 3.6, 360.0 / 3.6
+"""Tests of stability with a trailer end below 150 km/h."""
+
 SEARCHED_M_S = (10.0 / 3.6, 250.0 / 3.6)
 """Speeds between which the core looks for the critical one (``sway_vcrit_t``)."""
 
@@ -284,6 +287,7 @@ def conclude(
     """Means over the usable estimates, alarms, and what could not be said."""
     good = usable(estimates)
     values = _values(estimates, good)
+    findings = [*findings, *_implausible(drive, vehicle)]
     off, indirect = _lacking(drive, vehicle, estimates)
     return DriveResult(
         drive,
@@ -302,6 +306,30 @@ def conclude(
 def observed(estimates: Estimates) -> bool:
     """Whether what is said of a trailer comes from the car's own sensors alone."""
     return PRESENCE.get(estimates.trailer.get("presence", -1)) in ("there", "undecided")
+
+
+def _implausible(drive: Drive, vehicle: Vehicle) -> list[Finding]:
+    """A speed that no such vehicle is driven at: the one unit that no relation can check."""
+    speed = drive.channels.get("speed")
+    if speed is None or not len(speed.value):
+        return []
+    top, what = (FASTEST_ALONE_M_S, "a car") if vehicle.trailer is None else (
+        FASTEST_TOWING_M_S, "a car with a trailer"
+    )  # fmt: skip
+    seen = float(np.percentile(speed.value, 99))
+    if seen <= top:
+        return []
+    return [
+        Finding(
+            "warning",
+            "implausible",
+            (speed.signal,),
+            f"{speed.signal}: {seen * 3.6:.0f} km/h is faster than {what} is driven; check its "
+            f"unit ({speed.unit_in_file or 'none said'}): every stiffness and the critical speed "
+            "depend on it",
+            channels=("speed",),
+        )
+    ]
 
 
 def _best_critical(estimates: Estimates, good: BoolArray) -> BoolArray:

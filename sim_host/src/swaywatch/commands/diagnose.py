@@ -36,6 +36,7 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, write diagnosis.json and report.html, print the verdict."""
     from swaywatch.analysis import refuse_trailer_roles
     from swaywatch.diagnose.engine import diagnose, write
+    from swaywatch.diagnose.sentences import sentence
     from swaywatch.diagnose.words import how_much, part, remains
     from swaywatch.progress import LateProgress
     from swaywatch.vehicle import load_vehicle
@@ -54,6 +55,7 @@ def run(args: argparse.Namespace) -> int:
     for effect in result["effects"]:
         place = part(effect["component"])
         print(f"  {effect['id']} at {place} (confidence {effect['confidence']:.2f})")
+        print(f"    {sentence(effect, result.get('stability'))}")
         for text in how_much(effect):
             print(f"    {text}")
         if effect["equivalent_details"]:

@@ -20,8 +20,8 @@ from swaywatch.diagnose.fingerprint import LINES, line_map, relations
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.judge import FIVE_PERCENT, errors
 from swaywatch.diagnose.runs import Run, low_pass
+from swaywatch.diagnose.sentences import sentence as sentence_of
 from swaywatch.diagnose.words import (
-    how_much,
     named,
     part,
     quantity,
@@ -82,13 +82,13 @@ def headline(result: Mapping[str, Any]) -> str:
     kind, sentence = _VERDICT[result["verdict"]]
     lines = []
     for effect in result["effects"]:
-        values = [html.escape(text) for text in how_much(effect)]
         same = _names(effect["equivalent_details"], 3)
         lines.append(
-            f"<b>{html.escape(effect['id'].replace('_', ' '))}</b>, "
-            f"{html.escape(part(effect['component']))} (confidence {effect['confidence']:.0%}"
+            f"{html.escape(sentence_of(effect, result.get('stability')))} "
+            f"<span class='note'>{html.escape(effect['id'])}, confidence "
+            f"{effect['confidence']:.0%}"
             + (f"; cannot be told from {html.escape(same)}" if same else "")
-            + (f"): {values[0]}" if len(values) == 1 else "):<br>" + "<br>".join(values))
+            + "</span>"
         )
     notes = [note["reason"] for note in result["unexplained"] if note.get("reason")]
     lines += [html.escape(str(note)) for note in notes[:2]]

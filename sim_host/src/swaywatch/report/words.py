@@ -39,6 +39,12 @@ LEVER_WORDS = {
     "trailer_rear_axle": "distance from the trailer's centre of gravity to its rear axle",
 }
 
+FEW = 0.1
+"""Share of usable estimates below which a result is a rough guide."""
+
+NOT_FITTING = ("sign_or_unit", "swapped", "implausible")
+"""Kinds of findings that say that the signals contradict each other."""
+
 NEAR_KMH = 15.0
 """Margin below which the page is yellow."""
 
@@ -82,7 +88,7 @@ def verdict(result: DriveResult) -> tuple[str, str]:
     if critical is None:
         return _no_critical(result, speed, thing)
     if damping_gap(result.values) is not None:
-        return _disagreement(result, speed, thing, critical)
+        return _doubted(result, *_disagreement(result, speed, thing, critical))
     margin = critical.value - speed
     side = "below" if margin >= 0.0 else "above"
     distance = Value(abs(margin), critical.error, critical.count)
@@ -92,10 +98,20 @@ def verdict(result: DriveResult) -> tuple[str, str]:
     )
     if abs(margin) < 2.0 * critical.error:
         text += "; within two standard errors it may be on either side"
-        return ("near" if margin > 0.0 else "bad"), f"{text}."
+        return _doubted(result, "near" if margin > 0.0 else "bad", f"{text}.")
     if margin < 0.0:
-        return "bad", f"{text}: yaw oscillations grow."
-    return ("near" if margin * KMH < NEAR_KMH else "good"), f"{text}."
+        return _doubted(result, "bad", f"{text}: yaw oscillations grow.")
+    return _doubted(result, "near" if margin * KMH < NEAR_KMH else "good", f"{text}.")
+
+
+def _doubted(result: DriveResult, kind: str, text: str) -> tuple[str, str]:
+    """The verdict with the doubt that belongs into the same breath."""
+    broken = any(f.severity != "info" and f.kind in NOT_FITTING for f in result.findings)
+    few = len(result.estimates) and usable(result.estimates).mean() < FEW
+    if not broken and not few:
+        return kind, text
+    why = "the signals do not fit together" if broken else "few estimates were usable"
+    return ("near" if kind == "good" else kind), f"{text} But {why} (see below): a rough guide."
 
 
 def critical_words(result: DriveResult) -> str:
@@ -113,9 +129,11 @@ def _no_critical(result: DriveResult, speed_m_s: float, thing: str) -> tuple[str
     """Verdict where the search found no critical speed."""
     low, high = (speed * KMH for speed in SEARCHED_M_S)
     if result.critical_kind == "beyond_range":
-        return "good", (
+        return _doubted(
+            result,
+            "good",
             f"At {speed_m_s * KMH:.1f} km/h {thing} is stable: it has no critical speed up to "
-            f"{high:.0f} km/h, where the search ends."
+            f"{high:.0f} km/h, where the search ends.",
         )
     if result.critical_kind == "below_range":
         return "bad", (
@@ -381,7 +399,7 @@ def _trust(result: DriveResult) -> str:
             "or a slalom, the wheel then held still, gives estimates."
         )
     text = f"{good} of {count} estimates were usable"
-    if good < 0.1 * count:
+    if good < FEW * count:
         text = f"Only {text}, so take this as a rough guide"
     return text + (f"; flags: {flags}." if flags else ".")
 
