@@ -408,11 +408,6 @@ def _values(estimates: Estimates, good: BoolArray) -> dict[str, Value]:
     return values
 
 
-def trailer_is_sensed(estimates: Estimates) -> bool:
-    """Whether a sensor of the trailer was heard; else the car's own tell what they can."""
-    return estimates.trailer.get("presence") == PRESENCE
-
-
 def _code(table: dict[int, str], name: str) -> int:
     return next(code for code, text in table.items() if text == name)
 
@@ -572,6 +567,10 @@ def as_json(result: DriveResult) -> dict[str, Any]:
             for name, channels in result.indirect
         ],
         "balances": result.balances,
+        "trailer_from_car": {
+            **result.estimates.trailer,
+            "presence": PRESENCE.get(result.estimates.trailer.get("presence", -1), "undecided"),
+        },
         "estimates": len(result.estimates),
         "fault_count": result.estimates.fault_count,
         "quality_flags": flag_share(result.estimates),

@@ -346,6 +346,11 @@ class Core:
         raw = bytes(ffi.buffer(pointer, ffi.sizeof("sway_status_t")))
         return np.frombuffer(raw, dtype=STATUS_DTYPE)
 
+    @property
+    def watch(self) -> Any:
+        """``sway_trailer_watch_t const *`` of this core."""
+        return lib.sway_core_trailer(self._core)
+
     def trailer(self) -> dict[str, Any]:
         """What the car's own sensors tell of the trailer: ``sway_trailer_report_t`` by its names.
 

@@ -17,6 +17,7 @@ from swaywatch.analysis import (
     usable,
 )
 from swaywatch.core import AXLES, PARAMETER
+from swaywatch.trailer import presence_sentence
 
 KMH = 3.6
 
@@ -181,6 +182,7 @@ def sentences(result: DriveResult) -> list[str]:
     return [
         text
         for text in (
+            presence_sentence(result.estimates.trailer),
             _missing_physics(result),
             _damping(result),
             _source(result),
