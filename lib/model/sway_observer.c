@@ -509,7 +509,7 @@ static bool step_covariance(sway_observer_t *observer)
 /* --- corrections ------------------------------------------------------------------------------ */
 
 /* Two-second mean of what innovations are against what they should be: where physics is missing it
- * grows above 1, and the measurement counts for less. */
+ * grows above 1, and the measurement counts for less, by its square: what is left is not white. */
 static void follow_unfit(sway_observer_t *observer, uint32_t which, sway_real_t against)
 {
     const sway_real_t share = sway_real_scale(observer->car.step_s, -1);
@@ -537,7 +537,7 @@ static void correct(sway_observer_t *observer, const sway_real_t *slope, sway_re
     }
     const sway_real_t against = DIV(sway_real_square(off), s);
     follow_unfit(observer, which, against);
-    s = MUL(s, sway_real_max(one(), observer->unfit[which]));
+    s = MUL(s, sway_real_square(sway_real_max(one(), observer->unfit[which])));
     const sway_real_t by_s = DIV(one(), s);
     const sway_real_t surprise = ADD(MUL(sway_real_square(off), by_s), sway_real_ln(s));
     observer->log_likelihood = SUB(observer->log_likelihood, sway_real_scale(surprise, -1));

@@ -13,8 +13,8 @@
 
 /* Share of a car's motion that missing physics may explain, squared, 1e-6; samples that tell the
  * same; bounds of the evidence, and where it decides (odds of 1 to 1,100), x 1. */
-#define SHARE_PPM 1600
-#define ALIKE 25
+#define SHARE_PPM 400
+#define ALIKE 8
 #define EVIDENCE_MOST 30
 #define EVIDENCE_SURE 7
 
@@ -276,12 +276,19 @@ static void weigh(sway_trailer_watch_t *trailer)
     const sway_real_t gain = SUB(trailer->with.log_likelihood, trailer->alone.log_likelihood);
     const sway_real_t price = MUL(moving_power(trailer), micro(SHARE_PPM));
     const sway_real_t most = sway_real_int(EVIDENCE_MOST);
-    const sway_real_t step = DIV(SUB(gain, price), sway_real_int(ALIKE));
+    /* Where even the observer with a trailer is surprised, the road speaks, not the trailer. */
+    const sway_real_t *const unfit = trailer->with.unfit;
+    const sway_real_t surprise = sway_real_max(sway_real_int(1), sway_real_max(unfit[0], unfit[1]));
+    const sway_real_t alike = MUL(sway_real_int(ALIKE), MUL(surprise, sway_real_square(surprise)));
+    const sway_real_t step = DIV(SUB(gain, price), alike);
     trailer->evidence = sway_real_max(sway_real_min(ADD(trailer->evidence, step), most), NEG(most));
     if (sway_real_compare(trailer->evidence, sway_real_int(EVIDENCE_SURE)) >= 0) {
         trailer->presence = SWAY_TRAILER_THERE;
     } else if (sway_real_compare(trailer->evidence, sway_real_int(-EVIDENCE_SURE)) <= 0) {
         trailer->presence = SWAY_TRAILER_NONE;
+    } else if ((trailer->presence == SWAY_TRAILER_THERE) !=
+               (sway_real_sign(trailer->evidence) > 0)) {
+        trailer->presence = SWAY_TRAILER_UNDECIDED; // it has turned round
     }
 }
 

@@ -1,0 +1,275 @@
+"""What the car's own sensors are worth: recordings, ordinary drives, warnings.
+
+``make bench-car``. Recordings: practice and road, steering, speed, yaw rate and lateral acceleration
+only (and with the car's wheel forces, which are fed but not used by the trailer's observer), the
+trailer known as the user knows it, by mass and length, or not at all. Drives: the warning campaign's
+independent plant, 100 s at each of three speeds, sensors of a production car. Warnings: drives of that
+campaign with its full set of sensors and with the car's own at production grade.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import warning_campaign as wc
+import warning_plant as plant
+
+from swaywatch.analysis import usable, weighted_mean
+from swaywatch.core import PRESENCE, VALID, Core, Estimates, columns_of, positions_of
+from swaywatch.drive import Drive, load_drives
+from swaywatch.trailer import INTERVAL, OWN_CHANNELS, chained
+from swaywatch.vehicle import Vehicle, load_vehicle
+
+FloatArray = npt.NDArray[np.float64]
+FORCES = tuple(f"wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
+
+PRODUCTION = {
+    "steering_wheel_angle": (math.radians(0.05), math.radians(0.1), math.radians(1.0)),
+    "speed": (0.03, 0.02, 0.1),
+    "car_yaw_rate": (math.radians(0.15), math.radians(0.1), math.radians(0.3)),
+    "car_lateral_acceleration": (0.06, 0.05, 0.1),
+}
+"""Noise, step, standard deviation of the offset: as preset ``production`` of the simulator."""
+
+
+def known(vehicle: Vehicle, how: str) -> Vehicle:
+    """The vehicle as somebody knows it: all, mass and length, or nothing of the trailer."""
+    trailer = vehicle.trailer
+    if how == "all" or trailer is None:
+        return vehicle
+    if how == "nothing":
+        return dataclasses.replace(vehicle, trailer=None)
+    front, rear = trailer.front_axle_to_cog, trailer.rear_axle_to_cog
+    axle = trailer.hitch_to_cog + (rear if front is None else 0.5 * (rear - front))
+    return dataclasses.replace(
+        vehicle,
+        trailer=dataclasses.replace(
+            trailer, front_axle_to_cog=None, front_cornering_stiffness=None,
+            rear_cornering_stiffness=None, front_axle_load=None, rear_axle_load=None,
+            hitch_to_cog=axle - 0.18, rear_axle_to_cog=0.18,
+            yaw_inertia=0.22 * trailer.mass * (axle - 0.18) ** 2,
+            assumed=("yaw_inertia", "stiffness", "axle"),
+        ),
+    )  # fmt: skip
+
+
+def only(drive: Drive, names: Sequence[str]) -> Drive:
+    """The drive with these channels alone."""
+    kept = {name: c for name, c in drive.channels.items() if name in names}
+    return dataclasses.replace(drive, channels=kept)
+
+
+def free_line(drive: Drive, vehicle: Vehicle) -> dict[str, Any]:
+    """Mean frequency and damping ratio of the free oscillation of a drive."""
+    core = Core(vehicle, positions_of(drive))
+    status, inputs = core.feed(drive)
+    estimates = Estimates(status, {}, inputs, core.trailer(), columns_of(status))
+    good = usable(estimates) & ~estimates.flagged("forced")
+    return {
+        name: weighted_mean(estimates, name, error, good)
+        for name, error in (("frequency_hz", "frequency_se_hz"),
+                            ("damping_ratio", "damping_ratio_se"))
+    }  # fmt: skip
+
+
+def limit(drives: Sequence[Drive], vehicle: Vehicle) -> dict[str, Any]:
+    """Critical speed by the car's own sensors over some drives, and what hangs on the ball."""
+    whole = chained(drives)
+    core = Core(vehicle, positions_of(whole))
+    status, _ = core.feed(whole)
+    report = core.trailer()
+    last = status[-1]
+    has = bool(last["valid"] & VALID["critical_speed"])
+    return {
+        "v_crit": float(last["v_crit_mm_s"]) * 3.6e-3 if has else None,
+        "se": float(last["v_crit_se_mm_s"]) * 3.6e-3,
+        "presence": PRESENCE[report["presence"]],
+        "learnt_s": report["learnt_ms"] / 1e3,
+    }
+
+
+def one_recording(folder: Path) -> dict[str, Any]:
+    """Every figure of one case."""
+    truth = json.loads((folder / "truth.json").read_text())
+    vehicle = load_vehicle(folder / "vehicle.toml")
+    files = sorted(folder.glob("run*.*"))[::-1]
+    drives = [load_drives([f], folder / "signals.toml")[0] for f in files]
+    result: dict[str, Any] = {"case": folder.name, "v_crit": truth["plant_vcrit_kmh"]}
+    for how in ("all", "mass and length", "nothing"):
+        result[how] = limit([only(d, OWN_CHANNELS) for d in drives], known(vehicle, how))
+    if all(name in drives[0].channels for name in FORCES):
+        card = [only(d, (*OWN_CHANNELS, *FORCES)) for d in drives]
+        result["card"] = limit(card, vehicle)
+    impulses = drives[-1]
+    result["own"] = free_line(only(impulses, OWN_CHANNELS), vehicle)
+    result["full"] = free_line(impulses, vehicle)
+    return result
+
+
+def recordings(root: Path) -> dict[str, Any]:
+    """All cases of practice and road."""
+    folders = [*sorted((root / "practice").glob("p*")), *sorted((root / "road").glob("r*"))]
+    cases = [one_recording(folder) for folder in folders]
+    figures: dict[str, Any] = {"cases": len(cases)}
+    for how in ("all", "mass and length", "nothing", "card"):
+        found = [(c[how], c["v_crit"]) for c in cases if how in c and c[how]["v_crit"]]
+        error = np.array([100 * (f["v_crit"] / true - 1) for f, true in found])
+        z = np.array([(f["v_crit"] - true) / f["se"] for f, true in found])
+        figures[how] = {
+            "told": len(found), "median_error_percent": float(np.median(np.abs(error))),
+            "largest_percent": float(np.abs(error).max()),
+            "in_90_percent_interval": float(np.mean(np.abs(z) < INTERVAL)),
+            "there": sum(f["presence"] == "there" for f, _ in found),
+        }  # fmt: skip
+    for name in ("frequency_hz", "damping_ratio"):
+        pairs = [(c["own"][name], c["full"][name]) for c in cases]
+        both = [(o, f) for o, f in pairs if o is not None and f is not None]
+        figures[name] = {
+            "cases": len(both),
+            "own_minus_full_median": float(np.median([abs(o.value - f.value) for o, f in both])),
+            "error_ratio_median": float(np.median([o.error / f.error for o, f in both])),
+            "inside_95": float(np.mean([
+                abs(o.value - f.value) < 1.96 * math.hypot(o.error, f.error) for o, f in both
+            ])),
+        }  # fmt: skip
+    figures["table"] = [
+        {"case": c["case"], "true": c["v_crit"],
+         **{how: (c[how]["v_crit"], c[how]["se"]) for how in
+            ("all", "mass and length", "nothing", "card") if how in c}}
+        for c in cases if c["case"] in ("p01", "p03", "p05", "p08")
+    ]  # fmt: skip
+    return figures
+
+
+def measured(motion: plant.Motion, rng: np.random.Generator) -> Any:
+    """The car's own sensors at production grade, 50 Hz."""
+    keep = plant.SENSORS
+    try:
+        plant.SENSORS = PRODUCTION
+        samples = plant.measure(motion, rng)
+    finally:
+        plant.SENSORS = keep
+    return {name: (time[::2], value[::2]) for name, (time, value) in samples.items()}
+
+
+def without_trailer(c: plant.Combination) -> plant.Combination:
+    """The same car with next to nothing on its ball."""
+    return dataclasses.replace(
+        c, m2=1.0, i2=1.0, stiffness=(*c.stiffness[:2], 50.0, 50.0), lf2=0.3, lr2=0.3, lh2=2.0
+    )
+
+
+def one_drive(seed: int, *, alone: bool, seconds: float, speeds: Sequence[float]) -> Any:
+    """Ordinary driving at some speeds; nothing is known of what hangs on the ball."""
+    rng = np.random.default_rng([seed, 77])
+    c = wc._stable_combination(rng, max(speeds) / 3.6, 0.05)
+    if alone:
+        c = without_trailer(c)
+    vehicle = wc.believed(c, rng)
+    drives = []
+    for kmh in speeds:
+        _, course = wc._ordinary(rng, seconds)
+        course.speed[:] *= kmh / 3.6 / course.speed.mean()
+        motion = plant.simulate(c, course)
+        drives.append(wc.as_drive(measured(motion, rng), c))
+    return limit(drives, dataclasses.replace(vehicle, trailer=None)), plant.critical_speed(c) * 3.6
+
+
+def ordinary(count: int) -> dict[str, Any]:
+    """Five minutes at three speeds: error of the critical speed, held intervals."""
+    found = [one_drive(seed, alone=False, seconds=100.0, speeds=(70, 85, 100))
+             for seed in range(count)]  # fmt: skip
+    told = [(f, true) for f, true in found if f["v_crit"] and true < 250]
+    error = np.array([100 * (f["v_crit"] / true - 1) for f, true in told])
+    z = np.array([(f["v_crit"] - true) / f["se"] for f, true in told])
+    return {
+        "drives": count, "told": len(told),
+        "median_error_percent": float(np.median(np.abs(error))),
+        "bias_percent": float(np.median(error)),
+        "in_90_percent_interval": float(np.mean(np.abs(z) < INTERVAL)),
+    }  # fmt: skip
+
+
+def presence(count: int) -> dict[str, Any]:
+    """A minute of ordinary driving: trailer or none."""
+    result: dict[str, Any] = {"drives_of_each": count}
+    for alone in (False, True):
+        found = [one_drive(1000 + seed, alone=alone, seconds=60.0, speeds=(85,))[0]["presence"]
+                 for seed in range(count)]  # fmt: skip
+        result["alone" if alone else "with a trailer"] = {
+            word: found.count(word) for word in ("there", "none", "undecided")
+        }
+    return result
+
+
+def warnings(drives: int, hours: float) -> dict[str, Any]:
+    """The campaign with all sensors and with the car's own at production grade."""
+    jobs = wc.jobs_of(drives, hours, 30001)
+    full_set, as_drive, detectors = plant.measure, wc.as_drive, wc.DETECTORS
+    result = {}
+    for name in ("all sensors", "own"):
+        wc.DETECTORS = {}
+        if name == "own":
+            plant.measure = lambda motion, rng: {  # the others' columns are not looked at
+                **full_set(motion, rng),
+                **full_set_own(motion, rng, full_set),
+            }
+            wc.as_drive = lambda samples, c: only(as_drive(samples, c), OWN_CHANNELS)
+        results = [wc.run(*job) for job in jobs]
+        unstable = [r for r in results if r.onset_s is not None]
+        delays = [r.delay_oscillations[wc.OURS] for r in unstable]
+        seen = [d for d in delays if d is not None]
+        result[name] = {
+            "unstable": len(unstable), "missed": len(delays) - len(seen),
+            "median": float(np.median(seen)), "95 %": float(np.percentile(seen, 95)),
+            "false": sum(len(r.false_s[wc.OURS]) for r in results),
+            "hours": sum(r.hours for r in results),
+        }  # fmt: skip
+    plant.measure, wc.as_drive, wc.DETECTORS = full_set, as_drive, detectors
+    return result
+
+
+def full_set_own(motion: plant.Motion, rng: np.random.Generator, measure: Any) -> Any:
+    """The car's own channels at production grade, 100 Hz."""
+    keep = plant.SENSORS
+    plant.SENSORS = PRODUCTION
+    try:
+        return measure(motion, rng)
+    finally:
+        plant.SENSORS = keep
+
+
+def main() -> int:
+    """Run the parts that are asked for; print JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recordings", type=Path)
+    parser.add_argument("--drives", type=int, default=0)
+    parser.add_argument("--presence", type=int, default=0)
+    parser.add_argument("--warnings", type=int, default=0)
+    parser.add_argument("--hours", type=float, default=0.0)
+    arguments = parser.parse_args()
+    figures: dict[str, Any] = {}
+    if arguments.recordings and arguments.recordings.is_dir():
+        figures["recordings"] = recordings(arguments.recordings)
+    if arguments.drives:
+        figures["ordinary drives"] = ordinary(arguments.drives)
+    if arguments.presence:
+        figures["presence"] = presence(arguments.presence)
+    if arguments.warnings:
+        figures["warnings"] = warnings(arguments.warnings, arguments.hours)
+    json.dump(figures, sys.stdout, indent=1)
+    print()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
