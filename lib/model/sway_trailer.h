@@ -75,6 +75,7 @@ typedef struct {
     int32_t learnt_ms;
     int64_t sum[4];
     sway_real_t evidence;
+    sway_real_t net;      ///< what the evidence grows by, two-second mean
     sway_real_t slow[2];  ///< yaw rate and acceleration, two-second means
     sway_real_t start_se; ///< of the critical speed, as the user's values give it; 0: not yet
     sway_real_t speed_m_s;

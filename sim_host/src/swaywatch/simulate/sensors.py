@@ -71,30 +71,51 @@ _TYPICAL: dict[str, Sensor] = {
     "wheel_lateral_force": Sensor(noise=30.0, quantisation=1.0),
     "wheel_vertical_load": Sensor(noise=60.0, quantisation=1.0),
 }
-PRESETS = ("perfect", "typical")
-"""Words for ``preset``: perfect sensors, or those of a test vehicle."""
+_PRODUCTION: dict[str, Sensor] = {
+    "steering_wheel_angle": Sensor(noise=0.05 * _DEG, quantisation=0.1 * _DEG, bias=1.0 * _DEG),
+    "speed": Sensor(noise=0.1 / 3.6, quantisation=0.05 / 3.6),
+    "yaw_rate": Sensor(
+        noise=0.15 * _DEG, quantisation=0.1 * _DEG, bias=0.3 * _DEG, drift_per_s=0.0005 * _DEG
+    ),
+    "lateral_acceleration": Sensor(noise=0.06, quantisation=0.05, bias=0.1, drift_per_s=1e-4),
+}
+"""Of stability control. Steps: Bosch Motorsport data sheets MM7.10 (yaw rate 0.1 deg/s) and LWS
+(steering, 780 deg in 16 bits at 0.1 deg); offsets: workshop manual of Hyundai's ESP sensor (at most
+3.75 deg/s and 0.09 g over its life), of which an ECU leaves about a tenth after standstill."""
+
+PRESETS = ("perfect", "typical", "production", "wheel_force_rims")
+"""Words for ``preset``: perfect sensors; those of a fully instrumented test vehicle; what a
+production car has of its own (steering, speed, yaw rate, lateral acceleration); that with
+wheel-force rims on the car."""
 
 
-def preset(name: str, channel: str) -> Sensor:
-    """Sensor of a channel before the scenario changes it."""
+def preset(name: str, channel: str) -> Sensor | None:
+    """Sensor of a channel before the scenario changes it; None where the set has none."""
     if name == "perfect":
         return Sensor()
-    return next(sensor for key, sensor in _TYPICAL.items() if key in channel)
+    if name == "typical":
+        return next(sensor for key, sensor in _TYPICAL.items() if key in channel)
+    if channel.startswith("trailer"):
+        return None
+    if name == "wheel_force_rims" and channel.startswith("wheel_"):
+        return next(sensor for key, sensor in _TYPICAL.items() if key in channel)
+    return next((sensor for key, sensor in _PRODUCTION.items() if key in channel), None)
 
 
 def read_sensors(table: Table, channels: list[str]) -> dict[str, Sensor]:
     """Sensors of all channels from ``[sensors]``; ``off = true`` leaves a channel out."""
     name = table.word("preset", PRESETS, "typical")
-    sensors = {channel: preset(name, channel) for channel in channels}
+    every = {channel: preset(name, channel) for channel in channels}
+    sensors = {channel: sensor for channel, sensor in every.items() if sensor is not None}
     for channel in [key for key in table.keys() if key != "preset"]:  # noqa: SIM118
         if channel not in channels:
             table.raw("preset")
             table.done()
         entry = table.table(channel)
         if entry.flag("off", False):
-            del sensors[channel]
+            sensors.pop(channel, None)
         else:
-            sensors[channel] = _read(entry, sensors[channel], CHANNELS[channel].unit)
+            sensors[channel] = _read(entry, sensors.get(channel, Sensor()), CHANNELS[channel].unit)
         entry.done()
     table.done()
     return sensors
