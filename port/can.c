@@ -17,7 +17,7 @@ bool can_prepare(can_t *can, const can_config_t *config)
     if (config->filters > CAN_FILTERS || config->bit_rate == 0U || config->time_ns == NULL) {
         return false;
     }
-    memset(can, 0, sizeof *can);
+    (void)memset(can, 0, sizeof *can);
     can->config = *config;
     can->backoff_ns = recovery_ns(can);
     return true;

@@ -34,7 +34,7 @@ bool sway_access_close(sway_access_t *access, const uint8_t *key, sway_access_me
 {
     uint8_t wanted[SWAY_ACCESS_PROOF];
     uint8_t difference = 0;
-    memcpy(message->challenge, access->challenge, sizeof access->challenge);
+    (void)memcpy(message->challenge, access->challenge, sizeof access->challenge);
     put(wanted, sway_siphash(key, (const uint8_t *)message, sizeof *message), SWAY_ACCESS_PROOF);
     for (unsigned i = 0; i < SWAY_ACCESS_PROOF; i++) {
         difference |= (uint8_t)(wanted[i] ^ proof[i]);

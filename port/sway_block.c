@@ -10,7 +10,7 @@ static const uint8_t magic[4] = {'S', 'W', 'A', 'Y'};
 static void put(uint8_t *bytes, uint32_t value, int count)
 {
     for (int i = 0; i < count; i++) {
-        bytes[i] = (uint8_t)(value >> (8 * i));
+        bytes[i] = (uint8_t)(value >> (8U * (uint32_t)i));
     }
 }
 
@@ -18,7 +18,7 @@ static uint32_t get(const uint8_t *bytes, int count)
 {
     uint32_t value = 0;
     for (int i = 0; i < count; i++) {
-        value |= (uint32_t)bytes[i] << (8 * i);
+        value |= (uint32_t)bytes[i] << (8U * (uint32_t)i);
     }
     return value;
 }
@@ -42,7 +42,7 @@ uint32_t sway_block_crc32(uint32_t crc, const void *bytes, size_t size)
 
 void sway_block_write(const sway_core_config_t *config, uint32_t sequence, uint8_t *block)
 {
-    memcpy(block, magic, sizeof magic);
+    (void)memcpy(block, magic, sizeof magic);
     put(block + 4, SWAY_BLOCK_VERSION, 2);
     put(block + 6, (uint32_t)SWAY_BLOCK_WORDS, 2);
     put(block + 8, sequence, 4);
@@ -126,7 +126,7 @@ uint32_t sway_block_offender(const sway_core_config_t *config)
     uint32_t word = (uint32_t)FIRST;
     for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
         const range_t *r = &ranges[i];
-        for (const uint32_t end = word + r->words; word < end; word++) {
+        for (uint32_t end = word + r->words; word < end; word++) {
             int32_t value = 0;
             (void)sway_block_get(config, word, &value);
             if (!(value == 0 && r->may_be_zero) &&
@@ -143,7 +143,7 @@ sway_error_t sway_block_get(const sway_core_config_t *config, uint32_t index, in
     if (index >= SWAY_BLOCK_WORDS) {
         return SWAY_ERROR_ARGUMENT;
     }
-    memcpy(value, (const uint8_t *)config + 4U * (size_t)index, sizeof *value);
+    (void)memcpy(value, (const uint8_t *)config + 4U * (size_t)index, sizeof *value);
     return SWAY_OK;
 }
 
@@ -152,6 +152,6 @@ sway_error_t sway_block_set(sway_core_config_t *config, uint32_t index, int32_t 
     if (index >= SWAY_BLOCK_WORDS) {
         return SWAY_ERROR_ARGUMENT;
     }
-    memcpy((uint8_t *)config + 4U * (size_t)index, &value, sizeof value);
+    (void)memcpy((uint8_t *)config + 4U * (size_t)index, &value, sizeof value);
     return SWAY_OK;
 }

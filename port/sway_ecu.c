@@ -219,12 +219,12 @@ sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_r
         port->send == NULL || port->time_us == NULL) {
         return SWAY_ERROR_ARGUMENT;
     }
-    memset(ecu, 0, sizeof *ecu);
+    (void)memset(ecu, 0, sizeof *ecu);
     ecu->port = *port;
     ecu->retained = retained;
     ecu->canary = CANARY;
     if (!retained_is_good(retained)) {
-        memset(retained, 0, sizeof *retained);
+        (void)memset(retained, 0, sizeof *retained);
         retained->check = retained_check(retained);
     }
     ecu->now_us = port->time_us(port->context);

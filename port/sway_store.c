@@ -54,7 +54,7 @@ bool sway_store_find(const sway_store_t *store, uint8_t *block)
         was_cut = slot[other].result != SWAY_BLOCK_OK &&
                   (slot[best].sequence > 1U || !is_erased(store, other, block));
     } else {
-        chosen = slot[0].result == SWAY_BLOCK_EMPTY ? 1U : 0U;
+        chosen = (uint32_t)(slot[0].result == SWAY_BLOCK_EMPTY);
     }
     (void)look(store, chosen, block);
     return was_cut;
@@ -64,7 +64,7 @@ bool sway_store_write(const sway_store_t *store, const uint8_t *block, size_t si
 {
     uint8_t found[SWAY_BLOCK_SIZE];
     const slot_t slot[SWAY_STORE_SLOTS] = {look(store, 0U, found), look(store, 1U, found)};
-    const uint32_t target = newest(slot) == 0U ? 1U : 0U;
+    const uint32_t target = (uint32_t)(newest(slot) == 0U);
     if (size != SWAY_BLOCK_SIZE || !store->erase(store->context, target) ||
         !is_erased(store, target, found)) {
         return false;

@@ -396,7 +396,8 @@ static bool is_told(const drive_t *d)
     };
     for (size_t i = 0; i < sizeof exact / sizeof exact[0]; i++) {
         if (exact[i].class == d->class) {
-            return exact[i].count == d->struck && (d->class != REQUESTS || access_frames > 0U) &&
+            return exact[i].count == d->struck &&
+                   (d->class != REQUESTS || d->struck == 0U || access_frames > 0U) &&
                    (d->class != SECOND_SENDER || d->struck < 20U || told_cause == SWAY_ECU_DOUBLED);
         }
     }

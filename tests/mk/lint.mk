@@ -7,6 +7,10 @@ lint::
 lint::
 	cppcheck --quiet --std=c99 --enable=warning,performance,portability --error-exitcode=1 \
 	    --inline-suppr --suppress=missingIncludeSystem -Ilib -I$(B)/codec $(wildcard lib/*/*.c)
+MISRA := tests/lint/misra_deviations.txt
+lint::
+	@$(PY) tests/lint/misra.py $(MISRA) $(PORT_COMMON) -Iport -Ilib -I$(B)/codec \
+	    --suppress=missingIncludeSystem
 ifneq ($(PY_SOURCES),)
 lint::
 	$(VENV)/bin/ruff format --check $(PY_SOURCES)

@@ -661,6 +661,40 @@ static void test_a_proof_fits_nothing_else(void)
                             say(proof_frame(STORE, test_key, opened, block)).parameter_result);
 }
 
+/* Every bit of a proof counts, a right one is not counted as forged. */
+static void test_every_bit_of_a_proof_counts(void)
+{
+    uint8_t block[SWAY_BLOCK_SIZE];
+    start_good();
+    for (unsigned bit = 0; bit < 8U * SWAY_ACCESS_PROOF; bit++) {
+        const struct swaywatch_dbc_sway_parameter_reply_t opened = open_session();
+        sway_block_write(&ecu.staged, ecu.block_sequence + 1U, block);
+        sway_port_frame_t frame = proof_frame(APPLY, test_key, opened, block);
+        frame.data[2U + bit / 8U] ^= (uint8_t)(1U << bit % 8U);
+        sway_e2e_protect(frame.id, (uint8_t)(frame.data[1] & 15U), frame.data);
+        TEST_ASSERT_EQUAL_UINT8(FORGED, say(frame).parameter_result);
+        TEST_ASSERT_EQUAL_UINT32(bit + 1U, ecu.access.forged);
+    }
+    TEST_ASSERT_EQUAL_UINT8(DONE, change(APPLY, NOTHING, 0).parameter_result);
+    TEST_ASSERT_EQUAL_UINT32(8U * SWAY_ACCESS_PROOF, ecu.access.forged);
+}
+
+/* As port/sway_access.h says: a tester may count on it. */
+static void test_challenge_is_the_hash_of_the_moment(void)
+{
+    const uint8_t moment[16] = {0x88, 0x77, 0x66, 0x55, 0x44, 0x33, 0x22, 0x11,
+                                0x0D, 0x0C, 0x0B, 0x0A, 0x78, 0x56, 0x34, 0x12};
+    const uint64_t wanted = sway_siphash(test_key, moment, sizeof moment);
+    sway_access_t access = {0};
+    sway_access_open(&access, test_key, INT64_C(0x1122334455667788), 0x0A0B0C0D, 0x12345678);
+    for (unsigned i = 0; i < SWAY_ACCESS_PROOF; i++) {
+        TEST_ASSERT_EQUAL_HEX8((uint8_t)(wanted >> 8U * i), access.challenge[i]);
+    }
+    const int64_t end_us = INT64_C(0x1122334455667788) + SWAY_ACCESS_SESSION_US;
+    TEST_ASSERT_TRUE(sway_access_is_open(&access, end_us - 1));
+    TEST_ASSERT_FALSE(sway_access_is_open(&access, end_us));
+}
+
 static void test_challenges_do_not_come_twice(void)
 {
     static uint64_t seen[500];
@@ -1101,6 +1135,8 @@ int main(void)
     RUN_TEST(test_nobody_writes_without_a_session);
     RUN_TEST(test_a_wrong_proof_changes_nothing_and_is_told);
     RUN_TEST(test_a_proof_fits_nothing_else);
+    RUN_TEST(test_every_bit_of_a_proof_counts);
+    RUN_TEST(test_challenge_is_the_hash_of_the_moment);
     RUN_TEST(test_challenges_do_not_come_twice);
     RUN_TEST(test_the_hardware_s_noise_is_in_the_challenge);
     RUN_TEST(test_parameters_change_at_standstill_only);
