@@ -401,7 +401,7 @@ static void over_step(const sway_real_t a[4][4], uint32_t n, sway_real_t dt, swa
     sway_real_t inner[4];
     memcpy(inner, b, sizeof inner);
     for (int32_t order = 3; order >= 2; order--) {
-        sway_real_t next[4];
+        sway_real_t next[4] = {{0, 0}};
         const sway_real_t share = DIV(dt, sway_real_int(order));
         for (uint32_t i = 0; i < n; i++) {
             sway_real_t sum = sway_real_zero();
