@@ -36,7 +36,7 @@ BOARDS = {
         256 * 1024,
         0x20000000,
         96 * 1024,
-        {15: "interrupt_tick", 16 + 21: "interrupt_21"},
+        {2: "interrupt_nmi", 15: "interrupt_tick", 16 + 21: "interrupt_21"},
     )
 }
 
@@ -76,7 +76,7 @@ def faults(build: Path, key: str, board: Board) -> list[str]:
     vectors = struct.unpack_from("<48I", binary)
     if vectors[0] != address["handler_stack_top"] or vectors[0] % 8:
         wrong.append(f"stack at {vectors[0]:#x}")
-    wanted = {1: "reset_handler", 2: "fault_entry", 3: "fault_entry", **board.interrupts}
+    wanted = {1: "reset_handler", 3: "fault_entry", **board.interrupts}
     for number, name in wanted.items():
         if vectors[number] != address[name] | 1:
             wrong.append(f"vector {number} is {vectors[number]:#x}, not {name}")
