@@ -89,6 +89,17 @@ def test_a_bound_of_the_search_is_no_critical_speed(
     assert "where the search" in said[0]
 
 
+def test_no_limit_found_but_little_damping_measured_is_not_good(result: DriveResult) -> None:
+    values = {k: v for k, v in result.values.items() if k != "v_crit_m_s"}
+    values["damping_ratio"] = Value(0.012, 0.012, 30)
+    values["model_damping_ratio"] = Value(0.64, 0.01, 30)
+    odd = replace(result, values=values, critical_kind="beyond_range")
+    kind, text = verdict(odd)
+    assert kind == "bad"
+    assert "0.012 ± 0.012" in text
+    assert "it misses something" in text
+
+
 def test_a_verdict_on_signals_that_do_not_fit_says_so(result: DriveResult) -> None:
     finding = Finding("warning", "sign_or_unit", ("x",), "x: its sign is wrong")
     odd = DriveResult(**{**result.__dict__, "findings": [finding]})

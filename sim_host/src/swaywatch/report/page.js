@@ -2,6 +2,7 @@
 // Draws the page's plots: light, dark, narrow and on paper; one zoom for all plots of a run; CSV.
 (() => {
   const PAPER_WIDTH = 690; // CSS pixels between the margins of A4
+  const PAPER_HEIGHT = 900; // of a plot, so that its heading fits on the sheet too
   const NARROW = 640;
   const DARK = { // colour on white -> colour on black; what is not named stays
     "#1f2937": "#e5e7eb", "#111827": "#e5e7eb", "black": "#e5e7eb", "#000": "#e5e7eb",
@@ -54,6 +55,15 @@
     return Object.fromEntries(Object.entries(value).map(([key, item]) => [key, recoloured(item)]));
   };
 
+  const inLines = (text) => { // a title of at most 44 characters a line
+    const lines = [""];
+    for (const word of text.split(" ")) {
+      const longer = `${lines.at(-1)} ${word}`.trim();
+      if (longer.length > 44) { lines.push(word); } else { lines[lines.length - 1] = longer; }
+    }
+    return lines.join("<br>");
+  };
+
   const axesOf = (layout, letter) =>
     Object.keys(layout).filter((key) => new RegExp(`^${letter}axis\\d*$`).test(key));
 
@@ -75,11 +85,16 @@
       hoverlabel: { bgcolor: dark ? "#1b212b" : "#ffffff", font: { color: ink } },
     });
     layout.font = { ...layout.font, color: ink };
+    if (printing) { layout.height = Math.min(layout.height ?? 450, PAPER_HEIGHT); }
     if (narrow && !printing) {
       layout.font.size = 12;
       layout.margin = { ...layout.margin, l: Math.min(layout.margin?.l ?? 64, 64), r: 10 };
       layout.dragmode = false; // a finger scrolls the page
-      if (layout.title?.text) { layout.title.font = { size: 13 }; }
+      if (layout.title?.text) {
+        layout.title = { ...layout.title, text: inLines(layout.title.text), font: { size: 13 },
+          y: 1, yanchor: "top", pad: { t: 20 } };
+        layout.margin.t = (layout.margin.t ?? 60) + 18;
+      }
     }
     for (const letter of ["x", "y"]) {
       for (const key of axesOf(layout, letter)) {

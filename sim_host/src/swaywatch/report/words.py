@@ -129,6 +129,16 @@ def critical_words(result: DriveResult) -> str:
 def _no_critical(result: DriveResult, speed_m_s: float, thing: str) -> tuple[str, str]:
     """Verdict where the search found no critical speed."""
     low, high = (speed * KMH for speed in SEARCHED_M_S)
+    if result.critical_kind == "beyond_range" and damping_gap(result.values) is not None:
+        measured, model = result.values["damping_ratio"], result.values["model_damping_ratio"]
+        kind = "near" if measured.value > 2.0 * measured.error else "bad"
+        return _doubted(
+            result,
+            kind,
+            f"At {speed_m_s * KMH:.1f} km/h the sway of {thing} has a measured damping ratio of "
+            f"{plus_minus(measured, 1.0, 3)}; the single-track model says {model.value:.3f} and "
+            f"no critical speed up to {high:.0f} km/h: it misses something.",
+        )
     if result.critical_kind == "beyond_range":
         return _doubted(
             result,
