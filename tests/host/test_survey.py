@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,69 @@ def test_a_run_that_takes_too_long_costs_only_itself(folder: Path, tmp_path: Pat
     out = tmp_path / "out"
     assert main(["survey", str(folder), "--out", str(out), "--limit", "0.05"]) == 1
     assert "longer than" in states(out)["p01/run1.blf"]["why"][0]
+
+
+def test_what_vanishes_or_cannot_be_read_costs_only_itself(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    top = tmp_path / "runs"
+    shutil.copytree(folder / "p01", top)
+    for name in ("cut.blf", "simulation_run1.blf"):
+        (top / name).unlink()
+    shutil.copy(folder.parent / "runs" / "measurement.dbc", tmp_path)
+    (top / "gone.blf").symlink_to(top / "nowhere.blf")
+    shutil.copy(top / "run1.blf", top / "odd.blf")
+    os.mkfifo(top / "pipe.log")
+
+    def command(words: list[str], place: Path, limit_s: float) -> str:
+        (top / "odd.blf").unlink(missing_ok=True)
+        if "run1" in words[1]:
+            raise RuntimeError("stumbled")
+        return "not read"
+
+    monkeypatch.setattr(work, "_command", command)
+    out = tmp_path / "out"
+    assert main(["survey", str(top), "--out", str(out), "--jobs", "3"]) == 1
+    found = states(out)
+    assert set(found) == {"gone.blf", "odd.blf", "pipe.log", "run1.blf"}
+    assert {entry["state"] for entry in found.values()} == {"failed"}
+    assert "no such file" in found["gone.blf"]["why"][0]
+    assert "pipe" in found["pipe.log"]["why"][0]
+    assert "stumbled" in found["run1.blf"]["why"][0]
+    assert "4 failed" in capsys.readouterr().out
+
+
+def test_no_row_is_lost_with_many_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    top = tmp_path / "runs"
+    top.mkdir()
+    for number in range(60):
+        (top / f"r{number:02d}.blf").write_bytes(b"LOGG" + bytes(number + 1))
+    for name in ("vehicle.toml", "signals.toml"):
+        shutil.copy(DATA / "practice" / "p01" / name, top)
+    monkeypatch.setattr(work, "_command", lambda words, place, limit_s: "refused")
+    out = tmp_path / "out"
+    seen: list[int] = []
+    write = work._write
+
+    def watched(place: Path, outcomes: list[Outcome]) -> None:
+        write(place, outcomes)
+        seen.append(len(states(out)))
+
+    monkeypatch.setattr(work, "_write", watched)
+    assert main(["survey", str(top), "--out", str(out), "--jobs", "8"]) == 1
+    assert seen == [*range(1, 61), 60]
+
+
+def test_a_line_says_what_where_and_when() -> None:
+    outcome = Outcome(
+        "run", "", "disagrees",
+        why=["tyre stiffness change (car, rear axle): factor 0.8 (0.7 to 0.9)", "and more"],
+        where=["car, rear axle: 3.0 to 9.5 s, at f"], effects=["tyre stiffness change"],
+    )  # fmt: skip
+    assert outcome.line() == (
+        "tyre stiffness change (car, rear axle): factor 0.8 (0.7 to 0.9) "
+        "[car, rear axle: 3.0 to 9.5 s, at f]; and more"
+    )
 
 
 def test_nearest_files_are_taken(folder: Path, tmp_path: Path) -> None:

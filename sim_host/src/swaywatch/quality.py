@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 import scipy.stats
 
+from swaywatch.clocks import check_rate, check_steps
 from swaywatch.drive import Drive, Grid
 from swaywatch.relations import Relation, RelationBuilder, badness, make_relations
-from swaywatch.samples import Finding, check_channel, check_samples, cleaned
+from swaywatch.samples import STANDING_M_S, Finding, check_channel, check_samples, cleaned
 from swaywatch.sensors import check_drift, check_swapped
 from swaywatch.vehicle import Vehicle
 
@@ -66,8 +67,9 @@ def check_drive(drive: Drive, vehicle: Vehicle) -> list[Finding]:
     """
     findings = check_samples(drive)
     whole, drive = drive, cleaned(drive, findings)
-    findings += _check_clock(whole)
-    findings += _check_speed(drive)
+    findings += _check_clock(whole) or check_rate(whole)
+    findings += check_steps(whole)
+    findings += _check_speed(drive) or _check_wheel_speeds(drive)
     findings += _check_pairs(drive) or _check_loads(drive, vehicle)
     grid = drive.resample(RATE_HZ)
     if len(grid.time_s) >= 4 * RATE_HZ:
@@ -186,6 +188,32 @@ def _check_speed(drive: Drive) -> list[Finding]:
             )
         ]
     return []
+
+
+def _check_wheel_speeds(drive: Drive) -> list[Finding]:
+    """The speed against the mean of the wheels: no slip makes a third of a difference."""
+    speed = drive.channels.get("speed")
+    wheels = [c for name, c in drive.channels.items() if name.startswith("wheel_speed")]
+    if speed is None or not wheels:
+        return []
+    mean = float(np.mean([np.median(wheel.value) for wheel in wheels]))
+    own = float(np.median(speed.value))
+    factor = _known_factor(mean / own) if min(mean, own) > STANDING_M_S else None
+    if factor is None or not _fits_quantity("speed", factor):
+        return []
+    return [
+        Finding(
+            "error",
+            "sign_or_unit",
+            (speed.signal, *(wheel.signal for wheel in wheels)),
+            f"{speed.signal}: {_factor_text(factor, 'speed')}. It is {own:.1f} m/s where the "
+            f"wheels ({', '.join(wheel.signal for wheel in wheels)}) say {mean:.1f} m/s; say the "
+            "right `unit = ...` of the one that is wrong in the signals.toml",
+            channels=("speed",),
+            windows=(_whole(drive, "speed"),),
+            amount=factor,
+        )
+    ]
 
 
 def _check_loads(drive: Drive, vehicle: Vehicle) -> list[Finding]:
