@@ -17,6 +17,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "bench"))
 
 import warning_campaign as warning
+import warning_losses as losses
 import warning_plant as plant
 
 from swaywatch.core import QUALITY, Core, positions_of
@@ -34,6 +35,14 @@ def test_campaign() -> None:
     assert ours["median_oscillations"] < 1.5
     others = [row for name, row in figures["detectors"].items() if name != "swaywatch"]
     assert all(ours["false_in_stable_drives"] <= row["false_in_stable_drives"] for row in others)
+
+
+@pytest.mark.parametrize("how", losses.HOW)
+def test_no_input_that_is_lost_silences_the_alarm(how: str) -> None:
+    """Each single loss in drives that become unstable: the swing is in what is left."""
+    every = list(losses.drives(1001, 3))
+    for name in plant.SENSORS:
+        assert losses.row(every, (name,), how).missed == [], name
 
 
 def status_of(

@@ -9,6 +9,11 @@ bench-warning: setup-test
 	@$(WARNING) $(call warning-files,warning) --drives 500 --hours 200 \
 	    --workers $${SWAYWATCH_WORKERS:-1}
 
+# The same unstable drives with one input lost, and with two.
+.PHONY: bench-losses
+bench-losses: setup-test
+	@$(PY) tests/bench/warning_losses.py --output $(B)/bench/losses.md
+
 bench::
 	@$(WARNING) $(call warning-files,warning-small) --drives 60 --hours 2
 
