@@ -11,7 +11,7 @@
 
 /* A forced line tells of the free one only if the hand explains little of it: a standard error of
  * the damping ratio above this is no evidence. */
-#define FORCED_SE_PPM 40000
+#define FORCED_SE_PPM 100000
 
 #define NOT_HELD ((uint32_t)SWAY_QUALITY_NO_OSCILLATION | (uint32_t)SWAY_QUALITY_SEEKING)
 
