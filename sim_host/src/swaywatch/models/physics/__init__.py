@@ -1,8 +1,8 @@
-"""Switchable physics of the double-track model: one file per effect.
+"""Switchable physics of the simulator: one file per effect.
 
-Each file holds the equation (a small compiled function that the kernel calls), its source, where
-it enters, and its parameters with bounds and units, as ``MODULE``. :class:`Effect` is one effect
-with its values::
+Each file holds the equation in words, its source, where it enters, its parameters with bounds and
+units, and how it is put into the plant's numbers (`models.layout`), as ``MODULE``; the plant itself
+(plant_step.h) has the slot. :class:`Effect` is one effect with its values::
 
     DoubleTrack(vehicle, physics=[Effect("hitch_friction", moment_nm=130.0)])
 """
