@@ -14,7 +14,7 @@ import pytest
 from conftest import recordings
 from test_diagnose import BODY_VALUES, synthetic
 
-from swaywatch.diagnose.data import load, load_with_body
+from swaywatch.diagnose.data import _foreign, load, load_with_body
 from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import _untestable, diagnose
 from swaywatch.diagnose.plant import BODY
@@ -88,6 +88,20 @@ def test_runs_of_different_vehicles_are_refused(tmp_path: Path) -> None:
     files, vehicle, signals = _case(tmp_path, heavier=1.3)
     with pytest.raises(RecordingError, match=r"different vehicles or loadings: axle loads sum to"):
         load(files, vehicle, signals)
+
+
+def test_the_run_with_another_loading_is_named_though_the_first_has_no_loads(
+    tmp_path: Path,
+) -> None:
+    files, vehicle, signals = _case(tmp_path)
+    problem = load(files, vehicle, signals).problem
+    assert problem is not None
+    first, second = problem.runs
+    for wheel in ("fl", "fr", "rl", "rr"):
+        del first.channels[f"wheel_vertical_load_{wheel}"]
+        second.channels[f"wheel_vertical_load_{wheel}"] *= 1.3
+    (told,) = _foreign((first, second), problem.body)
+    assert told.startswith(f"{second.name}: axle loads sum to")
 
 
 def test_another_loading_than_the_file_says_is_told(tmp_path: Path) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import recordings
 
+from swaywatch.diagnose import data
 from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import write
 from swaywatch.diagnose.fit import Fit, predict_run
@@ -17,7 +19,7 @@ from swaywatch.diagnose.holdout import held_out
 from swaywatch.diagnose.model import embedded, model_block, read_model, signals_for, terms_of
 from swaywatch.diagnose.predict import _split, blind_run, predict
 from swaywatch.diagnose.term import Term
-from swaywatch.drive import load_signals
+from swaywatch.drive import Drive, load_drives, load_signals
 from swaywatch.errors import SignalError, SwaywatchError
 
 VERDICTS = Path(__file__).resolve().parent.parent / "proof" / "verdicts" / "practice"
@@ -41,6 +43,23 @@ def test_a_committed_verdict_predicts_a_run(tmp_path: Path) -> None:
     assert result["diagnosed_nrmse_after_start"] < 0.05
     assert result["effects_applied"] == ["hitch_friction:hitch"]
     assert any("speed" in line for line in result["taken_from_recording"])
+
+
+def test_a_sensor_that_a_diagnosis_puts_right_is_put_right_here_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = sorted(recordings("practice", "p07").glob("run2.*"))[0]
+
+    def inverted(paths: list[Path], signals: Path) -> list[Drive]:
+        drive = load_drives(paths, signals)[0]
+        wheel = drive.channels["steering_wheel_angle"]
+        turned = {"steering_wheel_angle": replace(wheel, value=-wheel.value)}
+        return [replace(drive, channels=drive.channels | turned)]
+
+    monkeypatch.setattr(data, "load_drives", inverted)
+    result = predict(_copy("p07", tmp_path), run)
+    assert result["diagnosed_nrmse_after_start"] < 0.05
+    assert any("SteeringWheelAngle" in note for note in result["notes"])
 
 
 def test_no_effect_gives_equal_scores(tmp_path: Path) -> None:

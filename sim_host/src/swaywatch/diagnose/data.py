@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from swaywatch.diagnose.fit import COMPARED, Problem
+from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import RATE_HZ, Run, on_grid
 from swaywatch.diagnose.sensor_faults import MOST_LOST, SensorFaults
 from swaywatch.drive import Drive, load_drives
 from swaywatch.errors import RecordingError, SignalError, VehicleError
 from swaywatch.models.vehicle_view import constants_of
-from swaywatch.samples import check_samples, cleaned
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Car, Trailer, Vehicle, load_vehicle
 
 #: Without these there is nothing to drive the model with.
 INPUTS = ("steering_wheel_angle", "speed")
@@ -141,12 +141,13 @@ def _foreign(runs: Sequence[Run], body: np.ndarray) -> list[str]:
     """Do the runs come from the vehicle of the file? Static axle loads tell."""
     found = []
     loads = []
+    believed = float(body[14] + body[15])
     for run in runs:
         keys = [f"wheel_vertical_load_{w}" for w in ("fl", "fr", "rl", "rr")]
-        if all(key in run.channels for key in keys):
-            loads.append(float(sum(np.mean(run.channels[key]) for key in keys)))
-    believed = float(body[14] + body[15])
-    for run, load in zip(runs, loads, strict=False):
+        if not all(key in run.channels for key in keys):
+            continue
+        load = float(sum(np.mean(run.channels[key]) for key in keys))
+        loads.append(load)
         if abs(load / believed - 1.0) > 0.1:
             found.append(
                 f"{run.name}: axle loads sum to {load:.0f} N, the file says {believed:.0f} N: "
@@ -160,14 +161,27 @@ def _foreign(runs: Sequence[Run], body: np.ndarray) -> list[str]:
     return found
 
 
+def vehicle_of(body: np.ndarray, steering_ratio: float) -> Vehicle:
+    """The combination whose constants are in the order of `plant.BODY`."""
+    parts: dict[str, dict[str, float]] = {"car": {}, "trailer": {}}
+    for name, value in zip(BODY, body.tolist(), strict=True):
+        part, key = name.split(".")
+        parts[part][key] = value
+    car = Car(steering_ratio=steering_ratio, **parts["car"])
+    return Vehicle(car, Trailer(**parts["trailer"]))  # type: ignore[arg-type]
+
+
 def load_with_body(
     recording: Path, signals_file: Path, body: np.ndarray, steering_ratio: float
-) -> Problem:
-    """One run with constants that are already known."""
+) -> tuple[Problem, list[str]]:
+    """One run with constants that are already known, and what was put right in it."""
     drives = load_drives([recording], signals_file)
-    drive = cleaned(drives[0], check_samples(drives[0]))
+    loaded = Loaded(None, vehicle_of(body, steering_ratio))
+    loaded.signals.update({k: c.signal for k, c in drives[0].channels.items()})
+    drive = loaded.faults.put_right(drives[0], loaded.vehicle, recording.name)
     run = run_of(drive, steering_ratio, recording.name)
-    reason = _too_little(run)
+    run.silent, run.kept = loaded.faults.masks(recording.name, run.time, COMPARED)
+    reason = _without_lost(run, loaded) or _too_little(run)
     if reason:
         raise RecordingError(f"{recording.name}: {reason}")
-    return Problem((run.prepare(),), body)
+    return Problem((run.prepare(),), body), [*loaded.faults.checks, *loaded.checks]

@@ -103,12 +103,12 @@ def _problem(
 ) -> tuple[Problem, list[str]]:
     """The run with the model's constants, and its simulation or the calibration to one."""
     body = np.array([model["vehicle"][name] for name in BODY])
-    problem = load_with_body(recording, signals, body, float(model["steering_ratio"]))
+    problem, notes = load_with_body(recording, signals, body, float(model["steering_ratio"]))
     known = model.get("calibration")
     calibration = terms_of(known["terms"], library()) if known else ()
     if simulation is not None:
         free, _, checks = attach(problem, [simulation], signals, calibration)
-        return free, checks
+        return free, notes + checks
     if known:
         # without the user's simulation of this run, the plant calibrated to his others is nearest
         shared = np.array(known["load_transfer"])
@@ -116,7 +116,7 @@ def _problem(
         start = start_values(problem, 0, (), shared)
         outputs = predict_run(problem, 0, (), start, shared)
         problem.runs[0].simulated.update(roll_rates(outputs))
-    return problem, []
+    return problem, notes
 
 
 def _taken(simulation: Path | None) -> list[str]:
