@@ -146,6 +146,12 @@ void sway_fit_gram(sway_fit_basis_t *basis, uint32_t first, uint32_t last)
     }
 }
 
+void sway_fit_pin_slope(sway_fit_basis_t *basis)
+{
+    sway_real_t *slope = &basis->gram[row_of(SWAY_FIT_SLOPE) + SWAY_FIT_SLOPE];
+    *slope = sway_real_scale(*slope, 40);
+}
+
 /* first - a[0] b[0] - .. - a[n-1] b[n-1] */
 static sway_real_t less_products(sway_real_t first, const sway_real_t *a, const sway_real_t *b,
                                  uint32_t n)

@@ -26,6 +26,7 @@
 /// Linear parameters: columns 0..7.
 #define SWAY_FIT_LINEAR 8
 #define SWAY_FIT_MEAN 2
+#define SWAY_FIT_SLOPE 3
 #define SWAY_FIT_TAU_RE 8
 #define SWAY_FIT_TAU_IM 9
 /// Columns are Q28.
@@ -87,6 +88,9 @@ bool sway_fit_columns(sway_fit_basis_t *basis, uint32_t count, bool harmonics);
 /// sway_fit_gram(basis, 0, 3) makes what n = 4 needs; then (basis, 4, 5), (basis, 6, 7) what n = 8
 /// adds.
 void sway_fit_gram(sway_fit_basis_t *basis, uint32_t first, uint32_t last);
+
+/// Holds the slope at 0 (to 2^-40 of what it would be), before the factor is made.
+void sway_fit_pin_slope(sway_fit_basis_t *basis);
 
 /// Puts the factor L D L^T in the place of the products, rows first..last, when those before are
 /// done: L, and 1/d on the diagonal. (0, 3), then (4, 7).

@@ -311,7 +311,10 @@ static uint32_t run_factors(sway_line_job_t *job, const sway_ring_t *ring)
 static uint32_t run_gram(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    sway_fit_gram(&job->basis, 0, 3);
+    sway_fit_gram(&job->basis, 0, SWAY_FIT_SLOPE);
+    if (job->config.level) {
+        sway_fit_pin_slope(&job->basis);
+    }
     return STATE_SYSTEM;
 }
 

@@ -69,6 +69,8 @@ typedef struct {
     uint32_t harmonics_mask;  ///< channels that had 2f and 3f in their model last time
     sway_real_t forced_rad_s; ///< omega of a tone of the driver that is to be taken apart; or 0
     sway_real_t chirp_rad_s2; ///< known change of omega, |chirp| (window / 2)^2 <= 1 rad; or 0
+    bool level; ///< no slopes in the model: for windows of one or two swings that die out, of which
+                ///< a slope would take a part
 } sway_line_config_t;
 
 /// Weighed sums of all channels for the common parameters, growth and omega times half the window.

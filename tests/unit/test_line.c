@@ -533,6 +533,37 @@ static void test_a_gap_of_the_steering_wheel_is_no_gap_of_the_line(void)
     TEST_ASSERT_EQUAL_HEX32(0, latest.flags);
 }
 
+/* One and a quarter swing that dies out, on a slope: with `level` the slope is not fitted. */
+static double growth_of_one_swing(double slope, bool level)
+{
+    static sway_line_job_t job;
+    const sway_line_config_t config = {10000,      2, 250,    2000,   0,    0,
+                                       UINT32_MAX, 0, {0, 0}, {0, 0}, level};
+    sway_line_t line;
+    sway_ring_clear(&track.ring);
+    for (int i = 0; i < 110; i++) {
+        const double t = 0.01 * i;
+        tick.time_us = (int64_t)i * 10000;
+        tick.value[1] = (int32_t)lround(1e6 * (exp(-2.5 * t) * cos(7.3 * t) + slope * t + 0.3));
+        sway_ring_push(&track.ring, &tick);
+    }
+    TEST_ASSERT_EQUAL_INT(
+        SWAY_OK, sway_line_start(&job, &config, &track.ring, 110, sway_real_int(7), &line));
+    while (sway_line_run(&job, &track.ring)) {
+    }
+    TEST_ASSERT_EQUAL_HEX32(0, line.flags & SWAY_LINE_NOT_CONVERGED);
+    return to_double(line.growth_1_s);
+}
+
+static void test_a_level_model_has_no_slope(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -2.5, growth_of_one_swing(0.0, false));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -2.5, growth_of_one_swing(0.0, true));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -2.5, growth_of_one_swing(0.1, false));
+    /* what is not in the model goes into the line */
+    TEST_ASSERT_TRUE(fabs(growth_of_one_swing(0.1, true) + 2.5) > 0.05);
+}
+
 static void test_bad_arguments_are_refused(void)
 {
     sway_track_config_t config = sway_track_default(10000);
@@ -544,7 +575,8 @@ static void test_bad_arguments_are_refused(void)
     config = sway_track_default(999);
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config, &work));
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(NULL, &config, &work));
-    const sway_line_config_t line = {10000, 2, 250, 2000, 0, 0, UINT32_MAX, 0, {0, 0}, {0, 0}};
+    const sway_line_config_t line = {10000,      2, 250,    2000,   0,    0,
+                                     UINT32_MAX, 0, {0, 0}, {0, 0}, false};
     const sway_real_t omega = sway_real_int(4);
     static sway_line_job_t job;
     sway_line_t result;
@@ -561,6 +593,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_noise_free_damped_line_in_four_channels);
+    RUN_TEST(test_a_level_model_has_no_slope);
     RUN_TEST(test_damping_ratio);
     RUN_TEST(test_standard_errors_and_noise_are_of_the_right_size);
     RUN_TEST(test_no_motion_and_noise_are_no_oscillation);

@@ -1,5 +1,8 @@
 #include "core_feed.h"
 
+#include <math.h>
+#include <string.h>
+
 #include "sway_version.h"
 
 /// The feed with the earliest next sample; feed_count where all are at their end.
@@ -80,4 +83,71 @@ size_t core_replay(sway_node_t *node, const int64_t *time_us, const uint32_t *ca
         }
     }
     return written;
+}
+
+static double to_double(sway_real_t x)
+{
+    return ldexp((double)x.m, x.e);
+}
+
+/* Channel 0 of the core is the steering wheel, which it judges by itself: left out here. */
+static void fill_ring(sway_ring_t *ring, const int32_t *sample, uint32_t rows, uint32_t channels,
+                      int32_t sample_period_us)
+{
+    sway_row_t tick;
+    memset(&tick, 0, sizeof tick);
+    tick.valid_mask = ((1U << channels) - 1U) << 1U;
+    tick.present_mask = tick.valid_mask;
+    sway_ring_clear(ring);
+    for (uint32_t i = 0; i < rows; i++) {
+        tick.time_us = (int64_t)i * sample_period_us;
+        memcpy(tick.value + 1, sample + (size_t)i * channels, channels * sizeof *sample);
+        sway_ring_push(ring, &tick);
+    }
+}
+
+static void copy_line(const sway_line_t *line, uint32_t channels, core_line_t *found)
+{
+    found->flags = line->flags;
+    found->rows = (uint32_t)line->window_samples;
+    found->omega_rad_s = to_double(line->omega_rad_s);
+    found->omega_se_rad_s = to_double(line->omega_se_rad_s);
+    found->growth_1_s = to_double(line->growth_1_s);
+    found->growth_se_1_s = to_double(line->growth_se_1_s);
+    for (uint32_t c = 0; c < channels; c++) {
+        const sway_line_channel_t *from = &line->channel[c + 1U];
+        const double unit = to_double(sway_line_unit((sway_channel_t)(c + 1U)));
+        found->amplitude_re[c] = to_double(from->amplitude.re) / unit;
+        found->amplitude_im[c] = to_double(from->amplitude.im) / unit;
+        found->mean[c] = to_double(from->mean) / unit;
+        found->noise_rms[c] = to_double(from->noise_rms) / unit;
+    }
+}
+
+void core_window(core_window_t *memory, const int32_t *sample, uint32_t rows, uint32_t channels,
+                 uint32_t used_mask, int32_t sample_period_us, double omega_rad_s, bool level,
+                 core_line_t *found)
+{
+    const sway_line_config_t config = {.sample_period_us = sample_period_us,
+                                       .channel_mask = used_mask << 1U,
+                                       .frequency_min_mhz = 100,
+                                       .frequency_max_mhz = 10000,
+                                       .steering_quiet_urad = INT32_MAX,
+                                       .speed_change_milli = INT32_MAX,
+                                       .result_mask = UINT32_MAX,
+                                       .level = level};
+    memset(found, 0, sizeof *found);
+    if (channels < 1U || channels >= SWAY_CHANNELS) {
+        found->error = SWAY_ERROR_ARGUMENT;
+        return;
+    }
+    fill_ring(&memory->ring, sample, rows, channels, sample_period_us);
+    found->error = sway_line_start(&memory->job, &config, &memory->ring, rows,
+                                   sway_real_micro((int64_t)(omega_rad_s * 1e6)), &memory->line);
+    if (found->error != SWAY_OK) {
+        return;
+    }
+    while (sway_line_run(&memory->job, &memory->ring)) {
+    }
+    copy_line(&memory->line, channels, found);
 }

@@ -5,6 +5,7 @@ Exception
     ├── RecordingError       a recording that cannot be read, or not whole
     ├── SignalError          a signals.toml, a DBC or a signal that does not fit the recording
     ├── VehicleError         a vehicle.toml with a value missing or out of range
+    ├── ModelError           a linear model that cannot be read, or lacks something
     └── ScenarioError        a scenario for the simulator that does not make sense
 """
 
@@ -27,3 +28,7 @@ class VehicleError(SwaywatchError):
 
 class ScenarioError(SwaywatchError):
     """A scenario for the simulator has an unknown key or a value out of range."""
+
+
+class ModelError(SwaywatchError):
+    """A linear model of the user cannot be read, or lacks something."""

@@ -1,0 +1,150 @@
+"""``swaywatch damping``: free oscillations of any recording; frequency, damping, course, zero."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from swaywatch.damping.data import Choice
+from swaywatch.damping.model import load_model
+from swaywatch.damping.page import make_page
+from swaywatch.damping.study import Plan, Study, as_json, evaluate
+from swaywatch.damping.words import interval, sentences, verdict
+from swaywatch.errors import SignalError
+from swaywatch.progress import LateProgress
+from swaywatch.recording.guard import whole_file
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``damping`` command."""
+    parser = subparsers.add_parser(
+        "damping",
+        help="free oscillations of any recording: frequency, damping ratio, course over speed",
+        description="Find the free oscillations of recordings (any vehicle, any channels, 0.2 to "
+        "10 Hz) and estimate frequency, damping ratio and growth of each with its interval; the "
+        "damping against speed and where it is zero; two groups of runs, or a linear model, "
+        "compared.",
+    )
+    parser.add_argument("recording", type=Path, nargs="+")
+    parser.add_argument(
+        "--channel", action="append", default=[], metavar="NAME",
+        help="a signal that swings; repeat it for several, which share the line. Without: the "
+        "signals that are called yaw rate, roll rate, lateral acceleration, articulation ...",
+    )  # fmt: skip
+    parser.add_argument(
+        "--input", action="append", default=[], metavar="NAME",
+        help="what the driver or pilot does (not what a damper or controller does): swings that "
+        "it drives are called forced",
+    )  # fmt: skip
+    parser.add_argument(
+        "--against", metavar="NAME",
+        help="signal that damping is drawn over (without: the speed, if one is called so)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--against-values", type=float, nargs="+", default=[], metavar="X",
+        help="instead: one number for each recording",
+    )  # fmt: skip
+    parser.add_argument("--signals", type=Path, metavar="TOML", help="names are roles of this file")
+    parser.add_argument(
+        "--dbc", type=Path, action="append", default=[], help="to decode CAN frames"
+    )
+    parser.add_argument(
+        "--band", type=float, nargs=2, default=(0.2, 10.0), metavar=("LOW", "HIGH"),
+        help="frequencies of a line in Hz (default: 0.2 10)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--compare", type=Path, nargs="+", default=[], metavar="RECORDING",
+        help="a second group of recordings: is it the same?",
+    )  # fmt: skip
+    parser.add_argument(
+        "--names", nargs=2, default=("first", "second"), metavar="NAME", help="of the two groups"
+    )
+    parser.add_argument(
+        "--model", metavar="LINEAR",
+        help="a linear model to compare with: .csv (FILE.csv:VARIANT), .mat, .npz or .py",
+    )  # fmt: skip
+    parser.add_argument(
+        "--profile", choices=("iso9815",),
+        help="iso9815: straight line over the speed, speeds of damping ratio 0 and 0.05",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", type=Path, default=Path("swaywatch-damping"), metavar="DIR",
+        help="folder for damping.html and damping.json (default: %(default)s)",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace) -> int:
+    """Evaluate, write the files, print the summary."""
+    low, high = args.band
+    if not 0.05 <= low < high <= 50.0:
+        raise SignalError(f"--band {low:g} {high:g}: expected 0.05 <= LOW < HIGH <= 50 Hz")
+    choice = Choice(
+        tuple(args.channel), tuple(args.input), args.against, args.signals, tuple(args.dbc)
+    )
+    plan = Plan(choice, (low, high), tuple(args.against_values), args.profile == "iso9815")
+    model = load_model(args.model) if args.model else None
+    console = Console(highlight=False)
+    with LateProgress(Console(stderr=True)) as progress:
+        study = evaluate(
+            args.recording, plan, compare=args.compare, names=tuple(args.names), model=model,
+            progress=progress.tell,
+        )  # fmt: skip
+        progress.tell("writing the report", 0.0, 1.0)
+        written = _write(study, args)
+    _print(console, study)
+    for path in written:
+        console.print(str(path), style="bold" if path.suffix == ".html" else "", soft_wrap=True)
+    return 0
+
+
+def _write(study: Study, args: argparse.Namespace) -> list[Path]:
+    sources = {"recording": [*args.recording, *args.compare]}
+    if args.signals is not None:
+        sources["signals"] = [args.signals]
+    if args.model:
+        file = Path(args.model)
+        sources["model"] = [file if file.is_file() else Path(args.model.rpartition(":")[0])]
+    written = []
+    for name, text in (
+        ("damping.json", json.dumps(as_json(study), indent=1, allow_nan=False)),
+        ("damping.html", make_page(study, sources)),
+    ):
+        path = args.out / name
+        with whole_file(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+        written.append(path)
+    return written
+
+
+def _print(console: Console, study: Study) -> None:
+    colour = {"good": "green", "near": "yellow", "bad": "red"}
+    kind, sentence = verdict(study)
+    console.print(sentence, style=f"bold {colour[kind]}", markup=False)
+    for text in sentences(study):
+        console.print(f"- {text}", markup=False)
+    if study.places:
+        console.print(_table(study))
+
+
+def _table(study: Study) -> Table:
+    table = Table(box=None, pad_edge=False)
+    unit = f" [{study.against_unit}]" if study.against_unit else ""
+    heads = (f"{study.against_name}{unit}", "windows", "frequency [Hz]", "damping ratio",
+             "growth [1/s]")  # fmt: skip
+    for head in heads:
+        table.add_column(head.replace("[", r"\["), justify="right")
+    for place in study.places:
+        table.add_row(
+            "" if math.isnan(place.against) else f"{place.against:.4g}",
+            str(place.count),
+            interval(place.frequency_hz),
+            interval(place.damping_ratio) if place.determinable else "not determinable",
+            interval(place.growth_1_s, 2),
+        )
+    return table

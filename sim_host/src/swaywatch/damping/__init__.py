@@ -1,0 +1,1 @@
+"""Frequency and damping of free oscillations in any recording, without a vehicle model."""

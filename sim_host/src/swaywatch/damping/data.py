@@ -1,0 +1,256 @@
+"""Recordings as :class:`Run`: the channels that swing, on one even time axis.
+
+Channels are named by the user, or taken by their names where they say what they are; with a
+``signals.toml`` they are roles of it, in SI units. Units do not matter to frequency and damping.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from swaywatch.drive import load_drives
+from swaywatch.errors import RecordingError, SignalError
+from swaywatch.recording import Series, read_recording
+from swaywatch.recording.dbc import Database, frames_by_identifier
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+SWINGING = (
+    "trailer_yaw_rate", "car_yaw_rate", "articulation", "trailer_lateral_acceleration",
+    "car_lateral_acceleration",
+)  # fmt: skip
+"""Roles of a ``signals.toml`` whose swing is evaluated; those that are there."""
+
+DRIVER = "steering_wheel_angle"
+MOST_CHANNELS = 15
+
+_SWINGS = re.compile(
+    r"yaw.?rate|roll.?rate|lean.?rate|bank.?rate|steer.?rate|articulation|hitch.?angle|"
+    r"side.?slip|roll.?angle|lean.?angle|bank.?angle|lateral.?acc|lat.?acc|^ay$|^acc_?y$|"
+    r"gyro.?[xz]$|^[pr]$|^beta$",
+    re.IGNORECASE,
+)
+_SPEED = re.compile(
+    r"(?:^|_|\b)(?:speed|velocity|airspeed|tas|cas|ias|vx|v_x|v)(?:$|_|\b)|speed$", re.IGNORECASE
+)
+_DRIVER_NAME = re.compile(r"steer(ing)?_?wheel_?angle|hand_?wheel", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recording.
+
+    Attributes
+    ----------
+    time_s : shape (n,)
+        Even, from 0.
+    step_s
+        Between two rows.
+    value : shape (n, channels)
+        In the units of the file (of the role, with a ``signals.toml``).
+    valid : shape (n,)
+        False where a channel has a gap.
+    inputs : shape (n, inputs)
+        What the driver or pilot does.
+    against : shape (n,) or None
+        What damping is drawn over: speed, or what the user names.
+    """
+
+    name: str
+    path: Path
+    time_s: FloatArray
+    step_s: float
+    channels: tuple[str, ...]
+    units: tuple[str, ...]
+    value: FloatArray
+    valid: BoolArray
+    input_names: tuple[str, ...]
+    inputs: FloatArray
+    against: FloatArray | None
+    against_name: str
+    against_unit: str
+
+    @property
+    def duration_s(self) -> float:
+        """From the first to the last row."""
+        return float(self.time_s[-1])
+
+    def rows(self, start_s: float, end_s: float) -> slice:
+        """Rows between two times, both ends in."""
+        first = max(0, round(start_s / self.step_s))
+        last = min(len(self.time_s) - 1, round(end_s / self.step_s))
+        return slice(first, max(first, last + 1))
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which signals are meant; empty: by their names."""
+
+    channels: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    against: str | None = None
+    signals: Path | None = None
+    dbc: tuple[Path, ...] = ()
+
+
+def load_runs(paths: Sequence[Path], choice: Choice) -> list[Run]:
+    """Read recordings.
+
+    Raises
+    ------
+    SwaywatchError
+        A file cannot be read, or a signal is not in it: names it and those that are.
+    """
+    if choice.signals is not None:
+        return _role_runs(paths, choice, choice.signals)
+    database = Database(list(choice.dbc)) if choice.dbc else None
+    return [_run(Path(path), _signals(Path(path), database), choice) for path in paths]
+
+
+def _signals(path: Path, database: Database | None) -> dict[str, Series]:
+    recording = read_recording(path)
+    if recording.signals is not None:
+        return recording.signals
+    assert recording.frames is not None
+    if database is None:
+        raise SignalError(
+            f"{path}: holds CAN frames; name a --dbc to decode them, or a --signals signals.toml"
+        )
+    rows = frames_by_identifier(recording.frames)
+    found: dict[str, Series] = {}
+    for name in database.signal_names:
+        pair = database.find(name)
+        if pair is None:
+            continue
+        message, signal = pair
+        own = rows.get((message.frame_id, message.is_extended_frame))
+        if own is not None:
+            found[name] = database.decode(recording.frames, own, message, signal).series
+    return found
+
+
+def _role_runs(paths: Sequence[Path], choice: Choice, signals: Path) -> list[Run]:
+    runs = []
+    for path in paths:
+        (drive,) = load_drives([path], signals, join=True)
+        series = {
+            name: Series(
+                np.rint(channel.time_s * 1e9).astype(np.int64), channel.value, channel.unit
+            )
+            for name, channel in drive.channels.items()
+        }
+        wanted = choice.channels or tuple(name for name in SWINGING if name in series)
+        inputs = choice.inputs or ((DRIVER,) if DRIVER in series else ())
+        against = choice.against or ("speed" if "speed" in series else None)
+        if not wanted:
+            raise SignalError(
+                f"{signals}: none of the roles {', '.join(SWINGING)} is in {path}; name channels "
+                "with --channel"
+            )
+        runs.append(_run(Path(path), series, Choice(wanted, inputs, against)))
+    return runs
+
+
+def _usable(path: Path, name: str, series: Series) -> Series:
+    """Finite samples in rising order of time."""
+    good = np.isfinite(series.value)
+    good[1:] &= np.diff(series.time_ns) > 0
+    if int(good.sum()) < 16:
+        raise RecordingError(
+            f"{path}: {name} has {int(good.sum())} samples that are numbers; 16 are the least"
+        )
+    return Series(series.time_ns[good], series.value[good], series.unit)
+
+
+def _pick(path: Path, signals: dict[str, Series], names: Sequence[str]) -> list[Series]:
+    missing = [name for name in names if name not in signals]
+    if missing:
+        there = ", ".join(list(signals)[:20])
+        raise SignalError(f"{path}: no signal {missing[0]!r}. Signals there: {there}")
+    return [_usable(path, name, signals[name]) for name in names]
+
+
+def _moves(series: Series) -> bool:
+    value = series.value[np.isfinite(series.value)]
+    return len(value) >= 16 and float(np.ptp(value)) > 0.0
+
+
+def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
+    """The choice with what the user left open taken by the signals' names."""
+    channels = choice.channels or tuple(
+        name for name, series in signals.items() if _SWINGS.search(name) and _moves(series)
+    )
+    if not channels:
+        there = ", ".join(list(signals)[:30])
+        raise SignalError(
+            f"{path}: no signal is called like something that swings (yaw rate, roll rate, lateral "
+            f"acceleration, articulation ...); name some with --channel. Signals there: {there}"
+        )
+    if len(channels) > MOST_CHANNELS:
+        raise SignalError(
+            f"{path}: {len(channels)} channels; at most {MOST_CHANNELS} are evaluated jointly. "
+            "Name some with --channel"
+        )
+    inputs = choice.inputs or tuple(
+        name for name in signals if _DRIVER_NAME.search(name) and name not in channels
+    )
+    speeds = [n for n in signals if _SPEED.search(n) and n not in (*channels, *inputs)]
+    against = choice.against or (speeds[0] if speeds else None)
+    return Choice(channels, inputs, against)
+
+
+def _run(path: Path, signals: dict[str, Series], choice: Choice) -> Run:
+    choice = _by_name(path, signals, choice)
+    swinging = _pick(path, signals, choice.channels)
+    inputs = _pick(path, signals, choice.inputs)
+    against = _pick(path, signals, [choice.against])[0] if choice.against else None
+    first = max(int(series.time_ns[0]) for series in swinging)
+    last = min(int(series.time_ns[-1]) for series in swinging)
+    periods = [float(np.median(np.diff(series.time_ns))) * 1e-9 for series in swinging]
+    step = max(periods)
+    if (last - first) * 1e-9 < 16 * step:
+        raise RecordingError(
+            f"{path}: the channels {', '.join(choice.channels)} have no time in common"
+        )
+    if not 1e-4 <= step <= 0.5:
+        slow = choice.channels[int(np.argmax(periods))]
+        raise RecordingError(
+            f"{path}: {slow} has a sample every {step:g} s; 0.5 s to 0.1 ms can be evaluated"
+        )
+    count = int((last - first) * 1e-9 / step + 1e-9) + 1
+    time_s = np.asarray(np.arange(count) * step, dtype=np.float64)
+    valid = np.ones(count, dtype=np.bool_)
+    columns = []
+    for series in swinging:
+        own = (series.time_ns - first) * 1e-9
+        columns.append(np.interp(time_s, own, series.value))
+        after = np.clip(np.searchsorted(own, time_s - 1e-9), 1, len(own) - 1)
+        valid &= own[after] - own[after - 1] <= 4.0 * step
+    return Run(
+        path.stem if path.stem else str(path),
+        path,
+        time_s,
+        step,
+        tuple(choice.channels),
+        tuple(series.unit for series in swinging),
+        np.stack(columns, axis=1),
+        valid,
+        tuple(choice.inputs),
+        _on(time_s, inputs, first),
+        None if against is None else _on(time_s, [against], first)[:, 0],
+        choice.against or "",
+        "" if against is None else against.unit,
+    )
+
+
+def _on(time_s: FloatArray, series: Sequence[Series], first_ns: int) -> FloatArray:
+    """Signals on the axis, shape (n, signals)."""
+    columns = [np.interp(time_s, (s.time_ns - first_ns) * 1e-9, s.value) for s in series]
+    return np.stack(columns, axis=1) if columns else np.zeros((len(time_s), 0))

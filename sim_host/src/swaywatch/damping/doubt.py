@@ -1,0 +1,171 @@
+"""How sure each window is: what white noise, the quiet signal and the choice of window do to it.
+
+A free oscillation comes on top of what the vehicle does anyway (road, wind, its own control). That
+part is the same before and behind, so the quiet windows of the recording say what it does to the
+fit: the fit's sensitivity applied to each of them gives the scatter of growth and frequency. Where
+there is no quiet time the core's own error (white noise) stands alone. What the estimate moves by
+when the window ends sooner or later is added. What it moves by when the window begins later is
+another thing: the same in every repeat (damping that depends on amplitude, a second motion that
+dies out beside this one), so it is kept apart as ``later``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from swaywatch.damping.find import Event, Found, Window, quiet_starts
+from swaywatch.damping.window import Line, damping_error, sensitivity
+
+FloatArray = npt.NDArray[np.float64]
+
+FEWEST_QUIET = 6
+"""Quiet windows from which their scatter is believed."""
+
+_MOST_QUIET = 80
+_WEAK = 0.2
+"""Half-width of the 95 % interval of a damping ratio above which it is not determinable."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number, its standard error, and the limits of its 95 % interval."""
+
+    value: float
+    error: float
+    freedom: float
+
+    @property
+    def half(self) -> float:
+        """Half-width of the 95 % interval."""
+        return float(stats.t.ppf(0.975, self.freedom)) * self.error
+
+    @property
+    def low(self) -> float:
+        """Lower limit of 95 %."""
+        return self.value - self.half
+
+    @property
+    def high(self) -> float:
+        """Upper limit of 95 %."""
+        return self.value + self.half
+
+
+@dataclass(frozen=True)
+class Point:
+    """One window of free oscillation.
+
+    Attributes
+    ----------
+    number
+        Of its oscillation in the run, from 1; windows of one oscillation share it.
+    start_s, end_s
+        Of the window.
+    against
+        Mean of the speed (or what the user named) over the window; NaN where there is none.
+    amplitude : shape (channels,)
+        At the begin of the window.
+    share
+        What the inputs added to the swing within the window, of the swing.
+    later : shape (3,)
+        By what damping ratio, frequency and growth change if the window begins an eighth of a
+        cycle later; NaN where it cannot.
+    """
+
+    run: str
+    number: int
+    start_s: float
+    end_s: float
+    against: float
+    damping_ratio: Value
+    frequency_hz: Value
+    growth_1_s: Value
+    amplitude: FloatArray
+    cycles: float
+    share: float
+    later: FloatArray
+
+    @property
+    def determinable(self) -> bool:
+        """The damping ratio is known to 0.2 or better."""
+        return self.damping_ratio.half <= _WEAK
+
+
+def points_of(found: Found) -> list[Point]:
+    """Every window of free oscillation of a run with its doubt, in order of time."""
+    points = []
+    number = 0
+    for event in found.events:
+        if not event.windows or event.forced_by:
+            continue
+        number += 1
+        points += [_point(found, event, window, number) for window in event.windows]
+    return points
+
+
+def _point(found: Found, event: Event, window: Window, number: int) -> Point:
+    line = window.line
+    run = found.run
+    covariance, freedom = _covariance(found, line)
+    forced = (event.share / (2 * math.pi * max(line.cycles, 1.0))) ** 2
+    size = math.hypot(line.growth_1_s, line.omega_rad_s)
+
+    def value(name: str, variance: float, pushed: float) -> Value:
+        middle = float(getattr(line, name))
+        moved = [float(getattr(other, name)) - middle for other in window.beside]
+        beside = float(np.mean(np.square(moved))) if moved else 0.0
+        return Value(middle, math.sqrt(variance + beside + pushed), freedom)
+
+    rows = run.rows(line.start_s, line.start_s + line.length_s)
+    against = math.nan if run.against is None else float(np.mean(run.against[rows]))
+    turn = (2 * math.pi) ** 2
+    return Point(
+        run.name,
+        number,
+        line.start_s,
+        line.start_s + line.length_s,
+        against,
+        value("damping_ratio", damping_error(line, covariance) ** 2, forced),
+        value("frequency_hz", float(covariance[1, 1]) / turn, forced * size**2 / turn),
+        value("growth_1_s", float(covariance[0, 0]), forced * size**2),
+        line.size(line.start_s),
+        line.cycles,
+        event.share,
+        _later(window),
+    )
+
+
+QUANTITIES = ("damping_ratio", "frequency_hz", "growth_1_s")
+
+
+def _later(window: Window) -> FloatArray:
+    if window.later is None:
+        return np.full(3, math.nan)
+    return np.array(
+        [getattr(window.later, name) - getattr(window.line, name) for name in QUANTITIES]
+    )
+
+
+def _covariance(found: Found, line: Line) -> tuple[FloatArray, float]:
+    """Of growth and omega, and its degrees of freedom."""
+    white = np.diag([line.growth_se_1_s**2, line.omega_se_rad_s**2])
+    run = found.run
+    rows = max(8, round(line.length_s / run.step_s))
+    starts = quiet_starts(found.quiet, rows)
+    if len(starts) < FEWEST_QUIET:
+        return white, max(4.0, 2.0 * line.cycles * len(line.amplitude))
+    starts = starts[np.linspace(0, len(starts) - 1, min(len(starts), _MOST_QUIET)).astype(int)]
+    moves = sensitivity(line, rows, run.step_s)
+    shifts = np.array(
+        [np.einsum("irc,rc->i", moves, run.value[k : k + rows]) for k in starts], dtype=np.float64
+    )
+    quiet = shifts.T @ shifts / len(shifts)
+    larger = np.maximum(np.diag(quiet), np.diag(white))
+    # the larger of both for each; the correlation is the quiet signal's
+    scale = np.sqrt(larger / np.maximum(np.diag(quiet), 1e-300))
+    freedom = max(4.0, len(starts) / 2.0)
+    return np.asarray(quiet * np.outer(scale, scale), dtype=np.float64), freedom

@@ -1,0 +1,565 @@
+"""Free oscillations of a recording: where they begin and end, and what the core says of each.
+
+1. Energy: the channels, band-passed for this step only, each in units of its own quiet level. Where
+   it rises far above that, something happened (a push, a gust, the driver).
+2. Window: behind the rise, the earliest start from which one damped line, the same in all channels,
+   leaves no more than the quiet signal would; the end is where its envelope sinks into that. A long
+   decay gives several windows one after the other; a growing swing is taken before its end.
+3. Forced or free: what an input of the driver adds to the swing within the window, against what it
+   had given before it (both turned back by the line: the share of its own mode).
+
+A recording without any quiet time (one decay, cut out by hand) is taken as it is.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage, signal
+
+from swaywatch.damping.data import Run
+from swaywatch.damping.window import NO_OSCILLATION, Estimator, Line
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.int64]
+
+RISE = 3.0
+"""RMS over one cycle in units of the quiet RMS, all channels together, that makes an event."""
+
+SHORTEST, LONGEST = 1.0, 6.0
+"""Length of a window in cycles."""
+
+SHORT = 2.5
+"""Windows of one channel with fewer cycles are fitted without a slope, which would take part of
+the swing; where several channels share the line, that does not happen."""
+
+FADED = math.exp(-2.0)
+"""Part of its first amplitude at which a window ends: two time constants, which hold nearly all
+that is to be known of the damping; below that, other motion counts."""
+
+LEFT_OVER = 1.6
+"""Residual of a window in units of the quiet signal's, up to which it is one damped line."""
+
+EXPLAINED = 0.95
+"""Share of the motion that a line explains where the quiet level does not decide."""
+
+FORCED_SHARE = 0.25
+"""Part of the swing that the driver may add within the window."""
+
+_QUIET_PERCENTILE = 25.0
+_QUIET_POWER = 0.288
+"""25th percentile of the power of a narrow-band process over its mean: -ln 0.75."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """One window of an oscillation, with the same line over windows a little beside it.
+
+    Attributes
+    ----------
+    line
+        The core's.
+    beside
+        The lines of windows that end sooner or later.
+    later
+        The line of a window that begins an eighth of a cycle later; None where it cannot.
+    rest
+        RMS of what the line leaves, in units of the quiet signal's; NaN where that is not known.
+    """
+
+    line: Line
+    beside: tuple[Line, ...]
+    later: Line | None
+    rest: float
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened, and the windows of one damped line in it.
+
+    Attributes
+    ----------
+    peak_s
+        Where the energy is highest.
+    windows
+        One after the other; empty: not one damped line.
+    forced_by
+        The input that drives it, or "".
+    share
+        Part of the swing that the inputs added within the first window; 0 without any.
+    limit_s
+        Where the next event begins.
+    """
+
+    peak_s: float
+    rise: float
+    windows: tuple[Window, ...]
+    forced_by: str = ""
+    share: float = 0.0
+    limit_s: float = math.inf
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that was found in a run.
+
+    Attributes
+    ----------
+    quiet : bool, shape (n,)
+        Rows away from every event.
+    level : shape (channels,)
+        Quiet RMS of the band-passed channels; 0 where there is no quiet time.
+    """
+
+    run: Run
+    events: tuple[Event, ...]
+    quiet: BoolArray
+    level: FloatArray
+    frequency_hz: float
+    band_hz: tuple[float, float] = field(default=(0.2, 10.0))
+
+
+def find(run: Run, band_hz: tuple[float, float], estimator: Estimator) -> Found:
+    """Events of a run and their windows.
+
+    Parameters
+    ----------
+    run
+        A recording.
+    band_hz
+        Lowest and highest frequency of a line.
+    """
+    return _Finder(run, band_hz, estimator).found()
+
+
+class _Finder:
+    """One run on its way through the three steps."""
+
+    def __init__(self, run: Run, band_hz: tuple[float, float], estimator: Estimator) -> None:
+        self.run = run
+        self.estimator = estimator
+        rate = 1.0 / run.step_s
+        self.band = (band_hz[0], min(band_hz[1], 0.4 * rate))
+        self.smooth = _band_passed(run.value, rate, self.band)
+        self.frequency = _dominant(self.smooth, run.step_s, self.band)
+        self.level, self.rise = self._energy(self.frequency)
+        for _ in range(2):  # the frequency of what is loud, not of the drift between
+            loud = np.clip(self.rise / RISE - 0.5, 0.0, 1.0)[:, None] * self.smooth / self.level
+            if not loud.any():
+                break
+            self.frequency = _dominant(loud, run.step_s, self.band)
+            self.level, self.rise = self._energy(self.frequency)
+        self._rests: dict[int, FloatArray] = {}
+        self.quiet = self._quiet_rows()
+
+    # --- energy ------------------------------------------------------------------------------
+
+    def _energy(self, frequency_hz: float) -> tuple[FloatArray, FloatArray]:
+        """Quiet RMS of each channel, and the RMS of all in units of it at every row."""
+        rows = max(3, round(1.0 / (frequency_hz * self.run.step_s)))
+        power = ndimage.uniform_filter1d(self.smooth**2, rows, axis=0, mode="nearest")
+        good = self.run.valid
+        quiet = np.percentile(power[good], _QUIET_PERCENTILE, axis=0) / _QUIET_POWER
+        floor = 1e-8 * np.maximum(np.max(power, axis=0), 1e-300)
+        level = np.sqrt(np.maximum(quiet, floor))
+        return level, np.sqrt(np.max(power / level**2, axis=1))
+
+    def _quiet_rows(self) -> BoolArray:
+        """Rows away from events: a cycle before the rise to four cycles behind the last of it."""
+        loud = (self.rise >= RISE) | ~self.run.valid
+        cycle = 1.0 / (self.frequency * self.run.step_s)
+        before, behind = round(1.5 * cycle), round(3.0 * cycle)
+        spread = np.convolve(loud, np.ones(before + behind + 1))
+        # a loud row blots out `before` rows before it and `behind` rows behind it
+        near: BoolArray = spread[before : before + len(loud)] > 0.5
+        return ~near
+
+    def quiet_starts(self, rows: int) -> IntArray:
+        """First rows of quiet windows of a length, half overlapping."""
+        return quiet_starts(self.quiet, rows)
+
+    def _rest(self, rows: int) -> FloatArray:
+        """RMS of a quiet window about mean and slope, per channel; empty where there is none."""
+        if rows not in self._rests:
+            starts = self.quiet_starts(rows)
+            rest = [
+                np.mean(signal.detrend(self.run.value[k : k + rows], axis=0) ** 2, axis=0)
+                for k in starts
+            ]
+            self._rests[rows] = np.sqrt(np.mean(rest, axis=0)) if len(rest) >= 2 else np.zeros(0)
+        return self._rests[rows]
+
+    # --- events ------------------------------------------------------------------------------
+
+    def found(self) -> Found:
+        distance = max(1, round(1.2 / (self.frequency * self.run.step_s)))
+        peaks, _ = signal.find_peaks(
+            np.log(np.maximum(self.rise, 1e-6)),
+            height=math.log(RISE), distance=distance, prominence=math.log(1.4),
+        )  # fmt: skip
+        edge = self._edge_peaks()
+        peaks = np.unique(np.concatenate([peaks, edge])).astype(np.int64)
+        events = self._events(peaks) if len(peaks) else self._whole()
+        events = self._judged(events)
+        return Found(self.run, tuple(events), self.quiet, self.level, self.frequency, self.band)
+
+    def _edge_peaks(self) -> IntArray:
+        """Begin and end of the recording where it begins or ends in a swing."""
+        cycle = round(1.0 / (self.frequency * self.run.step_s))
+        last = len(self.rise) - 1
+        ends = []
+        for at, inner in ((0, slice(0, 2 * cycle)), (last, slice(max(0, last - 2 * cycle), None))):
+            part = self.rise[inner]
+            if len(part) and self.rise[at] >= RISE and self.rise[at] >= 0.999 * float(part.max()):
+                ends.append(at)
+        return np.array(ends, dtype=np.int64)
+
+    def _events(self, peaks: IntArray) -> list[Event]:
+        events: list[Event] = []
+        valleys = [0]
+        for before, after in itertools.pairwise(peaks):
+            valleys.append(int(before + np.argmin(self.rise[before : after + 1])))
+        valleys.append(len(self.rise) - 1)
+        done_s = -math.inf
+        for index, peak in enumerate(peaks):
+            low, high = valleys[index], valleys[index + 1]
+            windows = self._decay(int(peak), low, high, done_s)
+            if not windows:
+                windows = self._growth(int(peak), low)
+            if windows:
+                done_s = windows[-1].line.start_s + windows[-1].line.length_s
+            events.append(
+                Event(
+                    float(self.run.time_s[peak]), float(self.rise[peak]), tuple(windows),
+                    limit_s=self._limit(high),
+                )
+            )  # fmt: skip
+        return events
+
+    def _seed(self, first: int, last: int) -> float:
+        """Frequency with most energy between two rows, channels in units of their quiet level."""
+        part = self.smooth[first : last + 1] / self.level
+        return _dominant(part, self.run.step_s, self.band)
+
+    def _line(
+        self, start_s: float, length_s: float, frequency_hz: float, level: bool | None = None
+    ) -> Line | None:
+        """One window; without a slope if it is SHORT, or as `level` says."""
+        if level is None:
+            level = length_s * frequency_hz < SHORT and len(self.level) == 1
+        rows = self.run.rows(start_s, start_s + length_s)
+        if rows.stop - rows.start < 8 or not self.run.valid[rows].all():
+            return None
+        line = self.estimator.line(
+            self.run.value[rows], float(self.run.time_s[rows.start]), self.run.step_s, frequency_hz,
+            level=level,
+        )  # fmt: skip
+        if line is None or not self.band[0] <= line.frequency_hz <= self.band[1]:
+            return None
+        return line
+
+    def _until(self, line: Line, limit_s: float) -> float:
+        """Where the envelope is down to FADED or the quiet level, within LONGEST cycles."""
+        start = line.start_s
+        longest = start + LONGEST / line.frequency_hz
+        if line.growth_1_s < 0.0:
+            falls = max(1.0, min(1.0 / FADED, self._size(line, start)))
+            longest = min(longest, start + math.log(falls) / -line.growth_1_s)
+        shortest = start + SHORTEST / line.frequency_hz
+        return min(max(longest, shortest), limit_s)
+
+    def _size(self, line: Line, time_s: float) -> float:
+        """RMS of the swing at a time in units of the quiet level, all channels together."""
+        return float(np.sqrt(np.mean((line.size(time_s) / self.level) ** 2 / 2.0)))
+
+    def rest_of(self, line: Line) -> float:
+        """RMS of a line's residual in units of the quiet signal's; NaN if that is not known."""
+        rest = self._rest(max(8, round(line.length_s / self.run.step_s)))
+        if not len(rest):
+            return math.nan
+        return float(np.sqrt(np.mean((line.noise / np.maximum(rest, 1e-300)) ** 2)))
+
+    def accepts(self, line: Line | None) -> bool:
+        """One damped line, as far as the residual can say."""
+        if line is None or not line.converged() or line.cycles < 0.95 * SHORTEST:
+            return False
+        if line.omega_se_rad_s > 0.15 * line.omega_rad_s:
+            return False
+        rest = self.rest_of(line)
+        share = self.share(line)
+        if math.isnan(rest):
+            return share >= EXPLAINED and not line.flags & NO_OSCILLATION
+        return (rest <= LEFT_OVER and share >= 0.5) or share >= EXPLAINED
+
+    def share(self, line: Line) -> float:
+        """Part of the motion that a line explains in the channel that stands out most."""
+        time = line.start_s + (np.arange(64) + 0.5) / 64 * line.length_s
+        power = np.mean(line.size(time) ** 2, axis=0) / 2.0
+        best = int(np.argmax(power / self.level**2))
+        return float(power[best] / max(float(power[best] + line.noise[best] ** 2), 1e-300))
+
+    def _decay(self, peak: int, low: int, high: int, done_s: float) -> list[Window]:
+        """Windows behind a peak."""
+        cycle = 1.0 / self.frequency
+        behind = min(high, peak + round(2.0 * cycle / self.run.step_s))
+        seed = self._seed(max(low, peak - round(0.5 * cycle / self.run.step_s)), behind)
+        limit = self._limit(high)
+        return self._chain(max(self._turn(peak, low, high, seed), done_s), limit, seed)
+
+    def _chain(self, begin_s: float, limit: float, seed_hz: float) -> list[Window]:
+        """Windows one after the other, the first as soon behind `begin_s` as one fits."""
+        first = self._first(begin_s, limit, seed_hz)
+        windows: list[Window] = []
+        while first is not None:
+            windows.append(self._with_beside(first, limit))
+            start = first.start_s + first.length_s
+            if first.frequency_hz * (limit - start) < SHORTEST or self._size(first, start) < 2.0:
+                break
+            line = self._sized(start, limit, first.frequency_hz)
+            first = line if self.accepts(line) else None
+        return windows
+
+    def _limit(self, high: int) -> float:
+        """Up to where the swing is alone: the mean energy begins to rise half a cycle early."""
+        time = self.run.time_s
+        if high >= len(time) - 1:
+            return float(time[-1])
+        return float(time[high]) + 0.35 / self.frequency
+
+    def _sized(self, start_s: float, limit_s: float, seed_hz: float) -> Line | None:
+        """A line from `start_s` on whose window ends where its own envelope does."""
+        frequency, length = seed_hz, 2.0 / seed_hz
+        line: Line | None = None
+        for _ in range(3):
+            length = min(length, limit_s - start_s)
+            if length * frequency < 0.95 * SHORTEST:
+                return None
+            line = self._line(start_s, length, frequency)
+            if line is None:
+                return None
+            wanted = self._until(line, limit_s) - start_s
+            if abs(wanted - length) < 0.1 * length:
+                break
+            frequency, length = line.frequency_hz, wanted
+        return line
+
+    def _turn(self, peak: int, low: int, high: int, seed_hz: float) -> float:
+        """Time at which the first of the channels turns back from its largest value."""
+        half = round(0.6 / seed_hz / self.run.step_s)
+        first, last = max(low, peak - half), min(high, peak + half) + 1
+        size = np.abs(self.smooth[first:last]) / self.level
+        largest = size.max(axis=0)
+        clear = largest >= 0.3 * float(largest.max())
+        return float(self.run.time_s[first + int(np.min(np.argmax(size, axis=0)[clear]))])
+
+    def _first(self, begin_s: float, limit_s: float, seed_hz: float) -> Line | None:
+        """The earliest start within a cycle from which one damped line goes on."""
+        for start in begin_s + np.arange(0.0, 1.01, 0.0625) / seed_hz:
+            line = self._sized(float(start), limit_s, seed_hz)
+            if line is not None and self.accepts(line):
+                return line
+        return None
+
+    def _with_beside(self, line: Line, limit_s: float) -> Window:
+        """The same line from windows that end sooner or later, and that begin later."""
+        cycle = 1.0 / line.frequency_hz
+        beside = []
+        for longer in (-0.15, 0.15):
+            length = max(line.length_s * (1.0 + longer), 0.9 * SHORTEST * cycle)
+            other = self._other(line, line.start_s, length, limit_s)
+            if other is not None:
+                beside.append(other)
+        later = self._other(line, line.start_s + 0.125 * cycle, line.length_s, limit_s)
+        return Window(line, tuple(beside), later, self.rest_of(line))
+
+    def _other(self, line: Line, start_s: float, length_s: float, limit_s: float) -> Line | None:
+        """The line of another window, if it is there and settles."""
+        if start_s + length_s > limit_s + 0.5 / line.frequency_hz:
+            return None
+        other = self._line(start_s, length_s, line.frequency_hz, line.level)
+        return other if other is not None and other.converged() else None
+
+    def _growth(self, peak: int, low: int) -> list[Window]:
+        """A window before a peak, if the swing grew into it for more than a cycle and a half."""
+        time = self.run.time_s
+        end = float(time[peak])
+        seed = self._seed(max(low, peak - round(3.0 / self.frequency / self.run.step_s)), peak)
+        for cycles in (4.0, 3.0, 2.0, 1.6):
+            start = end - cycles / seed
+            if start < float(time[low]):
+                continue
+            line = self._line(start, cycles / seed, seed)
+            if line is not None and line.growth_1_s > 0.0 and self.accepts(line):
+                return [self._with_beside(line, end)]
+        return []
+
+    def _whole(self) -> list[Event]:
+        """A recording with no event: windows of three cycles in which a line explains nearly all.
+
+        Only where the whole of it is such a swing: then no quiet level is known.
+        """
+        cycle = 1.0 / self.frequency
+        length = 3.0 * cycle
+        windows: list[Window] = []
+        count = 0
+        start = 0.0
+        self._rests.clear()
+        self.quiet[:] = False
+        while start + length <= self.run.duration_s + 0.5 * self.run.step_s:
+            line = self._line(start, length, self.frequency)
+            count += 1
+            if line is not None and self.accepts(line):
+                windows.append(self._with_beside(line, self.run.duration_s))
+            start += length
+        if not windows or len(windows) < 0.6 * count:
+            self.quiet = self._quiet_rows()
+            return []
+        return [Event(windows[0].line.start_s, 0.0, tuple(windows))]
+
+    # --- forced or free ----------------------------------------------------------------------
+
+    def _judged(self, events: list[Event]) -> list[Event]:
+        """Events with what the inputs have to do with them."""
+        if not self.run.input_names:
+            return events
+        drives = [self._drive(event, event) for event in events]
+        known = [drive for drive in drives if drive is not None]
+        judged = []
+        for event, drive in zip(events, drives, strict=True):
+            if drive is None:
+                judged.append(event)
+                continue
+            share, which = self._share(drive, known)
+            if share > FORCED_SHARE:
+                judged.append(self._after_the_input(event, known, share, which))
+            else:
+                judged.append(replace(event, share=share))
+        return judged
+
+    def _after_the_input(
+        self, event: Event, known: Sequence[_Drive], share: float, which: int
+    ) -> Event:
+        """The same swing from later on, where the driver is still by then; else it is forced."""
+        line = event.windows[0].line
+        for cycles in (0.25, 0.5, 0.75, 1.0, 1.5, 2.0):
+            begin = line.start_s + cycles / line.frequency_hz
+            windows = self._chain(begin, min(event.limit_s, self.run.duration_s), line.frequency_hz)
+            later = replace(event, windows=tuple(windows))
+            drive = self._drive(later, event)
+            if drive is None:
+                break
+            rest, _ = self._share(drive, known)
+            if rest <= FORCED_SHARE:
+                return replace(later, share=rest)
+        return replace(event, forced_by=self.run.input_names[which], share=share)
+
+    def _drive(self, event: Event, whole: Event) -> _Drive | None:
+        """What each input gave to the mode before and within the first window.
+
+        Before: from two cycles before the windows of the `whole` event on.
+        """
+        if not event.windows:
+            return None
+        line = event.windows[0].line
+        s = complex(line.growth_1_s, line.omega_rad_s)
+        cycle = 1.0 / line.frequency_hz
+        length = min(line.length_s, 2.0 * cycle)
+        rows = max(4, round(length / self.run.step_s))
+        noise = [self._modal(k * self.run.step_s, length, s) for k in self.quiet_starts(rows)[:40]]
+        first = whole.windows[0].line.start_s - 2.0 * cycle
+        return _Drive(
+            before=self._modal(first, line.start_s - first, s, backward=True),
+            within=self._modal(line.start_s, length, s),
+            noise=np.percentile(noise, 75, axis=0) if len(noise) >= 4 else np.zeros(1),
+            size=self._size(line, line.start_s),
+        )
+
+    def _modal(
+        self, start_s: float, length_s: float, s: complex, backward: bool = False
+    ) -> FloatArray:
+        """|integral of the input times e^(-s (t - t0))|, t0 where before and within meet."""
+        rows = self.run.rows(max(0.0, start_s), start_s + length_s)
+        part = self.run.inputs[rows]
+        if len(part) < 4:
+            return np.zeros(self.run.inputs.shape[1])
+        part = part - np.median(part, axis=0)
+        time = np.arange(len(part)) * self.run.step_s
+        if backward:
+            time = time - time[-1]
+        wave = np.exp(np.clip(-s.real * time, -3.0, 3.0) - 1j * s.imag * time)
+        return np.asarray(np.abs(wave @ part) * self.run.step_s, dtype=np.float64)
+
+    def _share(self, drive: _Drive, others: Sequence[_Drive]) -> tuple[float, int]:
+        """The largest share of an input in the swing, and which input."""
+        shares = []
+        for which in range(len(self.run.input_names)):
+            quiet = float(drive.noise[which]) if which < len(drive.noise) else 0.0
+            if drive.within[which] <= 3.0 * quiet or drive.within[which] <= 0.0:
+                shares.append(0.0)
+                continue
+            gains = [
+                float(d.before[which]) / d.size
+                for d in others
+                if d.before[which] > 3.0 * (d.noise[which] if which < len(d.noise) else 0.0)
+            ]
+            given = max(
+                float(drive.before[which]), float(np.median(gains)) * drive.size if gains else 0.0
+            )
+            shares.append(float(drive.within[which]) / max(given, 1e-300))
+        best = int(np.argmax(shares))
+        return min(shares[best], 99.0), best
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """What inputs gave to a mode: before a window, within it, in quiet; the swing's size."""
+
+    before: FloatArray
+    within: FloatArray
+    noise: FloatArray
+    size: float
+
+
+def quiet_starts(quiet: BoolArray, rows: int) -> IntArray:
+    """First rows of windows of `rows` quiet rows, half overlapping."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], quiet.astype(np.int8), [0]])))
+    starts = [
+        np.arange(first, last - rows + 1, max(1, rows // 2))
+        for first, last in zip(edges[::2], edges[1::2], strict=True)
+    ]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *starts]).astype(np.int64)
+
+
+def _band_passed(value: FloatArray, rate_hz: float, band_hz: tuple[float, float]) -> FloatArray:
+    """Zero-phase, half an octave wider than the band on both sides."""
+    low, high = band_hz[0] / 1.5, min(band_hz[1] * 1.5, 0.45 * rate_hz)
+    middle = value - np.median(value, axis=0)
+    sections = signal.butter(2, [low, high], btype="bandpass", fs=rate_hz, output="sos")
+    pad = min(len(value) - 1, int(2 * rate_hz / low))
+    out = signal.sosfiltfilt(sections, middle, axis=0, padlen=pad)
+    return np.asarray(out, dtype=np.float64)
+
+
+def _dominant(value: FloatArray, step_s: float, band_hz: tuple[float, float]) -> float:
+    """Frequency with most energy per octave in the band, channels at equal weight."""
+    count = len(value)
+    size = np.maximum(np.sqrt(np.mean(value**2, axis=0)), 1e-300)
+    points = max(1024, 1 << (2 * count - 1).bit_length())
+    power = np.sum(np.abs(np.fft.rfft(value / size, points, axis=0)) ** 2, axis=1)
+    frequency = np.fft.rfftfreq(points, step_s)
+    resolution = 1.0 / (count * step_s)
+    width = max(1.0, 0.12 * band_hz[0] / (frequency[1] - frequency[0]), resolution / frequency[1])
+    power = ndimage.gaussian_filter1d(power, min(width, 200.0)) * frequency
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    if not inside.any():
+        return math.sqrt(band_hz[0] * band_hz[1])
+    return float(frequency[inside][np.argmax(power[inside])])
+
+
+Progress = Callable[[str, float, float], None]

@@ -1,0 +1,297 @@
+"""The report as a page of swaywatch's look: verdict, courses, windows on the signals, tables."""
+
+from __future__ import annotations
+
+import html
+import math
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from swaywatch.damping.compare import Comparison
+from swaywatch.damping.doubt import Point
+from swaywatch.damping.find import Found
+from swaywatch.damping.study import Study, kind_of
+from swaywatch.damping.words import interval, probability, sentences, verdict
+from swaywatch.report.figures import thinned
+from swaywatch.report.shell import document, plot, table, wide
+
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#6b7280")
+_TITLES = {
+    "damping_ratio": "damping ratio [–]",
+    "frequency_hz": "frequency [Hz]",
+    "growth_1_s": "growth [1/s]",
+}
+_MOST_RUNS = 12
+
+
+def make_page(study: Study, sources: dict[str, list[Path]]) -> str:
+    """HTML of an evaluation."""
+    kind, sentence = verdict(study)
+    items = "".join(f"<li>{html.escape(text)}</li>" for text in sentences(study))
+    parts = [
+        f"<div class='verdict {kind}'><p>{html.escape(sentence)}</p><ul>{items}</ul></div>",
+        *_courses(study),
+        *_groups(study),
+        "<h2>By speed</h2>" if study.against_name else "<h2>In figures</h2>",
+        _places(study),
+        "<div class='note'>Mean of the windows and its 95 % interval, which holds their scatter."
+        "</div>",
+        "<h2>Windows</h2>",
+        _windows(study),
+        "<h2>Signals</h2>",
+        *_signals(study),
+        _method(),
+    ]
+    names = ", ".join(found.run.path.name for found in study.found)
+    title = "Damping against speed (ISO 9815)" if study.plan.iso9815 else "Free oscillations"
+    return document(title, parts, meta=names, sources=sources)
+
+
+def _against_title(study: Study) -> str:
+    unit = f" [{study.against_unit}]" if study.against_unit else ""
+    return f"{study.against_name or 'window'}{unit}"
+
+
+def _courses(study: Study) -> list[str]:
+    if not study.points:
+        return []
+    over = study.against_name if study.course is not None else ""
+    heading = f"<h2>Damping against {html.escape(over)}</h2>" if over else "<h2>Damping</h2>"
+    return [
+        heading,
+        plot(course_figure(study), name="damping"),
+        "<div class='note'>Points are windows with their 95 % interval; the band holds the course "
+        "with 95 %. Below 0 a disturbance grows.</div>",
+    ]
+
+
+def course_figure(study: Study) -> go.Figure:
+    """Damping ratio, frequency and growth over the speed: points, course, second group, model."""
+    figure = make_subplots(rows=3, cols=1, shared_xaxes=True, vertical_spacing=0.05,
+                           row_heights=[0.46, 0.27, 0.27])  # fmt: skip
+    if study.course is not None:
+        _band(figure, study)
+    groups = [(study, "measured" if study.groups is None else study.groups.names[0], _COLOURS[0])]
+    if study.compared is not None:
+        name = "second" if study.groups is None else study.groups.names[1]
+        groups.append((study.compared, name, _COLOURS[1]))
+    for row, quantity in enumerate(_TITLES, 1):
+        for group, name, colour in groups:
+            _points(figure, list(group.points), quantity, row, name, colour)
+        if study.against_model is not None:
+            at = study.against_model.of(quantity)
+            figure.add_trace(
+                go.Scatter(
+                    x=[one.place for one in at],
+                    y=[one.first.value for one in at if one.first is not None],
+                    mode="lines+markers", line={"color": _COLOURS[2], "dash": "dash"},
+                    name=study.against_model.names[0], showlegend=row == 1,
+                ), row=row, col=1,
+            )  # fmt: skip
+        figure.update_yaxes(title_text=_TITLES[quantity], row=row, col=1)
+    figure.add_hline(y=0.0, line={"color": "#D55E00", "width": 1}, row=1, col=1)
+    if study.plan.iso9815 and study.limit is not None:
+        figure.add_hline(
+            y=study.limit.target, line={"color": "#E69F00", "width": 1, "dash": "dash"}, row=1,
+            col=1,
+        )  # fmt: skip
+    figure.update_xaxes(title_text=_against_title(study), row=3, col=1)
+    figure.update_layout(
+        height=720, margin={"l": 92, "r": 24, "t": 34, "b": 52}, hovermode="closest",
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},
+    )  # fmt: skip
+    return figure
+
+
+def _points(
+    figure: go.Figure, points: list[Point], quantity: str, row: int, name: str, colour: str
+) -> None:
+    values = [getattr(point, quantity) for point in points]
+    place = [
+        number if math.isnan(point.against) else point.against
+        for number, point in enumerate(points, 1)
+    ]
+    figure.add_trace(
+        go.Scatter(
+            x=place,
+            y=[value.value for value in values],
+            error_y={"array": [value.half for value in values], "thickness": 0.8, "width": 0},
+            mode="markers", marker={"color": colour, "size": 6}, name=name, showlegend=row == 1,
+        ), row=row, col=1,
+    )  # fmt: skip
+
+
+def _band(figure: go.Figure, study: Study) -> None:
+    course, zero = study.course, study.zero
+    assert course is not None
+    low, high = float(course.x.min()), float(course.x.max())
+    ends = [low, high]
+    if zero is not None and zero.value is not None and zero.value < high + (high - low):
+        ends.append(zero.value)
+    more = 0.06 * (max(ends) - min(ends))
+    axis = np.linspace(min(ends) - more, max(ends) + more, 160)
+    line, error = course.at(axis)
+    half = course.quantile * error
+    figure.add_trace(
+        go.Scatter(
+            x=np.concatenate([axis, axis[::-1]]),
+            y=np.concatenate([line + half, (line - half)[::-1]]),
+            fill="toself", fillcolor="rgba(107,114,128,0.2)", line={"width": 0},
+            name="95 % band of the course", hoverinfo="skip",
+        ), row=1, col=1,
+    )  # fmt: skip
+    figure.add_trace(
+        go.Scatter(x=axis, y=line, mode="lines", line={"color": "#6b7280"}, name="course"),
+        row=1, col=1,
+    )  # fmt: skip
+
+
+def _groups(study: Study) -> list[str]:
+    parts = []
+    for heading, comparison in (
+        ("Two groups", study.groups), ("Model and measurement", study.against_model),
+    ):  # fmt: skip
+        if comparison is not None:
+            parts += [
+                f"<h2>{heading}</h2>",
+                _difference_plot(study, comparison),
+                _table(comparison),
+            ]
+    return parts
+
+
+def _difference_plot(study: Study, comparison: Comparison) -> str:
+    """Difference of each quantity over the speed with its interval."""
+    figure = make_subplots(rows=1, cols=3, horizontal_spacing=0.08)
+    for column, quantity in enumerate(_TITLES, 1):
+        at = comparison.of(quantity)
+        figure.add_trace(
+            go.Scatter(
+                x=[k if one.place is None or math.isnan(one.place) else one.place
+                   for k, one in enumerate(at, 1)],
+                y=[one.difference.value for one in at],
+                error_y={"array": [one.difference.half for one in at], "thickness": 1},
+                mode="markers", marker={"color": _COLOURS[0], "size": 7}, showlegend=False,
+            ), row=1, col=column,
+        )  # fmt: skip
+        figure.add_hline(y=0.0, line={"color": "#6b7280", "width": 1}, row=1, col=column)
+        figure.update_yaxes(title_text=f"difference, {_TITLES[quantity]}", row=1, col=column)
+        figure.update_xaxes(title_text=_against_title(study), row=1, col=column)
+    figure.update_layout(height=340, margin={"l": 70, "r": 20, "t": 20, "b": 52})
+    return plot(figure, name="difference", least_width=900)
+
+
+def _table(comparison: Comparison) -> str:
+    first, second = comparison.names
+    rows = []
+    for one in (*comparison.at, *comparison.over_all):
+        whole = one.place is None or math.isnan(one.place)
+        rows.append(
+            (
+                _TITLES[one.quantity],
+                "all" if whole else f"{one.place:.4g}",
+                "" if one.first is None else interval(one.first),
+                "" if one.second is None else interval(one.second),
+                interval(one.difference),
+                probability(one.p_value),
+            )
+        )
+    return table(("", "at", first, second, "difference (95 %)", ""), rows)
+
+
+def _places(study: Study) -> str:
+    head = (study.against_name or "", "windows", "frequency [Hz]", "damping ratio", "growth [1/s]")
+    rows = [
+        (
+            "" if math.isnan(place.against) else f"{place.against:.4g} {study.against_unit}",
+            str(place.count),
+            interval(place.frequency_hz),
+            interval(place.damping_ratio) if place.determinable
+            else f"not determinable: {interval(place.damping_ratio)}",
+            interval(place.growth_1_s),
+        )
+        for place in study.places
+    ]  # fmt: skip
+    return table(head, rows)
+
+
+def _windows(study: Study) -> str:
+    head = (
+        "recording", "swing", "from [s]", "to [s]", "cycles", study.against_name or "",
+        "frequency [Hz]", "damping ratio", "growth [1/s]",
+    )  # fmt: skip
+    rows = [
+        (
+            point.run, str(point.number), f"{point.start_s:.2f}", f"{point.end_s:.2f}",
+            f"{point.cycles:.1f}", "" if math.isnan(point.against) else f"{point.against:.4g}",
+            interval(point.frequency_hz), interval(point.damping_ratio),
+            interval(point.growth_1_s, 2),
+        )
+        for point in study.points[:400]
+    ]  # fmt: skip
+    return wide(table(head, rows))
+
+
+def _signals(study: Study) -> list[str]:
+    parts = []
+    for found in study.found[:_MOST_RUNS]:
+        parts += [
+            f"<h3>{html.escape(found.run.name)}</h3>",
+            plot(signal_figure(found), run=found.run.name, name=found.run.name),
+        ]
+    if len(study.found) > _MOST_RUNS:
+        parts.append(f"<p class='note'>and {len(study.found) - _MOST_RUNS} more recordings</p>")
+    parts.append(
+        "<div class='note'>Blue: windows of free oscillation. Orange: forced. Grey line: an event "
+        "that is not one damped oscillation.</div>"
+    )
+    return parts
+
+
+def signal_figure(found: Found) -> go.Figure:
+    """The channels, first the swinging ones, with the windows that were found."""
+    run = found.run
+    shown = [
+        *zip(run.channels, run.units, run.value.T, strict=True),
+        *[(name, "", run.inputs[:, k]) for k, name in enumerate(run.input_names)],
+    ][:5]  # fmt: skip
+    figure = make_subplots(rows=len(shown), cols=1, shared_xaxes=True, vertical_spacing=0.04)
+    for row, (name, unit, value) in enumerate(shown, 1):
+        time, thin = thinned(run.time_s, value)
+        figure.add_trace(
+            go.Scatter(x=time, y=thin, line={"color": _COLOURS[0], "width": 1}, name=name,
+                       showlegend=False), row=row, col=1,
+        )  # fmt: skip
+        figure.update_yaxes(title_text=f"{name} [{unit}]" if unit else name, row=row, col=1)
+    for number, event in enumerate(found.events):
+        kind = kind_of(found, number)
+        if kind == "not one damped line":
+            figure.add_vline(x=event.peak_s, line={"color": "#9ca3af", "width": 1})
+        for window in event.windows:
+            figure.add_vrect(
+                x0=window.line.start_s, x1=window.line.start_s + window.line.length_s, line_width=0,
+                fillcolor=_COLOURS[0] if kind == "free" else _COLOURS[4], opacity=0.18,
+            )  # fmt: skip
+    figure.update_xaxes(title_text="time [s]", row=len(shown), col=1)
+    figure.update_layout(
+        height=max(240, 150 * len(shown)), margin={"l": 92, "r": 24, "t": 20, "b": 52},
+        hovermode="x unified",
+    )  # fmt: skip
+    return figure
+
+
+def _method() -> str:
+    return (
+        "<h2>How it was found</h2><p class='note'>An event is where the energy of the channels, "
+        "over one cycle, rises to three times its quiet level. Its first window begins where the "
+        "first channel turns back from its largest value, or as soon after as one damped line, the "
+        "same in all channels, explains the motion; it ends after two time constants, or where the "
+        "swing sinks into the quiet signal, or after six cycles. Frequency and growth are "
+        "estimated by swaywatch's core. Intervals hold what the quiet signal of the same recording "
+        "would have done to this fit, what another end of the window does, and, in means and "
+        "courses, the scatter of the repeats. Forced: the driver's input, turned back by the line, "
+        "adds a quarter of the swing or more within the window.</p>"
+    )

@@ -1,0 +1,224 @@
+"""The findings in plain English, most important first."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+
+from swaywatch.damping.compare import Comparison, Difference
+from swaywatch.damping.course import Zero
+from swaywatch.damping.doubt import Value
+from swaywatch.damping.study import Place, Study, kind_of
+
+_NAMES = {
+    "damping_ratio": "damping ratio", "frequency_hz": "frequency", "growth_1_s": "growth",
+}  # fmt: skip
+_UNITS = {"damping_ratio": "", "frequency_hz": " Hz", "growth_1_s": " 1/s"}
+
+
+def interval(value: Value, digits: int = 3) -> str:
+    """``0.243 (0.221 to 0.265)``."""
+    if not math.isfinite(value.half) or value.error == 0.0:
+        return f"{value.value:.{digits}f}"
+    return f"{value.value:.{digits}f} ({value.low:.{digits}f} to {value.high:.{digits}f})"
+
+
+def probability(p_value: float) -> str:
+    """``p = 0.012`` or ``p < 0.0001``."""
+    return "p < 0.0001" if p_value < 1e-4 else f"p = {p_value:.2g}"
+
+
+def _at(study: Study, value: float, digits: int = 3) -> str:
+    unit = study.against_unit
+    text = f"{value:.{digits}g} {unit}".rstrip()
+    return f"{text} ({value * 3.6:.1f} km/h)" if unit == "m/s" and value > 12.0 else text
+
+
+def verdict(study: Study) -> tuple[str, str]:
+    """Colour (``good``, ``near``, ``bad``) and one sentence."""
+    if not study.points:
+        return "near", _none(study)
+    worst = min(study.places, key=lambda place: place.damping_ratio.value)
+    where = "" if math.isnan(worst.against) else f" at {_at(study, worst.against)}"
+    lowest = interval(worst.damping_ratio)
+    if worst.damping_ratio.high < 0.0:
+        return "bad", f"The oscillation grows{where}: damping ratio {lowest}."
+    zero = study.zero
+    bounded = zero is not None and (zero.low is not None or zero.high is not None)
+    if zero is not None and zero.value is not None and zero.value > 0.0 and bounded:
+        return "near", _zero_words(study, zero)
+    if len(study.places) == 1:
+        kind = "good" if worst.damping_ratio.low > 0.0 else "near"
+        return kind, f"The damping ratio is {lowest}{where}, {_frequency(worst)}."
+    sure = worst.damping_ratio.low > 0.0
+    text = f"The lowest damping ratio is {lowest}{where}, {_frequency(worst)}."
+    return ("good" if sure else "near"), text
+
+
+def _frequency(place: Place) -> str:
+    return f"frequency {interval(place.frequency_hz)} Hz"
+
+
+def _none(study: Study) -> str:
+    forced = sum(bool(event.forced_by) for found in study.found for event in found.events)
+    if forced:
+        return f"No free oscillation: {forced} swing{'s' * (forced > 1)} driven by an input."
+    return "No free oscillation stands out of what the vehicle does anyway."
+
+
+def sentences(study: Study) -> list[str]:
+    """What else is to be said."""
+    texts = [_counts(study), _forced(study), _zero(study), _weak(study), _later(study)]
+    if study.groups is not None:
+        texts += comparison_words(study, study.groups, model=False)
+    elif study.compared is not None:
+        texts.append("The two groups have no speed in common: nothing can be compared.")
+    if study.against_model is not None:
+        texts += comparison_words(study, study.against_model, model=True)
+    elif study.model is not None:
+        texts.append(f"{study.model.name} has no oscillating mode at the speeds that were driven.")
+    return [text for text in texts if text]
+
+
+def _counts(study: Study) -> str:
+    swings = len({(point.run, point.number) for point in study.points})
+    kinds = Counter(kind_of(found, k) for found in study.found for k in range(len(found.events)))
+    text = (
+        f"{swings} free oscillation{'s' * (swings != 1)}, evaluated in {len(study.points)} "
+        f"window{'s' * (len(study.points) != 1)}"
+    )
+    if kinds["not one damped line"]:
+        text += f"; {kinds['not one damped line']} other events are not one damped oscillation"
+    return text + "."
+
+
+def _forced(study: Study) -> str:
+    inputs = Counter(e.forced_by for found in study.found for e in found.events if e.forced_by)
+    if inputs:
+        which = ", ".join(f"{count} by {name}" for name, count in inputs.items())
+        return f"Forced, and left out: {which}. Their decay says nothing about the damping."
+    if not any(found.run.input_names for found in study.found):
+        return (
+            "No input of the driver was named (--input): that the swings are free is assumed, not "
+            "seen."
+        )
+    return ""
+
+
+def _zero_words(study: Study, zero: Zero) -> str:
+    assert zero.value is not None
+    low = "" if zero.low is None else f"{zero.low:.3g}"
+    high = "" if zero.high is None else f"{zero.high:.3g}"
+    limits = f"{low} to {high}" if low and high else f"{low} or more" if low else f"up to {high}"
+    name = study.against_name or "value"
+    place = "beyond what was driven" if zero.extrapolated else "within what was driven"
+    return (
+        f"The damping is zero at a {name} of {_at(study, zero.value)} "
+        f"(95 %: {limits} {study.against_unit}".rstrip()
+        + f"), {place}."
+    )
+
+
+def _zero(study: Study) -> str:
+    zero, course = study.zero, study.course
+    if zero is None or course is None:
+        return ""
+    low, high = float(course.x.min()), float(course.x.max())
+    if zero.value is not None and (zero.low is not None or zero.high is not None):
+        return _zero_words(study, zero)
+    if zero.excluded_up_to is not None and zero.excluded_up_to > high:
+        return (
+            f"No critical {study.against_name or 'value'} within or near what was driven "
+            f"({low:.3g} to {_at(study, high)}): the damping is certain (95 %) not to be zero up "
+            f"to {_at(study, zero.excluded_up_to)}."
+        )
+    if zero.excluded_up_to is None and zero.value is None:
+        return ""
+    return (
+        f"Whether the damping reaches zero within or near what was driven ({low:.3g} to "
+        f"{_at(study, high)}) cannot be told from these recordings."
+    )
+
+
+def _weak(study: Study) -> str:
+    weak = [place for place in study.places if not place.determinable]
+    lost = [found.run.name for found in study.found if not _has_point(study, found.run.name)]
+    texts = []
+    if weak:
+        where = ", ".join("all" if math.isnan(p.against) else f"{p.against:.3g}" for p in weak)
+        texts.append(
+            f"Not determinable (interval wider than 0.2 to either side): the damping at {where} "
+            f"{study.against_unit}".rstrip()
+            + "."
+        )
+    if lost and len(lost) < len(study.found):
+        texts.append(f"No free oscillation that can be evaluated: {', '.join(lost)}.")
+    return " ".join(texts)
+
+
+def _has_point(study: Study, name: str) -> bool:
+    return any(point.run == name for point in study.points)
+
+
+def _later(study: Study) -> str:
+    """Damping that depends on where the window begins."""
+    change = np.array([point.later[0] for point in study.points])
+    change = change[np.isfinite(change)]
+    if len(change) < 4:
+        return ""
+    mean, error = float(np.mean(change)), float(np.std(change, ddof=1) / math.sqrt(len(change)))
+    typical = float(np.median([abs(point.damping_ratio.value) for point in study.points]))
+    if abs(mean) < 3.0 * error or abs(mean) < max(0.01, 0.1 * typical):
+        return ""
+    return (
+        f"Begun an eighth of a swing later, the windows give a damping ratio {abs(mean):.3f} "
+        f"{'higher' if mean > 0 else 'lower'}: it depends on the amplitude (friction, free play), "
+        "or a second motion dies out beside this one. The values here are those from the first "
+        "turn of each swing on."
+    )
+
+
+def comparison_words(study: Study, comparison: Comparison, *, model: bool) -> list[str]:
+    """Where two groups, or model and measurement, differ, and how sure."""
+    texts = []
+    for quantity in ("frequency_hz", "damping_ratio", "growth_1_s"):
+        total = comparison.total(quantity)
+        if total is not None:
+            texts.append(_one_quantity(study, comparison, total, model))
+    return texts
+
+
+def _one_quantity(study: Study, comparison: Comparison, total: Difference, model: bool) -> str:
+    name, unit = _NAMES[total.quantity], _UNITS[total.quantity]
+    first, second = comparison.names
+    at = comparison.of(total.quantity)
+    certain = [one for one in at if one.differs]
+    both = f"of {first} and of {second}" if not model else f"of {first} and as measured"
+    if not total.differs:
+        return (
+            f"The {name} {both} agree: difference {interval(total.difference)}{unit}, "
+            f"{probability(total.p_value)}."
+        )
+    where = ""
+    if certain and not math.isnan(at[0].place or 0.0) and len(at) > 1:
+        places = ", ".join(f"{one.place:.3g}" for one in certain if one.place is not None)
+        where = f"; for certain (95 %) at {places} {study.against_unit}".rstrip()
+    higher = "higher" if total.difference.value > 0 else "lower"
+    return (
+        f"The {name} of {first} is {higher} than {'measured' if model else 'that of ' + second}"
+        f"{_percent(certain or at, total)}: difference {interval(total.difference)}{unit}, "
+        f"{probability(total.p_value)}{where}."
+    )
+
+
+def _percent(at: list[Difference], total: Difference) -> str:
+    """Range of the differences in per cent, of a frequency."""
+    if total.quantity != "frequency_hz":
+        return ""
+    shares = [
+        100.0 * one.difference.value / one.second.value for one in at if one.second is not None
+    ]
+    low, high = min(map(abs, shares)), max(map(abs, shares))
+    return f" by {low:.0f} %" if round(low) == round(high) else f" by {low:.0f} to {high:.0f} %"
