@@ -146,7 +146,7 @@ def test_a_simulation_of_ones_own_is_told_its_factors(
     assert code == 0  # another drive at another speed: its stiffnesses are compared all the same
     assert "To correct in your simulation" in said
     assert "front axle of the car times 0.9" in said
-    assert main(["validate", *paths, "--simulation", *([str(P01 / "run1.blf")] * 2),
+    assert main(["validate", *paths, "--simulation", *(str(P01 / f"run{k}.blf") for k in (1, 2)),
                  "--simulation-signals", str(P01 / "signals.toml")]) == 1  # fmt: skip
     assert "expected one simulation for each recording" in capsys.readouterr().err
 

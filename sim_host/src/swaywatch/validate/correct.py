@@ -193,7 +193,7 @@ def as_toml(vehicle: Vehicle, original: Vehicle, source: str) -> str:
         lines += ["", f"[{body}]"]
         for field in dataclasses.fields(part):
             value = getattr(part, field.name)
-            if value is None:
+            if not isinstance(value, (int, float)):
                 continue
             was = getattr(before, field.name)
             note = (
