@@ -34,6 +34,9 @@
 #define TURN 15
 #define FREQUENCY_HZ (43000.0 / 65536.0)
 #define NEVER INT64_MIN
+#define CAR_MOTION 1 // of the senders: speed, car, trailer, steering
+#define TRAILER_MOTION 2
+#define AN_ESTIMATE_US 500000 // a window's sixteenth and the work on it, with room
 
 typedef enum {
     FAULT_CRC,
@@ -390,23 +393,30 @@ static int64_t port_time_us(void *context)
     return soak.now_us;
 }
 
-static bool inputs_are_lost(void)
+/* Whether a message that came before has stayed away for longer than `longest_us`. */
+static bool is_lost(int which, int64_t longest_us)
 {
-    bool lost = false;
-    for (int i = 0; i < 3; i++) {
-        const int64_t good_us = soak.sender[i].good_us;
-        lost = lost ||
-               (good_us != NEVER && soak.now_us - good_us > SWAY_NODE_TIMEOUT_US + 2 * TICK_US);
-    }
-    return lost;
+    const int64_t good_us = soak.sender[which].good_us;
+    return good_us != NEVER && soak.now_us - good_us > longest_us;
 }
 
+/* Without any motion there is nothing to judge; on what is left of it a judgement goes on, and says
+ * so from the first estimate that misses an input. */
 static void check_alarm(const sway_port_frame_t *frame)
 {
     struct swaywatch_dbc_sway_alarm_t alarm;
     (void)swaywatch_dbc_sway_alarm_unpack(&alarm, frame->data, frame->dlc);
-    if (inputs_are_lost() && alarm.alarm_state != SWAY_ALARM_OFF) {
-        wrong("a judgement without inputs");
+    if (alarm.alarm_state == SWAY_ALARM_OFF) {
+        return;
+    }
+    const int64_t timed_out_us = SWAY_NODE_TIMEOUT_US + 2 * TICK_US;
+    if (is_lost(CAR_MOTION, timed_out_us) && is_lost(TRAILER_MOTION, timed_out_us)) {
+        wrong("a judgement without motion");
+    }
+    for (int i = 0; i <= TRAILER_MOTION; i++) {
+        if (is_lost(i, timed_out_us + AN_ESTIMATE_US) && alarm.judgement_degraded == 0U) {
+            wrong("a judgement that does not say what it misses");
+        }
     }
 }
 
