@@ -34,6 +34,8 @@ SLOW_HZ = 0.15
 """Corner below which a drift is looked for: no sway is that slow."""
 BLOCK_S = 2.0
 FEWEST_BLOCKS = 8
+FEWEST_FREE = 3.0
+"""Independent values of the slow balance that have to be left beside what is fitted to it."""
 LEAST_DRIFT = 0.1
 """Part of a channel's standard deviation that a drift worth a word amounts to over the run."""
 SURE = 7.0
@@ -270,7 +272,11 @@ def _trend(balance: Balance, grid: Grid) -> _Trend | None:
         return None
     slope = float(bare @ flat) / power
     rest = flat - slope * bare
-    freedom = max(count - columns.shape[1] - 1, 1)
+    # below its corner a balance has two independent values a second for each hertz
+    independent = min(2.0 * SLOW_HZ * BLOCK_S, 1.0) * count
+    freedom = independent - columns.shape[1] - 1
+    if freedom < FEWEST_FREE:
+        return None
     spread = np.sqrt(float(rest @ rest) / freedom)
     floor = FLOOR * balance.size / float(grid.time_s[-1] - grid.time_s[0])
     error = float(np.hypot(spread / np.sqrt(power), floor))
