@@ -433,7 +433,7 @@ def _files(rng: random.Random) -> Iterator[Mistake]:
         ("monitor without roles", ("monitor", "@/drive.csv", *v)),
         ("init of nothing", ("init", "@/no.csv")),
         ("init of a TOML", ("init", "@/vehicle.toml", "--out", "@/i")),
-        ("iso9815 of one run", ("iso9815", "@/drive.csv", *v, *s, "--out", "@/i")),
+        ("iso9815 of one run", ("iso9815", "@/drive.csv", *s, "--out", "@/i")),
         ("physics of nothing", ("physics", "magic")),
     ):  # fmt: skip
         yield name, words(*which)

@@ -18,7 +18,7 @@ from scipy import signal
 
 from swaywatch.cli import main
 from swaywatch.damping.compare import compare_groups, compare_model
-from swaywatch.damping.course import fit_course, mean_of
+from swaywatch.damping.course import Bend, fit_course, mean_of
 from swaywatch.damping.data import Choice, Run, load_runs
 from swaywatch.damping.doubt import Point, Value, points_of
 from swaywatch.damping.find import find
@@ -300,7 +300,7 @@ def test_zero_of_a_straight_course() -> None:
     inside = 0
     for _ in range(200):
         points = [_point(v, 0.6 - 0.0175 * v + rng.normal(0, 0.01)) for v in (25, 27, 29, 31) * 3]
-        course = fit_course(points, straight=True)
+        course = fit_course(points, bend=Bend.NONE)
         assert course is not None
         zero = course.zero()
         assert zero.value is not None

@@ -14,11 +14,10 @@ import plotly.graph_objects as go
 import pytest
 from browser import CHROMIUM, FORMS, Browser
 from conftest import DATA
-from test_iso9815 import impulse_run
+from test_iso9815 import iso9815_study
 
 from swaywatch.cli import main
-from swaywatch.commands.iso9815 import make_page as iso9815_page
-from swaywatch.iso9815 import evaluate
+from swaywatch.damping.page import make_page as damping_page
 from swaywatch.report.shell import POLICY, document, plot
 from swaywatch.reproduce.page import Chapter, Figure
 from swaywatch.reproduce.page import make_page as reproduce_page
@@ -37,10 +36,8 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     out = tmp_path_factory.mktemp("pages")
     assert main(["analyze", *RUNS, *ROLES, "--out", str(out / "a")]) == 0
     assert main(["diagnose", *RUNS, *ROLES, "--out", str(out / "d")]) == 0
-    runs = [impulse_run(speed, 7) for speed in (95.0, 105.0, 115.0)]
-    sources = {"recording": [Path(RUNS[0]), Path(RUNS[1])], "vehicle": [Path(ROLES[1])],
-               "signals": [Path(ROLES[3])]}  # fmt: skip
-    (out / "iso9815.html").write_text(iso9815_page(evaluate(runs), runs, sources))
+    sources = {"recording": [Path(RUNS[0]), Path(RUNS[1])], "signals": [Path(ROLES[3])]}
+    (out / "iso9815.html").write_text(damping_page(iso9815_study(), sources))
     figure = go.Figure(go.Scatter(x=[0.0, 1.0], y=[0.0, 1.0], name="line"))
     chapter = Chapter("Chapter", "text", [Figure("A figure", figure, "note")], [])
     (out / "reproduce.html").write_text(reproduce_page([chapter], 1.0))
@@ -110,7 +107,7 @@ def test_page_says_what_it_was_made_from(pages: dict[str, Path]) -> None:
 
     for name in ("analyze", "diagnose", "iso9815"):
         text = pages[name].read_text()
-        for source in (*RUNS, ROLES[1], ROLES[3]):
+        for source in (*RUNS, ROLES[3]):
             digest = hashlib.sha256(Path(source).read_bytes()).hexdigest()
             assert digest in text, (name, source)
 

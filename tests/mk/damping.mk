@@ -12,3 +12,9 @@ bench-damping: setup-test $(PYOMA)/stamp
 	@OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(PYOMA) $(PY) tests/bench/damping.py --bicycle $(BICYCLE) \
 	    --report $(B)/bench/damping.md
 bench:: bench-damping
+
+# make bench-iso9815: 300 simulated tests after ISO 9815 that extrapolate; some minutes of one core.
+.PHONY: bench-iso9815
+bench-iso9815: setup-test
+	@$(PY) tests/bench/iso9815.py --report $(B)/bench/iso9815.md
+bench:: bench-iso9815

@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from swaywatch import output
 from swaywatch.damping.data import Choice
 from swaywatch.damping.model import load_model
 from swaywatch.damping.page import make_page
@@ -19,6 +20,8 @@ from swaywatch.damping.words import interval, sentences, verdict
 from swaywatch.errors import SignalError
 from swaywatch.progress import LateProgress
 from swaywatch.recording.guard import whole_file
+
+HAS_JSON = True
 
 
 def add_parser(subparsers: Any) -> None:
@@ -70,10 +73,6 @@ def add_parser(subparsers: Any) -> None:
         help="a linear model to compare with: .csv (FILE.csv:VARIANT), .mat, .npz or .py",
     )  # fmt: skip
     parser.add_argument(
-        "--profile", choices=("iso9815",),
-        help="iso9815: straight line over the speed, speeds of damping ratio 0 and 0.05",
-    )  # fmt: skip
-    parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-damping"), metavar="DIR",
         help="folder for damping.html and damping.json (default: %(default)s)",
     )  # fmt: skip
@@ -87,35 +86,46 @@ def run(args: argparse.Namespace) -> int:
     choice = Choice(
         tuple(args.channel), tuple(args.input), args.against, args.signals, tuple(args.dbc)
     )
-    plan = Plan(choice, (low, high), tuple(args.against_values), args.profile == "iso9815")
+    plan = Plan(choice, (low, high), tuple(args.against_values))
     model = load_model(args.model) if args.model else None
-    console = Console(highlight=False)
     with LateProgress(Console(stderr=True)) as progress:
         study = evaluate(
             args.recording, plan, compare=args.compare, names=tuple(args.names), model=model,
             progress=progress.tell,
         )  # fmt: skip
         progress.tell("writing the report", 0.0, 1.0)
-        written = _write(study, args)
-    _print(console, study)
-    for path in written:
-        console.print(str(path), style="bold" if path.suffix == ".html" else "", soft_wrap=True)
+        written = write(study, _sources(args), args.out, "damping")
+    say(args, study, written)
     return 0
 
 
-def _write(study: Study, args: argparse.Namespace) -> list[Path]:
+def say(args: argparse.Namespace, study: Study, written: list[Path]) -> None:
+    """The summary, and where the files are."""
+    output.result(args, as_json(study))
+    console = Console(highlight=False)
+    _print(console, study)
+    for path in written:
+        console.print(str(path), style="bold" if path.suffix == ".html" else "", soft_wrap=True)
+
+
+def _sources(args: argparse.Namespace) -> dict[str, list[Path]]:
     sources = {"recording": [*args.recording, *args.compare]}
     if args.signals is not None:
         sources["signals"] = [args.signals]
     if args.model:
         file = Path(args.model)
         sources["model"] = [file if file.is_file() else Path(args.model.rpartition(":")[0])]
+    return sources
+
+
+def write(study: Study, sources: dict[str, list[Path]], out: Path, stem: str) -> list[Path]:
+    """Page and figures of an evaluation."""
     written = []
     for name, text in (
-        ("damping.json", json.dumps(as_json(study), indent=1, allow_nan=False)),
-        ("damping.html", make_page(study, sources)),
+        (f"{stem}.json", json.dumps(as_json(study), indent=1, allow_nan=False)),
+        (f"{stem}.html", make_page(study, sources)),
     ):
-        path = args.out / name
+        path = out / name
         with whole_file(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
         written.append(path)

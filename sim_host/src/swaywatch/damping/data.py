@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from swaywatch.drive import load_drives
+from swaywatch.drive import Drive, load_drives
 from swaywatch.errors import RecordingError, SignalError
 from swaywatch.recording import Series, read_recording
 from swaywatch.recording.dbc import Database, frames_by_identifier
@@ -140,22 +140,32 @@ def _role_runs(paths: Sequence[Path], choice: Choice, signals: Path) -> list[Run
     runs = []
     for path in paths:
         (drive,) = load_drives([path], signals, join=True)
-        series = {
-            name: Series(
-                np.rint(channel.time_s * 1e9).astype(np.int64), channel.value, channel.unit
-            )
-            for name, channel in drive.channels.items()
-        }
-        wanted = choice.channels or tuple(name for name in SWINGING if name in series)
-        inputs = choice.inputs or ((DRIVER,) if DRIVER in series else ())
-        against = choice.against or ("speed" if "speed" in series else None)
-        if not wanted:
+        if not choice.channels and not any(name in drive.channels for name in SWINGING):
             raise SignalError(
                 f"{signals}: none of the roles {', '.join(SWINGING)} is in {path}; name channels "
                 "with --channel"
             )
-        runs.append(_run(Path(path), series, Choice(wanted, inputs, against)))
+        runs.append(run_of(drive, choice))
     return runs
+
+
+def run_of(drive: Drive, choice: Choice | None = None) -> Run:
+    """A drive by its roles: what swings, the driver's wheel, the speed.
+
+    Raises
+    ------
+    SwaywatchError
+        A role that is named, or any that swings, is not in it.
+    """
+    choice = choice or Choice()
+    series = {
+        name: Series(np.rint(channel.time_s * 1e9).astype(np.int64), channel.value, channel.unit)
+        for name, channel in drive.channels.items()
+    }
+    wanted = choice.channels or tuple(name for name in SWINGING if name in series)
+    inputs = choice.inputs or ((DRIVER,) if DRIVER in series else ())
+    against = choice.against or ("speed" if "speed" in series else None)
+    return _run(Path(drive.files[0]), series, Choice(wanted, inputs, against))
 
 
 def _usable(path: Path, name: str, series: Series) -> Series:

@@ -147,6 +147,13 @@ def _band(figure: go.Figure, study: Study) -> None:
         go.Scatter(x=axis, y=line, mode="lines", line={"color": "#6b7280"}, name="course"),
         row=1, col=1,
     )  # fmt: skip
+    if study.line is not None:
+        figure.add_trace(
+            go.Scatter(
+                x=axis, y=study.line.at(axis)[0], mode="lines", name="straight line (ISO 9815)",
+                line={"color": "#6b7280", "width": 1, "dash": "dot"},
+            ), row=1, col=1,
+        )  # fmt: skip
 
 
 def _groups(study: Study) -> list[str]:

@@ -12,7 +12,16 @@ import numpy as np
 
 from swaywatch import __version__
 from swaywatch.damping.compare import Comparison, Difference, compare_groups, compare_model
-from swaywatch.damping.course import Course, Zero, fit_course, levels, mean_of
+from swaywatch.damping.course import (
+    TOWED_POWER,
+    TOWED_SPREAD,
+    Bend,
+    Course,
+    Zero,
+    fit_course,
+    levels,
+    mean_of,
+)
 from swaywatch.damping.data import Choice, Run, load_runs
 from swaywatch.damping.doubt import QUANTITIES, Point, Value, points_of
 from swaywatch.damping.find import Found, find
@@ -38,7 +47,8 @@ class Plan:
     against_values
         Speed (or what else) of each recording, where no channel has it.
     iso9815
-        A straight line, its zero and the speed of damping ratio 0.05.
+        A towing combination's test: zero-damping speed and the speed of damping ratio 0.05, with
+        the bend of its damping; the standard's straight line beside it.
     """
 
     choice: Choice
@@ -66,7 +76,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Study:
-    """The result; `compared` is the second group's."""
+    """The result; `compared` is the second group's, `line` the straight one of ISO 9815."""
 
     plan: Plan
     found: tuple[Found, ...]
@@ -75,6 +85,7 @@ class Study:
     course: Course | None
     zero: Zero | None
     limit: Zero | None
+    line: Course | None = None
     compared: Study | None = None
     groups: Comparison | None = None
     model: LinearModel | None = None
@@ -142,6 +153,21 @@ def _study(
             replace(run, against=np.full(len(run.time_s), value), against_name="given value")
             for run, value in zip(runs, plan.against_values, strict=True)
         ]
+    return study_of(runs, plan, progress)
+
+
+def study_of(
+    runs: Sequence[Run],
+    plan: Plan,
+    progress: Callable[[str, float, float], None] | None = None,
+) -> Study:
+    """One group of runs that are loaded already (`data.load_runs`, `data.run_of`).
+
+    Raises
+    ------
+    RecordingError
+        A run is too slow for the band.
+    """
     estimator = Estimator()
     found = []
     for number, run in enumerate(runs):
@@ -149,7 +175,7 @@ def _study(
             progress(f"evaluating {run.name}", number, len(runs))
         found.append(find(run, _band(run, plan.band_hz), estimator))
     points = tuple(point for one in found for point in points_of(one))
-    course = fit_course(points, straight=plan.iso9815)
+    course = fit_course(points, bend=Bend.TOWED if plan.iso9815 else Bend.ANY)
     return Study(
         plan,
         tuple(found),
@@ -158,6 +184,7 @@ def _study(
         course,
         course.zero() if course else None,
         course.zero(LIMIT_RATIO) if course else None,
+        fit_course(points, bend=Bend.NONE) if plan.iso9815 else None,
     )
 
 
@@ -228,6 +255,12 @@ def as_json(study: Study) -> dict[str, Any]:
         "zero_damping": _zero_json(study.zero),
         "limit_damping": _zero_json(study.limit),
     }
+    if study.line is not None:
+        content["straight_line"] = {
+            **_course_json(study.line),
+            "zero_damping": _zero_json(study.line.zero()),
+            "limit_damping": _zero_json(study.line.zero(LIMIT_RATIO)),
+        }
     if study.compared is not None:
         content["compared_with"] = as_json(study.compared)
         content["difference"] = _comparison_json(study.groups)
@@ -294,9 +327,17 @@ def _point_json(point: Point) -> dict[str, Any]:
     }
 
 
+_EQUATIONS = {
+    Bend.NONE: "damping_ratio = c[0] + c[1] x, x = (against - middle) / half",
+    Bend.ANY: "damping_ratio = c[0] + c[1] x + c[2] x^2, x = (against - middle) / half",
+    Bend.TOWED: "damping_ratio = c[0] + c[1] f(p) + c[2] (f(p - s) - f(p + s)) / 2, f(p) = "
+    f"((against / middle)^p - 1) / p middle / half, p = {TOWED_POWER:g}, s = {TOWED_SPREAD:g}",
+}
+
+
 def _course_json(course: Course) -> dict[str, Any]:
     return {
-        "equation": "damping_ratio = sum c[k] ((against - middle) / half)^k",
+        "equation": _EQUATIONS[course.bend],
         "c": course.coefficients.tolist(),
         "covariance": course.covariance.tolist(),
         "middle": course.middle,

@@ -70,7 +70,9 @@ def _none(study: Study) -> str:
 
 def sentences(study: Study) -> list[str]:
     """What else is to be said."""
-    texts = [_counts(study), _forced(study), _zero(study), _weak(study), _later(study)]
+    texts = [
+        _counts(study), _forced(study), _zero(study), _iso9815(study), _weak(study), _later(study)
+    ]  # fmt: skip
     if study.groups is not None:
         texts += comparison_words(study, study.groups, model=False)
     elif study.compared is not None:
@@ -140,6 +142,27 @@ def _zero(study: Study) -> str:
         f"Whether the damping reaches zero within or near what was driven ({low:.3g} to "
         f"{_at(study, high)}) cannot be told from these recordings."
     )
+
+
+def _iso9815(study: Study) -> str:
+    """The other speed of ISO 9815, and what its straight line would say."""
+    if study.line is None or study.limit is None:
+        return ""
+    limit, line = study.limit, study.line.zero()
+    texts = []
+    if limit.value is not None and limit.low is not None and limit.high is not None:
+        texts.append(
+            f"The damping ratio is {limit.target:g} at {_at(study, limit.value)} (95 %: "
+            f"{limit.low:.3g} to {limit.high:.3g} {study.against_unit}), "
+            f"{'beyond' if limit.extrapolated else 'within'} what was driven."
+        )
+    if line.value is not None:
+        texts.append(
+            f"ISO 9815's straight line alone would put the zero at {_at(study, line.value)}; what "
+            "damps a trailer falls like one over the speed, so the course bends, and a straight "
+            "line that is drawn on beyond the speeds driven ends too low."
+        )
+    return " ".join(texts)
 
 
 def _weak(study: Study) -> str:
