@@ -30,12 +30,12 @@ bool sway_access_is_open(const sway_access_t *access, int64_t now_us)
 
 /* All six bytes are compared, whichever differs: the time tells nothing. */
 bool sway_access_close(sway_access_t *access, const uint8_t *key, sway_access_message_t *message,
-                       const uint8_t *proof)
+                       size_t size, const uint8_t *proof)
 {
     uint8_t wanted[SWAY_ACCESS_PROOF];
     uint8_t difference = 0;
     (void)memcpy(message->challenge, access->challenge, sizeof access->challenge);
-    put(wanted, sway_siphash(key, (const uint8_t *)message, sizeof *message), SWAY_ACCESS_PROOF);
+    put(wanted, sway_siphash(key, (const uint8_t *)message, size), SWAY_ACCESS_PROOF);
     for (unsigned i = 0; i < SWAY_ACCESS_PROOF; i++) {
         difference |= (uint8_t)(wanted[i] ^ proof[i]);
     }

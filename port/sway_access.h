@@ -31,6 +31,8 @@ typedef struct {
     uint8_t block[SWAY_BLOCK_SIZE];
 } sway_access_message_t;
 
+#define SWAY_ACCESS_HEAD offsetof(sway_access_message_t, block)
+
 typedef struct {
     bool is_open;
     uint8_t stores; ///< since power came on
@@ -43,9 +45,9 @@ typedef struct {
 void sway_access_open(sway_access_t *access, const uint8_t *key, int64_t now_us, uint32_t sequence,
                       uint32_t random);
 bool sway_access_is_open(const sway_access_t *access, int64_t now_us);
-/// Ends the session; true where `proof` belongs to it and to the block in `message`, whose first
-/// six bytes are filled in here.
+/// Ends the session; true where `proof` belongs to it and to the first `size` bytes of `message`,
+/// of which the first six are filled in here: all of it, or SWAY_ACCESS_HEAD without a block.
 bool sway_access_close(sway_access_t *access, const uint8_t *key, sway_access_message_t *message,
-                       const uint8_t *proof);
+                       size_t size, const uint8_t *proof);
 
 #endif

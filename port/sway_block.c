@@ -117,6 +117,31 @@ typedef char sway_block_ranges_follow_the_fields
          ? 1
          : -1];
 
+sway_error_t sway_block_range(uint32_t index, int32_t *low, int32_t *high, bool *may_be_zero)
+{
+    size_t count = 0;
+    const sway_vehicle_range_t *const vehicle = sway_vehicle_ranges(&count);
+    for (size_t i = 0; i < count; i++) {
+        if ((AT(vehicle) + vehicle[i].offset) / sizeof(int32_t) == index) {
+            *low = vehicle[i].low;
+            *high = vehicle[i].high;
+            *may_be_zero = vehicle[i].may_be_zero;
+            return SWAY_OK;
+        }
+    }
+    uint32_t end = (uint32_t)FIRST;
+    for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++) {
+        end += ranges[i].words;
+        if (index < end) {
+            *low = ranges[i].low * (int32_t)ranges[i].unit;
+            *high = ranges[i].high * (int32_t)ranges[i].unit;
+            *may_be_zero = ranges[i].may_be_zero;
+            return SWAY_OK;
+        }
+    }
+    return SWAY_ERROR_ARGUMENT;
+}
+
 uint32_t sway_block_offender(const sway_core_config_t *config)
 {
     const sway_vehicle_range_t *vehicle = NULL;

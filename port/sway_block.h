@@ -44,6 +44,10 @@ sway_error_t sway_block_set(sway_core_config_t *config, uint32_t index, int32_t 
 /// of the alarm by which it would hardly ever come. SWAY_BLOCK_WORDS: it refuses none.
 uint32_t sway_block_offender(const sway_core_config_t *config);
 
+/// The range of word `index`, for tools; 0 may be allowed besides [low, high].
+/// SWAY_ERROR_ARGUMENT beyond the last word.
+sway_error_t sway_block_range(uint32_t index, int32_t *low, int32_t *high, bool *may_be_zero);
+
 /// CRC-32 (IEEE 802.3) of `size` bytes; 0 to start, the last result to go on.
 uint32_t sway_block_crc32(uint32_t crc, const void *bytes, size_t size);
 

@@ -315,7 +315,7 @@ SWAY_NOINLINE result_t change(sway_ecu_t *ecu, request_t *request)
     sway_access_message_t message = {.command = request->command};
     ecu->access_news = true;
     sway_block_write(&ecu->staged, ecu->block_sequence + 1U, message.block);
-    if (!sway_access_close(&ecu->access, ecu->port.key, &message, request->proof)) {
+    if (!sway_access_close(&ecu->access, ecu->port.key, &message, sizeof message, request->proof)) {
         return RESULT_FORGED;
     }
     if (!is_standing(ecu)) {
@@ -379,6 +379,27 @@ static void refuse(sway_ecu_t *ecu)
 {
     ecu->requests_refused += 1U;
     ecu->access_news = true;
+}
+
+sway_ecu_change_t sway_ecu_calibrate(sway_ecu_t *ecu, const sway_core_config_t *config)
+{
+    if (ecu->state == SWAY_ECU_RUNNING) {
+        sway_node_time(&ecu->node, ecu->now_us); // whether the speed is still there
+    }
+    if (sway_block_offender(config) != SWAY_BLOCK_WORDS) {
+        return SWAY_ECU_OUT_OF_RANGE;
+    }
+    if (!may_apply(ecu) || !is_standing(ecu)) {
+        return SWAY_ECU_NOT_NOW;
+    }
+    ecu->staged = *config;
+    start_node(ecu);
+    return SWAY_ECU_CHANGED;
+}
+
+void sway_ecu_refuse(sway_ecu_t *ecu)
+{
+    refuse(ecu);
 }
 
 /* A request that came twice is obeyed once. */

@@ -98,6 +98,20 @@ void sway_ecu_fail(sway_ecu_t *ecu, sway_ecu_cause_t cause);
 /// Tells `cause` in SwayFaultReport from now on, at once the first time; the ECU goes on running.
 void sway_ecu_warn(sway_ecu_t *ecu, sway_ecu_cause_t cause);
 
+/// How a change of the parameters ended.
+typedef enum {
+    SWAY_ECU_CHANGED,
+    SWAY_ECU_OUT_OF_RANGE, ///< see sway_block_offender()
+    SWAY_ECU_NOT_NOW,      ///< not at standstill, or in a safe state that parameters do not end
+} sway_ecu_change_t;
+
+/// Runs with other parameters from now on, estimator and counters anew; nothing is stored. For what
+/// has checked who asks (sway_xcp); range, state and standstill are checked here.
+sway_ecu_change_t sway_ecu_calibrate(sway_ecu_t *ecu, const sway_core_config_t *config);
+
+/// Counts a request that was refused elsewhere, for SwayAccess.
+void sway_ecu_refuse(sway_ecu_t *ecu);
+
 /// The parameters that the ECU runs with; nothing but zeros where it never had any.
 const sway_core_config_t *sway_ecu_config(const sway_ecu_t *ecu);
 

@@ -26,6 +26,10 @@ static sway_ecu_cause_t check(void)
     return SWAY_ECU_NO_CAUSE;
 }
 
+static sway_ecu_t ecu;
+static sway_ecu_retained_t retained;
+static pages_t pages;
+
 int main(int argc, char **argv)
 {
     static const replay_machine_t machine = {.open = machine_open,
@@ -33,9 +37,6 @@ int main(int argc, char **argv)
                                              .write = machine_write,
                                              .standard_output = STDOUT_FILENO,
                                              .check = check};
-    static sway_ecu_t ecu;
-    static sway_ecu_retained_t retained;
-    static pages_t pages;
     return replay_run(&ecu, &retained, &pages, &machine, argc > 1 ? argv[1] : "",
                       argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
 }

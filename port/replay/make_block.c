@@ -1,6 +1,7 @@
 /* make_block VEHICLE.TOML BLOCK [sample_period_us=N] [KEY=VALUE ...]: the parameter block for an
  * ECU's flash.
- * make_block --list: number, name and default of each word, as SwayParameterRequest counts them.
+ * make_block --list: number, name, default, lowest and highest value of each word, as
+ * SwayParameterRequest counts them; "or 0" where 0 (unknown) is allowed besides.
  *
  * The vehicle (see vehicle_file.h; a KEY=VALUE wins over the file) and the defaults for all that is
  * not of the vehicle, checked as the ECU will check them. Runs on the host. */
@@ -45,6 +46,9 @@ static const char *name_of(size_t word)
         }
     }
     (void)sizeof(all_alarm_words_have_a_name);
+    if (word == WORD_OF(trailer_assumed)) {
+        return "trailer_assumed";
+    }
     if (word >= WORD_OF(alarm)) {
         return alarm[word - WORD_OF(alarm)];
     }
@@ -68,7 +72,12 @@ static int list(void)
         if (word >= WORD_OF(input_delay_us) && word < WORD_OF(input_period_us)) {
             printf("[%u]", (unsigned)(word - WORD_OF(input_delay_us)));
         }
-        printf(" %ld\n", (long)value);
+        int32_t low = 0;
+        int32_t high = 0;
+        bool may_be_zero = false;
+        (void)sway_block_range(word, &low, &high, &may_be_zero);
+        const bool adds_zero = may_be_zero && (low > 0 || high < 0);
+        printf(" %ld %ld %ld%s\n", (long)value, (long)low, (long)high, adds_zero ? " or 0" : "");
     }
     return 0;
 }

@@ -3,6 +3,9 @@
 #include <string.h>
 
 #include "candump.h"
+#if REPLAY_XCP
+#include "sway_xcp.h"
+#endif
 
 static void say(const replay_machine_t *machine, const char *text)
 {
@@ -149,6 +152,45 @@ int replay_open(replay_t *replay, const replay_machine_t *machine, const char *r
     return 0;
 }
 
+#if REPLAY_XCP
+static sway_xcp_t xcp;
+
+static sway_port_t attach(sway_ecu_t *ecu, const sway_port_t *port)
+{
+    const sway_xcp_config_t config = {.request_id = 0x6E4,
+                                      .reply_id = 0x6E5,
+                                      .ecu_address = (uint32_t)(uintptr_t)ecu,
+                                      .working_address = (uint32_t)(uintptr_t)&xcp.working};
+    return sway_xcp_attach(&xcp, ecu, port, &config);
+}
+
+static void attached(void)
+{
+    sway_xcp_start(&xcp);
+}
+
+static void poll(sway_ecu_t *ecu)
+{
+    (void)ecu;
+    (void)sway_xcp_poll(&xcp);
+}
+#else
+static sway_port_t attach(sway_ecu_t *ecu, const sway_port_t *port)
+{
+    (void)ecu;
+    return *port;
+}
+
+static void attached(void)
+{
+}
+
+static void poll(sway_ecu_t *ecu)
+{
+    (void)sway_ecu_poll(ecu);
+}
+#endif
+
 /* For the tests: a product has one of its own, and keeps it to itself. */
 static const uint8_t key[SWAY_SIPHASH_KEY] = "swaywatch replay";
 
@@ -171,11 +213,13 @@ bool replay_start(sway_ecu_t *ecu, sway_ecu_retained_t *retained, sway_port_t po
     stored = pages;
     port.store = replay_store;
     port.key = key;
+    port = attach(ecu, &port);
     const sway_store_t store = pages_store(pages);
     const bool interrupted = sway_store_find(&store, block);
     if (sway_ecu_start(ecu, &port, retained, block, sizeof block) != SWAY_OK) {
         return false;
     }
+    attached();
     const sway_ecu_cause_t cause = machine->check();
     if (cause != SWAY_ECU_NO_CAUSE) {
         sway_ecu_fail(ecu, cause);
@@ -203,7 +247,7 @@ int replay_run(sway_ecu_t *ecu, sway_ecu_retained_t *retained, pages_t *pages,
     while (!replay.is_done) {
         replay.did = REPLAY_WORKED;
         go_on(&replay);
-        (void)sway_ecu_poll(ecu);
+        poll(ecu);
         stop(&replay, replay.did);
     }
     return replay.failed ? 1 : 0;

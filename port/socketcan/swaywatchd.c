@@ -9,13 +9,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 
 #include "can_bus.h"
 #include "candump.h"
 #include "log_file.h"
-#include "sway_ecu.h"
 #include "sway_version.h"
+#include "sway_xcp.h"
 #include "swaywatch_dbc.h"
 #include "vehicle_file.h"
 
@@ -24,6 +25,8 @@
 #define IDLE_MS 20
 #define RETRY_MS 1
 #define SETTINGS_MAX 32
+#define XCP_REQUEST_ID 0x6E4
+#define XCP_REPLY_ID 0x6E5
 
 static const char usage[] =
     "usage: swaywatchd --vehicle vehicle.toml [OPTIONS] INTERFACE\n"
@@ -40,6 +43,9 @@ static const char usage[] =
     "                      status frames go to the standard output\n"
     "  --candump-out FILE  write the status frames there, as candump lines (- : standard\n"
     "                      output)\n"
+    "  --key FILE          16 bytes: who has them may change parameters over CAN\n"
+    "  --xcp               measured and calibrated by XCP on CAN, identifiers 0x6E4 and 0x6E5;\n"
+    "                      changes need the key. Its A2L file: make build/swaywatchd.a2l\n"
     "  --version           its version\n"
     "\n"
     "SIGTERM or SIGINT end it, SIGUSR1 makes it print its counters. When its terminal goes\n"
@@ -52,6 +58,8 @@ typedef struct {
     const char *replay;
     const char *candump_out;
     const char *interface;
+    const char *key;
+    bool has_xcp;
     char *settings[SETTINGS_MAX];
     size_t setting_count;
 } options_t;
@@ -59,6 +67,8 @@ typedef struct {
 static can_bus_t bus;
 static log_file_t recording;
 static sway_ecu_t ecu;
+static sway_xcp_t xcp;
+static uint8_t key[SWAY_SIPHASH_KEY];
 static FILE *candump_out;
 static uint64_t output_lost;
 static uint64_t other_ecu;
@@ -204,6 +214,14 @@ static int64_t bus_time_us(void *context)
     return can_bus_time_us();
 }
 
+static uint32_t bus_random(void *context)
+{
+    (void)context;
+    uint32_t value = 0;
+    (void)getrandom(&value, sizeof value, 0);
+    return value;
+}
+
 static bool log_receive(void *context, sway_port_frame_t *frame)
 {
     return log_file_next(context, frame);
@@ -247,6 +265,51 @@ static bool start(const sway_port_t *port, const uint8_t *block)
     return true;
 }
 
+/* A key that others may read is none, but that is not ours to say. */
+static bool read_key(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    const bool is_read =
+        file != NULL && fread(key, 1, sizeof key, file) == sizeof key && fgetc(file) == EOF;
+    if (!is_read) {
+        fprintf(stderr, "swaywatchd: %s: %s\n", path,
+                file == NULL ? strerror(errno) : "a key has 16 bytes, no more and no less");
+    }
+    if (file != NULL) {
+        fclose(file);
+    }
+    return is_read;
+}
+
+/* --- XCP ---------------------------------------------------------------------------------------
+ */
+
+/* Where the ELF file says that something is: a program that was loaded elsewhere than it was linked
+ * (PIE) is linked to 0. */
+static uint32_t linked_at(const void *object)
+{
+#ifdef __PIE__
+    extern const char __executable_start[];
+    return (uint32_t)((uintptr_t)object - (uintptr_t)__executable_start);
+#else
+    return (uint32_t)(uintptr_t)object;
+#endif
+}
+
+static sway_port_t attach_xcp(const sway_port_t *port)
+{
+    const sway_xcp_config_t config = {.request_id = XCP_REQUEST_ID,
+                                      .reply_id = XCP_REPLY_ID,
+                                      .ecu_address = linked_at(&ecu),
+                                      .working_address = linked_at(&xcp.working)};
+    return sway_xcp_attach(&xcp, &ecu, port, &config);
+}
+
+static bool poll_ecu(const options_t *options)
+{
+    return options->has_xcp ? sway_xcp_poll(&xcp) : sway_ecu_poll(&ecu);
+}
+
 /* --- live --------------------------------------------------------------------------------------
  */
 
@@ -264,8 +327,15 @@ static int run_live(const options_t *options, const uint8_t *block)
 {
     sigset_t open_mask;
     sigset_t closed_mask;
-    const sway_port_t port = {
-        .receive = bus_receive, .send = bus_send, .time_us = bus_time_us, .context = &bus};
+    sway_port_t port = {.receive = bus_receive,
+                        .send = bus_send,
+                        .time_us = bus_time_us,
+                        .random = bus_random,
+                        .key = options->key != NULL ? key : NULL,
+                        .context = &bus};
+    if (options->has_xcp) {
+        port = attach_xcp(&port);
+    }
     sigemptyset(&closed_mask);
     sigaddset(&closed_mask, SIGTERM);
     sigaddset(&closed_mask, SIGINT);
@@ -281,9 +351,12 @@ static int run_live(const options_t *options, const uint8_t *block)
     if (!start(&port, block)) {
         return EXIT_FAILURE;
     }
+    if (options->has_xcp) {
+        sway_xcp_start(&xcp);
+    }
     fprintf(stderr, "swaywatchd: %s: running\n", options->interface);
     while (wants_end == 0) {
-        while (sway_ecu_poll(&ecu)) {
+        while (poll_ecu(options)) {
             if (bus.batch_at == bus.batch_end) {
                 can_bus_work(&bus);
             }
@@ -350,6 +423,12 @@ static bool read_option(int option, options_t *options)
         options->settings[options->setting_count % SETTINGS_MAX] = optarg;
         options->setting_count++;
         return options->setting_count <= SETTINGS_MAX;
+    case 'k':
+        options->key = optarg;
+        return true;
+    case 'x':
+        options->has_xcp = true;
+        return true;
     case 'h':
         fputs(usage, stdout);
         exit(EXIT_SUCCESS);
@@ -367,6 +446,8 @@ static bool read_options(int argc, char **argv, options_t *options)
                                           {"replay", required_argument, NULL, 'r'},
                                           {"candump-out", required_argument, NULL, 'o'},
                                           {"set", required_argument, NULL, 's'},
+                                          {"key", required_argument, NULL, 'k'},
+                                          {"xcp", no_argument, NULL, 'x'},
                                           {"help", no_argument, NULL, 'h'},
                                           {"version", no_argument, NULL, 'V'},
                                           {NULL, 0, NULL, 0}};
@@ -378,7 +459,8 @@ static bool read_options(int argc, char **argv, options_t *options)
     }
     options->interface = optind < argc ? argv[optind] : NULL;
     const int sources = (options->replay != NULL) + (argc - optind);
-    return options->vehicle != NULL && sources == 1;
+    const bool live_only = options->has_xcp || options->key != NULL;
+    return options->vehicle != NULL && sources == 1 && !(live_only && options->replay != NULL);
 }
 
 /* Opening a file to write it empties it. */
@@ -430,6 +512,9 @@ int main(int argc, char **argv)
     sigaction(SIGHUP, &action, NULL);
     signal(SIGPIPE, SIG_IGN); // write() says so
     uint8_t block[SWAY_BLOCK_SIZE];
+    if (options.key != NULL && !read_key(options.key)) {
+        return EXIT_FAILURE;
+    }
     if (!read_block(&options, block) || !open_output(&options)) {
         return EXIT_FAILURE;
     }

@@ -62,6 +62,10 @@ FW_START_r5 := image_start
 FW_FLAGS_r5 := -mcpu=cortex-r5 -mthumb -mfloat-abi=soft -Iport/zynqmp_r5 $(FW_EMBEDDED)
 FW_SOURCES_r5 := $(FW_REPLAY) port/sway_bit_timing.c port/can.c port/zynqmp_r5/startup.S port/zynqmp_r5/r5.c \
     port/zynqmp_r5/can.c port/zynqmp_r5/main.c port/semihosting/semihosting.c
+# These three can be measured and calibrated over XCP; they are of both byte orders.
+FW_XCP := m7 mips m3
+$(foreach t,$(FW_XCP),$(eval FW_FLAGS_$t += -DREPLAY_XCP=1 -Iport/xcp)\
+    $(eval FW_SOURCES_$t += port/xcp/sway_xcp.c port/xcp/sway_xcp_daq.c))
 FW_LINK_r5 := -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/zynqmp_r5/zynqmp_r5.ld
 
 FW_TARGETS := x86 x86small mips $(FW_M) r5

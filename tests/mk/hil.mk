@@ -16,7 +16,7 @@ hil-controllers: setup-test $(SWAYWATCHD) $(BUS_LOAD)
 	    $(PY) tests/hil/controllers.py $(KERNEL_DIR); \
 	    else echo "hil-controllers: not run, no Debian kernel image could be fetched"; fi
 
-hil: setup-test $(SWAYWATCHD) $(BUS_LOAD)
+hil: setup-test $(SWAYWATCHD) $(B)/swaywatchd.a2l $(BUS_LOAD)
 	@tests/hil/run -q
 
 # The long measurements: 8,000 frames/s over 60 s, latency.

@@ -9,7 +9,7 @@ lint::
 	    --inline-suppr --suppress=missingIncludeSystem -Ilib -I$(B)/codec $(wildcard lib/*/*.c)
 MISRA := tests/lint/misra_deviations.txt
 lint::
-	@$(PY) tests/lint/misra.py $(MISRA) $(PORT_COMMON) -Iport -Ilib -I$(B)/codec \
+	@$(PY) tests/lint/misra.py $(MISRA) $(PORT_COMMON) $(PORT_SOURCES_xcp) -Iport -Iport/xcp -Ilib -I$(B)/codec \
 	    --suppress=missingIncludeSystem
 ifneq ($(PY_SOURCES),)
 lint::
