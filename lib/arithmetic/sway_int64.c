@@ -12,7 +12,10 @@ int64_t sway_int64_divide(int64_t value, int64_t divisor)
     uint64_t step = magnitude(divisor);
     uint64_t quotient = 0;
     int bits = 1;
-    for (; bits < 64 && step <= rest / 2U; bits++) {
+    if (divisor == 0) {
+        return 0; // as sway_real_div()
+    }
+    for (; step <= rest / 2U; bits++) {
         step *= 2U;
     }
     for (; bits > 0; bits--) {

@@ -47,17 +47,28 @@ static word_t beyond_range(bool negative, int32_t exponent)
     return sway_real_to_word(largest);
 }
 
-/* Mantissa in [2^30, 2^31] (the rounding may have reached the top) and exponent to a number. */
+SWAY_INLINE word_t assemble(bool negative, uint32_t mantissa, int32_t exponent)
+{
+    return ((word_t)(uint32_t)exponent << 32) | (negative ? 0U - mantissa : mantissa);
+}
+
+/* Mantissa in [2^30, 2^31) and exponent, which may be out of range, to a number. */
+SWAY_INLINE word_t ranged(bool negative, uint32_t mantissa, int32_t exponent)
+{
+    if ((uint32_t)(exponent + SWAY_REAL_EXPONENT_MAX) > 2U * SWAY_REAL_EXPONENT_MAX) {
+        return beyond_range(negative, exponent);
+    }
+    return assemble(negative, mantissa, exponent);
+}
+
+/* The same where the rounding may have reached 2^31. */
 SWAY_INLINE word_t finish(bool negative, uint32_t mantissa, int32_t exponent)
 {
     if (mantissa == TOP) {
         mantissa >>= 1;
         exponent += 1;
     }
-    if ((uint32_t)(exponent + SWAY_REAL_EXPONENT_MAX) > 2U * SWAY_REAL_EXPONENT_MAX) {
-        return beyond_range(negative, exponent);
-    }
-    return ((word_t)(uint32_t)exponent << 32) | (negative ? 0U - mantissa : mantissa);
+    return ranged(negative, mantissa, exponent);
 }
 
 /* 32 bits, the highest one set, and the exponent of the last: rounded to 31. */
@@ -106,7 +117,7 @@ static word_t add_magnitudes(sway_real_t a, uint32_t small, uint32_t distance)
 {
     const uint32_t high = magnitude(a.m) + (distance < 32U ? small >> distance : 0U);
     if (high >= TOP) {
-        return finish(a.m < 0, (high >> 1) + (high & 1U), a.e + 1);
+        return ranged(a.m < 0, (high >> 1) + (high & 1U), a.e + 1); // high < 2^32 - 1
     }
     /* here distance > 0: two mantissas of one exponent add up to 2^31 or more */
     const uint32_t round = (small >> (distance - 1U)) & 1U;
@@ -125,11 +136,13 @@ static word_t subtract_magnitudes(sway_real_t a, uint32_t small, uint32_t distan
     const uint32_t above = distance < 32U ? small >> distance : 0U;
     const uint32_t low = 0U - below;
     const uint32_t high = big - above - (below != 0U ? 1U : 0U);
-    if (high >= TOP / 2U) {
-        return finish(a.m < 0, high + (low >> 31), a.e);
+    if (high >= TOP / 2U) { // less than `big`, of the same exponent: always a number
+        return assemble(a.m < 0, high + (low >> 31), a.e);
     }
-    if (high >= TOP / 4U) { // always so for distance > 1
-        return finish(a.m < 0, (high << 1) + (low >> 31) + ((low >> 30) & 1U), a.e - 1);
+    if (high >= TOP / 4U) { // always so for distance > 1; then a.e - 1 is in range, as b.e is
+        const uint32_t mantissa = (high << 1) + (low >> 31) + ((low >> 30) & 1U);
+        return mantissa == TOP ? assemble(a.m < 0, TOP / 2U, a.e)
+                               : assemble(a.m < 0, mantissa, a.e - 1);
     }
     return pack(a.m < 0, high, low, a.e - 32);
 }
@@ -176,7 +189,7 @@ word_t sway_real_word_mul(word_t first, word_t second)
     const bool negative = (a.m ^ b.m) < 0;
     if (high >= (UINT32_C(1) << 29)) {
         const uint32_t mantissa = (high << 1) + (low >> 31) + ((low >> 30) & 1U);
-        return finish(negative, mantissa, a.e + b.e + 31);
+        return ranged(negative, mantissa, a.e + b.e + 31); // of (2^31 - 1)^2 at most
     }
     return finish(negative, (high << 2) + (low >> 30) + ((low >> 29) & 1U), a.e + b.e + 30);
 }
@@ -223,7 +236,7 @@ word_t sway_real_word_div(word_t first, word_t second)
 word_t sway_real_word_scale(word_t word, int32_t shift)
 {
     const sway_real_t a = sway_real_of_word(word);
-    return a.m == 0 ? ZERO : finish(a.m < 0, magnitude(a.m), a.e + shift);
+    return a.m == 0 ? ZERO : ranged(a.m < 0, magnitude(a.m), a.e + shift);
 }
 
 /* Root of value = high 2^32 + low, rounded down, for high >= 2^30: its upper half from `high`, the

@@ -96,6 +96,7 @@ static void advance(sway_node_t *node, int64_t time_us)
     }
     if (time_us > node->time_us) {
         node->time_us = time_us;
+        node->behind = 0U;
     } else if (clock_restarted(node, time_us)) {
         restart_clock(node, time_us);
     }

@@ -182,7 +182,7 @@ static uint32_t signal_reasons(const sway_alarm_t *alarm, const sway_alarm_input
     if (sway_real_less(micro(config->large_amplitude_urad_s), amplitude_now(input))) {
         reasons |= SWAY_REASON_LARGE_AMPLITUDE;
     }
-    if (alarm->time_to_limit_ms >= 0 && alarm->time_to_limit_ms < config->critical_time_ms) {
+    if (alarm->time_to_limit_ms < config->critical_time_ms) { // it is known where it grows
         reasons |= SWAY_REASON_SHORT_TIME;
     }
     return reasons;

@@ -473,15 +473,13 @@ static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
     }
 }
 
-/* z turned back by twice the phase of `reference`: z conj(u)^2, u = reference/|reference|. */
+/* z turned back by twice the phase of `reference`: z conj(u)^2, u = reference/|reference|; 0 where
+ * there is none to turn by. */
 static sway_complex_t against_square(sway_complex_t z, sway_complex_t reference)
 {
     const sway_complex_t turned =
         sway_complex_mul(sway_complex_conj(reference), sway_complex_conj(reference));
     const sway_real_t norm = sway_complex_norm(reference);
-    if (sway_real_is_zero(norm)) {
-        return z;
-    }
     const sway_complex_t product = sway_complex_mul(z, turned);
     return sway_complex(DIV(product.re, norm), DIV(product.im, norm));
 }

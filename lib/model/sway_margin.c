@@ -433,7 +433,7 @@ static bool step_root_derivative(sway_margin_t *margin)
     }
     parameter_variance(margin, parameter, &re, &im);
     sway_complex_t ds = {sway_real_zero(), sway_real_zero()};
-    if (!sway_real_is_zero(re) && sway_stm_has_parameter(&margin->stm, parameter)) {
+    if (!sway_real_is_zero(re)) { // then it is in the model: step_axles() has put it there
         const sway_complex_t df =
             sway_stm_slope_parameter(&margin->stm, margin->next.root, margin->speed_m_s, parameter);
         ds = sway_complex_div(df, margin->f_s);

@@ -235,22 +235,6 @@ sway_stm_quartic_t sway_stm_quartic(const sway_stm_t *stm, sway_real_t v)
     return quartic;
 }
 
-bool sway_stm_is_stable(const sway_stm_quartic_t *quartic)
-{
-    const sway_real_t *const a = quartic->a;
-    if (sway_real_is_zero(a[4])) { // car without trailer: a quadratic
-        return sway_real_sign(a[2]) > 0 && sway_real_sign(a[1]) > 0 && sway_real_sign(a[0]) > 0;
-    }
-    for (int k = 0; k < 5; k++) {
-        if (sway_real_sign(a[k]) <= 0) {
-            return false;
-        }
-    }
-    const sway_real_t hurwitz =
-        SUB(MUL(a[1], SUB(MUL(a[2], a[3]), MUL(a[4], a[1]))), MUL(a[0], sway_real_square(a[3])));
-    return sway_real_sign(hurwitz) > 0;
-}
-
 /* --- critical speed --------------------------------------------------------------------------- */
 
 /* Larger root of h2 w^2 + h1 w + h0 for h2 > 0; false where it is not real and positive. */
@@ -285,14 +269,12 @@ static bool flutter(const speed_poly_t *p, sway_real_t *w)
     return larger_root(h2, h1, h0, w);
 }
 
-/* Stable in the limit of low speed: the leading coefficients in u, and the Hurwitz determinant's.
- */
+/* Stable in the limit of low speed. Where M s^2 + C s outweighs the rest, M and C symmetric and
+ * positive, its roots are real and negative: a4, a3, a22, a13 and the Hurwitz determinant's leading
+ * coefficient are positive. What is left is the slow root's sign. */
 static bool stable_at_rest(const speed_poly_t *p)
 {
-    const bool pair_stable = sway_real_sign(p->a13) > 0 && sway_real_sign(p->a22) > 0 &&
-                             sway_real_sign(SUB(MUL(p->a3, p->a22), MUL(p->a4, p->a13))) > 0;
-    return sway_real_sign(p->a02) > 0 && pair_stable && sway_real_sign(p->a4) > 0 &&
-           sway_real_sign(p->a3) > 0;
+    return sway_real_sign(p->a02) > 0;
 }
 
 static sway_real_t speed_of(sway_real_t w)

@@ -71,9 +71,6 @@ sway_complex_t sway_stm_characteristic(const sway_stm_t *stm, sway_complex_t s, 
 /// Coefficients of f at v > 0 for steady-state stiffnesses.
 sway_stm_quartic_t sway_stm_quartic(const sway_stm_t *stm, sway_real_t v);
 
-/// Routh-Hurwitz: every root of the polynomial has a negative real part.
-bool sway_stm_is_stable(const sway_stm_quartic_t *quartic);
-
 /// Critical speed of the steady-state stiffnesses. The Hurwitz determinant divided by 1/v^2 is a
 /// quadratic in 1/v^2 for this model, so its first zero from low speed needs no iteration.
 /// `omega_rad_s` is the frequency at it (0 for SWAY_VCRIT_DIVERGENCE).

@@ -24,9 +24,8 @@ static const int32_t limits[SWAY_INPUT_COUNT] = {
 
 static bool is_unsigned(sway_input_t input)
 {
-    return input == SWAY_INPUT_SPEED ||
-           (input >= SWAY_INPUT_CAR_FZ_FL && input <= SWAY_INPUT_CAR_FZ_RR) ||
-           (input >= SWAY_INPUT_TRAILER_FZ_FL && input <= SWAY_INPUT_TRAILER_FZ_RR);
+    return (input >= SWAY_INPUT_CAR_FZ_FL && input <= SWAY_INPUT_CAR_FZ_RR) ||
+           input >= SWAY_INPUT_TRAILER_FZ_FL; // the last of them, with the speed
 }
 
 int32_t sway_grid_limit(sway_input_t input)
@@ -189,12 +188,10 @@ static int32_t share(int32_t delta, int64_t part, int64_t span)
     return delta < 0 ? -(int32_t)result : (int32_t)result;
 }
 
+/* For from->time_us < at_us < to_us. */
 static int32_t interpolate(const sway_grid_input_t *from, int64_t to_us, int32_t to, int64_t at_us)
 {
     const int64_t span = to_us - from->time_us;
-    if (span <= 0 || at_us == to_us) {
-        return to;
-    }
     return from->value + share(to - from->value, at_us - from->time_us, span);
 }
 

@@ -797,7 +797,7 @@ static bool stands_out(const sway_line_job_t *job)
         const sway_line_channel_t *channel = &job->line->channel[c];
         const sway_real_t bar =
             sway_real_mul(sway_real_square(channel->amplitude_se), sway_real_int(64));
-        if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U && channel->amplitude_se.m > 0 &&
+        if ((job->used_mask & SWAY_CHANNEL_BIT(c)) != 0U &&
             sway_real_less(bar, sway_complex_norm(channel->amplitude))) {
             return true;
         }

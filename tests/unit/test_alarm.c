@@ -462,6 +462,19 @@ static void a_limit_below_the_range_warns_by_the_damping(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
 }
 
+/* Growth counts only while time goes on: an estimate of before begins it anew. */
+static void time_that_goes_back_is_no_growth(void)
+{
+    swing(4, 0.3, -0.07, 0.01);
+    (void)after(0.5);
+    (void)after(0.5);
+    TEST_ASSERT_EQUAL_INT64(500000, alarm_.growing_us);
+    (void)after(-0.2);
+    TEST_ASSERT_EQUAL_INT64(0, alarm_.growing_us);
+    (void)after(0.5);
+    TEST_ASSERT_EQUAL_INT64(500000, alarm_.growing_us);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -491,5 +504,6 @@ int main(void)
     RUN_TEST(a_clock_that_goes_back_does_not_hold_the_alarm);
     RUN_TEST(thresholds_may_be_as_large_as_they_are_accepted);
     RUN_TEST(a_limit_below_the_range_warns_by_the_damping);
+    RUN_TEST(time_that_goes_back_is_no_growth);
     return UNITY_END();
 }

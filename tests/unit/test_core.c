@@ -509,6 +509,60 @@ static void a_clock_that_starts_again_begins_anew(void)
     TEST_ASSERT_EQUAL_UINT32(0, status->missing_inputs);
 }
 
+/* Steering, yaw rate, acceleration and speed of the car alone: the trailer is reconstructed, and
+ * what is said of the margin is the observer's. */
+static void the_cars_own_sensors_are_enough(void)
+{
+    const uint32_t own = SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE) |
+                         SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE) |
+                         SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_LATERAL_ACC);
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    const sway_status_t *const status = run_with(line, &plant, own, true);
+    TEST_ASSERT_TRUE(sway_trailer_speaks(sway_core_trailer(&core)));
+    TEST_ASSERT_TRUE(sway_core_trailer(&core)->has_model);
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_LINE, status->valid);
+    TEST_ASSERT_INT_WITHIN(3000, 123340 * 1000 / 3600, status->v_crit_mm_s);
+}
+
+static void wrong_calls_are_refused_or_do_nothing(void)
+{
+    config.trailer_assumed = -1;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(&core, &config));
+    config.trailer_assumed = SWAY_ASSUMED_ALL + 1;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(&core, &config));
+    config.trailer_assumed = SWAY_ASSUMED_ALL;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&core, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(NULL, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_core_init(&core, NULL));
+    sway_core_invalid(NULL, SWAY_INPUT_SPEED, 0);
+}
+
+static void a_counter_of_singular_estimates_stays_at_its_end(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant.stiffness[0] = 6e6; // no tyre has that
+    plant_line(&plant, &config.vehicle, &line);
+    core.singular = UINT32_MAX - 1U;
+    feed(&core, &line, &plant, 0, 6, -1);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, core.singular);
+}
+
+/* The core takes every estimate of its track; should one ever be skipped, it is counted. */
+static void an_estimate_that_is_skipped_is_counted(void)
+{
+    test_plant_t plant = reference_plant(100);
+    sway_line_t line;
+    plant_line(&plant, &config.vehicle, &line);
+    feed(&core, &line, &plant, 0, 5, -1);
+    TEST_ASSERT_EQUAL_UINT32(0, sway_core_status(&core)->fault_count[SWAY_FAULT_OVERRUN]);
+    core.sequence -= 2U;
+    feed(&core, &line, &plant, 5, 6, -1);
+    TEST_ASSERT_EQUAL_UINT32(1, sway_core_status(&core)->fault_count[SWAY_FAULT_OVERRUN]);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -528,5 +582,9 @@ int main(void)
     RUN_TEST(a_swing_beyond_the_limit_has_no_time_left);
     RUN_TEST(no_input_that_falls_silent_silences_the_alarm);
     RUN_TEST(a_clock_that_starts_again_begins_anew);
+    RUN_TEST(the_cars_own_sensors_are_enough);
+    RUN_TEST(wrong_calls_are_refused_or_do_nothing);
+    RUN_TEST(a_counter_of_singular_estimates_stays_at_its_end);
+    RUN_TEST(an_estimate_that_is_skipped_is_counted);
     return UNITY_END();
 }

@@ -482,6 +482,76 @@ static void test_bad_configurations_are_refused(void)
     config.input_period_us = 999;
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(NULL, &config));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, NULL));
+    config = sway_grid_default(10000);
+    config.max_gap_us = 9999; // less than a row
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
+    config = sway_grid_default(10000);
+    config.max_speed_gap_us = 9999;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &config));
+}
+
+static void test_calls_without_a_grid_or_an_input_are_refused(void)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_input(NULL, SWAY_INPUT_SPEED, 0, 0));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_input(&grid, SWAY_INPUT_COUNT, 0, 0));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_grid_input(&grid, SWAY_INPUT_SPEED, SWAY_GRID_TIME_LIMIT + 1, 0));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_grid_input(&grid, SWAY_INPUT_SPEED, -SWAY_GRID_TIME_LIMIT - 1, 0));
+    sway_grid_invalid(&grid, SWAY_INPUT_COUNT, 0);
+    sway_grid_invalid(NULL, SWAY_INPUT_SPEED, 0);
+    TEST_ASSERT_EQUAL_UINT32(0, grid.faults.invalid);
+    TEST_ASSERT_FALSE(sway_grid_tick(NULL, &tick));
+    TEST_ASSERT_FALSE(sway_grid_tick(&grid, NULL));
+    TEST_ASSERT_FALSE(grid.running);
+}
+
+static void test_a_counter_stays_at_its_end(void)
+{
+    grid.faults.invalid = UINT32_MAX - 1U;
+    for (int k = 0; k < 3; k++) {
+        sway_grid_invalid(&grid, SWAY_INPUT_SPEED, 10000 * k);
+    }
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, grid.faults.invalid);
+}
+
+/* Two wild stamps are believed only when they are near each other. */
+static void test_wild_stamps_far_from_each_other_are_not_believed(void)
+{
+    put(SWAY_INPUT_CAR_YAW_RATE, 0, 0);
+    const int64_t wild[] = {900000000, 100000000, 500000000};
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                              sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, wild[k], 0));
+    }
+    put(SWAY_INPUT_CAR_YAW_RATE, 500010000, 0);
+    TEST_ASSERT_EQUAL_INT64(500010000, grid.newest_time_us);
+}
+
+/* An input that has never been heard, too, may not speak of long ago. */
+static void test_a_first_sample_of_long_ago_is_refused(void)
+{
+    for (int64_t t = 0; t <= 2000000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 0);
+        while (sway_grid_tick(&grid, &tick)) {
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                          sway_grid_input(&grid, SWAY_INPUT_TRAILER_YAW_RATE, 100000, 0));
+}
+
+/* A speed that was never heard is not held, one that its sender takes back neither. */
+static void test_a_speed_that_is_not_usable_is_not_held(void)
+{
+    put(SWAY_INPUT_SPEED, 0, 20000);
+    sway_grid_invalid(&grid, SWAY_INPUT_SPEED, 20000);
+    for (int64_t t = 0; t <= 100000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 0);
+    }
+    take_row(50000);
+    TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_SPEED));
+    TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
 }
 
 static void test_ring_clips_and_marks(void)
@@ -553,6 +623,11 @@ int main(void)
     RUN_TEST(test_not_valid_from_the_sender);
     RUN_TEST(test_speed_is_held_between_slow_messages);
     RUN_TEST(test_bad_configurations_are_refused);
+    RUN_TEST(test_calls_without_a_grid_or_an_input_are_refused);
+    RUN_TEST(test_a_counter_stays_at_its_end);
+    RUN_TEST(test_wild_stamps_far_from_each_other_are_not_believed);
+    RUN_TEST(test_a_first_sample_of_long_ago_is_refused);
+    RUN_TEST(test_a_speed_that_is_not_usable_is_not_held);
     RUN_TEST(test_ring_clips_and_marks);
     RUN_TEST(test_ring_sums_are_those_of_its_newest_rows);
     return UNITY_END();

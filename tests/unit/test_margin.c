@@ -348,6 +348,18 @@ static void after_a_pause_the_unrest_is_learnt_as_after_2_5_s(void)
     }
 }
 
+/* An estimate of the same time or of before adds nothing to what is learnt. */
+static void unrest_is_not_learnt_while_time_stands(void)
+{
+    sway_disturbance_t unrest = {{0, 0}, 0, 0, false};
+    sway_disturbance_learn(&unrest, 1000000, real(0.2), real(0.03), real(0));
+    const double before = value(unrest.variance);
+    sway_disturbance_learn(&unrest, 1000000, real(0.2), real(0.03), real(0));
+    TEST_ASSERT_DOUBLE_WITHIN(0, before, value(unrest.variance));
+    sway_disturbance_learn(&unrest, 900000, real(0.2), real(0.03), real(0));
+    TEST_ASSERT_DOUBLE_WITHIN(0, before, value(unrest.variance));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -365,5 +377,6 @@ int main(void)
     RUN_TEST(the_source_counts_axles_alone);
     RUN_TEST(identified_values_grow_less_certain_with_time);
     RUN_TEST(after_a_pause_the_unrest_is_learnt_as_after_2_5_s);
+    RUN_TEST(unrest_is_not_learnt_while_time_stands);
     return UNITY_END();
 }

@@ -909,6 +909,34 @@ static void losses_saturate_too(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, sway_node_fault(&node, SWAY_FRAME_FAULT_LOST));
 }
 
+/* Twenty frames in a row far behind the newest are a clock that was set back; fewer, or with one of
+ * now among them, are stray. */
+static void a_clock_that_is_set_back_is_followed(void)
+{
+    uint8_t data[8];
+    int64_t now_us = 100000000;
+    (void)send(SWAY_MESSAGE_SPEED, now_us, 2000, 0);
+    for (int k = 0; k < 19; k++) {
+        (void)send(SWAY_MESSAGE_SPEED, 10000 + 10000 * k, 2000, 0);
+    }
+    TEST_ASSERT_EQUAL_INT64(now_us, node.time_us);
+    (void)send(SWAY_MESSAGE_SPEED, now_us += 10000, 2000, 0);
+    for (int k = 0; k < 19; k++) {
+        (void)send(SWAY_MESSAGE_SPEED, 10000 + 10000 * k, 2000, 0);
+    }
+    TEST_ASSERT_EQUAL_INT64(now_us, node.time_us);
+    TEST_ASSERT_EQUAL_UINT8(19, node.behind);
+    (void)send(SWAY_MESSAGE_SPEED, 200000, 2000, 0);
+    TEST_ASSERT_EQUAL_INT64(200000, node.time_us);
+    TEST_ASSERT_EQUAL_UINT8(0, node.behind);
+    const uint32_t alarm = sway_frames_output_id(SWAY_OUTPUT_ALARM);
+    (void)drain(0, data);
+    for (int k = 1; k <= 200; k++) { // heartbeats go on by the new clock
+        (void)send(SWAY_MESSAGE_SPEED, 200000 + 10000 * k, 2000, 0);
+    }
+    TEST_ASSERT_TRUE(drain(alarm, data) >= 1);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -956,5 +984,6 @@ int main(void)
     RUN_TEST(travel_before_a_value_came_does_not_count);
     RUN_TEST(a_frozen_sensor_is_not_believed_until_it_moves);
     RUN_TEST(losses_saturate_too);
+    RUN_TEST(a_clock_that_is_set_back_is_followed);
     return UNITY_END();
 }

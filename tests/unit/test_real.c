@@ -181,6 +181,78 @@ static void test_wide_quotients(void)
     }
 }
 
+/* Past the largest exponent the largest number with the sign, below the smallest 0, in each of the
+ * operations, by one step of the exponent. */
+static void test_every_operation_ends_at_the_range(void)
+{
+    const sway_real_t largest = {INT32_MAX, SWAY_REAL_EXPONENT_MAX};
+    const sway_real_t smallest = {1 << 30, -SWAY_REAL_EXPONENT_MAX};
+    const sway_real_t next = {(1 << 30) + 1, -SWAY_REAL_EXPONENT_MAX};
+    const sway_real_t most = {1 << 30, SWAY_REAL_EXPONENT_MAX};
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const sway_real_t one = sway_real_int(sign);
+        const sway_real_t big = sway_real_mul(one, largest);
+        const sway_real_t small = sway_real_mul(one, smallest);
+        const sway_real_t half = sway_real_ratio(1, 2);
+        const sway_real_t huge[] = {sway_real_add(big, big),
+                                    sway_real_mul(big, sway_real_int(2)),
+                                    sway_real_mul(big, sway_real_ratio(3, 2)),
+                                    sway_real_div(big, half),
+                                    sway_real_div(big, sway_real_ratio(2, 3)),
+                                    sway_real_scale(big, 1),
+                                    sway_real_add(big, sway_real_scale(big, -31)),
+                                    sway_real_add(big, sway_real_scale(big, -32)),
+                                    sway_real((int64_t)sign * INT64_MAX, SWAY_REAL_EXPONENT_MAX),
+                                    sway_real(sign, SWAY_REAL_EXPONENT_MAX + 31)};
+        for (unsigned i = 0; i < sizeof huge / sizeof huge[0]; i++) {
+            TEST_ASSERT_EQUAL_INT32(sign * INT32_MAX, huge[i].m);
+            TEST_ASSERT_EQUAL_INT32(SWAY_REAL_EXPONENT_MAX, huge[i].e);
+        }
+        const sway_real_t none[] = {sway_real_mul(small, half),
+                                    sway_real_mul(small, sway_real_ratio(9, 10)),
+                                    sway_real_div(small, sway_real_int(2)),
+                                    sway_real_div(small, sway_real_ratio(3, 2)),
+                                    sway_real_scale(small, -1),
+                                    sway_real_sub(sway_real_mul(one, next), small),
+                                    sway_real(sign, -SWAY_REAL_EXPONENT_MAX + 29)};
+        for (unsigned i = 0; i < sizeof none / sizeof none[0]; i++) {
+            TEST_ASSERT_EQUAL_INT32(0, none[i].m);
+        }
+        /* what just stays in: nothing is lost by the range */
+        const sway_real_t kept = sway_real_sub(sway_real_mul(one, most), sway_real_int(sign));
+        TEST_ASSERT_EQUAL_INT32(sign * INT32_C(0x40000000), kept.m);
+        TEST_ASSERT_EQUAL_INT32(SWAY_REAL_EXPONENT_MAX, kept.e);
+        const sway_real_t half_bit = {-sign * (1 << 30), 5 - 32}; // rounds away
+        const sway_real_t exact = {sign * (1 << 30), 5};
+        TEST_ASSERT_EQUAL_INT32(exact.m, sway_real_add(exact, half_bit).m);
+        TEST_ASSERT_EQUAL_INT32(exact.e, sway_real_add(exact, half_bit).e);
+        const sway_real_t quarter = {sign * ((1 << 30) + (1 << 29)), -SWAY_REAL_EXPONENT_MAX};
+        TEST_ASSERT_EQUAL_INT32(0, sway_real_sub(quarter, small).m); // one octave below the range
+    }
+}
+
+static void test_functions_beyond_their_arguments(void)
+{
+    sway_real_t sine;
+    sway_real_t cosine;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        sway_real_sincos(sway_real_scale(sway_real_int(sign), 20), &sine, &cosine);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, to_double(sine));
+        TEST_ASSERT_EQUAL_DOUBLE(1.0, to_double(cosine));
+    }
+    TEST_ASSERT_TRUE(sway_real_compare(sway_real_exp(sway_real_int(70000)),
+                                       sway_real_exp(sway_real_int(60000))) == 0);
+    TEST_ASSERT_TRUE(sway_real_compare(sway_real_exp(sway_real_int(-70000)),
+                                       sway_real_exp(sway_real_int(-60000))) == 0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, M_PI / 2,
+                              to_double(sway_real_atan2(sway_real_int(3), sway_real_zero())));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, M_PI,
+                              to_double(sway_real_atan2(sway_real_zero(), sway_real_int(-3))));
+    TEST_ASSERT_EQUAL_INT64(0, sway_int64_divide(5, 0));
+    TEST_ASSERT_EQUAL_INT64(0, sway_int64_divide(INT64_MIN, 0));
+    TEST_ASSERT_EQUAL_INT64(INT64_MIN, sway_int64_divide(INT64_MIN, 1));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -192,5 +264,7 @@ int main(void)
     RUN_TEST(test_comparison_orders_as_double_does);
     RUN_TEST(test_wide_products);
     RUN_TEST(test_wide_quotients);
+    RUN_TEST(test_every_operation_ends_at_the_range);
+    RUN_TEST(test_functions_beyond_their_arguments);
     return UNITY_END();
 }

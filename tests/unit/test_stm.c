@@ -19,6 +19,19 @@ static sway_stm_t reference_model(void)
     return stm;
 }
 
+/* Routh-Hurwitz: every root of the polynomial has a negative real part. */
+static bool is_stable(const sway_stm_quartic_t *quartic)
+{
+    double a[5];
+    bool positive = true;
+    for (int k = 4; k >= 0; k--) {
+        a[k] = value(quartic->a[k]);
+        positive = positive && (a[k] > 0.0 || (k > 2 && a[4] == 0.0)); // solo: a quadratic
+    }
+    const double hurwitz = a[1] * (a[2] * a[3] - a[4] * a[1]) - a[0] * a[3] * a[3];
+    return positive && (a[4] == 0.0 || hurwitz > 0.0);
+}
+
 static sway_stm_roots_t roots_at(const sway_stm_t *stm, double kmh, int *sweeps)
 {
     const sway_stm_quartic_t quartic = sway_stm_quartic(stm, real(kmh / 3.6));
@@ -82,7 +95,7 @@ static void modes_at_five_speeds(void)
         }
         TEST_ASSERT_TRUE(other);
         const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, real(golden[i][0] / 3.6));
-        TEST_ASSERT_EQUAL_INT(golden[i][1] > 0, sway_stm_is_stable(&quartic));
+        TEST_ASSERT_EQUAL_INT(golden[i][1] > 0, is_stable(&quartic));
     }
 }
 
@@ -209,8 +222,8 @@ static void a_car_without_trailer(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, -critical, value(result.characteristic_speed_m_s));
     const sway_stm_quartic_t below = sway_stm_quartic(&stm, real(critical * 0.999));
     const sway_stm_quartic_t above = sway_stm_quartic(&stm, real(critical * 1.001));
-    TEST_ASSERT_TRUE(sway_stm_is_stable(&below));
-    TEST_ASSERT_FALSE(sway_stm_is_stable(&above));
+    TEST_ASSERT_TRUE(is_stable(&below));
+    TEST_ASSERT_FALSE(is_stable(&above));
 }
 
 static void speeds_outside_the_search(void)
@@ -264,7 +277,7 @@ static void the_closed_form_limit_is_the_first_change_of_stability(void)
         double first = 10;
         for (; first < 250; first += 0.5) {
             const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, real(first / 3.6));
-            if (!sway_stm_is_stable(&quartic)) {
+            if (!is_stable(&quartic)) {
                 break;
             }
         }
@@ -294,6 +307,102 @@ static void relaxation_lowers_the_critical_speed(void)
         v = sway_real_add(v, d_v);
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 111.83, value(v) * 3.6);
+}
+
+/* The Hurwitz determinant of a stable low speed needs no check but of the slow root: random
+ * positive masses and stiffnesses, axles and balls anywhere. */
+static void at_low_speed_only_the_slow_root_can_be_unstable(void)
+{
+    uint32_t seed = 1;
+    int ahead = 0;
+    for (int trial = 0; trial < 2000; trial++) {
+        sway_stm_t stm = reference_model();
+        double x[14];
+        for (int k = 0; k < 14; k++) {
+            seed = seed * 1664525U + 1013904223U;
+            x[k] = (seed >> 8) / 16777216.0;
+        }
+        for (int b = 0; b < 2; b++) {
+            stm.body[b].mass_kg = real(300 + 3000 * x[b]);
+            stm.body[b].yaw_inertia_kgm2 = real(500 + 9000 * x[2 + b]);
+            for (int axle = 0; axle < 2; axle++) {
+                stm.body[b].axle_m[axle] = real(4 * x[4 + 2 * b + axle] - 2);
+                stm.body[b].stiffness_n_per_rad[axle] = real(2e4 + 2e5 * x[8 + 2 * b + axle]);
+            }
+            stm.body[b].hitch_m = real((b == 0 ? -4 : 4) * x[12 + b]);
+        }
+        sway_real_t v, omega;
+        const sway_vcrit_t kind = sway_stm_critical_speed(&stm, &v, &omega);
+        const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, real(0.02));
+        const bool below = kind == SWAY_VCRIT_BELOW_RANGE && value(omega) == 0.0;
+        TEST_ASSERT_TRUE(is_stable(&quartic) || kind == SWAY_VCRIT_BELOW_RANGE);
+        if (below && !is_stable(&quartic)) {
+            TEST_ASSERT_TRUE(value(v) == value(sway_stm_speed_low()));
+            ahead++;
+        }
+    }
+    TEST_ASSERT_TRUE(ahead > 20); // such as an axle ahead of its ball
+}
+
+static void what_has_no_answer_is_singular(void)
+{
+    sway_stm_t stm = reference_model();
+    sway_stm_static_t steady;
+    sway_real_t d_omega;
+    sway_real_t d_v;
+    sway_stm_roots_t roots;
+    stm.body[SWAY_STM_TRAILER].axle_m[0] = real(7.0); // both ahead of the ball at 5.073 m
+    stm.body[SWAY_STM_TRAILER].axle_m[1] = real(6.0);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_SINGULAR, sway_stm_steady_state(&stm, real(25), &steady));
+    const sway_complex_t f_s = {sway_real_int(1), sway_real_int(2)};
+    const sway_complex_t parallel = {sway_real_int(-4), sway_real_int(2)}; // twice j f_s
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_SINGULAR, sway_stm_shift(f_s, parallel, f_s, &d_omega, &d_v));
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_shift(f_s, f_s, f_s, &d_omega, &d_v));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, -1.0, value(d_v)); // df = 1 f_v is undone
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, value(d_omega));
+    sway_stm_quartic_t quartic = {{sway_real_zero(), sway_real_int(6), sway_real_int(11),
+                                   sway_real_int(6), sway_real_int(1)}};
+    sway_stm_roots_start(&roots, &quartic); // s (s + 1) (s + 2) (s + 3)
+    for (int sweep = 0; sweep < 60 && !sway_stm_roots_sweep(&roots, &quartic); sweep++) {
+    }
+    double sum = 0.0;
+    for (int k = 0; k < 4; k++) {
+        sum += value(roots.root[k].re);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, -6.0, sum);
+}
+
+static void an_axle_without_stiffness_has_no_lag(void)
+{
+    sway_stm_t stm = reference_model();
+    const sway_complex_t s = {real(-0.1), real(4.2)};
+    stm.body[SWAY_STM_TRAILER].stiffness_n_per_rad[0] = sway_real_zero();
+    const double complex without = cvalue(sway_stm_characteristic(&stm, s, real(25)));
+    stm.body[SWAY_STM_TRAILER].relaxation_m[0] = real(0.5);
+    const double complex with = cvalue(sway_stm_characteristic(&stm, s, real(25)));
+    TEST_ASSERT_TRUE(without == with);
+}
+
+static void a_vehicle_that_is_not_whole_has_no_model(void)
+{
+    sway_stm_t stm;
+    sway_vehicle_t vehicle = reference_vehicle();
+    vehicle.car.yaw_inertia_gm2 = 0; // may be 0, but not here
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_stm_from_vehicle(&stm, &vehicle));
+    vehicle = reference_vehicle();
+    vehicle.car.mass_g = 1;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_stm_from_vehicle(&stm, &vehicle));
+}
+
+static void an_axle_without_stiffness_has_no_critical_speed(void)
+{
+    sway_stm_t stm = reference_model();
+    sway_real_t v, omega;
+    for (int axle = 0; axle < 3; axle++) {
+        stm = reference_model();
+        stm.body[axle / 2].stiffness_n_per_rad[axle == 2 ? 1 : axle] = sway_real_zero();
+        TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_SINGULAR, sway_stm_critical_speed(&stm, &v, &omega));
+    }
 }
 
 static void a_vehicle_out_of_range_is_named(void)
@@ -340,6 +449,11 @@ int main(void)
     RUN_TEST(speeds_outside_the_search);
     RUN_TEST(the_closed_form_limit_is_the_first_change_of_stability);
     RUN_TEST(relaxation_lowers_the_critical_speed);
+    RUN_TEST(at_low_speed_only_the_slow_root_can_be_unstable);
+    RUN_TEST(what_has_no_answer_is_singular);
+    RUN_TEST(an_axle_without_stiffness_has_no_lag);
+    RUN_TEST(a_vehicle_that_is_not_whole_has_no_model);
+    RUN_TEST(an_axle_without_stiffness_has_no_critical_speed);
     RUN_TEST(a_vehicle_out_of_range_is_named);
     return UNITY_END();
 }

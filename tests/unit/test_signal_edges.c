@@ -1,0 +1,429 @@
+/* Arguments and configurations that are refused, one by one; estimates that do not end well. */
+#include <math.h>
+#include <string.h>
+
+#include "signal/sway_track.h"
+#include "unity.h"
+
+/* As in sway_track.c. */
+enum { TRACK_IDLE, TRACK_SEARCH, TRACK_LINE, TRACK_TONE_SEARCH, TRACK_TONE, TRACK_HELD };
+
+static sway_track_t track;
+static sway_track_work_t work;
+static sway_track_config_t config;
+static sway_line_job_t job;
+static sway_line_t line;
+static sway_ring_t ring;
+static sway_search_t search;
+
+void setUp(void)
+{
+    config = sway_track_default(10000);
+    memset(&job, 0, sizeof job);
+    memset(&line, 0, sizeof line);
+    memset(&work, 0, sizeof work);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config, &work));
+}
+
+void tearDown(void)
+{
+}
+
+static double to_double(sway_real_t x)
+{
+    return ldexp((double)x.m, x.e);
+}
+
+static sway_real_t real(double x)
+{
+    return sway_real((int64_t)llround(x * 1048576.0), -20);
+}
+
+/* Rows of channel 1: amplitude times a damped cosine, and noise of +-`noise`. */
+static void fill(int rows, double hertz, double growth, double amplitude, double noise)
+{
+    uint32_t seed = 9;
+    sway_ring_clear(&ring);
+    for (int k = 0; k < rows; k++) {
+        sway_row_t row;
+        memset(&row, 0, sizeof row);
+        seed = seed * 1664525U + 1013904223U;
+        const double t = k * 0.01;
+        const double n = noise * ((seed >> 8) / 8388608.0 - 1.0);
+        row.time_us = 10000 * (int64_t)k;
+        row.present_mask = row.valid_mask = SWAY_CHANNEL_BIT(1) | SWAY_CHANNEL_BIT(2);
+        row.value[1] =
+            (int32_t)lround(1e6 * (amplitude * exp(growth * t) * cos(2 * M_PI * hertz * t) + n));
+        sway_ring_push(&ring, &row);
+    }
+}
+
+static sway_line_config_t line_config(void)
+{
+    const sway_line_config_t result = {.channel_mask = SWAY_CHANNEL_BIT(1) | SWAY_CHANNEL_BIT(2),
+                                       .sample_period_us = 10000,
+                                       .frequency_min_mhz = 250,
+                                       .frequency_max_mhz = 2000,
+                                       .steering_quiet_urad = 17453,
+                                       .speed_change_milli = 50,
+                                       .result_mask = UINT32_MAX};
+    return result;
+}
+
+/* The line from `start_hz`, the job left at its end. */
+static void estimate(uint32_t window, double start_hz)
+{
+    const sway_line_config_t how = line_config();
+    TEST_ASSERT_EQUAL_INT(
+        SWAY_OK, sway_line_start(&job, &how, &ring, window, real(2 * M_PI * start_hz), &line));
+    while (sway_line_run(&job, &ring)) {
+    }
+}
+
+/* --- refused ---------------------------------------------------------------------------------- */
+
+static void refuse_track(void)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config, &work));
+    config = sway_track_default(10000);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config, &work));
+}
+
+static void a_track_refuses_each_wrong_value(void)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(NULL, &config, &work));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, NULL, &work));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_track_init(&track, &config, NULL));
+    config.sample_period_us = 999;
+    refuse_track();
+    config.sample_period_us = 100001;
+    refuse_track();
+    config.window_cycles_milli = 1499;
+    refuse_track();
+    config.window_cycles_milli = 6001;
+    refuse_track();
+    config.frequency_min_mhz = 99;
+    refuse_track();
+    config.frequency_max_mhz = 10001;
+    refuse_track();
+    config.frequency_min_mhz = config.frequency_max_mhz;
+    refuse_track();
+    config.channel_mask = 0;
+    refuse_track();
+    config.steering_quiet_urad = -1;
+    refuse_track();
+    config.speed_change_milli = -1;
+    refuse_track();
+    config.frequency_min_mhz = 100; // the ends themselves are taken
+    config.frequency_max_mhz = 10000;
+    config.window_cycles_milli = 1500;
+    config.sample_period_us = 1000;
+    config.steering_quiet_urad = 0;
+    config.speed_change_milli = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config, &work));
+    config.window_cycles_milli = 6000;
+    config.sample_period_us = 100000;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config, &work));
+}
+
+static void a_line_refuses_each_wrong_value(void)
+{
+    sway_line_config_t how = line_config();
+    const sway_real_t omega = real(4.2);
+    fill(300, 0.67, 0.0, 0.1, 0.001);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(NULL, &how, &ring, 200, omega, &line));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&job, NULL, &ring, 200, omega, &line));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&job, &how, NULL, 200, omega, &line));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&job, &how, &ring, 200, omega, NULL));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&job, &how, &ring, SWAY_WINDOW_MIN - 1, omega, &line));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&job, &how, &ring, SWAY_WINDOW_MAX + 1, omega, &line));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&job, &how, &ring, 200, sway_real_zero(), &line));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_NO_DATA,
+                          sway_line_start(&job, &how, &ring, 301, omega, &line));
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_line_start(&job, &how, &ring, 300, omega, &line));
+    how.sample_period_us = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
+                          sway_line_start(&job, &how, &ring, 200, omega, &line));
+    job.state = 200; // of a job that was never started
+    TEST_ASSERT_EQUAL_UINT32(0U, sway_line_cost(&job));
+    TEST_ASSERT_FALSE(sway_line_run(&job, &ring));
+}
+
+static void a_search_refuses_each_wrong_value(void)
+{
+    const sway_search_config_t good = {.channel_mask = 2U,
+                                       .sample_period_us = 10000,
+                                       .frequency_min_mhz = 250,
+                                       .frequency_max_mhz = 2000};
+    sway_search_config_t how = good;
+    fill(300, 0.67, 0.0, 0.1, 0.001);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_search_start(NULL, &how, &ring));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_search_start(&search, NULL, &ring));
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_search_start(&search, &how, NULL));
+    how.sample_period_us = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_search_start(&search, &how, &ring));
+    how = good;
+    how.frequency_min_mhz = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_search_start(&search, &how, &ring));
+    how = good;
+    how.frequency_max_mhz = 250;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_search_start(&search, &how, &ring));
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_search_start(&search, &good, &ring));
+}
+
+/* --- what is no oscillation ------------------------------------------------------------------- */
+
+static void what_lies_below_the_band_is_no_oscillation(void)
+{
+    fill(500, 0.235, 0.0, 0.1, 0.0005);
+    estimate(480, 0.25);
+    TEST_ASSERT_TRUE(to_double(line.omega_rad_s) < 2 * M_PI * 0.25);
+    TEST_ASSERT_BITS_HIGH(SWAY_LINE_NO_OSCILLATION, line.flags);
+    fill(500, 0.27, 0.0, 0.1, 0.0005);
+    estimate(480, 0.25);
+    TEST_ASSERT_BITS_LOW(SWAY_LINE_NO_OSCILLATION, line.flags);
+}
+
+static void what_is_not_known_to_a_tenth_is_no_oscillation(void)
+{
+    fill(120, 1.1, 8.0, 0.2 * exp(-9.6), 0.001); // all of it in the last turn
+    estimate(120, 1.1);
+    TEST_ASSERT_TRUE(to_double(sway_complex_abs(line.channel[1].amplitude)) >
+                     8.0 * to_double(line.channel[1].amplitude_se));
+    TEST_ASSERT_TRUE(to_double(line.omega_se_rad_s) > 0.1 * to_double(line.omega_rad_s));
+    TEST_ASSERT_BITS_HIGH(SWAY_LINE_NO_OSCILLATION, line.flags);
+}
+
+static void a_channel_that_is_dead_does_not_stand_out(void)
+{
+    fill(300, 0.67, 0.0, 0.0, 0.0); // two channels of zeros: no amplitude, and no error of it
+    estimate(280, 0.67);
+    TEST_ASSERT_BITS_HIGH(SWAY_LINE_NO_OSCILLATION, line.flags);
+}
+
+/* --- the model where there is no data --------------------------------------------------------- */
+
+static void a_model_without_bounds_is_clipped(void)
+{
+    sway_real_t parameter[SWAY_FIT_LINEAR];
+    int32_t model[SWAY_FIT_BLOCKS];
+    fill(300, 0.67, 0.0, 0.1, 0.001);
+    estimate(280, 0.67);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        for (int i = 0; i < (int)SWAY_FIT_LINEAR; i++) {
+            parameter[i] = sway_real_zero();
+        }
+        parameter[0] = sway_real_scale(sway_real_int(sign), 60);
+        sway_fit_model(&job.basis, parameter, 4, UINT64_MAX, model);
+        for (uint32_t b = 0; b < job.basis.blocks; b++) {
+            TEST_ASSERT_TRUE(model[b] <= (1 << 28) && model[b] >= -(1 << 28));
+        }
+    }
+}
+
+/* Where rows are missing the model is put; however wild it is, the sums keep their bound. */
+static void a_wild_model_of_missing_rows_is_clipped(void)
+{
+    const sway_line_config_t how = line_config();
+    const int32_t bound = (1 << 27) - 1;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        int32_t largest = 0;
+        sway_ring_clear(&ring);
+        for (int k = 0; k < 300; k++) {
+            sway_row_t row;
+            memset(&row, 0, sizeof row);
+            row.time_us = 10000 * (int64_t)k;
+            row.present_mask = SWAY_CHANNEL_BIT(1);
+            row.valid_mask = k >= 100 && k < 120 ? 0U : SWAY_CHANNEL_BIT(1);
+            row.value[1] = (int32_t)lround(1e5 * cos(2 * M_PI * 0.0067 * k));
+            sway_ring_push(&ring, &row);
+        }
+        TEST_ASSERT_EQUAL_INT(
+            SWAY_OK, sway_line_start(&job, &how, &ring, 280, real(2 * M_PI * 0.67), &line));
+        bool more = true;
+        while (more) {
+            job.data[1].parameter[0] = sway_real_scale(sway_real_int(sign), 40);
+            more = sway_line_run(&job, &ring);
+            for (uint32_t b = 0; b < job.basis.blocks; b++) {
+                const int32_t size =
+                    job.data[1].sum[b] < 0 ? -job.data[1].sum[b] : job.data[1].sum[b];
+                largest = size > largest ? size : largest;
+            }
+        }
+        TEST_ASSERT_EQUAL_INT32(bound, largest);
+    }
+}
+
+/* --- what the track does with a tone of the steering wheel ------------------------------------ */
+
+/* A locked track whose estimate of a tone has just been finished. */
+static void finish_tone(double tone_hz, double growth, uint64_t missing, uint32_t flags)
+{
+    setUp();
+    track.locked = true;
+    track.free = true;
+    track.omega_rad_s = real(2 * M_PI * 0.67);
+    track.state = TRACK_TONE;
+    track.line.omega_rad_s = real(2 * M_PI * tone_hz);
+    track.line.growth_1_s = real(growth);
+    track.line.flags = flags;
+    work.job.half_s = real(1.2);
+    work.job.data[SWAY_CHANNEL_STEERING_WHEEL_ANGLE].missing = missing;
+    TEST_ASSERT_TRUE(sway_track_run(&track)); // the job is idle: it has ended
+    TEST_ASSERT_EQUAL_INT(TRACK_HELD, track.state);
+}
+
+static void a_tone_counts_where_it_is_whole_apart_and_steady(void)
+{
+    finish_tone(0.9, 0.0, 0U, 0U);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2 * M_PI * 0.9, to_double(track.forced_rad_s));
+    finish_tone(0.9, 0.0, 0U, SWAY_LINE_MISFIT);
+    TEST_ASSERT_EQUAL_INT32(0, track.forced_rad_s.m);
+    finish_tone(0.9, 0.0, 4U, 0U);
+    TEST_ASSERT_EQUAL_INT32(0, track.forced_rad_s.m);
+    finish_tone(0.7, 0.0, 0U, 0U);
+    TEST_ASSERT_EQUAL_INT32(0, track.forced_rad_s.m);
+    finish_tone(0.9, 0.1, 0U, 0U);
+    TEST_ASSERT_EQUAL_INT32(0, track.forced_rad_s.m);
+}
+
+static void finish_line(double of_tone, uint32_t flags)
+{
+    setUp();
+    track.locked = true;
+    track.free = true;
+    track.state = TRACK_LINE;
+    track.line.flags = flags;
+    track.line.valid_mask = SWAY_CHANNEL_BIT(1);
+    track.line.channel[1].amplitude.re = real(0.1);
+    track.line.channel[1].amplitude_se = real(0.001);
+    track.line.omega_rad_s = real(4.2);
+    track.line.window_samples = 250;
+    work.job.basis.scale = sway_real_int(1);
+    work.job.data[1].parameter[0] = real(1.0);
+    work.job.data[1].parameter[6] = real(of_tone);
+    (void)sway_track_run(&track);
+}
+
+static void a_tone_that_is_larger_than_the_line_beside_it_takes_its_place(void)
+{
+    finish_line(0.5, SWAY_LINE_APART);
+    TEST_ASSERT_TRUE(track.locked && track.free);
+    finish_line(2.0, SWAY_LINE_APART);
+    TEST_ASSERT_FALSE(track.locked || track.free);
+    TEST_ASSERT_BITS_HIGH(SWAY_LINE_SEEKING, track.line.flags);
+    finish_line(2.0, 0U);
+    TEST_ASSERT_TRUE(track.locked && track.free);
+}
+
+static void push_rows(int rows, double hertz)
+{
+    for (int k = 0; k < rows; k++) {
+        sway_row_t row;
+        memset(&row, 0, sizeof row);
+        row.time_us = 10000 * (int64_t)k;
+        row.valid_mask = row.present_mask = SWAY_CHANNEL_BIT(0) | SWAY_CHANNEL_BIT(1);
+        row.value[0] = row.value[1] = (int32_t)lround(1e5 * cos(2 * M_PI * hertz * 0.01 * k));
+        sway_track_push(&track, &row);
+    }
+}
+
+static void without_rows_for_a_tone_the_line_is_held_alone(void)
+{
+    track.locked = true; // nothing in the ring: no search of the steering wheel can begin
+    track.free = true;
+    track.omega_rad_s = real(4.2);
+    track.line.flags = SWAY_LINE_FORCED;
+    track.rows_to_hop = 0;
+    (void)sway_track_run(&track);
+    TEST_ASSERT_EQUAL_INT(TRACK_HELD, track.state);
+}
+
+/* A search over `rows` rows of a tone of the steering wheel for a line of `hertz`. */
+static void search_tone(int rows, double tone_hz, double hertz)
+{
+    setUp();
+    push_rows(rows, tone_hz);
+    track.locked = true;
+    track.free = true;
+    track.omega_rad_s = real(2 * M_PI * hertz);
+    track.line.flags = SWAY_LINE_FORCED;
+    track.rows_to_hop = 0;
+    (void)sway_track_run(&track);
+    TEST_ASSERT_EQUAL_INT(TRACK_TONE_SEARCH, track.state);
+    for (int slice = 0; slice < 200 && track.state == TRACK_TONE_SEARCH; slice++) {
+        (void)sway_track_run(&track);
+    }
+}
+
+static void a_tone_is_estimated_where_the_search_finds_it(void)
+{
+    search_tone(300, 0.67, 0.67);
+    TEST_ASSERT_EQUAL_INT(TRACK_TONE, track.state);
+    search_tone(300, 0.0, 0.67); // the wheel stands still
+    TEST_ASSERT_EQUAL_INT(TRACK_HELD, track.state);
+    search_tone(200, 0.67, 0.3); // fewer rows than the line's own window
+    TEST_ASSERT_EQUAL_INT(TRACK_HELD, track.state);
+}
+
+static void a_window_too_short_for_any_estimate_starts_none(void)
+{
+    config.sample_period_us = 20000;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_track_init(&track, &config, &work));
+    push_rows(SWAY_WINDOW_MIN - 2, 2.0); // nearly all that is wanted, and fewer than any line needs
+    track.locked = true;
+    track.omega_rad_s = real(2 * M_PI * 3.0);
+    track.state = TRACK_HELD;
+    (void)sway_track_run(&track);
+    TEST_ASSERT_EQUAL_INT(TRACK_IDLE, track.state);
+    TEST_ASSERT_BITS_HIGH(SWAY_LINE_STARTING, track.line.flags);
+}
+
+/* --- the drift of the frequency --------------------------------------------------------------- */
+
+static void a_drift_of_more_than_a_radian_is_not_believed(void)
+{
+    for (int fast = 0; fast < 2; fast++) {
+        setUp();
+        push_rows(300, 0.67);
+        track.locked = true;
+        track.omega_rad_s = real(4.2);
+        track.past_count = SWAY_TRACK_HISTORY;
+        for (int k = 0; k < (int)SWAY_TRACK_HISTORY; k++) {
+            track.past_omega[k] = real(4.2 + (fast != 0 ? 1.0 : 0.02) * k);
+            track.past_se[k] = real(0.001);
+            track.past_us[k] = 300000 * (int64_t)k;
+        }
+        track.state = TRACK_HELD;
+        (void)sway_track_run(&track);
+        TEST_ASSERT_EQUAL_INT(TRACK_LINE, track.state);
+        TEST_ASSERT_EQUAL_INT(fast, work.job.config.chirp_rad_s2.m == 0);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_track_refuses_each_wrong_value);
+    RUN_TEST(a_line_refuses_each_wrong_value);
+    RUN_TEST(a_search_refuses_each_wrong_value);
+    RUN_TEST(what_lies_below_the_band_is_no_oscillation);
+    RUN_TEST(what_is_not_known_to_a_tenth_is_no_oscillation);
+    RUN_TEST(a_channel_that_is_dead_does_not_stand_out);
+    RUN_TEST(a_model_without_bounds_is_clipped);
+    RUN_TEST(a_wild_model_of_missing_rows_is_clipped);
+    RUN_TEST(a_tone_counts_where_it_is_whole_apart_and_steady);
+    RUN_TEST(a_tone_that_is_larger_than_the_line_beside_it_takes_its_place);
+    RUN_TEST(without_rows_for_a_tone_the_line_is_held_alone);
+    RUN_TEST(a_tone_is_estimated_where_the_search_finds_it);
+    RUN_TEST(a_window_too_short_for_any_estimate_starts_none);
+    RUN_TEST(a_drift_of_more_than_a_radian_is_not_believed);
+    return UNITY_END();
+}
