@@ -26,5 +26,5 @@ int64_t sway_int64_divide(int64_t value, int64_t divisor)
         }
         step /= 2U;
     }
-    return (value < 0) == (divisor < 0) ? (int64_t)quotient : -(int64_t)quotient;
+    return (int64_t)((value < 0) == (divisor < 0) ? quotient : UINT64_C(0) - quotient);
 }
