@@ -54,6 +54,15 @@
 #error "SWAY_TRAILER: 0 or 1"
 #endif
 
+/// 1: checks the relations between the inputs while driving (sway_supervise); 0: leaves that out.
+/// Its work has a slice of its own in each row, so estimates come at the same times either way.
+#ifndef SWAY_SUPERVISION
+#define SWAY_SUPERVISION (SWAY_CHANNELS == 16)
+#endif
+#if SWAY_SUPERVISION != 0 && (SWAY_SUPERVISION != 1 || SWAY_CHANNELS != 16)
+#error "SWAY_SUPERVISION: 0, or 1 with 16 channels"
+#endif
+
 /// Most work in one call of sway_core_run(), in thousands of instructions of a Cortex-M0+ (about;
 /// other processors take fewer): 60 are 1.3 ms at 48 MHz.
 #ifndef SWAY_SLICE_COST

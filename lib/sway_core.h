@@ -19,6 +19,7 @@
 #define SWAY_CORE_H
 
 #include "judge/sway_judge.h"
+#include "judge/sway_supervise.h"
 #include "signal/sway_grid.h"
 #include "model/sway_identify.h"
 #include "model/sway_margin.h"
@@ -62,6 +63,7 @@ typedef struct {
     bool fed;              ///< samples have come: a row may be ready
     bool identified;       ///< work.identify holds results of this line
     bool modelled;         ///< margin holds results of this line
+    bool supervise_due;    ///< in this row
     bool watched;          ///< the car's own sensors say more of the model: watch holds it
     uint32_t sequence;     ///< of the last line taken
     uint32_t seen_mask;    ///< channels that have ever come
@@ -78,6 +80,9 @@ typedef struct {
     sway_margin_t margin;
 #if SWAY_TRAILER
     sway_trailer_watch_t watch;
+#endif
+#if SWAY_SUPERVISION
+    sway_supervise_t supervise;
 #endif
     sway_grid_t grid;
     sway_track_t track;

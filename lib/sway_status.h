@@ -110,6 +110,24 @@ typedef enum {
     SWAY_FAULT_COUNT
 } sway_fault_t;
 
+/// What the supervision of the relations has found (sway_supervise). Findings of a sensor are a
+/// base and the number of its channel. The size's unit: of a gain, tyres, load, car, trailer, speed
+/// 1e-6; of a delay us; of an offset the channel's; of a place um; of friction 1e-4 Nm.
+typedef enum {
+    SWAY_FINDING_NONE,
+    SWAY_FINDING_SPEED,           ///< true over measured speed, less 1
+    SWAY_FINDING_CAR_FRONT_TYRES, ///< stiffness has changed on the way
+    SWAY_FINDING_CAR_REAR_TYRES,
+    SWAY_FINDING_TRAILER_TYRES,
+    SWAY_FINDING_LOAD,       ///< of the trailer, changed on the way; size: its COG to the front, um
+    SWAY_FINDING_FRICTION,   ///< dry, at the ball
+    SWAY_FINDING_CAR,        ///< not the configured one; size: its mass
+    SWAY_FINDING_TRAILER,    ///< not the configured one; size: its mass
+    SWAY_FINDING_GAIN = 16,  ///< of a sensor; size: measured over true, less 1
+    SWAY_FINDING_DELAY = 32, ///< of a sensor
+    SWAY_FINDING_OFFSET = 48 ///< of a sensor
+} sway_finding_t;
+
 /// Parameters of the sensitivities, Eq. 3.44, in this order.
 typedef enum {
     SWAY_PARAMETER_CAR_MASS,
@@ -195,9 +213,12 @@ typedef struct {
     int32_t car_yaw_inertia_argument_urad;
     int32_t trailer_yaw_inertia_argument_urad;
 
-    uint32_t missing_inputs;  ///< SWAY_CHANNEL_BIT: came before, missing in this judgement
-    uint32_t doubted_inputs;  ///< one of these is wrong, or what they say of the vehicle is
-    uint32_t refuted_inputs;  ///< found wrong, left out
+    uint32_t missing_inputs; ///< SWAY_CHANNEL_BIT: came before, missing in this judgement
+    uint32_t doubted_inputs; ///< one of these is wrong, or what they say of the vehicle is
+    uint32_t refuted_inputs; ///< found wrong, left out
+    int32_t finding;         ///< sway_finding_t: the last one
+    int32_t finding_size_micro;
+    int32_t finding_se_micro;
     int32_t alarm;            ///< sway_alarm_state_t
     uint32_t reasons;         ///< SWAY_REASON_*
     int32_t time_to_limit_ms; ///< until the amplitude reaches the limit at this growth

@@ -75,6 +75,39 @@ static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
 #define WATCH_SPEAKS(core) false
 #endif
 
+/* --- supervision of the relations --------------------------------------------------------------
+ */
+
+#if SWAY_SUPERVISION
+static void supervise_row(sway_core_t *core, sway_row_t *row)
+{
+    row->valid_mask &= ~core->supervise.refuted_mask;
+    sway_supervise_row(&core->supervise, row);
+}
+
+static void supervise_publish(sway_core_t *core)
+{
+    const sway_supervise_t *const supervise = &core->supervise;
+    sway_status_t *const status = &core->status;
+    status->doubted_inputs = supervise->doubted_mask | supervise->offset_mask;
+    status->refuted_inputs = supervise->refuted_mask;
+    status->missing_inputs &= ~supervise->refuted_mask;
+    status->finding = supervise->finding.code;
+    status->finding_size_micro = supervise->finding.size_micro;
+    status->finding_se_micro = supervise->finding.se_micro;
+}
+
+#define SUPERVISE_INIT(core)                                                                       \
+    sway_supervise_init(&(core)->supervise, &(core)->config.vehicle,                               \
+                        (core)->config.sample_period_us)
+#define SUPERVISE_RUN(core) sway_supervise_run(&(core)->supervise)
+#else
+#define supervise_row(core, row)
+#define supervise_publish(core)
+#define SUPERVISE_INIT(core)
+#define SUPERVISE_RUN(core) false
+#endif
+
 /* --- start -------------------------------------------------------------------------------------
  */
 
@@ -107,6 +140,7 @@ static sway_error_t init_parts(sway_core_t *core, const sway_core_config_t *conf
     }
     sway_margin_init(&core->margin, &config->vehicle);
     watch_init(core);
+    SUPERVISE_INIT(core);
     return sway_judge_init(&core->judge, &config->vehicle, &config->alarm);
 }
 
@@ -271,6 +305,7 @@ SWAY_NOINLINE void publish(sway_core_t *core)
     status->window_ms = (int32_t)((uint32_t)line_of(core)->window_samples *
                                   ((uint32_t)core->config.sample_period_us / 100U) / 10U);
     sway_publish(status, &from);
+    supervise_publish(core);
     copy_faults(core);
     core->missing_mask = 0;
     status->sequence++;
@@ -382,6 +417,7 @@ static bool begin_row(sway_core_t *core)
     if (tick.restart) {
         restart(core, tick.time_us);
     }
+    supervise_row(core, &tick);
     sway_track_push(&core->track, &tick);
     WATCH_PUSH(core, &tick);
     core->time_us = tick.time_us;
@@ -392,12 +428,19 @@ static bool begin_row(sway_core_t *core)
         core->speed_time_us = tick.time_us;
     }
     core->slices_due = SWAY_SLICES_PER_ROW;
+    core->supervise_due = true;
     return true;
 }
 
 bool sway_core_run(sway_core_t *core)
 {
     uint32_t spent = 0;
+    if (core->slices_due == 0U && core->supervise_due) {
+        core->supervise_due = false;
+        if (SUPERVISE_RUN(core)) {
+            return true;
+        }
+    }
     if (core->slices_due == 0U) {
         if (!core->fed || !begin_row(core)) {
             core->fed = false;

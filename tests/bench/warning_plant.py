@@ -38,6 +38,8 @@ class Combination:
     stiffness: tuple[float, float, float, float] = (109.3e3, 185.2e3, 131.2e3, 124.4e3)
     relaxation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     peak_friction: float = 0.95
+    hitch_friction: float = 0.0
+    """Dry friction at the ball, Nm."""
 
     def vector(self) -> FloatArray:
         """All of it, for the compiled part."""
@@ -45,7 +47,7 @@ class Combination:
             [
                 self.m1, self.m2, self.i1, self.i2, self.lf1, self.lr1, self.lh1, self.lf2,
                 self.lr2, self.lh2, self.ratio, *self.stiffness, *self.relaxation,
-                self.peak_friction,
+                self.peak_friction, self.hitch_friction,
             ]
         )  # fmt: skip
 
@@ -196,6 +198,9 @@ def _simulate(
                 - m1 * lh1 * v * r
             )
             rhs2 = -force[2] * b_f - force[3] * b_r - side[k, 1] * (lh2 - 0.3) + m2 * lh2 * v * r
+            drag = p[20] * math.tanh(q / 0.005)
+            rhs1 += drag
+            rhs2 -= drag
             dvy = inverse[0, 0] * rhs0 + inverse[0, 1] * rhs1 + inverse[0, 2] * rhs2
             dr = inverse[1, 0] * rhs0 + inverse[1, 1] * rhs1 + inverse[1, 2] * rhs2
             dq = inverse[2, 0] * rhs0 + inverse[2, 1] * rhs1 + inverse[2, 2] * rhs2

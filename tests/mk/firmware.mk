@@ -36,10 +36,12 @@ FW_LINK_mips := -static -lm
 FW_LINK_x86 := -lm
 
 # The trailer from the car's own sensors (SWAY_TRAILER) does not fit into 64 KiB of flash and RAM
-# beside the rest; the M7, the R5 and the hosts have it.
-FW_CPU_m0plus := -mcpu=cortex-m0plus -DSWAY_TRAILER=0
-FW_CPU_m3 := -mcpu=cortex-m3 -DSWAY_TRAILER=0
-FW_CPU_m4f := -DSWAY_TRAILER=0 -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
+# beside the rest, nor does the supervision of the relations (SWAY_SUPERVISION); the M7 and the hosts
+# have both, the R5 (128 KiB for all) the first.
+FW_LEAN := -DSWAY_TRAILER=0 -DSWAY_SUPERVISION=0
+FW_CPU_m0plus := -mcpu=cortex-m0plus $(FW_LEAN)
+FW_CPU_m3 := -mcpu=cortex-m3 $(FW_LEAN)
+FW_CPU_m4f := $(FW_LEAN) -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 FW_CPU_m7 := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard
 # The small one: steering, yaw rate and acceleration of the car, yaw rate of the trailer; rows at
 # 50 Hz, the last 2.5 s of them. On the host, too, to compare with.
@@ -50,6 +52,7 @@ FW_FLAGS_x86small := $(FW_FLAGS_x86) $(FW_SIZES_small)
 FW_SOURCES_x86small := $(FW_SOURCES_x86)
 FW_LINK_x86small := $(FW_LINK_x86)
 FW_RAM_small := 64K
+FW_RAM_m7 := 96K
 FW_STACK_small := 2560
 FW_M := m0plus m3 m4f m7 small
 $(foreach t,$(FW_M),$(eval FW_CC_$t := arm-none-eabi-gcc)\
@@ -59,7 +62,7 @@ $(foreach t,$(FW_M),$(eval FW_CC_$t := arm-none-eabi-gcc)\
 
 FW_CC_r5 := arm-none-eabi-gcc
 FW_START_r5 := image_start
-FW_FLAGS_r5 := -mcpu=cortex-r5 -mthumb -mfloat-abi=soft -Iport/zynqmp_r5 $(FW_EMBEDDED)
+FW_FLAGS_r5 := -DSWAY_SUPERVISION=0 -mcpu=cortex-r5 -mthumb -mfloat-abi=soft -Iport/zynqmp_r5 $(FW_EMBEDDED)
 FW_SOURCES_r5 := $(FW_REPLAY) port/sway_bit_timing.c port/can.c port/zynqmp_r5/startup.S port/zynqmp_r5/r5.c \
     port/zynqmp_r5/can.c port/zynqmp_r5/main.c port/semihosting/semihosting.c
 # These three can be measured and calibrated over XCP; they are of both byte orders.

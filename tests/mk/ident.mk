@@ -14,6 +14,11 @@ bench-warning: setup-test
 bench-losses: setup-test
 	@$(PY) tests/bench/warning_losses.py --output $(B)/bench/losses.md
 
+# Broken sensors and other vehicles: how soon they are found, and told right.
+.PHONY: bench-supervision
+bench-supervision: setup-test
+	@$(PY) tests/bench/supervision.py --output $(B)/bench/supervision.md
+
 bench::
 	@$(WARNING) $(call warning-files,warning-small) --drives 60 --hours 2
 

@@ -1,0 +1,454 @@
+// SPDX-License-Identifier: MIT
+#include "judge/sway_supervise.h"
+
+#include <string.h>
+
+#include "arithmetic/sway_real_ops.h"
+
+enum { STAGE_IDLE, STAGE_TERMS, STAGE_REAL, STAGE_IMAGINARY, STAGE_FADE, STAGE_WEIGH };
+
+/* How well things are believed: ratios in ppm, lengths in micrometres, friction in 100 uNm. */
+static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
+    30000,  50000, // steering wheel: gain; 10 ms of delay, as the phase of 0.8 Hz
+    10000,  50000, // yaw rate of the car
+    40000,  50000, // its acceleration: bodies roll
+    10000,  50000, // yaw rate of the trailer
+    40000,  50000, // its acceleration
+    20000,  50000, // articulation
+    30000,  50000, // hitch
+    30000,  50000,  30000,  50000,  30000, 50000, 30000, 50000, // axles
+    5000,                                                       // speed
+    3000,   100000,                 // car: mass (all others are relative to it), yaw inertia
+    30000,  100000,                 // trailer
+    50000,  30000,                  // its place and length
+    120000, 120000, 120000, 120000, // stiffnesses
+    250000, 250000,                 // relaxation lengths
+    200000,                         // friction
+    25000,  25000,  25000,  25000,  // changes on the way: stiffnesses
+    20000,  10000,                  // mass, place
+};
+
+/* What is forgotten: sensors and changes; a drive long the rest. Two in a hundred of a number in a
+ * round of about a second. */
+#define KEEP_PPM 930000
+#define FADING                                                                                     \
+    ((UINT64_C(1) << SWAY_NUMBER_SPEED) - 1U + (UINT64_C(63) << SWAY_NUMBER_CHANGED_STIFFNESS))
+
+/* The third of the explanations by the vehicle, which come after those by each sensor. */
+#define EXPLAIN_TRAILER_TYRES (SWAY_SUPERVISE_SENSORS + 3)
+
+/* Explanations by the vehicle. */
+static const struct {
+    uint8_t finding;
+    uint8_t size;
+    uint8_t group[SWAY_GAUSS_GROUP];
+} BY_VEHICLE[] = {
+    {SWAY_FINDING_SPEED, 1, {SWAY_NUMBER_SPEED}},
+    {SWAY_FINDING_CAR_FRONT_TYRES, 1, {SWAY_NUMBER_CHANGED_STIFFNESS}},
+    {SWAY_FINDING_CAR_REAR_TYRES, 1, {SWAY_NUMBER_CHANGED_STIFFNESS + 1}},
+    {SWAY_FINDING_TRAILER_TYRES,
+     2,
+     {SWAY_NUMBER_CHANGED_STIFFNESS + 3, SWAY_NUMBER_CHANGED_STIFFNESS + 2}},
+    {SWAY_FINDING_LOAD, 2, {SWAY_NUMBER_CHANGED_PLACE, SWAY_NUMBER_CHANGED_MASS}},
+    {SWAY_FINDING_FRICTION, 1, {SWAY_NUMBER_FRICTION}},
+    {SWAY_FINDING_CAR,
+     4,
+     {SWAY_NUMBER_CAR_MASS, SWAY_NUMBER_CAR_INERTIA, SWAY_NUMBER_STIFFNESS,
+      SWAY_NUMBER_STIFFNESS + 1}},
+    {SWAY_FINDING_TRAILER,
+     6,
+     {SWAY_NUMBER_TRAILER_MASS, SWAY_NUMBER_TRAILER_INERTIA, SWAY_NUMBER_TRAILER_PLACE,
+      SWAY_NUMBER_TRAILER_LENGTH, SWAY_NUMBER_STIFFNESS + 2, SWAY_NUMBER_STIFFNESS + 3}},
+};
+
+/* Numbers of the means: offsets of the four motions since ever and since lately, and the bank. */
+static const sway_channel_t MOTION[4] = {SWAY_CHANNEL_CAR_YAW_RATE, SWAY_CHANNEL_CAR_LATERAL_ACC,
+                                         SWAY_CHANNEL_TRAILER_YAW_RATE,
+                                         SWAY_CHANNEL_TRAILER_LATERAL_ACC};
+enum { OFFSET_LATELY = 4, OFFSET_BANK = 8 };
+static const int32_t OFFSET_TOLERANCE[SWAY_SUPERVISE_OFFSETS] = {
+    9000, 250000, 9000, 250000, 3500, 120000, 3500, 120000, 300000};
+#define OFFSET_FADING UINT64_C(0x1F0)
+#define OFFSET_KEEP_PPM 950000
+
+/* Rows in a mean. */
+#define MEAN_ROWS 256
+
+static void reset_numbers(sway_supervise_t *su)
+{
+    memcpy(su->tolerance_ppm, TOLERANCE, sizeof TOLERANCE);
+    sway_gauss_reset(&su->numbers);
+    su->candidate = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
+    su->told = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
+    su->in_a_row = 0;
+    su->doubtful = 0;
+    su->rounds = 0;
+    su->stage = STAGE_IDLE;
+}
+
+void sway_supervise_init(sway_supervise_t *su, const sway_vehicle_t *vehicle,
+                         int32_t sample_period_us)
+{
+    memset(su, 0, sizeof *su);
+    su->sample_period_us = sample_period_us;
+    su->vehicle = vehicle;
+    su->numbers.count = SWAY_NUMBER_COUNT;
+    su->numbers.tolerance_ppm = su->tolerance_ppm;
+    su->numbers.value = su->value;
+    su->numbers.covariance = su->covariance;
+    su->numbers.slope = su->slope;
+    su->numbers.moved = su->moved;
+    su->offsets.count = SWAY_SUPERVISE_OFFSETS;
+    su->offsets.tolerance_ppm = OFFSET_TOLERANCE;
+    su->offsets.value = su->offset_value;
+    su->offsets.covariance = su->offset_covariance;
+    su->offsets.slope = su->offset_slope;
+    su->offsets.moved = su->offset_moved;
+    sway_gauss_reset(&su->offsets);
+    reset_numbers(su);
+}
+
+/* --- offsets -----------------------------------------------------------------------------------
+ */
+
+/* Of r2 - r1 = 0, a1 - v r1 = bank, a2 - v r2 = bank, in micro-units. */
+static void take_means(sway_supervise_t *su)
+{
+    static const int32_t base_micro[3] = {7000, 120000, 120000};
+    static const uint8_t sensor[3][2] = {{2, 0}, {1, 0}, {3, 2}};
+    const sway_real_t by_rows = sway_real_ratio(1, MEAN_ROWS);
+    const sway_real_t speed = MUL(sway_real(su->sum_speed, 0), DIV(by_rows, sway_real_int(1000)));
+    const sway_real_t turn =
+        sway_real_abs(MUL(sway_real(su->sum_yaw_rate, 0), MUL(by_rows, sway_real_micro(1))));
+    for (uint32_t k = 0; k < 3U; k++) {
+        const sway_real_t mean = MUL(sway_real(su->sum[k], 0), by_rows);
+        const sway_real_t power = MUL(sway_real(su->sum_of_squares[k], 0), by_rows);
+        const sway_real_t spread = SUB(power, sway_real_square(mean));
+        const sway_real_t arm = k == 0U ? sway_real_int(1) : speed;
+        /* In a swing the mean over a window is a third of its spread; a turn adds what the trailer
+         * lags and the bodies roll. */
+        const sway_real_t bend = MUL(MUL(turn, arm), sway_real_ratio(k == 0U ? 15 : 6, 100));
+        const sway_real_t still =
+            MUL(sway_real_square(sway_real_micro(1)), DIV(spread, sway_real_int(11)));
+        const sway_real_t variance =
+            ADD(ADD(sway_real_square(sway_real_micro(base_micro[k])), sway_real_square(bend)),
+                sway_real_max(still, sway_real_zero()));
+        for (uint32_t i = 0; i < SWAY_SUPERVISE_OFFSETS; i++) {
+            su->offset_slope[i] = sway_real_zero();
+        }
+        for (uint32_t late = 0; late <= OFFSET_LATELY; late += OFFSET_LATELY) {
+            su->offset_slope[sensor[k][0] + late] = sway_real_int(-1);
+            su->offset_slope[sensor[k][1] + late] = arm;
+        }
+        su->offset_slope[OFFSET_BANK] = sway_real_int(k == 0U ? 0 : -1);
+        while (sway_gauss_take(&su->offsets, MUL(mean, sway_real_micro(1)), variance)) {
+        }
+    }
+}
+
+static int32_t integer(sway_real_t a, int32_t scale)
+{
+    return sway_real_to_int(a, scale, -INT32_MAX, INT32_MAX);
+}
+
+/* The offset that is worth most, if it is a finding ahead of the others. */
+static void weigh_offsets(sway_supervise_t *su)
+{
+    int32_t best = 0;
+    int32_t second = 0;
+    uint32_t which = 4;
+    for (uint32_t i = 0; i < 4U; i++) {
+        const uint8_t group[2] = {(uint8_t)i, (uint8_t)(i + OFFSET_LATELY)};
+        const int32_t worth = integer(sway_gauss_worth(&su->offsets, group, 2), 1) - 6;
+        second = worth > best ? best : (worth > second ? worth : second);
+        which = worth > best ? i : which;
+        best = worth > best ? worth : best;
+    }
+    su->offset_mask = 0;
+    if (which < 4U && best > SWAY_SUPERVISE_LIMIT && best - second > SWAY_SUPERVISE_LEAD) {
+        const uint32_t late = which + OFFSET_LATELY;
+        const sway_gauss_t *const all = &su->offsets;
+        const sway_real_t variance = ADD(
+            ADD(sway_gauss_covariance(all, which, which), sway_gauss_covariance(all, late, late)),
+            sway_real_scale(sway_gauss_covariance(all, which, late), 1));
+        const sway_real_t before = ADD(sway_real_square(sway_real_micro(OFFSET_TOLERANCE[which])),
+                                       sway_real_square(sway_real_micro(OFFSET_TOLERANCE[late])));
+        const sway_real_t free = DIV(before, SUB(before, variance)); // as if nothing were believed
+        const sway_real_t offset = ADD(su->offset_value[which], su->offset_value[late]);
+        su->offset_mask = SWAY_CHANNEL_BIT(MOTION[which]);
+        su->finding.code = SWAY_FINDING_OFFSET + (int32_t)MOTION[which];
+        su->finding.size_micro = integer(MUL(offset, free), 1000000);
+        su->finding.se_micro = integer(sway_real_sqrt(MUL(variance, free)), 1000000);
+    }
+}
+
+static int64_t clipped(int64_t value)
+{
+    const int64_t most = 100000000;
+    return value > most ? most : (value < -most ? -most : value);
+}
+
+static void take_row_of_means(sway_supervise_t *su, const sway_row_t *row)
+{
+    const uint32_t needed = SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED) | SWAY_CHANNEL_BIT(MOTION[0]) |
+                            SWAY_CHANNEL_BIT(MOTION[1]) | SWAY_CHANNEL_BIT(MOTION[2]) |
+                            SWAY_CHANNEL_BIT(MOTION[3]);
+    const int64_t speed = row->value[SWAY_CHANNEL_SPEED];
+    if (row->restart || (row->valid_mask & needed) != needed || speed < 8333) {
+        su->rows = 0;
+        return;
+    }
+    if (su->rows == 0U) {
+        memset(su->sum, 0, sizeof su->sum);
+        memset(su->sum_of_squares, 0, sizeof su->sum_of_squares);
+        su->sum_yaw_rate = 0;
+        su->sum_speed = 0;
+    }
+    const int64_t rate = row->value[MOTION[0]];
+    const int64_t rate_2 = row->value[MOTION[2]];
+    const int64_t off[3] = {clipped(rate_2 - rate),
+                            clipped(row->value[MOTION[1]] - speed * rate / 1000),
+                            clipped(row->value[MOTION[3]] - speed * rate_2 / 1000)};
+    for (uint32_t k = 0; k < 3U; k++) {
+        su->sum[k] += off[k];
+        su->sum_of_squares[k] += off[k] * off[k];
+    }
+    su->sum_yaw_rate += rate;
+    su->sum_speed += speed;
+    su->rows++;
+    if (su->rows == MEAN_ROWS) {
+        su->rows = 0;
+        while (sway_gauss_fade(&su->offsets, OFFSET_FADING, OFFSET_KEEP_PPM)) {
+        }
+        take_means(su);
+        weigh_offsets(su);
+    }
+}
+
+/* --- relations ---------------------------------------------------------------------------------
+ */
+
+void sway_supervise_row(sway_supervise_t *su, const sway_row_t *row)
+{
+    take_row_of_means(su, row);
+    if (sway_relations_add(&su->sums, row) && su->stage == STAGE_IDLE &&
+        sway_relations_start(&su->relations, su->vehicle, &su->sums, su->sample_period_us)) {
+        su->relation = 0;
+        su->harmonic = SWAY_RELATIONS_FIRST - 1;
+        su->stage = STAGE_FADE;
+    }
+}
+
+/* The next harmonic of a relation, or the first one of the next relation that is allowed. */
+static void next_relation(sway_supervise_t *su)
+{
+    su->harmonic++;
+    if (su->harmonic > SWAY_RELATIONS_LAST) {
+        su->harmonic = SWAY_RELATIONS_FIRST;
+        su->relation++;
+    }
+    while (su->relation < SWAY_RELATION_COUNT &&
+           !sway_relations_allow(&su->relations, (sway_relation_t)su->relation)) {
+        su->relation++;
+    }
+    su->explanation = 0;
+    su->stage = STAGE_WEIGH;
+    if (su->relation < SWAY_RELATION_COUNT) {
+        sway_relations_begin(&su->relations, (sway_relation_t)su->relation, su->harmonic);
+        su->stage = STAGE_TERMS;
+    }
+}
+
+static void take(sway_supervise_t *su, bool imaginary)
+{
+    const sway_relations_t *const re = &su->relations;
+    if (su->numbers.row == 0U) {
+        for (uint32_t i = 0; i < SWAY_NUMBER_COUNT; i++) {
+            su->slope[i] = imaginary ? re->slope[i].im : re->slope[i].re;
+        }
+    }
+    const sway_complex_t residual = re->residual;
+    if (sway_gauss_take(&su->numbers, imaginary ? residual.im : residual.re,
+                        sway_relations_variance(re))) {
+        return;
+    }
+    if (imaginary) {
+        next_relation(su);
+    } else {
+        su->stage = STAGE_IMAGINARY;
+    }
+}
+
+/* --- what is the matter ------------------------------------------------------------------------
+ */
+
+static uint32_t group_of(uint32_t explanation, uint8_t group[SWAY_GAUSS_GROUP])
+{
+    if (explanation < SWAY_SUPERVISE_SENSORS) {
+        group[0] = (uint8_t)(2U * explanation);
+        group[1] = (uint8_t)(2U * explanation + 1U);
+        return 2U;
+    }
+    memcpy(group, BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].group, SWAY_GAUSS_GROUP);
+    return BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].size;
+}
+
+static sway_channel_t channel_of(uint32_t sensor)
+{
+    static const uint8_t channel[] = {SWAY_CHANNEL_STEERING_WHEEL_ANGLE,
+                                      SWAY_CHANNEL_CAR_YAW_RATE,
+                                      SWAY_CHANNEL_CAR_LATERAL_ACC,
+                                      SWAY_CHANNEL_TRAILER_YAW_RATE,
+                                      SWAY_CHANNEL_TRAILER_LATERAL_ACC,
+                                      SWAY_CHANNEL_ARTICULATION,
+                                      SWAY_CHANNEL_HITCH_FY,
+                                      SWAY_CHANNEL_CAR_FRONT_FY,
+                                      SWAY_CHANNEL_CAR_REAR_FY,
+                                      SWAY_CHANNEL_TRAILER_FRONT_FY,
+                                      SWAY_CHANNEL_TRAILER_REAR_FY};
+    return (sway_channel_t)channel[sensor];
+}
+
+/* Gain or delay of a sensor: what it shows is the truth over 1 + h. */
+static void tell_sensor(sway_supervise_t *su, uint32_t sensor)
+{
+    sway_complex_t h;
+    sway_real_t se;
+    sway_real_t se_turn;
+    sway_gauss_free(&su->numbers, 2U * sensor, &h.re, &se);
+    sway_gauss_free(&su->numbers, 2U * sensor + 1U, &h.im, &se_turn);
+    h.re = ADD(h.re, sway_real_int(1));
+    const sway_real_t gain = DIV(h.re, sway_complex_norm(h));
+    const sway_real_t turn = sway_complex_arg(h);
+    const int32_t channel = (int32_t)channel_of(sensor);
+    const sway_real_t off = sway_real_abs(SUB(gain, sway_real_int(1)));
+    if (sway_real_less(off, sway_real_abs(turn)) && sway_real_sign(h.re) > 0) {
+        const sway_real_t by_omega = DIV(sway_real_ratio(1, 4), su->relations.bin_rad_s);
+        su->finding.code = SWAY_FINDING_DELAY + channel;
+        su->finding.size_micro = integer(MUL(turn, by_omega), 1000000);
+        su->finding.se_micro = integer(MUL(se_turn, by_omega), 1000000);
+    } else {
+        su->finding.code = SWAY_FINDING_GAIN + channel;
+        su->finding.size_micro = integer(SUB(gain, sway_real_int(1)), 1000000);
+        su->finding.se_micro = integer(MUL(se, sway_real_square(gain)), 1000000);
+    }
+    su->refuted_mask |= SWAY_CHANNEL_BIT(channel);
+    su->doubted_mask = 0;
+    reset_numbers(su);
+}
+
+/* What differs of the vehicle is estimated from now on as if nothing had been believed of it. */
+static void tell_vehicle(sway_supervise_t *su, uint32_t explanation)
+{
+    uint8_t group[SWAY_GAUSS_GROUP];
+    const uint32_t size = group_of(explanation, group);
+    for (uint32_t k = 0; k < size; k++) {
+        sway_gauss_lift(&su->numbers, group[k], &su->tolerance_ppm[group[k]], 10);
+    }
+    su->told = (uint8_t)explanation;
+    su->in_a_row = 0;
+    su->doubted_mask = 0;
+}
+
+/* Size of what is told of the vehicle: the first number, of a trailer's tyres the mean. */
+static void follow_vehicle(sway_supervise_t *su)
+{
+    if (su->told >= SWAY_SUPERVISE_EXPLANATIONS) {
+        return;
+    }
+    uint8_t group[SWAY_GAUSS_GROUP];
+    (void)group_of(su->told, group);
+    const uint32_t a = group[0];
+    sway_real_t value = su->value[a];
+    sway_real_t variance = sway_gauss_covariance(&su->numbers, a, a);
+    if (su->told == (uint8_t)EXPLAIN_TRAILER_TYRES && su->vehicle->trailer.axles == 2) {
+        const uint32_t b = group[1];
+        value = sway_real_scale(ADD(value, su->value[b]), -1);
+        variance = ADD(variance, sway_gauss_covariance(&su->numbers, b, b));
+        variance = ADD(variance, sway_real_scale(sway_gauss_covariance(&su->numbers, a, b), 1));
+        variance = sway_real_scale(variance, -2);
+    }
+    su->finding.code = BY_VEHICLE[su->told - SWAY_SUPERVISE_SENSORS].finding;
+    su->finding.size_micro = integer(value, 1000000);
+    su->finding.se_micro = integer(sway_real_sqrt(variance), 1000000);
+}
+
+static void weigh_one(sway_supervise_t *su)
+{
+    uint8_t group[SWAY_GAUSS_GROUP];
+    const uint32_t size = group_of(su->explanation, group);
+    su->score_milli[su->explanation] =
+        su->explanation == su->told
+            ? 0
+            : sway_real_to_int(sway_gauss_worth(&su->numbers, group, size), 1000, 0, 1000000000) -
+                  3000 * (int32_t)size;
+    su->explanation++;
+}
+
+/* Sensors among the explanations that are as good as the best one. */
+static uint32_t doubtful_sensors(const sway_supervise_t *su, int32_t best_milli)
+{
+    uint32_t mask = 0;
+    for (uint32_t i = 0; i < SWAY_SUPERVISE_SENSORS; i++) {
+        if (su->score_milli[i] > best_milli - 1000 * SWAY_SUPERVISE_LEAD) {
+            mask |= SWAY_CHANNEL_BIT(channel_of(i));
+        }
+    }
+    return mask;
+}
+
+static void judge_explanations(sway_supervise_t *su)
+{
+    uint32_t best = 0;
+    for (uint32_t i = 1; i < SWAY_SUPERVISE_EXPLANATIONS; i++) {
+        best = su->score_milli[i] > su->score_milli[best] ? i : best;
+    }
+    const int32_t most = su->score_milli[best];
+    bool ahead = most > 1000 * SWAY_SUPERVISE_LIMIT;
+    const bool finding = ahead;
+    for (uint32_t i = 0; i < SWAY_SUPERVISE_EXPLANATIONS; i++) {
+        ahead = ahead && (i == best || su->score_milli[i] <= most - 1000 * SWAY_SUPERVISE_LEAD);
+    }
+    su->in_a_row = (uint8_t)(ahead && su->candidate == best ? su->in_a_row + 1U : 0U);
+    su->candidate = (uint8_t)(ahead ? best : SWAY_SUPERVISE_EXPLANATIONS);
+    su->doubtful = (uint8_t)(finding ? (su->doubtful < 255U ? su->doubtful + 1U : 255U) : 0U);
+    su->doubted_mask = su->doubtful >= 2U ? doubtful_sensors(su, most) : 0U;
+    su->rounds++;
+    if (su->in_a_row > 0U && best < SWAY_SUPERVISE_SENSORS) {
+        tell_sensor(su, best);
+    } else if (su->in_a_row > 0U) {
+        tell_vehicle(su, best);
+    }
+    follow_vehicle(su);
+}
+
+bool sway_supervise_run(sway_supervise_t *su)
+{
+    switch (su->stage) {
+    case STAGE_FADE:
+        if (!sway_gauss_fade(&su->numbers, FADING, KEEP_PPM)) {
+            next_relation(su);
+        }
+        return true;
+    case STAGE_TERMS:
+        if (su->relations.term == 0U && !sway_relations_is_driven(&su->relations)) {
+            next_relation(su);
+        } else if (!sway_relations_run(&su->relations)) {
+            su->stage = STAGE_REAL;
+        }
+        return true;
+    case STAGE_REAL:
+    case STAGE_IMAGINARY:
+        take(su, su->stage == STAGE_IMAGINARY);
+        return true;
+    case STAGE_WEIGH:
+        weigh_one(su);
+        if (su->explanation == SWAY_SUPERVISE_EXPLANATIONS) {
+            su->stage = STAGE_IDLE;
+            judge_explanations(su);
+        }
+        return true;
+    default:
+        return false;
+    }
+}

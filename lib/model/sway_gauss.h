@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+/// sway_gauss: numbers believed within tolerances, and what measured relations make of them.
+///
+/// Each number is 0 where the user's belief is right, with a tolerance (its prior standard
+/// deviation). A relation says residual + slope . numbers = noise; taking it moves the numbers and
+/// shrinks their covariance (a Kalman filter's measurement). A number may fade: what was learnt of
+/// it is forgotten towards its tolerance, never beyond it (an Ornstein-Uhlenbeck process). So if
+/// the beliefs hold, a number is normal with variance `tolerance^2 - covariance` at any time, and
+/// what it is worth to set some numbers free has a chi-square distribution: a test whose false
+/// alarms are known, whenever one looks.
+///
+/// The arrays are the caller's. Work is done in slices of at most SWAY_GAUSS_CHUNK products.
+#ifndef SWAY_GAUSS_H
+#define SWAY_GAUSS_H
+
+#include <stddef.h>
+
+#include "arithmetic/sway_real.h"
+
+/// Products in one slice: about 55 thousand instructions of a Cortex-M0+.
+#define SWAY_GAUSS_CHUNK 360U
+
+/// Most numbers.
+#define SWAY_GAUSS_MOST 48
+
+/// Places in a packed lower triangle of `count` numbers.
+#define SWAY_GAUSS_TRIANGLE(count) ((count) * ((count) + 1) / 2)
+
+/// Numbers set free together at most.
+#define SWAY_GAUSS_GROUP 6
+
+typedef struct {
+    uint8_t count;
+    uint8_t row;                  ///< of the work in progress
+    const int32_t *tolerance_ppm; ///< of each number
+    sway_real_t *value;
+    sway_real_t *covariance; ///< packed lower triangle
+    sway_real_t *slope;      ///< of the relation in progress
+    sway_real_t *moved;      ///< covariance times slope
+    sway_real_t gain;        ///< innovation over its variance
+    sway_real_t by_variance; ///< 1 over the innovation's variance
+} sway_gauss_t;
+
+/// Back to the beliefs.
+void sway_gauss_reset(sway_gauss_t *gauss);
+
+/// One slice of forgetting: numbers of `fading` (a bit each) keep `keep_ppm` of themselves. False:
+/// done. Begin with `row` 0.
+bool sway_gauss_fade(sway_gauss_t *gauss, uint64_t fading, int32_t keep_ppm);
+
+/// Takes the relation residual + slope . value = noise of this variance, in slices: call with `row`
+/// 0 first, until false.
+bool sway_gauss_take(sway_gauss_t *gauss, sway_real_t residual, sway_real_t variance);
+
+/// Worth of setting the numbers of `group` free: chi-square with `size` degrees of freedom if the
+/// beliefs hold. 0 where nothing has been learnt of them.
+sway_real_t sway_gauss_worth(const sway_gauss_t *gauss, const uint8_t *group, uint32_t size);
+
+/// Number and standard error with its tolerance lifted. `se` is 0 where nothing has been learnt.
+void sway_gauss_free(const sway_gauss_t *gauss, uint32_t index, sway_real_t *value,
+                     sway_real_t *se);
+
+/// Lifts the tolerance of a number (which `tolerance_ppm` of the filter points at) to `factor`
+/// times of it.
+void sway_gauss_lift(sway_gauss_t *gauss, uint32_t index, int32_t *tolerance_ppm, int32_t factor);
+
+/// Covariance of two numbers.
+sway_real_t sway_gauss_covariance(const sway_gauss_t *gauss, uint32_t a, uint32_t b);
+
+#endif

@@ -1,0 +1,269 @@
+/* Supervision: numbers within tolerances, and drives of a linear combination with a broken sensor.
+ */
+#include <stdlib.h>
+
+#include "judge/sway_supervise.h"
+#include "sway_test.h"
+#include "unity.h"
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+/* --- numbers within tolerances -------------------------------------------------------------------
+ */
+
+#define NUMBERS 3
+static int32_t tolerance[NUMBERS];
+static sway_real_t found[NUMBERS], slope[NUMBERS], moved[NUMBERS];
+static sway_real_t covariance[SWAY_GAUSS_TRIANGLE(NUMBERS)];
+
+static sway_gauss_t three_numbers(void)
+{
+    sway_gauss_t gauss = {.count = NUMBERS,
+                          .tolerance_ppm = tolerance,
+                          .value = found,
+                          .covariance = covariance,
+                          .slope = slope,
+                          .moved = moved};
+    tolerance[0] = 100000;
+    tolerance[1] = 200000;
+    tolerance[2] = 50000;
+    sway_gauss_reset(&gauss);
+    return gauss;
+}
+
+static void take(sway_gauss_t *gauss, double a, double b, double residual, double variance)
+{
+    slope[0] = real(a);
+    slope[1] = real(b);
+    slope[2] = real(0);
+    while (sway_gauss_take(gauss, real(residual), real(variance))) {
+    }
+}
+
+static void a_relation_moves_numbers_as_kalman_says(void)
+{
+    sway_gauss_t gauss = three_numbers();
+    take(&gauss, 1, 2, 0.1, 0.01);
+    const double q = 0.01 + 0.01 * 1 + 0.04 * 4; /* of the innovation */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, -0.01 * 0.1 / q, value(found[0]));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, -0.08 * 0.1 / q, value(found[1]));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0, value(found[2]));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.01 - 0.0001 / q, value(sway_gauss_covariance(&gauss, 0, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, -0.0008 / q, value(sway_gauss_covariance(&gauss, 1, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.0025, value(sway_gauss_covariance(&gauss, 2, 2)));
+}
+
+static void what_is_far_off_counts_as_three_errors(void)
+{
+    sway_gauss_t gauss = three_numbers();
+    take(&gauss, 1, 0, -100, 0.01);
+    /* Variance of the innovation becomes 100^2/9: gain 0.01 * 9 / 100. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0009, value(found[0]));
+}
+
+static void setting_free_is_worth_what_the_tolerance_cost(void)
+{
+    sway_gauss_t gauss = three_numbers();
+    const uint8_t first = 0, second = 1, third = 2;
+    for (int i = 0; i < 50; i++) {
+        take(&gauss, 1, 0, -0.4, 0.001); /* the number is 0.4: four tolerances */
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 16, value(sway_gauss_worth(&gauss, &first, 1)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, value(sway_gauss_worth(&gauss, &second, 1)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, value(sway_gauss_worth(&gauss, &third, 1)));
+    const uint8_t both[2] = {1, 0};
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 16, value(sway_gauss_worth(&gauss, both, 2)));
+    sway_real_t free, se;
+    sway_gauss_free(&gauss, 0, &free, &se);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.4, value(free));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, sqrt(0.001 / 50), value(se));
+    sway_gauss_free(&gauss, 2, &free, &se);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, value(se));
+}
+
+static void what_fades_returns_to_its_tolerance_and_not_beyond(void)
+{
+    sway_gauss_t gauss = three_numbers();
+    take(&gauss, 1, 1, 0.3, 0.0001);
+    const double kept = value(found[1]);
+    for (int i = 0; i < 200; i++) {
+        while (sway_gauss_fade(&gauss, 1, 900000)) {
+        }
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, value(found[0]));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.01, value(sway_gauss_covariance(&gauss, 0, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, value(sway_gauss_covariance(&gauss, 1, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, kept, value(found[1]));
+}
+
+static void a_lifted_tolerance_lets_the_number_go(void)
+{
+    sway_gauss_t gauss = three_numbers();
+    take(&gauss, 1, 0, -0.4, 0.01);
+    const double before = value(found[0]);
+    sway_gauss_lift(&gauss, 0, &tolerance[0], 10);
+    TEST_ASSERT_EQUAL(1000000, tolerance[0]);
+    for (int i = 0; i < 20; i++) {
+        take(&gauss, 1, 0, -0.4, 0.01);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.4, value(found[0]));
+    TEST_ASSERT_TRUE(before < 0.25);
+}
+
+/* --- drives --------------------------------------------------------------------------------------
+ */
+
+/* Motion of the reference combination, linear, tyres without lag; v_y at the car's COG. */
+typedef struct {
+    double vy, r, w, theta;
+    double a1, a2; /* at the rear axle of the car; at the trailer's COG */
+} motion_t;
+
+static void step(motion_t *m, double v, double wheel, double dt)
+{
+    const double m1 = 1955, m2 = 1880, i1 = 2690, i2 = 10350, c2f = 131200, c2r = 124400;
+    const double lf = 1.302, lr = 1.383, lh = 2.166, l = 5.073, ff = 0.124, rr = 0.526;
+    const double ff1 = 109300 * (wheel / 15 - (m->vy + lf * m->r) / v);
+    const double fr1 = -185200 * (m->vy - lr * m->r) / v;
+    const double hitch = m->vy - lh * m->r;
+    const double ff2 = c2f * (m->theta - (hitch - (l - ff) * m->w) / v);
+    const double fr2 = c2r * (m->theta - (hitch - (l + rr) * m->w) / v);
+    /* Unknowns: v_y', r', w', H on the car. H from the trailer's lateral balance. */
+    const double f2 = ff2 + fr2, n2 = ff2 * ff - fr2 * rr;
+    double a[3][4] = {
+        {m1 + m2, -m2 * lh, -m2 * l, ff1 + fr1 + f2 - (m1 + m2) * v * m->r},
+        {-lh * m2, i1 + lh * m2 * lh, lh * m2 * l, lf * ff1 - lr * fr1 - lh * (f2 - m2 * v * m->r)},
+        {-l * m2, l * m2 * lh, i2 + l * m2 * l, n2 - l * (f2 - m2 * v * m->r)},
+    };
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < 3; i++) {
+            const double factor = i == k ? 0 : a[i][k] / a[k][k];
+            for (int j = k; j < 4; j++) {
+                a[i][j] -= factor * a[k][j];
+            }
+        }
+    }
+    const double dvy = a[0][3] / a[0][0], dr = a[1][3] / a[1][1], dw = a[2][3] / a[2][2];
+    m->a1 = dvy + v * m->r - lr * dr;
+    m->a2 = dvy + v * m->r - lh * dr - l * dw;
+    m->vy += dt * dvy;
+    m->r += dt * dr;
+    m->theta += dt * (m->w - m->r);
+    m->w += dt * dw;
+}
+
+enum { NOTHING, GAIN, INVERTED, DELAYED, OFFSET };
+
+static sway_supervise_t supervise;
+
+/* A drive of 200 s with a swerve every 7 s; `channel` is broken from 60 s on. */
+static void drive(int fault, sway_channel_t channel)
+{
+    static sway_vehicle_t vehicle;
+    motion_t m = {0};
+    int32_t late[8] = {0};
+    vehicle = reference_vehicle();
+    sway_supervise_init(&supervise, &vehicle, 10000);
+    srand(5);
+    for (int k = 0; k < 20000; k++) {
+        const int in_swerve = k % 700;
+        const double wheel = in_swerve < 80 ? 0.12 * sin(M_PI * in_swerve / 80) : 0;
+        sway_row_t row = {.valid_mask = 0x1001FU, .present_mask = 0x1001FU};
+        row.time_us = k * INT64_C(10000);
+        row.value[SWAY_CHANNEL_SPEED] = 25000;
+        row.value[SWAY_CHANNEL_STEERING_WHEEL_ANGLE] = (int32_t)(1e6 * wheel);
+        row.value[SWAY_CHANNEL_CAR_YAW_RATE] = (int32_t)(1e6 * m.r);
+        row.value[SWAY_CHANNEL_TRAILER_YAW_RATE] = (int32_t)(1e6 * m.w);
+        for (int i = 0; i < 20; i++) {
+            step(&m, 25, wheel, 0.0005);
+        }
+        row.value[SWAY_CHANNEL_CAR_LATERAL_ACC] = (int32_t)(1e6 * m.a1);
+        row.value[SWAY_CHANNEL_TRAILER_LATERAL_ACC] = (int32_t)(1e6 * m.a2);
+        for (int c = SWAY_CHANNEL_CAR_YAW_RATE; c <= SWAY_CHANNEL_TRAILER_LATERAL_ACC; c++) {
+            row.value[c] += rand() % 2001 - 1000;
+        }
+        const int32_t truth = row.value[channel];
+        if (k > 6000) {
+            row.value[channel] = fault == GAIN       ? truth / 2 * 3
+                                 : fault == INVERTED ? -truth
+                                 : fault == DELAYED  ? late[k % 8]
+                                 : fault == OFFSET   ? truth + 2000000
+                                                     : truth;
+        }
+        late[k % 8] = truth;
+        sway_supervise_row(&supervise, &row);
+        (void)sway_supervise_run(&supervise);
+        if (k == 6000) {
+            TEST_ASSERT_EQUAL(0, supervise.finding.code);
+        }
+    }
+}
+
+static void a_healthy_drive_says_nothing(void)
+{
+    drive(NOTHING, SWAY_CHANNEL_CAR_YAW_RATE);
+    TEST_ASSERT_EQUAL(0, supervise.finding.code);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.doubted_mask);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.refuted_mask);
+    TEST_ASSERT_TRUE(supervise.rounds > 30);
+}
+
+static void a_wrong_gain_is_refuted_with_its_size(void)
+{
+    static const sway_channel_t channels[] = {
+        SWAY_CHANNEL_CAR_YAW_RATE, SWAY_CHANNEL_CAR_LATERAL_ACC, SWAY_CHANNEL_TRAILER_YAW_RATE,
+        SWAY_CHANNEL_TRAILER_LATERAL_ACC};
+    for (int i = 0; i < 4; i++) {
+        drive(GAIN, channels[i]);
+        TEST_ASSERT_EQUAL(SWAY_FINDING_GAIN + (int32_t)channels[i], supervise.finding.code);
+        TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(channels[i]), supervise.refuted_mask);
+        TEST_ASSERT_INT_WITHIN(250000, 500000, supervise.finding.size_micro);
+    }
+}
+
+static void a_wrong_sign_is_refuted(void)
+{
+    drive(INVERTED, SWAY_CHANNEL_TRAILER_YAW_RATE);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE),
+                            supervise.refuted_mask);
+}
+
+static void a_delay_is_refuted_with_its_size(void)
+{
+    drive(DELAYED, SWAY_CHANNEL_CAR_YAW_RATE);
+    TEST_ASSERT_EQUAL(SWAY_FINDING_DELAY + (int32_t)SWAY_CHANNEL_CAR_YAW_RATE,
+                      supervise.finding.code);
+    TEST_ASSERT_INT_WITHIN(30000, 80000, supervise.finding.size_micro);
+}
+
+static void an_offset_is_told_and_nothing_left_out(void)
+{
+    drive(OFFSET, SWAY_CHANNEL_CAR_LATERAL_ACC);
+    TEST_ASSERT_EQUAL(SWAY_FINDING_OFFSET + (int32_t)SWAY_CHANNEL_CAR_LATERAL_ACC,
+                      supervise.finding.code);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_LATERAL_ACC), supervise.offset_mask);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.refuted_mask);
+    TEST_ASSERT_INT_WITHIN(600000, 2000000, supervise.finding.size_micro);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(a_relation_moves_numbers_as_kalman_says);
+    RUN_TEST(what_is_far_off_counts_as_three_errors);
+    RUN_TEST(setting_free_is_worth_what_the_tolerance_cost);
+    RUN_TEST(what_fades_returns_to_its_tolerance_and_not_beyond);
+    RUN_TEST(a_lifted_tolerance_lets_the_number_go);
+    RUN_TEST(a_healthy_drive_says_nothing);
+    RUN_TEST(a_wrong_gain_is_refuted_with_its_size);
+    RUN_TEST(a_wrong_sign_is_refuted);
+    RUN_TEST(a_delay_is_refuted_with_its_size);
+    RUN_TEST(an_offset_is_told_and_nothing_left_out);
+    return UNITY_END();
+}
