@@ -46,31 +46,135 @@ def test_round_trip(tmp_path: Path, suffix: str) -> None:
         assert found[name].unit == one.unit
 
 
+def write_bag(folder: Path, signals: dict[str, Series], storage: str) -> Path:
+    """A ROS 2 bag by rosbags, a topic of std_msgs/Float64 for each signal; its data file."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    number = store.types["std_msgs/msg/Float64"]
+    with Writer(folder, version=9, storage_plugin=StoragePlugin[storage]) as writer:
+        for name, one in signals.items():
+            topic = writer.add_connection(f"/{name}", number.__msgtype__, typestore=store)
+            for time_ns, value in zip(one.time_ns, one.value, strict=True):
+                data = store.serialize_cdr(number(float(value)), number.__msgtype__)
+                writer.write(topic, int(time_ns), data)
+    return next(p for p in folder.iterdir() if p.suffix in (".db3", ".mcap"))
+
+
+def roles_toml(signals: dict[str, Series], prefix: str = "", suffix: str = "") -> str:
+    """``signals.toml`` of a file whose signals have the names of the roles."""
+    wheels = ("_fl", "_fr", "_rl", "_rr")
+    positions = {"car_lateral_acceleration": -1.383, "trailer_lateral_acceleration": 0.0}
+
+    def entry(name: str) -> str:
+        quoted = f'"{prefix}{name}{suffix}"'
+        unit = ""
+        if suffix:  # a bag says no units
+            unit = f', unit = "{signals[name].unit}"'
+        where = f", position = {positions[name]}" if name in positions else ""
+        return f"{{ signal = {quoted}{unit}{where} }}" if unit or where else quoted
+
+    lines = [f"{name} = {entry(name)}" for name in signals if not name.endswith(wheels)]
+    for force in ("wheel_lateral_force", "wheel_vertical_load"):
+        lines.append(f"{force} = [{', '.join(entry(force + w) for w in wheels)}]")
+    return "[signals]\n" + "\n".join(lines) + "\n"
+
+
 def test_analysis_is_the_same(tmp_path: Path) -> None:
     """The roles of a recording, written and read again, give the same estimates."""
     out = {}
+    roles: dict[str, Series] = {}
     for kind in (".parquet", ".mat", ".mcap"):
         merged = tmp_path / f"roles{kind}"
         assert analyzed(tmp_path / "first", P01 / "run1.blf", P01, "--merge", str(merged)) == 0
         signals = read_recording(merged).signals
         assert signals is not None
-        roles = [name for name in signals if not name.startswith("swaywatch.")]
-        wheels = ("_fl", "_fr", "_rl", "_rr")
-        lines = [f'{name} = "{name}"' for name in roles if not name.endswith(wheels)]
-        for force in ("wheel_lateral_force", "wheel_vertical_load"):
-            names = ", ".join(f'"{force}{wheel}"' for wheel in wheels)
-            lines.append(f"{force} = [{names}]")
-        for body, position in (("car", -1.383), ("trailer", 0.0)):
-            name = f"{body}_lateral_acceleration"
-            lines = [x for x in lines if not x.startswith(name)]
-            lines.append(f'{name} = {{ signal = "{name}", position = {position} }}')
-        (tmp_path / "signals.toml").write_text("[signals]\n" + "\n".join(lines) + "\n")
+        roles = {n: s for n, s in signals.items() if not n.startswith("swaywatch.")}
+        (tmp_path / "signals.toml").write_text(roles_toml(roles))
         folder = tmp_path / f"again{kind}"
         assert analyzed(folder, merged, tmp_path) == 0
         out[kind] = json.loads((folder / "summary.json").read_text())["drives"][0]["values"]
+    for storage in ("SQLITE3", "MCAP"):
+        bag = write_bag(tmp_path / f"bag_{storage}", roles, storage)
+        (tmp_path / "signals.toml").write_text(roles_toml(roles, "/", "/data"))
+        folder = tmp_path / f"again_{storage}"
+        assert analyzed(folder, bag, tmp_path) == 0
+        out[storage] = json.loads((folder / "summary.json").read_text())["drives"][0]["values"]
     for name, value in out[".parquet"].items():
-        for kind in (".mat", ".mcap"):
+        for kind in out:
             assert out[kind][name]["value"] == pytest.approx(value["value"], rel=1e-4, abs=1e-6)
+
+
+def test_a_bag_of_ros_messages(tmp_path: Path) -> None:
+    """Nested fields, stamps of the header, a type of the user's own, lists left out."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    own = "my_msgs/msg/Hitch"
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg("float64 force_n\nuint8 state\nfloat64[3] rest\n", own))
+    types = store.types
+    time, header = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
+    vector = types["geometry_msgs/msg/Vector3"]
+    stamped = types["geometry_msgs/msg/Vector3Stamped"]
+    for storage in ("SQLITE3", "MCAP"):
+        folder = tmp_path / storage
+        with Writer(folder, version=9, storage_plugin=StoragePlugin[storage]) as writer:
+            motion = writer.add_connection("/imu", stamped.__msgtype__, typestore=store)
+            hitch = writer.add_connection("/hitch", own, typestore=store)
+            for k in range(50):
+                at = time(sec=1_700_000_000, nanosec=10_000_000 * k)
+                one = stamped(header(at, "car"), vector(0.0, 0.1 * k, -1.0))
+                late = 1_700_000_000_030_000_000 + 10_000_000 * k
+                writer.write(motion, late, store.serialize_cdr(one, stamped.__msgtype__))
+                other = types[own](12.5 * k, 3, np.zeros(3))
+                writer.write(hitch, late, store.serialize_cdr(other, own))
+        bag = next(p for p in folder.iterdir() if p.suffix in (".db3", ".mcap"))
+        found = read_recording(bag).signals
+        assert found is not None
+        assert sorted(found) == ["/hitch/force_n", "/hitch/state"] + [
+            f"/imu/vector.{axis}" for axis in "xyz"
+        ]
+        assert found["/imu/vector.y"].time_ns[1] == 1_700_000_000_010_000_000  # of the stamp
+        assert found["/hitch/force_n"].time_ns[0] == 1_700_000_000_030_000_000
+        np.testing.assert_allclose(found["/imu/vector.y"].value, 0.1 * np.arange(50))
+
+
+def test_a_damaged_bag_is_one_sentence(tmp_path: Path) -> None:
+    path = write_bag(tmp_path / "bag", series(), "SQLITE3")
+    data = bytearray(path.read_bytes())
+    random = np.random.default_rng(1)
+    damaged = tmp_path / "damaged.db3"
+    for cut in (len(data) // 2, 60, 4096):
+        damaged.write_bytes(data[:cut])
+        with pytest.raises(RecordingError, match=r"damaged\.db3"):
+            read_recording(damaged)
+    for _ in range(40):
+        changed = bytearray(data)
+        changed[int(random.integers(len(data)))] ^= 1 << int(random.integers(8))
+        damaged.write_bytes(changed)
+        with suppress(RecordingError):  # what is damaged is named, or does not matter
+            read_recording(damaged)
+
+
+def test_mcap_of_others_reads_what_is_written(tmp_path: Path) -> None:
+    """Schema, summary and checksums, by the format's own reader; in order of time."""
+    from mcap.reader import make_reader
+
+    path = tmp_path / "x.mcap"
+    write_recording(path, series())
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics.message_count == 200 + 100
+        stamps = [message.log_time for _, _, message in reader.iter_messages()]
+    assert stamps == sorted(stamps)
+    for schema in summary.schemas.values():
+        content = json.loads(schema.data)
+        assert schema.encoding == "jsonschema"
+        assert all(entry["unit"] for entry in content["properties"].values())
 
 
 def test_merged_channels_open_in_asammdf(tmp_path: Path) -> None:

@@ -9,8 +9,15 @@ from typing import Any
 import numpy as np
 
 from swaywatch.errors import RecordingError, SignalError
-from swaywatch.recording import SUFFIXES, Series, read_recording, write_recording
+from swaywatch.recording import (
+    FRAME_SUFFIXES,
+    SIGNAL_SUFFIXES,
+    Series,
+    read_recording,
+    write_recording,
+)
 
+WRITTEN = tuple(dict.fromkeys((*FRAME_SUFFIXES, *SIGNAL_SUFFIXES)))
 DECODED = (".mat", ".mcap")
 """Formats that hold decoded signals only: the roles, in SI units, without frames."""
 
@@ -33,7 +40,7 @@ def add_parser(subparsers: Any) -> None:
         type=Path,
         required=True,
         metavar="FILE",
-        help=f"the file to write: {', '.join(SUFFIXES)} (.log is candump; .mat and .mcap hold the "
+        help=f"the file to write: {', '.join(WRITTEN)} (.log is candump; .mat and .mcap hold the "
         "decoded roles)",
     )
 

@@ -31,7 +31,8 @@ FRAME_SUFFIXES = (".blf", ".asc", ".log", ".trc", ".mf4", ".csv", ".parquet")
 SIGNAL_SUFFIXES = (".mf4", ".csv", ".parquet", ".mat", ".mcap")
 """Formats that can hold decoded signals."""
 
-SUFFIXES = tuple(dict.fromkeys((*FRAME_SUFFIXES, *SIGNAL_SUFFIXES)))
+SUFFIXES = (*dict.fromkeys((*FRAME_SUFFIXES, *SIGNAL_SUFFIXES)), ".db3")
+"""Formats that can be read; a ROS 2 bag (``.db3``) is only read."""
 
 
 def read_recording(path: Path | str) -> Recording:
@@ -41,7 +42,7 @@ def read_recording(path: Path | str) -> Recording:
     ----------
     path
         ``.blf``, ``.asc``, ``.log`` (candump), ``.trc``, ``.mf4``, ``.csv``, ``.parquet``,
-        ``.mat`` or ``.mcap``.
+        ``.mat``, ``.mcap`` or ``.db3`` (ROS 2 bag).
 
     Returns
     -------
@@ -76,6 +77,7 @@ _READERS = {
     ".parquet": ("table", "read_parquet"),
     ".mat": ("mat", "read"),
     ".mcap": ("mcap", "read"),
+    ".db3": ("ros2", "read"),
 }
 """Module and function for each suffix; imported when needed, since some load large libraries."""
 

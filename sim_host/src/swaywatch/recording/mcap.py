@@ -2,7 +2,8 @@
 
 Written: signals that share their times are one topic ``/swaywatch/N`` of JSON messages, one field a
 signal, with a JSON schema that says each one's unit. Read: every numeric field of every
-JSON topic; fields of foreign topics are named ``topic/field`` (nested ones with dots).
+JSON topic and of every ROS 2 topic (:mod:`swaywatch.recording.ros2`); fields of foreign topics are
+named ``topic/field`` (nested ones with dots).
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from swaywatch.errors import RecordingError
-from swaywatch.recording.frames import Recording, Series, must_rise
-from swaywatch.recording.guard import most_unpacked, must_fit, refusing
+from swaywatch.recording.frames import Recording, Series
+from swaywatch.recording.guard import must_fit, refusing
+from swaywatch.recording.ros2 import ENCODINGS, Collector, Decoder
 
 OWN = "/swaywatch/"
 
@@ -24,43 +26,42 @@ def read(path: Path) -> Recording:
     """Read every number of the JSON topics of an MCAP file."""
     from mcap.reader import make_reader
 
-    times: dict[str, list[int]] = {}
-    values: dict[str, list[float]] = {}
+    collector = Collector(path)
     units: dict[str, str] = {}
     others: set[str] = set()
-    room = most_unpacked(path)
+    decoder: Decoder | None = None
     with refusing(path, "MCAP"), path.open("rb") as file:
         reader = make_reader(file)
         summary = reader.get_summary()
         chunks = [] if summary is None else summary.chunk_indexes
         must_fit(path, sum(chunk.uncompressed_size for chunk in chunks), "MCAP")
         for schema, channel, message in reader.iter_messages():
-            if channel.message_encoding != "json":
+            is_json = channel.message_encoding == "json"
+            encoding = schema.encoding if schema is not None else ""
+            is_ros = channel.message_encoding == "cdr" and encoding in ENCODINGS
+            if not is_json and not is_ros:
                 others.add(f"{channel.topic} ({channel.message_encoding})")
                 continue
-            room -= len(message.data) + 64
-            if room < 0:
-                raise RecordingError(
-                    f"{path}: damaged MCAP: its {path.stat().st_size} bytes would unpack to far "
-                    "more than a measurement does"
-                )
+            collector.unpack(len(message.data) + 64, "MCAP")
+            if schema is not None and not is_json:
+                decoder = decoder or Decoder(path)
+                decoder.define(schema.name, schema.encoding, schema.data.decode())
+                time_ns, found = decoder.numbers(schema.name, message.data, message.log_time)
+                for name, value in found:
+                    collector.add(f"{channel.topic}/{name}", time_ns, value)
+                continue
             own = channel.topic.startswith(OWN)
             if own and schema is not None and channel.topic not in units:
                 units[channel.topic] = ""
                 units.update(_units(schema.data))
             prefix = "" if own else f"{channel.topic}/"
             for name, value in _fields(json.loads(message.data), prefix):
-                times.setdefault(name, []).append(message.log_time)
-                values.setdefault(name, []).append(value)
-    if not times:
-        found = f"; it has {', '.join(sorted(others)[:6])}" if others else ""
-        raise RecordingError(f"{path}: no JSON topic with numbers in the MCAP file{found}")
-    notes = (f"topics left out, since they are not JSON: {', '.join(sorted(others))}",)
-    signals = {}
-    for name, stamps in times.items():
-        time_ns = np.array(stamps, dtype=np.int64)
-        must_rise(path, time_ns)
-        signals[name] = Series(time_ns, np.array(values[name]), units.get(name, ""))
+                collector.add(name, message.log_time, value)
+    signals = collector.signals(units)
+    if not signals:
+        left = f"; it has {', '.join(sorted(others)[:6])}" if others else ""
+        raise RecordingError(f"{path}: no JSON or ROS 2 topic with numbers in the MCAP file{left}")
+    notes = (f"topics left out, neither JSON nor ROS 2: {', '.join(sorted(others))}",)
     return Recording(path, "MCAP", signals=signals, notes=notes if others else ())
 
 
