@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import can
+import numpy as np
 import pytest
 from conftest import DATA, Clock
 
@@ -14,7 +17,9 @@ from swaywatch.cli import main
 from swaywatch.errors import ScenarioError
 from swaywatch.live import NodeFeed
 from swaywatch.simulate.closed_loop import LoopResult, drive_closed_loop
+from swaywatch.simulate.expectation import Expectation
 from swaywatch.simulate.scenario import Scenario, load_scenario, read_scenario
+from swaywatch.simulate.table import Table
 from swaywatch.vehicle import load_vehicle
 
 FOLDER = DATA / "practice" / "p01"
@@ -135,3 +140,54 @@ def test_the_command_says_when_no_ecu_answers(tmp_path: Path, capsys: Any) -> No
     out = capsys.readouterr().out
     assert "ECU: silent" in out
     assert "frames sent" in out
+
+
+def judged(result: LoopResult, **expect: Any) -> dict[str, bool]:
+    table = Table(expect, "test [expect]")
+    return {verdict.name: verdict.passed for verdict in Expectation(table).judge(result)}
+
+
+def test_verdicts_of_a_drive() -> None:
+    """What happened passes, what did not fails, each by itself."""
+    plan = load_scenario(DATA / "scenarios" / "brake.toml")
+    result, _ = drive(plan)
+    assert all(judged(result, **plan.expect).values())
+    swing, speed = np.degrees(max(result.swing_rad_s)), 3.6 * result.speed_m_s
+    warned = next(time for time, state in result.alarms if state >= 3)
+    found = judged(
+        result, alarm="warning", alarm_by_s=warned - 0.1, no_alarm="critical",
+        largest_swing_deg_s=swing - 0.1, last_swing_deg_s=swing, final_speed_kmh=speed + 1.0,
+    )  # fmt: skip
+    highest = max(state for _, state in result.alarms)
+    assert list(found.values()) == [True, False, highest < 4, False, True, True]
+
+
+def test_a_silent_ecu_passes_nothing() -> None:
+    """Not even that there was no alarm: nobody said so."""
+    found = judged(LoopResult(), no_alarm="notice", alarm="warning", latest_cycle_ms=1e3)
+    assert not any(found.values())
+
+
+def test_a_wrong_expectation_is_named() -> None:
+    with pytest.raises(ScenarioError, match="unknown key 'alarms'"):
+        judged(LoopResult(), alarms="warning")
+    with pytest.raises(ScenarioError, match="expected one of: notice, warning, critical"):
+        judged(LoopResult(), alarm="off")
+
+
+def test_junit_and_json_of_the_command(tmp_path: Path, capsys: Any) -> None:
+    """Without an ECU every verdict fails: XML, JSON and status say so."""
+    file, junit = tmp_path / "loop.toml", tmp_path / "out" / "junit.xml"
+    file.write_text(
+        f'vehicle = "{FOLDER / "vehicle.toml"}"\nduration_s = 1.0\nspeed_kmh = 90.0\n'
+        '[expect]\nno_alarm = "warning"\nlast_swing_deg_s = 90.0\n'
+    )
+    bus = ["--interface", "virtual", "--channel", "swaywatch-hil"]
+    assert main(["hil", str(file), *bus, "--junit", str(junit), "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert not told["passed"]
+    assert [v["passed"] for v in told["verdicts"]] == [False, False, True]
+    suite = ElementTree.parse(junit).getroot()[0]
+    assert (suite.get("tests"), suite.get("failures")) == ("3", "2")
+    failed = [case.get("name") for case in suite if case.find("failure") is not None]
+    assert failed == ["the ECU answers", "never warning"]

@@ -34,7 +34,8 @@
     rate_hz = 100.0
     jitter_s = 0.0005
 
-``[reaction]``: see :mod:`swaywatch.simulate.closed_loop`.
+``[reaction]``: see :mod:`swaywatch.simulate.closed_loop`; ``[expect]``:
+:mod:`swaywatch.simulate.expectation`.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ class Scenario:
     plan : steering, speed, wind and road over time, on the plant's time axis
     physics : effects that act all along
     sprung : values of the sprung plant; None: roll follows the motion and does not act back
-    driver, sensors, reaction : tables that are read when the plant is known
+    driver, sensors, reaction, expect : tables that are read when the plant is known
     """
 
     name: str
@@ -86,6 +87,7 @@ class Scenario:
     driver: dict[str, Any] = field(repr=False)
     sensors: dict[str, Any] = field(repr=False)
     reaction: dict[str, Any] = field(repr=False)
+    expect: dict[str, Any] = field(repr=False)
     timing: Timing
 
     @property
@@ -147,6 +149,7 @@ def read_scenario(
         driver=table.raw("driver", {}),
         sensors=table.raw("sensors", {}),
         reaction=table.raw("reaction", {}),
+        expect=table.raw("expect", {}),
         timing=read_timing(table.table("timing")),
     )
     table.done()
