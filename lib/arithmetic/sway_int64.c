@@ -8,23 +8,22 @@ static uint64_t magnitude(int64_t value)
 
 int64_t sway_int64_divide(int64_t value, int64_t divisor)
 {
+    const uint64_t size = magnitude(divisor);
     uint64_t rest = magnitude(value);
-    uint64_t step = magnitude(divisor);
+    uint64_t step = size;
     uint64_t quotient = 0;
-    int bits = 1;
     if (divisor == 0) {
         return 0; // as sway_real_div()
     }
-    for (; step <= rest / 2U; bits++) {
+    while (step <= rest / 2U) {
         step *= 2U;
     }
-    for (; bits > 0; bits--) {
+    for (; step >= size; step /= 2U) {
         quotient *= 2U;
         if (rest >= step) {
             rest -= step;
             quotient += 1U;
         }
-        step /= 2U;
     }
     return (int64_t)((value < 0) == (divisor < 0) ? quotient : UINT64_C(0) - quotient);
 }

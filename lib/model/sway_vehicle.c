@@ -96,11 +96,14 @@ static const sway_vehicle_range_t *find_offender(const sway_vehicle_t *vehicle)
         }
     }
     const sway_trailer_t *const trailer = &vehicle->trailer;
-    const int32_t wheelbase_um = trailer->front_axle_to_cog_um + trailer->rear_axle_to_cog_um;
+    /* Of a car alone they may be anything. */
+    const int64_t wheelbase_um =
+        (int64_t)trailer->front_axle_to_cog_um + trailer->rear_axle_to_cog_um;
+    const int64_t drawbar_um = (int64_t)trailer->hitch_to_cog_um + trailer->rear_axle_to_cog_um;
     if (trailer->axles == 2 && wheelbase_um < METRE / 10) {
         return &RANGES[TRAILER_REAR];
     }
-    if (trailer->axles > 0 && trailer->hitch_to_cog_um + trailer->rear_axle_to_cog_um < METRE / 2) {
+    if (trailer->axles > 0 && drawbar_um < METRE / 2) {
         return &RANGES[TRAILER_REAR];
     }
     return NULL;

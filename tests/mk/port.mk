@@ -8,7 +8,7 @@ PORT_COMMON := $(addprefix port/,sway_ecu.c sway_access.c sway_siphash.c sway_bl
     sway_store.c sway_checks.c sway_bit_timing.c can.c)
 PORT_STM32G4 := $(addprefix port/stm32g4/,board.c fdcan.c flash.c program.c)
 
-PORT_TESTS := stm32g4 zynqmp_can ecu common xcp
+PORT_TESTS := stm32g4 zynqmp_can ecu ecu_access ecu_store common xcp
 PORT_SOURCES_xcp := port/xcp/sway_xcp.c port/xcp/sway_xcp_daq.c
 PORT_INCLUDE_xcp := -Iport/xcp
 PORT_SOURCES_stm32g4 := tests/port/model_stm32g4.c $(PORT_STM32G4)

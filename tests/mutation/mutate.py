@@ -126,6 +126,7 @@ FOLDERS = (
     "port/stm32g4",
     "port/replay",
     "port/socketcan",
+    "port/xcp",
     "build/third_party/kissfft",
     "build/codec",
     "tests/unit",
@@ -151,6 +152,7 @@ class Bench:
     """Compiles and runs mutants of one file against its unit tests.
 
     First without the sanitizers, which is quicker and finds nearly all; what passes, with them.
+    What passes, too, and is the same machine code once optimised, is no mutation.
     """
 
     def __init__(self, path: Path, tests: list[str], others: list[Path], work: Path) -> None:
@@ -175,8 +177,8 @@ class Bench:
         subprocess.run(command, capture_output=True, check=True)
 
     @staticmethod
-    def must(source: Path, made: Path) -> Path:
-        if compiled(source, made) is None:
+    def must(source: Path, made: Path, *more: str) -> Path:
+        if compiled(source, made, *more) is None:
             sys.exit(f"{source} does not compile")
         return made
 
@@ -191,13 +193,21 @@ class Bench:
                 return "no code"
             if not all(self._passes(test, made, flavour, flags) for test in self.tests):
                 return "killed"
-        return "survived"
+        return "no code" if self._optimised() == self.original else "survived"
+
+    def _optimised(self) -> bytes:
+        """What the optimiser makes of the mutant: the same code is no mutation."""
+        made = self.work / "optimised.o"
+        self.must(self.work / "mutant.c", made, f"-I{self.path.parent}", "-O2")
+        return made.read_bytes()
 
     def calibrate(self, source: str) -> None:
         """Runs the tests without a mutation; from then on they may take little longer."""
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        self.original = b""
         if self.outcome(source) != "survived":
             sys.exit(f"{self.path.name}: its tests fail without any mutation")
+        self.original = self._optimised()
         spent_s = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
         limit_s = CPU_LEAST_S + int(CPU_LIMIT * spent_s)
         self.limit_s = {"plain": min(limit_s, 20), "sanitized": limit_s}

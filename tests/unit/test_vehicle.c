@@ -197,6 +197,19 @@ static void the_model_needs_inertia_lengths_and_stiffnesses(void)
     }
 }
 
+/* Of a car alone the trailer's values may be anything, and are not even added up. */
+static void a_car_alone_may_have_any_trailer(void)
+{
+    static const int32_t any[] = {INT32_MIN, INT32_MAX, 0};
+    for (int i = 0; i < 3; i++) {
+        vehicle.trailer.axles = 0;
+        vehicle.trailer.front_axle_to_cog_um = any[i];
+        vehicle.trailer.rear_axle_to_cog_um = any[i];
+        vehicle.trailer.hitch_to_cog_um = any[i];
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_vehicle_check(&vehicle, NULL));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -206,5 +219,6 @@ int main(void)
     RUN_TEST(lengths_must_fit_together);
     RUN_TEST(null_is_refused_and_the_offender_may_be);
     RUN_TEST(the_model_needs_inertia_lengths_and_stiffnesses);
+    RUN_TEST(a_car_alone_may_have_any_trailer);
     return UNITY_END();
 }
