@@ -37,6 +37,10 @@ static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
 /* The third of the explanations by the vehicle, which come after those by each sensor. */
 #define EXPLAIN_TRAILER_TYRES (SWAY_SUPERVISE_SENSORS + 3)
 
+/* From here on the user's values as a whole, which are never told: in hours of driving what wind
+ * and road cause makes them look wrong. They only keep a sensor from being blamed for them. */
+#define EXPLAIN_CAR (SWAY_SUPERVISE_SENSORS + 6)
+
 /* Explanations by the vehicle. */
 static const struct {
     uint8_t finding;
@@ -416,7 +420,7 @@ static void judge_explanations(sway_supervise_t *su)
     su->rounds++;
     if (su->in_a_row > 0U && best < SWAY_SUPERVISE_SENSORS) {
         tell_sensor(su, best);
-    } else if (su->in_a_row > 0U) {
+    } else if (su->in_a_row > 0U && best < EXPLAIN_CAR) {
         tell_vehicle(su, best);
     }
     follow_vehicle(su);

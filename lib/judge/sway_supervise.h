@@ -19,8 +19,9 @@
 /// README.md.
 ///
 /// Seen in simulation: gains, signs, delays and offsets of sensors are told, mostly within a minute
-/// of swerves. Changes of the vehicle are seldom told with motion sensors alone; they keep a sensor
-/// from being blamed for them.
+/// of swerves. Changes of the vehicle are not told with motion sensors alone; they keep a sensor
+/// from being blamed for them. That the whole car or trailer is not the configured one is never
+/// told.
 #ifndef SWAY_SUPERVISE_H
 #define SWAY_SUPERVISE_H
 
