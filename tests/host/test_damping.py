@@ -167,6 +167,30 @@ def test_solo_cars_do_not_swing(car: str) -> None:
     assert sure <= max(0.01 * windows, 0.0)
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".mf4", ".mat", ".parquet"])
+def test_rate_and_format_of_the_file_do_not_matter(tmp_path: Path, suffix: str) -> None:
+    """The same swing at 10 to 1000 Hz gives the same frequency and damping."""
+    found = []
+    for rate in (10.0, 100.0, 1000.0):
+        time = np.arange(0.0, 60.0, 1.0 / rate)
+        rng = np.random.default_rng(4)
+        value = rng.normal(0.0, 0.004, len(time))
+        for hit in (12.0, 30.0, 46.0):
+            since = np.maximum(time - hit, 0.0)
+            value += np.exp(-0.5 * since) * np.sin(2 * math.pi * 0.8 * since)
+        stamps = np.rint(time * 1e9).astype(np.int64)
+        file = tmp_path / f"r{rate:g}{suffix}"
+        write_recording(file, {"yaw_rate": Series(stamps, value, "rad/s")})
+        (run,) = load_runs([file], Choice(("yaw_rate",)))
+        points = points_of(find(run, BAND, Estimator()))
+        assert len({point.number for point in points}) == 3
+        found.append(points[0])
+    truth = 0.5 / math.hypot(0.5, 2 * math.pi * 0.8)
+    for point in found:
+        assert point.frequency_hz.value == pytest.approx(0.8, rel=0.02)
+        assert point.damping_ratio.value == pytest.approx(truth, abs=0.01)
+
+
 # --- the bicycle --------------------------------------------------------------------------------
 
 

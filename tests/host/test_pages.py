@@ -167,6 +167,32 @@ def test_browser_draws_every_page_in_every_form(
         assert (drawn > 0) == (name != "survey"), name
 
 
+TITLES = """
+[...document.querySelectorAll('.js-plotly-plot')].flatMap((plot, number) => {
+  const box = e => e.getBoundingClientRect();
+  const frame = box(plot.querySelector('.main-svg'));
+  const all = [...plot.querySelectorAll('.infolayer .ytitle, .infolayer .xtitle')]
+    .filter(e => e.textContent).map(e => [e.textContent, box(e)]);
+  const out = all.filter(([, b]) => b.left < frame.left - 1 || b.right > frame.right + 1
+    || b.top < frame.top - 1 || b.bottom > frame.bottom + 1).map(([t]) => `${number}: ${t} is cut`);
+  const over = all.flatMap(([t, a], i) => all.slice(i + 1)
+    .filter(([, b]) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2
+      && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 2)
+    .map(([u]) => `${number}: ${t} over ${u}`));
+  return [...out, ...over];
+})
+"""
+"""Titles of axes that lie over each other or outside their plot."""
+
+
+@real
+@pytest.mark.parametrize("form", ["desktop", "phone"])
+def test_titles_of_axes_can_be_read(pages: dict[str, Path], browser: Browser, form: str) -> None:
+    for name, path in pages.items():
+        browser.open(path, form)
+        assert browser.evaluate(TITLES) == [], name
+
+
 @real
 def test_plots_fit_the_paper(pages: dict[str, Path], browser: Browser, tmp_path: Path) -> None:
     browser.complaints.clear()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,9 @@ _TITLES = {
     "growth_1_s": "growth [1/s]",
 }
 _MOST_RUNS = 12
+_ROW_PX, _TITLE_LETTERS = 150, 16
+_MOST_OPEN = 24
+"""Windows up to which their table is not folded."""
 
 
 def make_page(study: Study, sources: dict[str, list[Path]]) -> str:
@@ -64,7 +68,8 @@ def _courses(study: Study) -> list[str]:
         heading,
         plot(course_figure(study), name="damping"),
         "<div class='note'>Points are windows with their 95 % interval; the band holds the course "
-        "with 95 %. Below 0 a disturbance grows.</div>",
+        "with 95 %. Below 0 a disturbance grows. Intervals wider than the picture run out of "
+        "it.</div>",
     ]
 
 
@@ -92,6 +97,9 @@ def course_figure(study: Study) -> go.Figure:
                 ), row=row, col=1,
             )  # fmt: skip
         figure.update_yaxes(title_text=_TITLES[quantity], row=row, col=1)
+        span = _span(study, quantity)
+        if span is not None:
+            figure.update_yaxes(range=span, row=row, col=1)
     figure.add_hline(y=0.0, line={"color": "#D55E00", "width": 1}, row=1, col=1)
     if study.plan.iso9815 and study.limit is not None:
         figure.add_hline(
@@ -104,6 +112,23 @@ def course_figure(study: Study) -> go.Figure:
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},
     )  # fmt: skip
     return figure
+
+
+def _span(study: Study, quantity: str) -> list[float] | None:
+    """Range of an axis; a window that says next to nothing does not stretch it."""
+    both = [*study.points, *(study.compared.points if study.compared else ())]
+    ends = []
+    for point in both:
+        value = getattr(point, quantity)
+        if point.determinable:
+            ends += [value.low, value.high]
+    if len(ends) < 4:
+        return None
+    low, high = float(np.percentile(ends, 2.0)), float(np.percentile(ends, 98.0))
+    if quantity == "damping_ratio":
+        low, high = min(low, 0.0), max(high, 0.0)
+    more = 0.08 * (high - low)
+    return [low - more, high + more]
 
 
 def _points(
@@ -222,7 +247,7 @@ def _places(study: Study) -> str:
         )
         for place in study.places
     ]  # fmt: skip
-    return table(head, rows)
+    return wide(table(head, rows))
 
 
 def _windows(study: Study) -> str:
@@ -239,7 +264,10 @@ def _windows(study: Study) -> str:
         )
         for point in study.points[:400]
     ]  # fmt: skip
-    return wide(table(head, rows))
+    whole = wide(table(head, rows))
+    if len(rows) <= _MOST_OPEN:
+        return whole
+    return f"<details><summary>all {len(rows)} windows</summary>{whole}</details>"
 
 
 def _signals(study: Study) -> list[str]:
@@ -258,6 +286,18 @@ def _signals(study: Study) -> list[str]:
     return parts
 
 
+def _axis_title(name: str, unit: str) -> str:
+    """Name and unit in lines that fit beside one row of the plot."""
+    words = re.split(r"[_\s]+", name) + ([f"[{unit}]"] if unit else [])
+    lines = [words[0]]
+    for word in words[1:]:
+        if len(lines[-1]) + 1 + len(word) <= _TITLE_LETTERS:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return "<br>".join(lines)
+
+
 def signal_figure(found: Found) -> go.Figure:
     """The channels, first the swinging ones, with the windows that were found."""
     run = found.run
@@ -272,7 +312,7 @@ def signal_figure(found: Found) -> go.Figure:
             go.Scatter(x=time, y=thin, line={"color": _COLOURS[0], "width": 1}, name=name,
                        showlegend=False), row=row, col=1,
         )  # fmt: skip
-        figure.update_yaxes(title_text=f"{name} [{unit}]" if unit else name, row=row, col=1)
+        figure.update_yaxes(title_text=_axis_title(name, unit), row=row, col=1)
     for number, event in enumerate(found.events):
         kind = kind_of(found, number)
         if kind == "not one damped line":
@@ -284,7 +324,7 @@ def signal_figure(found: Found) -> go.Figure:
             )  # fmt: skip
     figure.update_xaxes(title_text="time [s]", row=len(shown), col=1)
     figure.update_layout(
-        height=max(240, 150 * len(shown)), margin={"l": 92, "r": 24, "t": 20, "b": 52},
+        height=max(240, _ROW_PX * len(shown)), margin={"l": 92, "r": 24, "t": 20, "b": 52},
         hovermode="x unified",
     )  # fmt: skip
     return figure

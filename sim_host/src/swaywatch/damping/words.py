@@ -81,7 +81,8 @@ def sentences(study: Study) -> list[str]:
         texts += comparison_words(study, study.against_model, model=True)
     elif study.model is not None:
         texts.append(f"{study.model.name} has no oscillating mode at the speeds that were driven.")
-    return [text for text in texts if text]
+    said = verdict(study)[1]
+    return [text for text in texts if text and text != said]
 
 
 def _counts(study: Study) -> str:

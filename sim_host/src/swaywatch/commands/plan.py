@@ -1,0 +1,127 @@
+"""``swaywatch plan``: what to drive, how fast and with which sensors, before it is driven."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from swaywatch import output
+from swaywatch.errors import SwaywatchError
+from swaywatch.recording.guard import whole_file
+
+HAS_JSON = True
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the ``plan`` command."""
+    parser = subparsers.add_parser(
+        "plan",
+        help="what to drive, how fast and with which sensors, before it is driven",
+        description="Choose manoeuvres and speeds that tell most of a combination, at a safe "
+        "distance from its critical speed as believed: the errors that are left, what other "
+        "sensors would tell, how long a plain slalom would take; a scenario for `simulate` and a "
+        "steering robot's CSV.",
+    )
+    parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
+    parser.add_argument(
+        "--sensors", choices=("own", "articulation", "trailer", "forces"), default="own",
+        help="own: yaw rate and lateral acceleration of the car; each of the others has more "
+        "(default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--goal", choices=("critical-speed", "parameters"), default="critical-speed",
+        help="what shall be known (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--error", type=float, metavar="X",
+        help="standard error to reach: km/h of the critical speed (default: 1), or %% of the worst "
+        "of the vehicle's values (default: 2.5)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--preset", choices=("iso9815", "j2664"),
+        help="instead of a choice: impulses at five speeds (ISO 9815), or pulses up to 100 km/h as "
+        "in SAE J2664",
+    )  # fmt: skip
+    parser.add_argument(
+        "--fastest", type=float, default=110.0, metavar="KMH",
+        help="what road and tyres allow (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--acceleration", type=float, default=3.0, metavar="M_S2",
+        help="largest lateral acceleration of car and trailer (default: %(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--out", type=Path, default=Path("swaywatch-plan"), metavar="DIR",
+        help="folder for plan.html, plan.json, plan.toml and robot.csv (default: %(default)s)",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace) -> int:
+    """Plan, write, say."""
+    from swaywatch.plan import files, page
+    from swaywatch.plan.design import make_design
+    from swaywatch.plan.knowledge import known_of
+    from swaywatch.progress import LateProgress
+    from swaywatch.vehicle import load_vehicle
+
+    error = args.error if args.error is not None else {"critical-speed": 1.0}.get(args.goal, 2.5)
+    for name, value, low, high in (
+        ("--error", error, 0.01, 100.0), ("--fastest", args.fastest, 40.0, 250.0),
+        ("--acceleration", args.acceleration, 0.3, 6.0),
+    ):  # fmt: skip
+        if not low <= value <= high:
+            raise SwaywatchError(f"{name} {value:g}: expected {low:g} to {high:g}")
+    with LateProgress(Console(stderr=True)) as progress:
+        progress.tell("planning", 0.0, 1.0)
+        design = make_design(
+            known_of(load_vehicle(args.vehicle)), args.sensors, goal=args.goal, error=error,
+            fastest_kmh=args.fastest, acceleration_m_s2=args.acceleration, preset=args.preset,
+        )  # fmt: skip
+    if not design.blocks:
+        raise SwaywatchError(
+            f"{args.vehicle}: what is believed is good enough already (--error {error:g}); nothing "
+            "to drive"
+        )
+    title = {"iso9815": "Test plan after ISO 9815", "j2664": "Test plan as in SAE J2664"}.get(
+        args.preset or "", "Test plan"
+    )
+    content = page.as_json(design)
+    output.folder(args.out)
+    scenario = args.out / "plan.toml"
+    texts = {
+        scenario: files.scenario_text(design, args.vehicle, args.out),
+        args.out / "plan.json": json.dumps(content, indent=1, allow_nan=False),
+        args.out / "plan.html": page.make_page(design, {"vehicle": [args.vehicle]}, title),
+    }
+    for path, text in texts.items():
+        _write(path, text)
+    _write(args.out / "robot.csv", files.robot_text(scenario))
+    output.result(args, content)
+    console = Console(highlight=False)
+    console.print(page.critical_words(design), style="bold", markup=False)
+    for text in page.sentences(design):
+        console.print(f"- {text}", markup=False)
+    console.print(_table(page.BLOCK_HEADS, page.rows_of_blocks(design)))
+    console.print(_table(page.UNKNOWN_HEADS, page.rows_of_unknowns(design)))
+    for path in (*texts, args.out / "robot.csv"):
+        console.print(str(path), style="bold" if path.suffix == ".html" else "", soft_wrap=True)
+    return 0
+
+
+def _write(path: Path, text: str) -> None:
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _table(heads: tuple[str, ...], rows: list[list[str]]) -> Table:
+    found = Table(box=None, pad_edge=False)
+    for head in heads:
+        found.add_column(head)
+    for row in rows:
+        found.add_row(*row)
+    return found

@@ -1,0 +1,151 @@
+"""``make bench-plan``: errors that a plan foretells beside those of simulated tests.
+
+Each repeat draws a combination within the tolerances, drives the plan with sensor noise, road and
+wind, and estimates the unknowns from what the sensors show (maximum likelihood with the belief as
+prior). Errors of the estimates over the repeats against those of `swaywatch plan`: their ratio is
+to lie between 0.7 and 1.4, of every unknown that the test tells more of than was believed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.plant import OUTPUT, Job, run_jobs
+from swaywatch.plan.design import Design, make_design
+from swaywatch.plan.information import (
+    DISTURBANCES,
+    Drive,
+    carried,
+    covariances,
+    critical_of,
+    disturbed,
+    normal_of,
+    outputs,
+    slopes,
+    spectrum,
+)
+from swaywatch.plan.knowledge import Knowledge, Sensor, known_of, sensors_of
+from swaywatch.vehicle import load_vehicle
+
+Array = NDArray[np.float64]
+ROUNDS = 5
+FARTHEST = 2.0
+"""Standard deviations of a belief that a drawn value may be off."""
+
+
+def measured(
+    known: Knowledge,
+    drives: list[Drive],
+    truth: Array,
+    sensors: tuple[Sensor, ...],
+    random: np.random.Generator,
+) -> list[Array]:
+    """What the sensors show of a drawn combination on a road in the wind; each (n, m)."""
+    jobs = []
+    for drive in drives:
+        plant = known.plant(drive.time_s, drive.steer, drive.speed, truth)
+        for disturbance in DISTURBANCES:
+            course = disturbed(len(drive.steer), disturbance.rms, random)
+            plant.add_series(disturbance.slot, course)
+        jobs.append(Job(plant, columns=tuple(OUTPUT.index(s.output) for s in sensors)))
+    noise = np.array([sensor.noise for sensor in sensors])
+    found = []
+    for outcome in run_jobs(jobs):
+        assert outcome.output is not None
+        offset = 5.0 * noise * random.normal(size=len(noise))
+        found.append(outcome.output + offset + noise * random.normal(size=outcome.output.shape))
+    return found
+
+
+def estimated(
+    known: Knowledge, drives: list[Drive], shown: list[Array], sensors: tuple[Sensor, ...]
+) -> Array:
+    """Unknowns from what the sensors show, in units of the tolerances from the belief."""
+    off = np.zeros(len(known.unknowns))
+    for _ in range(ROUNDS):
+        at = known.values + off * known.deviations
+        model = outputs(known, drives, [at] * len(drives), sensors)
+        normal, right = np.eye(len(off)), -off
+        for slope, free, own, seen, said in zip(
+            slopes(known, drives, at, sensors),
+            carried(known, drives, at, sensors),
+            covariances(known, drives, sensors, at),
+            shown,
+            model,
+            strict=True,
+        ):
+            told, pulled = normal_of(slope, free, own, spectrum(seen - said))
+            normal, right = normal + told, right + pulled
+        off = off + np.clip(np.linalg.solve(normal, right), -1.0, 1.0)
+    return np.asarray(off)
+
+
+def ratios(known: Knowledge, design: Design, repeats: int, seed: int) -> tuple[Array, Array, float]:
+    """Of every unknown: foretold error, error obtained; and the ratio for the critical speed."""
+    random = np.random.default_rng(seed)
+    sensors = sensors_of(design.sensors)
+    drives = [block.drive() for block in design.blocks]
+    critical = critical_of(known)
+    errors, speeds = [], []
+    for _ in range(repeats):
+        drawn = np.clip(random.normal(size=len(known.unknowns)), -FARTHEST, FARTHEST)
+        drawn = np.maximum(drawn, -known.values / known.deviations)  # none is below zero
+        truth = known.values + drawn * known.deviations
+        shown = measured(known, drives, truth, sensors, random)
+        errors.append(estimated(known, drives, shown, sensors) - drawn)
+        speeds.append(float(critical.slopes @ errors[-1]))
+    foretold = np.sqrt(np.diag(design.covariance))
+    obtained = np.sqrt(np.mean(np.square(errors), axis=0))
+    speed = critical.error(design.covariance) / float(np.sqrt(np.mean(np.square(speeds))))
+    return foretold, np.asarray(obtained), speed
+
+
+def main() -> int:
+    """Table over three vehicles."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=100)
+    parser.add_argument("--report", type=Path, required=True)
+    args = parser.parse_args()
+    data = Path(__file__).resolve().parent.parent / "data" / "practice"
+    lines = [
+        f"**`make bench-plan`**: errors that `plan` foretells over those of {args.repeats} "
+        "simulated tests each",
+        "",
+        "| vehicle | sensors | goal | blocks of 20 s | critical speed | unknowns | slalom for it |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    base = load_vehicle(data / "p03" / "vehicle.toml")
+    assert base.trailer is not None
+    for name, sensors, mass, inertia in (
+        ("as in p03", "trailer", 1.0, 1.0),
+        ("light trailer", "own", 0.6, 0.5),
+        ("long trailer", "forces", 1.1, 1.5),
+    ):
+        trailer = replace(
+            base.trailer, mass=mass * base.trailer.mass,
+            yaw_inertia=inertia * base.trailer.yaw_inertia,
+        )  # fmt: skip
+        known = known_of(replace(base, trailer=trailer))
+        for goal, error in (("critical-speed", 1.0), ("parameters", 2.5)):
+            design = make_design(known, sensors, goal=goal, error=error)
+            foretold, obtained, speed = ratios(known, design, args.repeats, 5)
+            told = foretold < 0.7
+            part = foretold[told] / obtained[told]
+            lines.append(
+                f"| {name} | {sensors} | {goal} | {len(design.blocks)} | {speed:.2f} | "
+                f"{part.min():.2f} to {part.max():.2f} ({int(told.sum())} of {len(told)}) | "
+                f"{design.slalom_blocks:.0f} blocks |"
+            )
+    args.report.parent.mkdir(parents=True, exist_ok=True)
+    args.report.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    print(args.report.read_text(encoding="utf-8"))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
