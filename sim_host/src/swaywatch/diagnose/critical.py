@@ -32,7 +32,7 @@ GONE = 1e-3  # of the largest yaw rate: nothing is left
 JACKKNIFE_RAD = 0.5  # the trailer has swung out for good
 
 
-def _growth(problem: Problem, terms: Sequence[Term], shared: Array, speed: float) -> float:
+def _growth(problem: Problem, terms: Sequence[Term], shift: Array, speed: float) -> float:
     """Rate at which the trailer's yaw oscillation grows after the kick, 1/s."""
     n = int(LENGTH_S * RATE_HZ)
     time = np.arange(n) / RATE_HZ
@@ -43,7 +43,7 @@ def _growth(problem: Problem, terms: Sequence[Term], shared: Array, speed: float
     plant = PlantInput(
         1.0 / RATE_HZ, np.full(n, speed), np.zeros(n), steer, problem.body.copy(), neutral()
     )
-    for name, value in zip(("transfer_car_front", "transfer_car_rear"), shared, strict=True):
+    for name, value in zip(("transfer_car_front", "transfer_car_rear"), shift, strict=True):
         plant.scalar(name, float(value))
     for term in (*problem.calibration, *terms):
         term.effect.act(plant, run, term.as_dict(), term.windows(0))
@@ -59,17 +59,17 @@ def _growth(problem: Problem, terms: Sequence[Term], shared: Array, speed: float
     return float(np.log(late / early) / (LATE_S - EARLY_S))
 
 
-def critical_speed(problem: Problem, terms: Sequence[Term], shared: Array) -> float | None:
+def critical_speed(problem: Problem, terms: Sequence[Term], shift: Array) -> float | None:
     """Lowest speed at which the kicked plant does not calm down, m/s; None: none up to 80 m/s."""
     low = SLOWEST
-    while low < FASTEST and _growth(problem, terms, shared, low + STEP) < CALM:
+    while low < FASTEST and _growth(problem, terms, shift, low + STEP) < CALM:
         low += STEP
     if low >= FASTEST:
         return None
     high = low + STEP
     for _ in range(ROUNDS):
         middle = 0.5 * (low + high)
-        if _growth(problem, terms, shared, middle) < CALM:
+        if _growth(problem, terms, shift, middle) < CALM:
             low = middle
         else:
             high = middle
@@ -89,24 +89,24 @@ def lasting(terms: Sequence[Term]) -> list[Term]:
     return found
 
 
-def stability(problem: Problem, terms: Sequence[Term], shared: Array) -> dict[str, Any]:
+def stability(problem: Problem, terms: Sequence[Term], shift: Array) -> dict[str, Any]:
     """`stability` of diagnosis.json: critical speed before, after, and of each effect alone.
 
     An axle load at twice the frequency and a force from outside have no critical speed of their
     own: the first depends on its phase (section 6.3), the second adds to the motion.
     """
     block: dict[str, Any] = {
-        "v_crit_baseline_km_h": _km_h(critical_speed(problem, (), shared)),
+        "v_crit_baseline_km_h": _km_h(critical_speed(problem, (), shift)),
         "kick": f"half sine, {KICK_DEG:.0f} deg at the steering wheel, {KICK_HZ} Hz",
         "without": {},
     }
     able = [t for t in terms if t.effect.id not in ("axle_load_harmonic", "crosswind_gust")]
     able = [t for t in able if not t.effect.extra.get("needs_simulation")]
     every = lasting(able)
-    block["v_crit_diagnosed_km_h"] = _km_h(critical_speed(problem, every, shared))
+    block["v_crit_diagnosed_km_h"] = _km_h(critical_speed(problem, every, shift))
     for term, acting in zip(able, every, strict=True):
         rest = [t for t in every if t is not acting]
-        block["without"][term.effect.name] = _km_h(critical_speed(problem, rest, shared))
+        block["without"][term.effect.name] = _km_h(critical_speed(problem, rest, shift))
     block["left_out"] = [t.effect.name for t in terms if t not in able]
     return block
 

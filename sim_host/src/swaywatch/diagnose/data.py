@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from swaywatch.diagnose.beliefs import beliefs_of
 from swaywatch.diagnose.fit import COMPARED, Problem
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import RATE_HZ, Run, on_grid
@@ -99,6 +100,8 @@ def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> 
         # order of the files must not matter: sort by what was driven
         runs.sort(key=lambda run: -float(np.mean(run.channels["speed"])))
         loaded.problem = Problem(tuple(runs), body)
+        channels = loaded.problem.channels(runs[0])
+        loaded.problem = replace(loaded.problem, beliefs=beliefs_of(body, channels))
         missing = [c for c in COMPARED if any(c not in run.channels for run in runs)]
         if missing:
             loaded.checks.append("not recorded: " + ", ".join(missing))

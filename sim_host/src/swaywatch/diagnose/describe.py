@@ -159,7 +159,7 @@ def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
         for fit, scores, iso in (
             (verdict.baseline, before, iso_before), (verdict.fit, after, iso_after),
         ):  # fmt: skip
-            outputs = predict_run(problem, r, fit.terms, fit.nuisance[r], fit.shared)
+            outputs = predict_run(problem, r, fit.terms, fit.nuisance[r], fit.shift)
             scores.append(nrmse(errors(problem, r, outputs)))
             iso.append(iso18571(problem.runs[r], outputs))
     block: dict[str, Any] = {

@@ -14,15 +14,15 @@ from swaywatch.diagnose.critical import stability
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.describe import describe
 from swaywatch.diagnose.effect import Effect, library
-from swaywatch.diagnose.fit import COMPARED, OBSERVER, Problem
+from swaywatch.diagnose.fit import COMPARED, OBSERVER, Fitter, Problem
 from swaywatch.diagnose.model import embedded, model_block
 from swaywatch.diagnose.page import page, write_page
-from swaywatch.diagnose.remains import locate_rest, suspicious
+from swaywatch.diagnose.remains import locate_rest
 from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.sensor_faults import combined
 from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
-from swaywatch.diagnose.verdict import CLEAN, REMAINS, Verdict, decide, settle
+from swaywatch.diagnose.verdict import CARES, REMAINS, Verdict, decide
 from swaywatch.errors import RecordingError
 from swaywatch.vehicle import load_vehicle
 
@@ -73,25 +73,21 @@ def diagnose(
     loaded = load(recordings, vehicle, signals)
     if loaded.problem is None:
         return _cannot(loaded)
+    problem = loaded.problem
+    cares = CARES
     if simulations:
-        loaded.problem, observed, notes = attach(loaded.problem, simulations, signals)
+        problem, notes = attach(problem, simulations, signals)
         loaded.checks += notes
-    else:
-        observed = replace(loaded.problem, observer=OBSERVER)
+        cares = CARES[:1]
     effects = library(extra)
-    # Searched with an observer, so that nothing is amplified by the nearness of the critical speed;
-    # settled and judged in free simulation.
-    search = Search(observed, effects, progress)
-    verdict = decide(search, progress)
+    verdict = decide(
+        [Search(cared(problem, care), effects, progress) for care in cares], progress
+    )
+    loaded.problem = verdict.problem
     if level(verdict.fit) > REMAINS:
-        verdict.notes = locate_rest(search.fitter, verdict.fit)
-    elif len(verdict.fit.terms) > 1 and all(
-        t.effect.kind == "parameter" for t in verdict.fit.terms
-    ):
-        verdict.notes = suspicious(search.fitter, verdict.baseline)
-    settle(verdict, loaded.problem)
+        verdict.notes = locate_rest(Fitter(replace(problem, observer=OBSERVER)), verdict.fit)
     result = _result(loaded, verdict, effects)
-    result["stability"] = stability(loaded.problem, verdict.fit.terms, verdict.fit.shared)
+    result["stability"] = stability(loaded.problem, verdict.fit.terms, verdict.fit.shift)
     result["signals"] = embedded(signals)
     result["inputs"] = {
         "recordings": [str(path) for path in recordings],
@@ -103,6 +99,11 @@ def diagnose(
         write_page(text, report)
     progress("done", 1.0)
     return result
+
+
+def cared(problem: Problem, care: float) -> Problem:
+    """The problem with the tolerances of the vehicle's file times `care`."""
+    return replace(problem, beliefs=replace(problem.beliefs, care=care))
 
 
 def _cannot(loaded: Loaded) -> dict[str, Any]:
@@ -166,12 +167,13 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
             *_unseen(verdict),
         ],
         "evidence": {
-            "level_without": level(verdict.baseline),
-            "level_with": level(verdict.fit),
-            "level_clean": CLEAN,
-            "separation": verdict.separation,
+            "reduced_chi_square_calibrated": level(verdict.baseline),
+            "reduced_chi_square_diagnosed": level(verdict.fit),
+            "log_bayes_factor": verdict.evidence,
+            "independent_sample": verdict.noise,
+            "tolerances_of_the_file_times": verdict.problem.beliefs.care,
             "could_be_hidden": verdict.hidden,
-            "ranking": [{"name": n, "level": v} for n, v in verdict.candidates],
+            "ranking": [{"name": n, "log_bayes_factor": v} for n, v in verdict.candidates],
         },
     }
     return result

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter
 
+from swaywatch.diagnose.beliefs import Beliefs
 from swaywatch.diagnose.effect import Parameter, no_observation
 from swaywatch.diagnose.plant import (
     LANES,
@@ -27,6 +29,8 @@ from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
 ColumnOf = Callable[[int], Array]
+#: Of each run: derivatives to beliefs, offsets and start values, and their products.
+Background = dict[int, tuple[Array, Array]]
 
 #: Pull of the yaw rates during the search, 1/s: half the angular frequency of sway.
 OBSERVER = 2.0
@@ -56,7 +60,8 @@ WORKERS = 16  # calculations whose trials share the lanes
 _AT_ONCE = 8 * LANES  # trials in memory at a time
 _NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
-_SHARED = ("transfer_car_front", "transfer_car_rear")
+FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
+_SHIFT_STEP = 0.05  # tolerances, for derivatives
 
 
 @dataclass
@@ -70,22 +75,28 @@ class Fit:
     nuisance
         Shape (runs, 5): road-wheel angle offset, lateral velocity, yaw rate, articulation,
         trailer yaw rate at the start.
-    shared
-        Load transfer of the car's axles, N per m/s2.
+    shift
+        Tolerances by which each belief of the problem is off, shape (beliefs,).
     chi2
-        Sum of squared normalised residuals (10 Hz).
+        Sum of squared normalised residuals (10 Hz) and of the shifts over their priors.
     count
         Number of residuals.
     covariance
         Of the effect values, order of `terms`, shape (k, k).
+    doubt
+        Covariance of the shifts, shape (beliefs, beliefs).
+    volume
+        Logarithm of the determinant of the information about values and shifts.
     """
 
     terms: tuple[Term, ...]
     nuisance: Array
-    shared: Array
+    shift: Array
     chi2: float = np.inf
     count: int = 0
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    doubt: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    volume: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -101,7 +112,9 @@ class Problem:
         which shares both with the recording).
     observer
         Pull of the simulated yaw rates to the measured ones, 1/s; 0: free simulation.
-    calibration, start_nuisance, start_shared
+    beliefs
+        Priors of vehicle and sensors.
+    calibration, start_nuisance, start_shift
         What fits the plant to the user's simulation; part of every model.
     """
 
@@ -110,8 +123,13 @@ class Problem:
     free_start: bool = True
     calibration: tuple[Term, ...] = ()
     start_nuisance: Array | None = None
-    start_shared: Array | None = None
+    start_shift: Array | None = None
     observer: float = 0.0
+    beliefs: Beliefs = field(default_factory=Beliefs)
+
+    def at_rest(self) -> Array:
+        """Shifts of the vehicle and the sensors as they are believed, shape (beliefs,)."""
+        return np.zeros(len(self.beliefs))
 
     def channels(self, run: Run) -> list[str]:
         """Compared channels that the run has."""
@@ -121,7 +139,7 @@ class Problem:
 
 
 def plant_of(
-    problem: Problem, index: int, terms: Sequence[Term], nuisance: Array, shared: Array
+    problem: Problem, index: int, terms: Sequence[Term], nuisance: Array, shift: Array
 ) -> PlantInput:
     """What the plant needs to simulate one run with `terms`."""
     run = problem.runs[index]
@@ -134,8 +152,7 @@ def plant_of(
         scalars=neutral(),
         initial=nuisance[1:5].copy(),
     )
-    for name, value in zip(_SHARED, shared, strict=True):
-        plant.scalar(name, float(value))
+    problem.beliefs.act(plant, shift)
     for term in (*problem.calibration, *terms):
         term.effect.act(plant, run, term.as_dict(), term.windows(index))
     if problem.observer > 0.0 and run.yaw_rates is not None:
@@ -146,7 +163,8 @@ def plant_of(
                 undo = term.effect.extra.get("undo")
                 if callable(undo) and term.effect.component == f"{body}_yaw_rate":
                     true = undo(true, run, term.as_dict())
-            plant.add_series(f"measured_{body}", true)
+            gain = problem.beliefs.amount("gain", f"{body}_yaw_rate", shift)
+            plant.add_series(f"measured_{body}", true / (1.0 + gain))
     return plant
 
 
@@ -155,13 +173,13 @@ def predict_run(
     index: int,
     terms: Sequence[Term],
     nuisance: Array,
-    shared: Array,
+    shift: Array,
     *,
     fine: bool = True,
 ) -> dict[str, Array]:
     """Channels of one run as the model with `terms` has them, shape (n,) each."""
-    plant = plant_of(problem, index, terms, nuisance, shared)
-    return observe(problem, index, simulate(plant, fine=fine), terms)
+    plant = plant_of(problem, index, terms, nuisance, shift)
+    return observe(problem, index, simulate(plant, fine=fine), terms, shift)
 
 
 #: Outputs of the plant whose sum a channel is, where their names differ.
@@ -207,8 +225,15 @@ class Channels(dict[str, Array]):
         Channels that were written to.
     """
 
-    def __init__(self, run: Run, correction: Mapping[str, Array], column: ColumnOf) -> None:
+    def __init__(
+        self,
+        run: Run,
+        correction: Mapping[str, Array],
+        column: ColumnOf,
+        ahead: Callable[[str], float] = lambda name: 0.0,
+    ) -> None:
         super().__init__()
+        self._ahead = ahead
         self.used: set[int] = set()
         self.changed: set[str] = set()
         self._run, self._correction, self._column = run, correction, column
@@ -225,7 +250,7 @@ class Channels(dict[str, Array]):
         self.used.update(columns)
         parts = [self._column(column) for column in columns]
         if name in _TURNING:
-            parts[-1] = self._run.positions.get(name, 0.0) * parts[-1]
+            parts[-1] = (self._run.positions.get(name, 0.0) + self._ahead(name)) * parts[-1]
         if name in self._correction:
             parts.append(self._correction[name])
         value = parts[0] if parts else np.zeros(self._run.time.size)
@@ -240,13 +265,20 @@ def correction_of(problem: Problem, run: Run) -> dict[str, Array]:
     return run.observed if problem.observer > 0.0 else run.correction
 
 
-def observe(problem: Problem, index: int, result: Array, terms: Sequence[Term]) -> dict[str, Array]:
+def observe(
+    problem: Problem, index: int, result: Array, terms: Sequence[Term], shift: Array
+) -> dict[str, Array]:
     """Sensors: plant outputs (n, len(OUTPUT)) to channels of the recording."""
-    run = problem.runs[index]
-    out = Channels(run, correction_of(problem, run), lambda column: result[:, column])
+    run, beliefs = problem.runs[index], problem.beliefs
+    out = Channels(
+        run,
+        correction_of(problem, run),
+        lambda column: result[:, column],
+        lambda name: beliefs.position(name, shift),
+    )
     for term in terms:
         term.effect.observe(out, run, term.as_dict())
-    return {name: out[name] for name in _MADE_OF}
+    return {name: beliefs.sensed(name, out[name], 1.0 / RATE_HZ, shift) for name in _MADE_OF}
 
 
 def scale(run: Run, name: str) -> float:
@@ -339,7 +371,7 @@ class Comparison:
         del column
         return np.zeros(self.run.time.size)
 
-    def residual(self, outcome: Outcome, terms: Sequence[Term]) -> Array:
+    def residual(self, outcome: Outcome, terms: Sequence[Term], shift: Array) -> Array:
         """Normalised residuals of a simulation, shape (n / BLOCK, channels).
 
         The outcome has the columns that are `wanted` for the terms.
@@ -347,8 +379,10 @@ class Comparison:
         blocks = outcome.blocks[: self.measured.shape[0]] / BLOCK
         means = np.zeros_like(self.measured)
         means[:, self.at] = blocks[:, self.columns]
+        beliefs = self.problem.beliefs
         for i, column, position in self.turning:
-            means[:, i] += position * blocks[:, column]
+            ahead = position + beliefs.position(self.names[i], shift)
+            means[:, i] += ahead * blocks[:, column]
         means += self.correction
         active = [term for term in terms if term.effect.observe is not no_observation]
         if active:
@@ -358,14 +392,36 @@ class Comparison:
                 self.run,
                 correction_of(self.problem, self.run),
                 lambda column: output[:, place[column]],
+                lambda name: beliefs.position(name, shift),
             )
             for term in active:
                 term.effect.observe(channels, self.run, term.as_dict())
             for i, name in enumerate(self.names):
                 if name in channels.changed:
                     means[:, i] = block_mean(channels[name])
+        for i, name in enumerate(self.names):
+            means[:, i] = beliefs.sensed(name, means[:, i], BLOCK / RATE_HZ, shift)
         loads = [blocks[:, left] + blocks[:, right] for left, right in _LOADS]
         return self.normalised(means, loads)
+
+    def sensors(self, e: Array) -> Array:
+        """Derivatives of flat residuals to the gains and delays of the channels' sensors.
+
+        Shape (residuals, beliefs + 5), zero at what must be simulated. What the model shows is
+        the measured less the residual.
+        """
+        beliefs = self.problem.beliefs
+        shown = self.measured - e.reshape(self.measured.shape) * self.scales
+        found = np.zeros((*self.measured.shape, len(beliefs) + _NUISANCES))
+        step = BLOCK / RATE_HZ
+        for i, name in enumerate(self.names):
+            for kind, column in (("gain", shown[:, i]), ("delay", -np.gradient(shown[:, i]) / step)):
+                at = beliefs.at.get((kind, name))
+                if at is not None:
+                    kept = self.kept[:, i]
+                    column = (column - (column * kept).sum() / kept.sum()) * kept
+                    found[:, i, at] = -beliefs.items[at].tolerance * column / self.scales[i]
+        return found.reshape(e.size, -1)
 
     def normalised(self, means: Array, loads: Sequence[Array]) -> Array:
         """Measured minus simulated means of the channels, without offsets, over their scales."""
@@ -394,7 +450,7 @@ class Trial:
     run: int
     terms: tuple[Term, ...]
     nuisance: Array
-    shared: Array
+    shift: Array
 
 
 class Fitter:
@@ -412,9 +468,9 @@ class Fitter:
             self.comparisons[index] = Comparison(self.problem, index)
         return self.comparisons[index]
 
-    def evaluate(self, index: int, terms: Sequence[Term], nuisance: Array, shared: Array) -> Array:
+    def evaluate(self, index: int, terms: Sequence[Term], nuisance: Array, shift: Array) -> Array:
         """Normalised residuals of one run, flat."""
-        return self.evaluate_all([Trial(index, tuple(terms), nuisance, shared)])[0]
+        return self.evaluate_all([Trial(index, tuple(terms), nuisance, shift)])[0]
 
     def evaluate_all(self, trials: Sequence[Trial]) -> list[Array]:
         """Normalised residuals of several trials, flat, simulated side by side."""
@@ -432,39 +488,79 @@ class Fitter:
             some = trials[at : at + _AT_ONCE]
             jobs = [
                 Job(
-                    plant_of(self.problem, t.run, t.terms, t.nuisance, t.shared),
+                    plant_of(self.problem, t.run, t.terms, t.nuisance, t.shift),
                     columns=self.comparison(t.run).wanted(t.terms),
                 )
                 for t in some
             ]
             for trial, outcome in zip(some, run_jobs(jobs, fine=self.fine), strict=True):
-                e = self.comparison(trial.run).residual(outcome, trial.terms)
+                e = self.comparison(trial.run).residual(outcome, trial.terms, trial.shift)
                 found.append(np.asarray(e.ravel()))
         return found
 
-    def nuisance_trials(self, index: int, fit: Fit) -> list[Trial]:
-        """What `nuisance_columns` needs."""
+    def background_trials(self, index: int, fit: Fit) -> list[Trial]:
+        """What `background` needs: each belief moved that must be simulated, each nuisance."""
         trials = []
+        for c in self._simulated:
+            shift = fit.shift.copy()
+            shift[c] += _SHIFT_STEP
+            trials.append(Trial(index, fit.terms, fit.nuisance[index], shift))
         for c in range(_NUISANCES if self.problem.free_start else 0):
             nu = fit.nuisance[index].copy()
             nu[c] += _NUISANCE_STEP[c]
-            trials.append(Trial(index, fit.terms, nu, fit.shared))
+            trials.append(Trial(index, fit.terms, nu, fit.shift))
         return trials
 
-    @staticmethod
-    def nuisance_columns(base: Array, moved: Sequence[Array]) -> Array:
-        """Derivatives to offset and start values of one run, shape (residuals, 5 or 0)."""
-        columns = np.zeros((base.size, len(moved)))
-        for c, e in enumerate(moved):
-            columns[:, c] = (e - base) / _NUISANCE_STEP[c]
-        return columns
+    @cached_property
+    def _simulated(self) -> list[int]:
+        """Beliefs that are not of the sensors alone."""
+        sensors = {n for run in self.problem.runs for n in self.problem.channels(run)}
+        return [
+            i
+            for i, b in enumerate(self.problem.beliefs.items)
+            if b.kind not in ("gain", "delay") or b.name not in sensors
+        ]
+
+    def background(self, index: int, base: Array, moved: Sequence[Array]) -> Array:
+        """Derivatives to beliefs, offset and start values of a run, (residuals, beliefs + 5)."""
+        beliefs = len(self.problem.beliefs)
+        places = [*self._simulated, *range(beliefs, beliefs + _NUISANCES)]
+        steps = [*([_SHIFT_STEP] * len(self._simulated)), *_NUISANCE_STEP]
+        found = self.comparison(index).sensors(base)
+        for c, h, e in zip(places, steps, moved, strict=False):
+            found[:, c] = (e - base) / h
+        return found[:, : beliefs + (_NUISANCES if self.problem.free_start else 0)]
+
+    def backgrounds(
+        self, fit: Fit, use: Sequence[int], bases: Sequence[Array] | None = None
+    ) -> Background:
+        """`background` of some runs, with their products."""
+        asked = [self.background_trials(r, fit) for r in use]
+        if bases is None:
+            bases = self.evaluate_all(
+                [Trial(r, fit.terms, fit.nuisance[r], fit.shift) for r in use]
+            )
+        moved = self.evaluate_all([t for trials in asked for t in trials])
+        found: Background = {}
+        first = 0
+        for r, trials, base in zip(use, asked, bases, strict=True):
+            columns = self.background(r, base, moved[first : first + len(trials)])
+            first += len(trials)
+            found[r] = columns, columns.T @ columns
+        return found
 
     def start(self) -> Fit:
-        """Fit without any effect from rest."""
+        """Fit without any effect from rest, the vehicle as believed."""
         runs = len(self.problem.runs)
-        if self.problem.start_nuisance is not None and self.problem.start_shared is not None:
-            return Fit((), self.problem.start_nuisance, self.problem.start_shared)
-        return Fit((), np.zeros((runs, _NUISANCES)), self._transfer())
+        if self.problem.start_nuisance is not None and self.problem.start_shift is not None:
+            return Fit((), self.problem.start_nuisance, self.problem.start_shift)
+        shift = self.problem.at_rest()
+        transfer = dict(zip(("transfer_car_front", "transfer_car_rear"), self._transfer(), strict=True))
+        for i, belief in enumerate(self.problem.beliefs.items):
+            if belief.kind == "typical" and belief.name in transfer:
+                usual = float(neutral()[SCALARS.index(belief.name)])
+                shift[i] = (transfer[belief.name] / usual - 1.0) / belief.tolerance
+        return Fit((), np.zeros((runs, _NUISANCES)), shift)
 
     def _transfer(self) -> Array:
         """Load transfer from wheel loads and forces (no accelerometer needed)."""
@@ -493,8 +589,8 @@ class Fitter:
         *,
         runs: Sequence[int] | None = None,
         free: int | None = None,
-        shared_free: bool = False,
-        frozen: Sequence[Array] | None = None,
+        calibrate: bool = True,
+        frozen: Background | None = None,
         tolerance: float = 1e-3,
     ) -> Fit:
         """Improve a fit.
@@ -507,39 +603,46 @@ class Fitter:
             Indices of runs to use; all by default.
         free
             Number of terms, counted from the end, whose values move; all by default.
-        shared_free
-            Also move the load transfer.
+        calibrate
+            Whether the beliefs move too, within their tolerances.
         frozen
-            Derivatives to the offsets and start values of each run, if they are to be reused.
+            Derivatives to beliefs, offsets and start values, if they are to be reused throughout;
+            else they are calculated anew where they have grown old.
         tolerance
             Relative gain of chi2 below which to stop.
         """
         use = tuple(range(len(self.problem.runs))) if runs is None else tuple(runs)
-        task = _Task(self, start.terms, use, free, shared_free, frozen)
+        task = _Task(self, start.terms, use, free, calibrate)
         state = task.first(start)
+        background = frozen if frozen is not None else task.background(state)
+        age = 0
         hessian = np.eye(task.size)
         damping = 1e-3
         for _ in range(iterations):
-            hessian, gradient = task.normal(state)
+            hessian, gradient = task.normal(state, background)
             found = None
-            for _ in range(6):
+            for _ in range(5):
                 trial = task.move(state, hessian, gradient, damping)
                 if trial is not None and trial.chi2 < state.chi2:
                     found = trial
                     break
                 damping *= 8.0
-            if found is None:
-                break
-            gain = state.chi2 - found.chi2
-            state = found
+            gain = 0.0 if found is None else state.chi2 - found.chi2
+            state = found or state
             damping = max(damping * 0.2, 1e-9)
-            if gain < tolerance * state.chi2:
+            age += 1
+            done = gain < tolerance * state.chi2
+            if done and (frozen is not None or age == 1):
                 break
-        k = task.k
-        covariance = np.linalg.pinv(hessian)[:k, :k] if k else np.zeros((0, 0))
+            if frozen is None and (done or age == FRESH):
+                background, age = task.background(state), 0
+                damping = min(damping, 1e-3)
+        k, b = task.k, task.b
+        inverse = np.linalg.pinv(hessian) if task.size else np.zeros((0, 0))
         return Fit(
-            task.terms(state.values), state.nuisance, state.shared, state.chi2,
-            int(sum(e.size for e in state.errors)), np.asarray(covariance, dtype=float),
+            task.terms(state.values), state.nuisance, state.shift, state.chi2,
+            int(sum(e.size for e in state.errors)), np.asarray(inverse[:k, :k], dtype=float),
+            np.asarray(inverse[k : k + b, k : k + b], dtype=float), task.volume(hessian),
         )  # fmt: skip
 
 
@@ -547,12 +650,13 @@ class Fitter:
 class _State:
     values: Array
     nuisance: Array
-    shared: Array
+    shift: Array
     errors: tuple[Array, ...]
+    prior: float
 
     @property
     def chi2(self) -> float:
-        total = float(sum(np.dot(e, e) for e in self.errors))
+        total = float(sum(np.dot(e, e) for e in self.errors)) + self.prior
         return total if np.isfinite(total) else np.inf
 
 
@@ -565,13 +669,11 @@ class _Task:
         terms: Sequence[Term],
         use: tuple[int, ...],
         free: int | None,
-        shared_free: bool,
-        frozen: Sequence[Array] | None,
+        calibrate: bool,
     ) -> None:
         self.fitter = fitter
         self.given = tuple(terms)
         self.use = use
-        self.frozen = frozen
         first = 0 if free is None else len(terms) - free
         self.layout = [
             (i, j) for i in range(first, len(terms)) for j in range(len(terms[i].values))
@@ -579,9 +681,22 @@ class _Task:
         self.parameters = [terms[i].parameter(j) for i, j in self.layout]
         self.places = [terms[i].run_of(j) for i, j in self.layout]
         self.k = len(self.layout)
-        self.s = len(_SHARED) if shared_free else 0
+        self.beliefs = fitter.problem.beliefs
+        self.b = len(self.beliefs) if calibrate else 0
         self.n = _NUISANCES if fitter.problem.free_start else 0
-        self.size = self.k + self.s + self.n * len(use)
+        self.size = self.k + self.b + self.n * len(use)
+
+    def volume(self, hessian: Array) -> float:
+        """Logarithm of the determinant of the information about values and beliefs."""
+        common = self.k + self.b
+        if not common:
+            return 0.0
+        own, rest = hessian[:common, :common], hessian[common:, common:]
+        cross = hessian[:common, common:]
+        if rest.size:
+            own = own - cross @ np.linalg.lstsq(rest, cross.T, rcond=None)[0]
+        values = np.linalg.eigvalsh(0.5 * (own + own.T))
+        return float(np.sum(np.log(np.maximum(values, 1e-12))))
 
     def terms(self, values: Array) -> tuple[Term, ...]:
         new = [list(t.values) for t in self.given]
@@ -591,19 +706,19 @@ class _Task:
             Term(t.effect, tuple(w), t.window_runs) for t, w in zip(self.given, new, strict=True)
         )
 
-    def state(self, values: Array, nuisance: Array, shared: Array) -> _State:
+    def state(self, values: Array, nuisance: Array, shift: Array) -> _State:
         built = self.terms(values)
-        found = self.fitter.evaluate_all([Trial(r, built, nuisance[r], shared) for r in self.use])
-        return _State(values, nuisance, shared, tuple(found))
+        found = self.fitter.evaluate_all([Trial(r, built, nuisance[r], shift) for r in self.use])
+        prior = float(np.dot(shift * shift, self.beliefs.weight))
+        return _State(values, nuisance, shift, tuple(found), prior)
 
     def first(self, start: Fit) -> _State:
         values = np.array([self.given[i].values[j] for i, j in self.layout])
-        return self.state(values, start.nuisance.copy(), start.shared.copy())
+        return self.state(values, start.nuisance.copy(), start.shift.copy())
 
     def moved(self, state: _State, position: int) -> tuple[list[Trial], list[tuple[int, float]]]:
-        """Trials for the derivatives of one run; place and step of each that is not a nuisance."""
+        """Trials for the derivatives of one run; place and step of each value."""
         r = self.use[position]
-        built = self.terms(state.values)
         trials: list[Trial] = []
         steps: list[tuple[int, float]] = []
         for c in range(self.k):
@@ -612,53 +727,44 @@ class _Task:
             step = _step(self.parameters[c], state.values[c])
             v = state.values.copy()
             v[c] += step
-            trials.append(Trial(r, self.terms(v), state.nuisance[r], state.shared))
+            trials.append(Trial(r, self.terms(v), state.nuisance[r], state.shift))
             steps.append((c, step))
-        for c in range(self.s):
-            shared = state.shared.copy()
-            shared[c] += 5.0
-            trials.append(Trial(r, built, state.nuisance[r], shared))
-            steps.append((self.k + c, 5.0))
-        if self.n and self.frozen is None:
-            trials += self.fitter.nuisance_trials(r, Fit(built, state.nuisance, state.shared))
         return trials, steps
 
-    def columns(
-        self,
-        state: _State,
-        position: int,
-        steps: list[tuple[int, float]],
-        found: list[Array],
-    ) -> Array:
-        """Derivatives of the residuals of one run, shape (residuals, k + s + n)."""
-        base = state.errors[position]
-        columns = np.zeros((base.size, self.k + self.s + self.n))
-        for (c, step), e in zip(steps, found, strict=False):
-            columns[:, c] = (e - base) / step
-        if self.n:
-            columns[:, self.k + self.s :] = (
-                self.fitter.nuisance_columns(base, found[len(steps) :])
-                if self.frozen is None
-                else self.frozen[self.use[position]]
-            )
-        return columns
+    def background(self, state: _State) -> Background:
+        """Derivatives to all but the values."""
+        fit = Fit(self.terms(state.values), state.nuisance, state.shift)
+        return self.fitter.backgrounds(fit, self.use, state.errors)
 
-    def normal(self, state: _State) -> tuple[Array, Array]:
-        """J'J and J'e over all runs."""
+    def normal(self, state: _State, background: Background) -> tuple[Array, Array]:
+        """J'J and J'e over all runs, with the priors of the beliefs."""
         hessian = np.zeros((self.size, self.size))
         gradient = np.zeros(self.size)
-        common = self.k + self.s
+        k, common = self.k, self.k + self.b
+        skipped = len(self.beliefs) - self.b
         asked = [self.moved(state, position) for position in range(len(self.use))]
         found = self.fitter.evaluate_all([trial for trials, _ in asked for trial in trials])
         first = 0
         for position, (trials, steps) in enumerate(asked):
-            own = found[first : first + len(trials)]
+            base = state.errors[position]
+            columns = np.zeros((base.size, k))
+            for (c, step), e in zip(steps, found[first : first + len(trials)], strict=True):
+                columns[:, c] = (e - base) / step
             first += len(trials)
-            columns = self.columns(state, position, steps, own)
             at = common + position * self.n
-            where = np.r_[0:common, at : at + self.n]
-            hessian[np.ix_(where, where)] += columns.T @ columns
-            gradient[where] += columns.T @ state.errors[position]
+            rest = np.r_[k:common, at : at + self.n]
+            other, gram = background[self.use[position]]
+            hessian[:k, :k] += columns.T @ columns
+            cross = (columns.T @ other)[:, skipped:]
+            hessian[np.ix_(range(k), rest)] += cross
+            hessian[np.ix_(rest, range(k))] += cross.T
+            hessian[np.ix_(rest, rest)] += gram[skipped:, skipped:]
+            gradient[:k] += columns.T @ base
+            gradient[rest] += (other.T @ base)[skipped:]
+        if self.b:
+            at_beliefs = np.arange(self.k, common)
+            hessian[at_beliefs, at_beliefs] += self.beliefs.weight
+            gradient[at_beliefs] += self.beliefs.weight * state.shift
         hessian += np.diag(np.where(np.diag(hessian) < 1e-9, 1e-6, 0.0))
         return hessian, gradient
 
@@ -674,14 +780,14 @@ class _Task:
                 for x, p in zip(state.values + step[: self.k], self.parameters, strict=True)
             ]
         )
-        shared = state.shared.copy()
-        if self.s:
-            shared += step[self.k : self.k + self.s]
+        shift = state.shift.copy()
+        if self.b:
+            shift += step[self.k : self.k + self.b]
         nuisance = state.nuisance.copy()
         for position, r in enumerate(self.use):
-            at = self.k + self.s + position * self.n
+            at = self.k + self.b + position * self.n
             nuisance[r, : self.n] += step[at : at + self.n]
-        return self.state(values, nuisance, shared)
+        return self.state(values, nuisance, shift)
 
 
 def _step(parameter: Parameter, value: float) -> float:

@@ -40,7 +40,7 @@ def first_seconds(run: Run, seconds: float) -> Run:
     )
 
 
-def start_values(problem: Problem, index: int, terms: Sequence[Term], shared: Array) -> Array:
+def start_values(problem: Problem, index: int, terms: Sequence[Term], shift: Array) -> Array:
     """Steering offset and start values of a run, from its first seconds only.
 
     Against a user's simulation these are the simulation's own: nothing is taken from the recording.
@@ -48,9 +48,9 @@ def start_values(problem: Problem, index: int, terms: Sequence[Term], shared: Ar
     if not problem.free_start and problem.start_nuisance is not None:
         return np.asarray(problem.start_nuisance[index])
     start = first_seconds(problem.runs[index], START_S)
-    one = replace(problem, runs=(start,), start_nuisance=None, start_shared=None)
+    one = replace(problem, runs=(start,), start_nuisance=None, start_shift=None)
     constant = tuple(t for t in terms if not t.effect.windowed)
-    fit = Fitter(one).run(Fit(constant, np.zeros((1, 5)), shared), 6, free=0)
+    fit = Fitter(one).run(Fit(constant, np.zeros((1, 5)), shift), 6, free=0)
     return np.asarray(fit.nuisance[0])
 
 
@@ -62,7 +62,7 @@ def valued(
     spans: Sequence[tuple[float, float]],
     candidates: Sequence[tuple[float, ...]],
     nuisance: Array,
-    shared: Array,
+    shift: Array,
 ) -> Term:
     """Windows at given times, each with the one of the given values that fits the run best.
 
@@ -74,7 +74,7 @@ def valued(
         for values in candidates:
             count = len(chosen) // (2 + len(values)) + 1
             term = Term(effect, (*chosen, start, stop, *values), (index,) * count)
-            outputs = predict_run(problem, index, (*terms, term), nuisance, shared)
+            outputs = predict_run(problem, index, (*terms, term), nuisance, shift)
             e = residual(problem, index, outputs)
             chi2 = float(np.sum(e * e))
             if chi2 < best[0]:
@@ -107,7 +107,7 @@ def _carried(
             )
             terms.append(
                 valued(
-                    problem, index, terms, term.effect, spans, candidates, nuisance, taught.shared
+                    problem, index, terms, term.effect, spans, candidates, nuisance, taught.shift
                 )
             )
         elif spans:
@@ -140,14 +140,14 @@ def held_out(problem: Problem, fit: Fit) -> dict[str, Any]:
     carried = 0
     for index, run in enumerate(problem.runs):
         others = [r for r in range(len(problem.runs)) if r != index]
-        taught = Fitter(problem).run(Fit(fit.terms, fit.nuisance, fit.shared), 5, runs=others)
+        taught = Fitter(problem).run(Fit(fit.terms, fit.nuisance, fit.shift), 5, runs=others)
         constant = tuple(t for t in taught.terms if not t.effect.windowed)
-        nuisance = start_values(problem, index, constant, fit.shared)
+        nuisance = start_values(problem, index, constant, fit.shift)
         terms = _carried(problem, index, taught, nuisance, notes)
         carried += len(terms)
-        start = start_values(problem, index, (), fit.shared)
-        before = predict_run(problem, index, (), start, fit.shared)
-        after = predict_run(problem, index, terms, nuisance, fit.shared)
+        start = start_values(problem, index, (), fit.shift)
+        before = predict_run(problem, index, (), start, fit.shift)
+        after = predict_run(problem, index, terms, nuisance, fit.shift)
         scores.append(
             [
                 nrmse(errors(problem, index, before)), nrmse(errors(problem, index, after)),

@@ -55,15 +55,15 @@ class Locator:
         self.fitter = fitter
         self.fit = fit
         self.base: list[Array] = []
-        self.nuisance: list[Array] = []
+        self.background: list[Array] = []
         self.paths: list[Outcome] = []
         problem = fitter.problem
         for r in range(len(problem.runs)):
-            trial = Trial(r, fit.terms, fit.nuisance[r], fit.shared)
-            base, *moved = fitter.evaluate_all([trial, *fitter.nuisance_trials(r, fit)])
+            trial = Trial(r, fit.terms, fit.nuisance[r], fit.shift)
+            base, *moved = fitter.evaluate_all([trial, *fitter.background_trials(r, fit)])
             self.base.append(base)
-            self.nuisance.append(fitter.nuisance_columns(base, moved))
-            plant = plant_of(problem, r, fit.terms, fit.nuisance[r], fit.shared)
+            self.background.append(fitter.background(r, base, moved))
+            plant = plant_of(problem, r, fit.terms, fit.nuisance[r], fit.shift)
             job = Job(plant, columns=ALL, states=True)
             self.paths += run_jobs([job], fine=fitter.fine)
 
@@ -80,7 +80,7 @@ class Locator:
             last = min(n, max(fades, first + 2))
         assert path.states is not None
         terms = (*fit.terms, term)
-        plant = plant_of(problem, r, terms, fit.nuisance[r], fit.shared)
+        plant = plant_of(problem, r, terms, fit.nuisance[r], fit.shift)
         columns = self.fitter.comparison(r).wanted(terms)
         return Job(plant, (first, last), path.states[first], columns)
 
@@ -98,7 +98,9 @@ class Locator:
             output = path.output[:, job.columns]
             output[first:last] = branch.output[first:last]
         joined = Outcome(blocks, job.columns, output, None)
-        return self.fitter.comparison(r).residual(joined, (*self.fit.terms, term)).ravel()
+        return self.fitter.comparison(r).residual(
+            joined, (*self.fit.terms, term), self.fit.shift
+        ).ravel()
 
     def columns(self, r: int, terms: Sequence[Term]) -> list[Array]:
         """Change of the residuals of a run by each of the windowed terms."""
@@ -112,6 +114,15 @@ class Locator:
                 for term, job, branch in zip(some, jobs, branches, strict=True)
             ]
         return found
+
+    def _prior(self, size: int, pulses: int) -> tuple[Array, Array]:
+        """Weights of the beliefs and their pull back to what is believed, shapes (size,)."""
+        weight, pull = np.zeros(size), np.zeros(size)
+        beliefs = self.fitter.problem.beliefs
+        at = slice(pulses, pulses + len(beliefs))
+        weight[at] = beliefs.weight
+        pull[at] = beliefs.weight * self.fit.shift
+        return weight, pull
 
     def course(self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None) -> Course:
         """Least-squares amplitudes of pulses of one effect, as long as its module has them."""
@@ -130,21 +141,23 @@ class Locator:
                     pulses.append(Term(effect, (edge[i], edge[i + 1], *values), (r,)))
             a = np.stack(self.columns(r, pulses), axis=1)
             k = a.shape[1]
-            full = np.hstack([a, self.nuisance[r]])
+            full = np.hstack([a, self.background[r]])
             normal = full.T @ full
-            weight = np.zeros(full.shape[1])
+            weight, pull = self._prior(full.shape[1], k)
+            prior = weight.copy()
             weight[:k] = ridge * np.mean(np.diag(normal)[:k])
             constant = _constant_level(normal, k, len(effect.parameters))
             normal += np.diag(weight + 1e-9 * np.diag(normal) + 1e-12)
             normal[:k, :k] += np.mean(np.diag(normal)[:k]) * constant @ constant.T
-            right = full.T @ self.base[r]
+            right = full.T @ self.base[r] + pull
             x = -np.linalg.solve(normal, right)
             rest = self.base[r] + full @ x
             for level in constant.T:
                 if level.any():
                     x[:k] -= level * np.median(x[:k][level > 0.0])
-            only = self.nuisance[r]
-            y = -np.linalg.lstsq(only, self.base[r], rcond=None)[0]
+            only = self.background[r]
+            known = only.T @ only + np.diag(prior[k:] + 1e-9 * np.diag(only.T @ only) + 1e-12)
+            y = -np.linalg.solve(known, only.T @ self.base[r] + pull[k:])
             rest_only = self.base[r] + only @ y
             gain += float(np.dot(rest_only, rest_only) - np.dot(rest, rest))
             sigma = float(np.dot(rest, rest)) / rest.size

@@ -27,16 +27,16 @@ def model_block(problem: Problem, fit: Fit) -> dict[str, Any]:
         "kind": "combination",
         "vehicle": dict(zip(BODY, problem.body.tolist(), strict=True)),
         "steering_ratio": problem.runs[0].steering_ratio,
-        "load_transfer": fit.shared.tolist(),
+        "load_transfer": fit.shift.tolist(),
         "runs": [
             {"name": run.name, "duration_s": float(run.time[-1] - run.time[0])}
             for run in problem.runs
         ],
         "terms": _entries(fit.terms),
     }
-    if problem.calibration and problem.start_shared is not None:
+    if problem.calibration and problem.start_shift is not None:
         block["calibration"] = {
-            "load_transfer": problem.start_shared.tolist(),
+            "load_transfer": problem.start_shift.tolist(),
             "terms": _entries(problem.calibration),
         }
     return block

@@ -213,7 +213,7 @@ def _three(
     found: list[tuple[str, dict[str, Array], str]] = [("measured", run.channels, MEASURED)]
     models = [("before", baseline, BEFORE), ("after", fit, AFTER)]
     for label, model, colour in models if fit.terms else [("simulated", fit, AFTER)]:
-        outputs = predict_run(problem, index, model.terms, model.nuisance[index], model.shared)
+        outputs = predict_run(problem, index, model.terms, model.nuisance[index], model.shift)
         found.append((label, outputs, colour))
     return found
 

@@ -84,13 +84,13 @@ def predict(
     lasting, windowed = _split(terms, content["model"].get("runs", []), problem.runs[0])
     result["effects_applied"] = [t.effect.name for t in lasting]
     result["effects_in_windows"] = [t.effect.name for t in windowed]
-    shared = np.array(content["model"]["load_transfer"])
+    shift = np.array(content["model"]["load_transfer"])
     for word, used in (("baseline", ()), ("diagnosed", lasting)):
-        nuisance = start_values(problem, 0, _timeless(used), shared)
-        outputs = blind_run(problem, used, nuisance, shared)
+        nuisance = start_values(problem, 0, _timeless(used), shift)
+        outputs = blind_run(problem, used, nuisance, shift)
         result |= _scores(word, problem, outputs)
     if windowed:
-        result |= _with_windows(problem, lasting, windowed, shared)
+        result |= _with_windows(problem, lasting, windowed, shift)
     result["notes"] = notes + _remarks(content["model"], simulation, windowed, result)
     beside = sorted(recording.parent.glob(f"simulation_{recording.stem}.*"))
     if simulation is None and beside:
@@ -111,10 +111,10 @@ def _problem(
         return free, notes + checks
     if known:
         # without the user's simulation of this run, the plant calibrated to his others is nearest
-        shared = np.array(known["load_transfer"])
-        problem = replace(problem, calibration=calibration, start_shared=shared)
-        start = start_values(problem, 0, (), shared)
-        outputs = predict_run(problem, 0, (), start, shared)
+        shift = np.array(known["load_transfer"])
+        problem = replace(problem, calibration=calibration, start_shift=shift)
+        start = start_values(problem, 0, (), shift)
+        outputs = predict_run(problem, 0, (), start, shift)
         problem.runs[0].simulated.update(roll_rates(outputs))
     return problem, notes
 
@@ -178,7 +178,7 @@ def _everywhere(term: Term, run: Run) -> Term:
 
 
 def blind_run(
-    problem: Problem, terms: Sequence[Term], nuisance: Array, shared: Array
+    problem: Problem, terms: Sequence[Term], nuisance: Array, shift: Array
 ) -> dict[str, Array]:
     """Predict the run without its outputs: effects that react to the motion see the simulated one.
 
@@ -186,13 +186,13 @@ def blind_run(
     """
     run = problem.runs[0]
     inputs = {name: run.channels[name] for name in ("steering_wheel_angle", "speed")}
-    outputs = predict_run(problem, 0, _timeless(terms), nuisance, shared)
+    outputs = predict_run(problem, 0, _timeless(terms), nuisance, shift)
     if len(_timeless(terms)) == len(terms):
         return outputs
     for _ in range(PASSES):
         own = {k: v for k, v in run.simulated.items() if not k.startswith("_")}
         unseen = replace(run, channels=inputs | outputs, simulated=own)
-        outputs = predict_run(replace(problem, runs=(unseen,)), 0, terms, nuisance, shared)
+        outputs = predict_run(replace(problem, runs=(unseen,)), 0, terms, nuisance, shift)
     return outputs
 
 
@@ -225,22 +225,22 @@ def _late(problem: Problem, outputs: dict[str, Array]) -> dict[str, float]:
 
 
 def _with_windows(
-    problem: Problem, lasting: tuple[Term, ...], windowed: Sequence[Term], shared: Array
+    problem: Problem, lasting: tuple[Term, ...], windowed: Sequence[Term], shift: Array
 ) -> dict[str, Any]:
     """The diagnosed model with its windowed effects where the run shows them clearly.
 
     Times come from the run, values from the diagnosis. Labelled apart: it is no prediction.
     """
     timeless = _timeless(lasting)
-    nuisance = start_values(problem, 0, timeless, shared)
+    nuisance = start_values(problem, 0, timeless, shift)
     found: list[Term] = []
     for term in windowed:
-        spans = find_windows(problem, (*lasting, *found), term, nuisance, shared)
+        spans = find_windows(problem, (*lasting, *found), term, nuisance, shift)
         if spans:
             candidates = values_of(term, sorted(set(term.window_runs)))
             used = (*lasting, *found)
-            found.append(valued(problem, 0, used, term.effect, spans, candidates, nuisance, shared))
-    outputs = predict_run(problem, 0, (*lasting, *found), nuisance, shared)
+            found.append(valued(problem, 0, used, term.effect, spans, candidates, nuisance, shift))
+    outputs = predict_run(problem, 0, (*lasting, *found), nuisance, shift)
     result = _scores("diagnosed_with_windows", problem, outputs)
     result["windows_found"] = [
         {
@@ -253,7 +253,7 @@ def _with_windows(
 
 
 def find_windows(
-    problem: Problem, terms: tuple[Term, ...], term: Term, nuisance: Array, shared: Array
+    problem: Problem, terms: tuple[Term, ...], term: Term, nuisance: Array, shift: Array
 ) -> list[tuple[float, float]]:
     """Times at which an effect acts in the run, by its own sign in the measured channels.
 
@@ -269,7 +269,7 @@ def find_windows(
         if (e.id, e.component) == (term.effect.id, term.effect.component)
     ]  # fmt: skip
     search = Search(seen, same, lambda stage, share: None)
-    start = Fit(terms, nuisance[None, :], shared)
+    start = Fit(terms, nuisance[None, :], shift)
     parent = search.fitter.run(start, 6, free=0)
     plain = next((e for e in same if e.extra.get("form", "box") == "box"), same[0])
     fit = search.windowed(parent, Locator(search.fitter, parent).course(plain))

@@ -1,16 +1,22 @@
-"""Which explanations: a beam search over the library, one and two effects at a time."""
+"""Which explanations: a beam search over the library, one effect after the other."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import RISE, Effect
-from swaywatch.diagnose.fit import Fit, Fitter, Problem, Trial
+from swaywatch.diagnose.evidence import (
+    CLAIMED,
+    inflation,
+    log_evidence,
+    residuals,
+)
+from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, Trial
 from swaywatch.diagnose.locate import Course, Locator, reformed, simplified, widened, windows
 from swaywatch.diagnose.term import Term
 
@@ -18,18 +24,18 @@ Array = NDArray[np.float64]
 
 WORKERS = 2
 BEAM = 3
-WINDOW_SHARE = 0.01  # of chi2 that a window must be worth
-FAR = 10.0  # level above which start values found without the effect are not trusted
-VALUE_PRICE = 0.0005  # share of the level that a free number gains by chance
-WINDOW_PRICE = 0.005  # the same for the place of a window
-HOPELESS = 4.0  # a rival whose level is so many times the best one's is not polished
-SHORT_LIST = 10
+WINDOW_WORTH = 25.0  # drop of chi2 that pays for the edges and the value of a window
+EDGE_WORTH = 4.0  # drop of chi2 that is worth moving an edge
+SHORT_LIST = 8  # candidates that are fitted with everything free
 WINDOWED_LIST = 5
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have
-MOST_WINDOWS = 8
-WORTH = 3.0  # a windowed effect is fitted if its linear course comes this near to the best
-#: A term stays only if leaving it out raises chi2 by this share.
-KEEP_SHARE = 0.02
+MOST_WINDOWS = 40
+#: Pulls of the observer on the way from the search to free simulation, 1/s: near the critical speed
+#: a free simulation converges only from nearby.
+RELEASED = (0.5, 0.0)
+LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
+FAR = 100.0  # a neutral value beyond it stands for infinity
+NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
 
 #: Forms of a windowed effect that its windows are looked for with; others refine them.
 FIRST_FORMS = ("box", "box_motion")
@@ -39,36 +45,29 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A fit with one more term than its parent."""
+    """A fit in free simulation, and its evidence.
+
+    Attributes
+    ----------
+    fit, parent
+        With one more term than its parent.
+    evidence
+        Logarithm of the marginal likelihood.
+    """
 
     fit: Fit
     parent: Fit
+    evidence: float = -np.inf
 
     @property
-    def level(self) -> float:
-        """Mean squared normalised residual, with the price of the windows."""
-        return priced(self.fit)
+    def names(self) -> tuple[str, ...]:
+        """Names of its effects."""
+        return tuple(sorted(t.effect.name for t in self.fit.terms))
 
 
 def level(fit: Fit) -> float:
-    """Mean squared normalised residual."""
+    """Reduced chi-square."""
     return fit.chi2 / max(fit.count, 1)
-
-
-def priced(fit: Fit) -> float:
-    """Level with what free numbers, and windows found by looking everywhere, lower by chance."""
-    free = sum(len(term.values) for term in fit.terms)
-    chosen = sum(len(term.window_runs) for term in fit.terms)
-    return level(fit) * (1.0 + VALUE_PRICE * free + WINDOW_PRICE * chosen)
-
-
-def _each_once(ranked: Sequence[Candidate]) -> list[Candidate]:
-    """Of forms of one windowed effect the best: `refined` tries the others on its windows."""
-    kept: dict[object, Candidate] = {}
-    for index, candidate in enumerate(ranked):
-        term = candidate.fit.terms[-1]
-        kept.setdefault(term.effect.name if term.effect.windowed else index, candidate)
-    return list(kept.values())
 
 
 def _moved_edges(term: Term, at: int, edge: int) -> list[Term]:
@@ -91,47 +90,132 @@ def _moved_edges(term: Term, at: int, edge: int) -> list[Term]:
     return found
 
 
+class Linear:
+    """What effects explain to first order, everything else refitted within its priors."""
+
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+        self.fitter, self.fit = fitter, fit
+        problem = fitter.problem
+        self.runs = range(len(problem.runs))
+        trials = [Trial(r, fit.terms, fit.nuisance[r], fit.shift) for r in self.runs]
+        self.base = fitter.evaluate_all(trials)
+        background = fitter.backgrounds(fit, self.runs, self.base)
+        beliefs = problem.beliefs
+        b, n = len(beliefs), background[0][0].shape[1] - len(beliefs)
+        sizes = [e.size for e in self.base]
+        rows = np.zeros((sum(sizes) + b, b + n * len(sizes)))
+        first = 0
+        for r, size in enumerate(sizes):
+            columns = background[r][0]
+            rows[first : first + size, :b] = columns[:, :b]
+            rows[first : first + size, b + r * n : b + (r + 1) * n] = columns[:, b:]
+            first += size
+        rows[first:, :b] = np.diag(np.sqrt(beliefs.weight))
+        rows /= np.sqrt(np.sum(rows**2, axis=0)) + 1e-12
+        self.q = np.linalg.qr(rows)[0]
+        prior = np.sqrt(beliefs.weight) * fit.shift
+        self.left = self._projected(np.concatenate([*self.base, prior]))
+
+    def _projected(self, column: Array) -> Array:
+        return np.asarray(column - self.q @ (self.q.T @ column))
+
+    def best(self, effects: Sequence[Effect]) -> list[tuple[float, tuple[float, ...], Effect]]:
+        """Of each effect the largest drop of chi2 that a start promises, and values to begin with.
+
+        Those that promise nothing are left out; best first.
+        """
+        tried = [(e, values) for e in effects for values in _starts(e)]
+        fit = self.fit
+        trials = [
+            Trial(r, (*fit.terms, Term(e, values)), fit.nuisance[r], fit.shift)
+            for e, values in tried
+            for r in self.runs
+        ]
+        moved = self.fitter.evaluate_all(trials)
+        found: dict[str, tuple[float, tuple[float, ...], Effect]] = {}
+        count = len(self.runs)
+        for i, (effect, values) in enumerate(tried):
+            own = moved[i * count : (i + 1) * count]
+            gain, toward = self._promise(effect, np.array(values), own)
+            if gain > found.get(effect.name, (0.0,))[0]:
+                found[effect.name] = gain, tuple(float(x) for x in toward), effect
+        return sorted(found.values(), key=lambda f: -f[0])
+
+    def _promise(
+        self, effect: Effect, values: Array, moved: Sequence[Array]
+    ) -> tuple[float, Array]:
+        """Drop of chi2 along the course towards some values, and where on it to begin."""
+        parts = [e - base for e, base in zip(moved, self.base, strict=True)]
+        none = np.zeros(len(self.fitter.problem.beliefs))
+        column = self._projected(np.concatenate([*parts, none]))
+        power = float(np.dot(column, column))
+        if power < 1e-9 or not np.isfinite(power):
+            return 0.0, values
+        factor = -float(np.dot(column, self.left)) / power
+        neutral = np.array([p.neutral for p in effect.parameters])
+        if np.any(np.abs(neutral) > FAR):
+            return (power * factor**2, values) if factor > 0.0 else (0.0, values)
+        start = neutral + np.clip(factor, -3.0, 3.0) * (values - neutral)
+        low = np.array([p.low for p in effect.parameters])
+        start = np.clip(start, low, [p.high for p in effect.parameters])
+        if np.allclose(start, neutral):
+            return 0.0, values  # against a bound
+        return power * factor**2, start
+
+
 class Search:
-    """Search over one problem."""
+    """Search over one problem.
+
+    Windows are looked for under an observer, so that nothing is amplified by the nearness of the
+    critical speed; what is found is fitted and weighed in free simulation, which carries on what
+    the observer forgets. Beside a user's simulation, whose small differences free simulation
+    carries on too, everything stays under the observer.
+    """
 
     def __init__(self, problem: Problem, effects: Sequence[Effect], progress: Progress) -> None:
+        own = problem.free_start
         self.problem = problem
-        self.fitter = Fitter(problem, fine=False)
-        self.exact = Fitter(problem)
-        against_simulation = bool(problem.runs[0].correction)
+        watched = replace(problem, observer=OBSERVER)
+        self.close = Fitter(watched, fine=False)
+        self.judge = Fitter(problem if own else watched)
+        self.releases = [Fitter(replace(problem, observer=o)) for o in RELEASED] if own else []
         self.effects = [
             e
             for e in effects
             if all(n in problem.runs[0].channels for n in e.needs)
-            and (against_simulation or not e.extra.get("needs_simulation"))
+            and (not own or not e.extra.get("needs_simulation"))
         ]
         self.progress = progress
-        self.cold = self.fitter.start()
-        self.beam = BEAM
+        self.noise = 1.0
+        self.tried: list[Candidate] = []
 
-    def baseline(self) -> Fit:
-        """Fit with nothing missing."""
-        found = self.exact.run(self.cold, 8, shared_free=self.problem.free_start)
-        self.cold.shared = found.shared
-        return found
+    def baseline(self) -> Candidate:
+        """The calibrated vehicle, nothing missing."""
+        close = self.close.run(self.close.start(), 12)
+        fit = self.released(close)
+        self.noise = inflation(residuals(self.judge, fit))
+        return Candidate(fit, fit)
 
-    def constant(self, parent: Fit, effect: Effect, frozen: Sequence[Array]) -> Fit | None:
-        """Best fit of an effect without windows on top of a parent."""
-        best: Fit | None = None
-        count = max(len(p.starts) for p in effect.parameters)
-        origins = [parent.nuisance]
-        if level(parent) > FAR:
-            origins.append(self.cold.nuisance)
-        for start in range(count):
-            values = tuple(p.starts[min(start, len(p.starts) - 1)] for p in effect.parameters)
-            for nuisance in origins:
-                fit = Fit((*parent.terms, Term(effect, values)), nuisance, self.cold.shared)
-                fit = self.fitter.run(fit, 4, free=1, frozen=frozen)
-                if best is None or fit.chi2 < best.chi2:
-                    best = fit
-        if best is not None and best.chi2 < 0.8 * parent.chi2:
-            best = self.fitter.run(best, 5)
-        return best
+    def released(self, fit: Fit, iterations: int = 10) -> Fit:
+        """A fit under the observer, refitted with everything free where it is judged."""
+        for fitter in self.releases or [self.judge]:
+            fit = fitter.run(fit, iterations, tolerance=3e-4)
+        return fit
+
+    def weighed(self, candidate: Candidate) -> Candidate:
+        """With its evidence."""
+        value = log_evidence(self.judge, candidate.fit, self.noise, len(self.effects))
+        return replace(candidate, evidence=value)
+
+    def constants(self, fitter: Fitter, parent: Fit, open_: Sequence[Effect]) -> list[Fit]:
+        """The most promising effects without windows, fitted with everything free."""
+        price = 2.0 * np.log(len(self.effects))
+        found = [f for f in Linear(fitter, parent).best(open_) if f[0] > price]
+        starts = [
+            replace(parent, terms=(*parent.terms, Term(effect, values)))
+            for _, values, effect in found[:SHORT_LIST]
+        ]
+        return fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), starts)
 
     def windowed(self, parent: Fit, course: Course) -> Fit | None:
         """Best fit of an effect in windows on top of a parent."""
@@ -143,8 +227,8 @@ class Search:
         term = windows(course)
         if term is None:
             return None
-        fit = Fit((*parent.terms, term), parent.nuisance, self.cold.shared)
-        return self.fitter.run(fit, 6, free=1)
+        fit = Fit((*parent.terms, term), parent.nuisance, parent.shift)
+        return self.close.run(fit, 6, free=1)
 
     def completed(self, fit: Fit) -> Fit:
         """With windows that show once the first ones are in the model."""
@@ -152,17 +236,17 @@ class Search:
         sizes = term.effect.parameters
         rows = np.array(term.values).reshape(-1, term.stride)[:, 2:]
         usual = np.median(np.hypot.reduce(rows - [p.neutral for p in sizes], axis=1))
-        course = Locator(self.fitter, fit).course(term.effect)
-        if course.gain < len(rows) * WINDOW_SHARE * fit.chi2:
+        course = Locator(self.close, fit).course(term.effect)
+        if course.gain < WINDOW_WORTH + self._by_chance(course):
             return fit
         more = windows(course, least=MORE_SHARE * float(usual))
         if more is None or len(rows) + len(more.window_runs) > MOST_WINDOWS:
             return fit
         both = Term(term.effect, term.values + more.values, term.window_runs + more.window_runs)
-        trial = Fit((*fit.terms[:-1], simplified(both)), fit.nuisance, fit.shared)
-        trial = self.edges(self.fitter.run(trial, 6, free=1))
+        trial = Fit((*fit.terms[:-1], simplified(both)), fit.nuisance, fit.shift)
+        trial = self.edges(self.close.run(trial, 6, free=1))
         added = max(len(trial.terms[-1].window_runs) - len(rows), 1)
-        return trial if trial.chi2 < (1.0 - added * WINDOW_SHARE) * fit.chi2 else fit
+        return trial if trial.chi2 < fit.chi2 - added * _window_worth(fit) else fit
 
     def edges(self, fit: Fit, rounds: int = 3) -> Fit:
         """Move the edges of the last term's windows over local minima."""
@@ -170,7 +254,7 @@ class Search:
             moved = self._scan_edges(fit)
             if moved is None:
                 return fit
-            fit = self.fitter.run(moved, 6, free=1)
+            fit = self.close.run(moved, 6, free=1)
         return fit
 
     def _scan_edges(self, fit: Fit) -> Fit | None:
@@ -183,19 +267,19 @@ class Search:
                 found = term
                 best, *others = self._chi2(fit, [term, *trials], r)
                 for trial, chi2 in zip(trials, others, strict=True):
-                    if chi2 < 0.995 * best:
+                    if chi2 < best - EDGE_WORTH:
                         best, found = chi2, trial
                 changed |= found is not term
                 term = found
         if not changed:
             return None
-        return Fit((*fit.terms[:-1], term), fit.nuisance, fit.shared)
+        return Fit((*fit.terms[:-1], term), fit.nuisance, fit.shift)
 
     def _chi2(self, fit: Fit, terms: Sequence[Term], run: int) -> list[float]:
         """Of one run, with each of the terms as the last one."""
         nuisance, before = fit.nuisance[run], fit.terms[:-1]
-        trials = [Trial(run, (*before, term), nuisance, fit.shared) for term in terms]
-        return [float(np.dot(e, e)) for e in self.fitter.evaluate_all(trials)]
+        trials = [Trial(run, (*before, term), nuisance, fit.shift) for term in terms]
+        return [float(np.dot(e, e)) for e in self.close.evaluate_all(trials)]
 
     def refined(self, fit: Fit) -> Fit:
         """Better forms of windowed terms, where a module has them."""
@@ -205,7 +289,7 @@ class Search:
             others = self.forms(term) if better is None else [better, widened(better, 0.35)]
             for other in others:
                 terms = (*fit.terms[:i], other, *fit.terms[i + 1 :])
-                trial = self.fitter.run(Fit(terms, fit.nuisance, fit.shared), 8, tolerance=1e-3)
+                trial = self.close.run(Fit(terms, fit.nuisance, fit.shift), 8, tolerance=1e-3)
                 if i == len(fit.terms) - 1:
                     trial = self.edges(trial, 2)
                 if trial.chi2 < fit.chi2:
@@ -217,7 +301,7 @@ class Search:
         for i in range(len(fit.terms)):
             term = simplified(fit.terms[i])
             trial = self._with_term(fit, i, term)
-            if trial.chi2 < 1.05 * fit.chi2:
+            if trial.chi2 < fit.chi2 + _window_worth(fit):
                 fit = trial
             for w in reversed(range(len(fit.terms[i].window_runs))):
                 term = fit.terms[i]
@@ -232,25 +316,25 @@ class Search:
                 if self._total(self._replaced(fit, i, fewer)) > 1.5 * fit.chi2:
                     continue
                 trial = self._with_term(fit, i, fewer)
-                if trial.chi2 < (1.0 + WINDOW_SHARE) * fit.chi2:
+                if trial.chi2 < fit.chi2 + _window_worth(fit):
                     fit = trial
         return fit
 
     def _with_term(self, fit: Fit, index: int, term: Term) -> Fit:
         if term.values == fit.terms[index].values or not term.effect.windowed or not term.values:
             return fit
-        return self.fitter.run(self._replaced(fit, index, term), 6)
+        return self.close.run(self._replaced(fit, index, term), 6)
 
     @staticmethod
     def _replaced(fit: Fit, index: int, term: Term) -> Fit:
         terms = (*fit.terms[:index], term, *fit.terms[index + 1 :])
-        return Fit(terms, fit.nuisance, fit.shared)
+        return Fit(terms, fit.nuisance, fit.shift)
 
     def _total(self, fit: Fit) -> float:
         total = 0.0
         runs = range(len(self.problem.runs))
-        trials = [Trial(r, fit.terms, fit.nuisance[r], fit.shared) for r in runs]
-        for e in self.fitter.evaluate_all(trials):
+        trials = [Trial(r, fit.terms, fit.nuisance[r], fit.shift) for r in runs]
+        for e in self.close.evaluate_all(trials):
             total += float(np.dot(e, e))
         return total
 
@@ -270,104 +354,86 @@ class Search:
             )
         ]
 
-    def polish(self, fits: Sequence[Fit]) -> list[Fit]:
-        """Fit to the end, in the best form."""
-        shaped = self.fitter.side_by_side(
-            lambda fit: self.pruned(self.refined(self.fitter.run(fit, 20, tolerance=1e-4))), fits
-        )
-        return self.exact.side_by_side(
-            lambda fit: self.exact.run(fit, 6, shared_free=self.problem.free_start), shaped
-        )
-
-    def linear_gain(self, locator: Locator, effect: Effect) -> float:
-        """Drop of chi2 that a linear step of an effect without windows promises."""
-        fit = locator.fit
-        trials = []
-        for r in range(len(self.problem.runs)):
-            for j, p in enumerate(effect.parameters):
-                values = [q.neutral for q in effect.parameters]
-                toward = 1.0 if p.starts[0] >= p.neutral else -1.0
-                values[j] += toward * p.scale
-                if effect.id == "tyre_saturation":
-                    values[j] = 2.0
-                if effect.id == "tyre_relaxation":
-                    values[j] = 0.2
-                term = Term(effect, tuple(values))
-                trials.append(Trial(r, (*fit.terms, term), fit.nuisance[r], fit.shared))
-        found = self.fitter.evaluate_all(trials)
-        k = len(effect.parameters)
-        normal = np.zeros((k, k))
-        right = np.zeros(k)
-        for r in range(len(self.problem.runs)):
-            own = found[r * k : (r + 1) * k]
-            a = np.stack([e - locator.base[r] for e in own], axis=1)
-            n = locator.nuisance[r]
-            project = np.linalg.lstsq(n, a, rcond=None)[0]
-            a = a - n @ project
-            normal += a.T @ a
-            right += a.T @ locator.base[r]
-        return float(right @ np.linalg.lstsq(normal, right, rcond=None)[0])
-
-    def extend(
-        self, parent: Fit, *, everything: bool, kinds: tuple[bool, ...] = (False, True)
-    ) -> list[Candidate]:
-        """Fits of the parent with one more effect, best first.
-
-        Parameters
-        ----------
-        parent
-            Fit to add to.
-        everything
-            Fit every constant effect, not only those that a linear step recommends.
-        kinds
-            Whether effects without (False) and with (True) windows are tried.
-        """
-        locator = Locator(self.fitter, parent)
+    def extend(self, parent: Fit) -> list[Candidate]:
+        """Fits of the parent with one more effect, weighed, best first."""
         taken = {(t.effect.id, t.effect.component) for t in parent.terms}
         # a second set of windows of the same id only mends the form of the first
         in_windows = {t.effect.id for t in parent.terms if t.effect.windowed}
         open_ = [
             e
             for e in self.effects
-            if (e.id, e.component) not in taken and e.windowed in kinds and e.id not in in_windows
+            if (e.id, e.component) not in taken and e.id not in in_windows
         ]
+        near = self.close.run(parent, 6)
+        found = self._windowed(near, [e for e in open_ if e.windowed])
         constant = [e for e in open_ if not e.windowed]
-        if not everything:
-            gains = self.fitter.side_by_side(lambda e: self.linear_gain(locator, e), constant)
-            ranked = sorted(zip(gains, range(len(gains)), strict=True), reverse=True)
-            constant = [constant[i] for _, i in ranked[:SHORT_LIST]]
-        windowed = [e for e in open_ if e.windowed and e.extra.get("form", "box") in FIRST_FORMS]
-        found: list[Candidate] = []
-        with ThreadPoolExecutor(WORKERS) as pool:
-            courses = list(pool.map(locator.course, windowed))
-            fits = self.fitter.side_by_side(
-                lambda e: self.constant(parent, e, locator.nuisance), constant
-            )
-            found = [Candidate(f, parent) for f in fits if f is not None and np.isfinite(f.chi2)]
-            best = min((f.chi2 for f in fits if f is not None), default=parent.chi2)
-            courses = [c for c in courses if c.gain > 0.05 * parent.chi2]
-            courses = [c for c in courses if parent.chi2 - c.gain < WORTH * best]
-            courses.sort(key=lambda c: -c.gain)
-            started = self.fitter.side_by_side(
-                lambda c: self.rough(parent, c), courses[:WINDOWED_LIST]
-            )
-            rough = [f for f in started if f is not None and np.isfinite(f.chi2)]
-            best = min([best, *(f.chi2 for f in rough)])
-            near = [f for f in rough if f.chi2 < WORTH * best]
-            far = [f for f in rough if f.chi2 >= WORTH * best]
-            moved = self.fitter.side_by_side(lambda f: self.completed(self.edges(f)), near)
-            found += [Candidate(f, parent) for f in (*moved, *far) if np.isfinite(f.chi2)]
-        found = _each_once(sorted(found, key=lambda c: c.level))
-        polished = [Candidate(fit, parent) for fit in self.polish([c.fit for c in found[:1]])]
-        worth = [c for c in found[1:BEAM] if c.level < HOPELESS * polished[0].level]
-        polished += [Candidate(fit, parent) for fit in self.polish([c.fit for c in worth])]
-        return sorted([*polished, *found[1 + len(worth) :]], key=lambda c: c.level)
+        far = not self.releases or level(parent) > LINEAR
+        under = self.constants(self.close, near, constant) if far else []
+        free = self.constants(self.judge, parent, constant) if self.releases else []
+        polished = self.judge.side_by_side(self.released, [*found, *under])
+        fits = _best_of_each([*polished, *free])
+        candidates = [Candidate(f, parent) for f in fits if np.isfinite(f.chi2)]
+        if candidates:
+            least = min(candidates, key=lambda c: c.fit.chi2)
+            self.noise = min(self.noise, inflation(residuals(self.judge, least.fit)))
+        self.tried += candidates
+        return sorted(map(self.weighed, candidates), key=lambda c: -c.evidence)
 
-    def swap(self, pair: Candidate) -> list[Candidate]:
-        """Each term of a pair searched again in the presence of the other."""
-        found = []
-        for term in pair.fit.terms:
-            rest = tuple(t for t in pair.fit.terms if t is not term)
-            fit = self.fitter.run(Fit(rest, pair.fit.nuisance, pair.fit.shared), 3)
-            found += self.extend(fit, everything=True, kinds=(term.effect.windowed,))[:BEAM]
-        return sorted([pair, *found], key=lambda c: c.level)
+    def _windowed(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
+        """Effects in windows, under the observer, in their best forms."""
+        locator = Locator(self.close, parent)
+        first = [e for e in effects if e.extra.get("form", "box") in FIRST_FORMS]
+        with ThreadPoolExecutor(WORKERS) as pool:
+            courses = list(pool.map(locator.course, first))
+        price = 2.0 * np.log(len(self.effects))
+        courses = [c for c in courses if c.gain > price + self._by_chance(c)]
+        courses.sort(key=lambda c: -c.gain)
+        started = self.close.side_by_side(
+            lambda c: self.rough(parent, c), courses[:WINDOWED_LIST]
+        )
+        rough = [f for f in started if f is not None and parent.chi2 - f.chi2 > price]
+        rough.sort(key=lambda f: f.chi2)
+        moved = self.close.side_by_side(lambda f: self.completed(self.edges(f)), rough[:BEAM])
+        kept = _best_of_each(moved)
+        return self.close.side_by_side(
+            lambda f: self.pruned(self.refined(self.close.run(f, 10))), kept
+        )
+
+    @staticmethod
+    def _by_chance(course: Course) -> float:
+        """What a course of so many pulses gains by chance."""
+        return float(2 * sum(a.size for a in course.amplitude))
+
+
+def _window_worth(fit: Fit) -> float:
+    """Drop of chi2 that a window must be worth beside what the fit leaves."""
+    return WINDOW_WORTH * max(level(fit), 1.0)
+
+
+def _starts(effect: Effect) -> list[tuple[float, ...]]:
+    """Values whose first-order course is looked at: each start, near and far, and each alone."""
+    count = max(len(p.starts) for p in effect.parameters)
+    found = [
+        tuple(p.starts[min(i, len(p.starts) - 1)] for p in effect.parameters) for i in range(count)
+    ]
+    if any(abs(p.neutral) > FAR for p in effect.parameters):
+        return found
+    sizes = [p for p in effect.parameters if p.minimum < 1e6]
+    for p in sizes if len(sizes) > 1 else []:
+        found.append(tuple(q.starts[0] if q is p else q.neutral for q in effect.parameters))
+    near = [
+        tuple(
+            p.neutral + NEAR_NEUTRAL * (x - p.neutral) if p.minimum < 1e6 else x
+            for p, x in zip(effect.parameters, values, strict=True)
+        )
+        for values in found
+    ]
+    return found + near
+
+
+def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+    """Of fits with the same effects the best: of one in windows in whatever form."""
+    kept: dict[tuple[str, ...], Fit] = {}
+    for fit in sorted(fits, key=lambda f: f.chi2):
+        kept.setdefault(tuple(sorted(t.effect.name for t in fit.terms)), fit)
+    return list(kept.values())

@@ -144,9 +144,9 @@ def _corrected(
     runs = []
     share = []
     for index, (run, channels, _) in enumerate(pairs):
-        own = predict_run(twin_problem, index, free.terms, free.nuisance[index], free.shared)
+        own = predict_run(twin_problem, index, free.terms, free.nuisance[index], free.shift)
         run.correction = {name: channels[name] - own[name] for name in own if name in channels}
-        own = predict_run(watched, index, close.terms, close.nuisance[index], close.shared)
+        own = predict_run(watched, index, close.terms, close.nuisance[index], close.shift)
         run.observed = {name: channels[name] - own[name] for name in own if name in channels}
         run.simulated.update(roll_rates(channels))
         run.speed, run.acceleration = simulated[index].speed, simulated[index].acceleration
@@ -160,7 +160,7 @@ def _corrected(
         f"{100.0 * max(share):.1f} %"
     )
     free_problem, observed = (
-        Problem(tuple(runs), problem.body, False, f.terms, f.nuisance, f.shared, observer)
+        Problem(tuple(runs), problem.body, False, f.terms, f.nuisance, f.shift, observer)
         for f, observer in ((free, 0.0), (close, OBSERVER))
     )
     return free_problem, observed, checks
@@ -175,7 +175,7 @@ def _calibrated(problem: Problem, start: Sequence[Term], *, fixed: bool) -> Fit:
         terms += (Term(LOAD[0], (0.0, 1.0)), Term(SATURATION[0], (1.5,)))
     fitter = Fitter(problem, fine=False)
     fit = fitter.run(fitter.start(), 6)
-    fit = Fit(terms, fit.nuisance, fit.shared)
+    fit = Fit(terms, fit.nuisance, fit.shift)
     if fixed:
         return fitter.run(fit, 10, free=0)
-    return fitter.run(fit, 15, shared_free=True, tolerance=3e-3)
+    return fitter.run(fit, 15, calibrate=True, tolerance=3e-3)

@@ -9,43 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from swaywatch.diagnose.calibration import separation, stated
-from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.fit import Fit, Fitter, Problem
-from swaywatch.diagnose.roll import seen
-from swaywatch.diagnose.search import Candidate, Progress, Search, level, priced
+from swaywatch.diagnose.evidence import APART, CLAIMED, inflation, residuals
+from swaywatch.diagnose.fit import Fit, Problem
+from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
-#: Mean squared residual against the noise of each channel that clean recordings reach: 0.97 to
-#: 1.15 in the practice cases once their effect is in the model. Above it something is left.
-CLEAN = 1.15
-#: Below it a second effect is not looked for.
-PERFECT = 1.2
-#: Share of the mismatch that the correction of a user's simulation leaves.
-CORRECTION_SHARE = 0.05
-#: Share of what windows explain that their form (sharp edges, one size) leaves.
-WINDOW_FORM = 0.012
-#: Nor a second effect in windows below this one: windows fit the form of the first.
-SECOND_WINDOWED = 1.6
-#: A second effect must lower the level by this share.
-SECOND_SHARE = 0.04
-#: Beside a correction or windows, whose form is not exact, by this one.
-SECOND_BESIDE = 0.25
-#: A third effect must lower it to this share: two are rare enough.
-THIRD_SHARE = 0.5
 SHORTEST_WINDOW_S = 0.6
-#: A first effect must lower the level by this share.
-FIRST_SHARE = 0.015
-#: Above this level a verdict says that something unexplained remains.
-REMAINS = 1.7
-#: Above this one nothing is claimed firmly.
-UNEXPLAINED = 3.5
-#: unless the excess of the best rival is so many times larger.
-APART = 5.0
-#: Explanations whose excess over the clean level differs less than this cannot be told apart.
-EQUIVALENT_SHARE = 0.06
-#: The two readings of an accelerometer that shows too much.
-ROLLED = ("sensor_gain", "sensor_roll_gravity")
+MOST_EFFECTS = 3
+#: Tolerances of the vehicle's file, as stated and where its values turn out far more exact: a value
+#: that is off by its tolerance says nothing among others that are off as far, and much among ones
+#: that are not off at all.
+CARES = (1.0, 0.15)
+EXACT = 0.4  # tolerances, median over the file
+#: Reduced chi-square above which a verdict says that something unexplained remains.
+REMAINS = 1.3
+#: Most that is ever stated: the library is not the world.
+SUREST = 0.99
 #: Pairs that are the same in every planar signal.
 TWINS = (
     ("steering_compliance:car_front", "parameter_error:car.front_cornering_stiffness"),
@@ -62,15 +41,19 @@ class Verdict:
     word
         One of the five verdicts.
     fit, baseline
-        The model with and without the claimed effects.
+        The model with and without the claimed effects, both calibrated.
+    problem
+        With the beliefs under which it was found.
     equivalents
         For each claimed term the names of effects that do as well.
     confidence
         For each claimed term.
     candidates
-        Ranked alternatives (name, level).
-    separation
-        Of each claimed term: distance of the best explanation without it; see `calibration`.
+        Ranked alternatives: names, logarithm of the Bayes factor to the calibrated vehicle.
+    noise
+        Size of an independent sample of the residuals, see `evidence.inflation`.
+    evidence
+        Logarithm of the Bayes factor of the claim to the calibrated vehicle.
     hidden
         Where nothing is claimed: sizes up to which effects could be there unseen.
     notes
@@ -80,10 +63,12 @@ class Verdict:
     word: str
     fit: Fit
     baseline: Fit
+    problem: Problem
     equivalents: list[list[str]] = field(default_factory=list)
     confidence: list[float] = field(default_factory=list)
     candidates: list[tuple[str, float]] = field(default_factory=list)
-    separation: list[float] = field(default_factory=list)
+    noise: float = 1.0
+    evidence: float = 0.0
     hidden: list[dict[str, Any]] = field(default_factory=list)
     notes: list[dict[str, Any]] = field(default_factory=list)
 
@@ -100,27 +85,20 @@ def noticeable(term: Term) -> bool:
     return False
 
 
-def _hidden(singles: Sequence[Candidate]) -> list[dict[str, Any]]:
+def _hidden(tried: Sequence[Candidate], noise: float) -> list[dict[str, Any]]:
     """Largest size of each effect without windows that this recording cannot tell from none."""
     found = []
-    for candidate in singles:
-        term, covariance = candidate.fit.terms[-1], candidate.fit.covariance
-        if term.effect.windowed or covariance.shape[0] < len(term.values):
+    for candidate in tried:
+        if len(candidate.fit.terms) != 1 or candidate.fit.terms[0].effect.windowed:
             continue
+        term, covariance = candidate.fit.terms[0], candidate.fit.covariance
         p = term.effect.parameters[0]
-        error = math.sqrt(abs(float(covariance[-len(term.values), -len(term.values)])))
-        room = abs(term.values[0] - p.neutral) + 3.0 * error * math.sqrt(level(candidate.fit))
+        error = math.sqrt(abs(float(covariance[0, 0])) * noise)
         found.append(
             {"id": term.effect.id, "component": term.effect.component, "parameter": p.name,
-             "neutral": p.neutral, "up_to": room}
+             "neutral": p.neutral, "up_to": abs(term.values[0] - p.neutral) + 3.0 * error}
         )  # fmt: skip
     return sorted(found, key=lambda row: (row["id"], row["component"]))
-
-
-def _too_small(ranked: Sequence[Candidate], first: Candidate) -> bool:
-    """Something too small to claim explains it better than the first that could be claimed."""
-    top = ranked[0]
-    return _inside(top.fit.terms[-1]) and priced(first.fit) > _limit(priced(top.fit))
 
 
 def _inside(term: Term) -> bool:
@@ -146,250 +124,135 @@ def _window_noticeable(term: Term, window: int) -> bool:
     )
 
 
-def _key(fit: Fit) -> tuple[str, ...]:
-    return tuple(sorted(t.effect.name for t in fit.terms))
-
-
 def _label(fit: Fit) -> str:
-    return " + ".join(t.effect.name for t in fit.terms)
+    return " + ".join(t.effect.name for t in fit.terms) or "calibrated vehicle"
 
 
-def decide(search: Search, progress: Progress) -> Verdict:
-    """Run the search and choose."""
-    progress("baseline", 0.02)
-    base = search.baseline()
-    clean = clean_level(search, base)
-    progress("one effect", 0.08)
-    singles = search.extend(base, everything=True)
-    ranked = [(_label(c.fit), level(c.fit)) for c in singles]
-    accepted = [c for c in singles if noticeable(c.fit.terms[-1])]
-    first = _choose(accepted)
-    if first is not None and _too_small(singles, first):
-        first = None
-    if first is None or not _worth_one(base, first.fit):
-        cleared = Verdict("consistent", base, base, candidates=ranked[:8], hidden=_hidden(singles))
-        if level(base) > REMAINS:
-            cleared.word = "unexplained"
-        return cleared
-    first = _by_roll(search, accepted, first)
-    progress("two effects", 0.55)
-    best, alternatives = first, accepted
-    if level(first.fit) > PERFECT + clean - CLEAN:
-        pairs: list[Candidate] = []
-        for index, single in enumerate(accepted[: search.beam]):
-            if level(single.fit) > 4.0 * level(first.fit):
-                break
-            pairs += search.extend(single.fit, everything=False)
-            progress("two effects", 0.55 + 0.12 * (index + 1))
-        pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
-        pairs.sort(key=lambda c: c.level)
-        pair = _choose(pairs)
-        exact = search.problem.free_start  # a correction is not: no use in searching on
-        if pair is not None and exact and level(pair.fit) > REMAINS:
-            pairs = search.swap(pair) + pairs
-            pairs = [c for c in pairs if all(noticeable(t) for t in c.fit.terms)]
-            pairs.sort(key=lambda c: c.level)
-            pair = _choose(pairs)
-        if pair is not None and _worth_two(base, first.fit, pair.fit, clean):
-            best, alternatives = pair, pairs
-            ranked = [(_label(c.fit), level(c.fit)) for c in pairs] + ranked
-            ranked.sort(key=lambda item: item[1])
-            progress("three effects", 0.85)
-            three = _third(search, pairs) if exact and level(pair.fit) > REMAINS else []
-            third = _choose(three)
-            if third is not None and level(third.fit) < THIRD_SHARE * level(pair.fit):
-                best, alternatives = third, three
-                ranked = [(_label(c.fit), level(c.fit)) for c in three] + ranked
-                ranked.sort(key=lambda item: item[1])
-    progress("judging", 0.92)
-    return _verdict(search, base, best, alternatives, accepted, ranked)
+@dataclass
+class _Path:
+    """A search with one care of the vehicle's file."""
+
+    search: Search
+    base: Candidate
+    best: Candidate
+
+    @property
+    def all(self) -> list[Candidate]:
+        """Everything tried, weighed alike, best first."""
+        found = [self.search.weighed(c) for c in (self.base, *self.search.tried)]
+        return sorted(found, key=lambda c: -c.evidence)
 
 
-def _third(search: Search, pairs: Sequence[Candidate]) -> list[Candidate]:
-    """The best pairs, each with one more effect, best first."""
-    seen: set[tuple[str, ...]] = set()
-    found: list[Candidate] = []
-    for pair in pairs:
-        if _key(pair.fit) in seen:
-            continue
-        seen.add(_key(pair.fit))
-        found += search.extend(pair.fit, everything=False)
-        if len(seen) == search.beam:
+def decide(searches: Sequence[Search], progress: Progress) -> Verdict:
+    """Run the searches (one for each care of the vehicle's file) and choose."""
+    paths = []
+    for index, search in enumerate(searches):
+        first, last = index / len(searches), (index + 1) / len(searches)
+
+        def part(stage: str, share: float, first: float = first, last: float = last) -> None:
+            progress(stage, first + share * (last - first))
+
+        if paths and not _exact(paths[0]):
             break
-    found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
-    return sorted(found, key=lambda c: c.level)
+        paths.append(_path(search, part))
+    progress("judging", 0.92)
+    noise = min(p.search.noise for p in paths)
+    for path in paths:
+        path.search.noise = noise
+    return _verdict(paths)
 
 
-def settle(verdict: Verdict, problem: Problem) -> None:
-    """Refit what was found in free simulation; kept where it converges nearby.
-
-    Against a user's simulation only the start changes to that of the free correction: what is
-    small there is told by the observer alone.
-    """
-    if problem.start_nuisance is not None and problem.start_shared is not None:
-        nuisance, shared = problem.start_nuisance, problem.start_shared
-        verdict.baseline = replace(verdict.baseline, nuisance=nuisance, shared=shared)
-        verdict.fit = replace(verdict.fit, nuisance=nuisance, shared=shared)
-        return
-    fitter = Fitter(problem)
-    free = fitter.run(verdict.baseline, 8)
-    verdict.baseline = replace(verdict.baseline, nuisance=free.nuisance)
-    if not verdict.fit.terms:
-        verdict.fit = verdict.baseline
-        return
-    found = fitter.run(verdict.fit, 10, shared_free=True, tolerance=1e-4)
-    before = [v for t in verdict.fit.terms for v in t.values]
-    after = [v for t in found.terms for v in t.values]
-    near = all(abs(b - a) <= 0.25 * abs(a) + 0.05 for a, b in zip(before, after, strict=True))
-    if near:
-        chi2, count = verdict.fit.chi2, verdict.fit.count
-        verdict.fit = replace(found, chi2=chi2, count=count)
-        return
-    still = fitter.run(verdict.fit, 8, free=0)
-    verdict.fit = replace(verdict.fit, nuisance=still.nuisance)
+def _exact(path: _Path) -> bool:
+    """The file's values are so near to the calibrated ones that more care is worth a try."""
+    beliefs = path.search.problem.beliefs
+    file = [i for i, b in enumerate(beliefs.items) if b.scaled]
+    shift = np.abs(path.search.weighed(path.best).fit.shift[file])
+    return bool(shift.size and np.median(shift) < EXACT)
 
 
-def _worth_one(base: Fit, one: Fit) -> bool:
-    """A first effect must lower the level noticeably, more so with windows to choose."""
-    share = FIRST_SHARE + 0.01 * sum(len(t.window_runs) for t in one.terms)
-    return level(one) < (1.0 - share) * level(base)
+def _path(search: Search, progress: Progress) -> _Path:
+    """Effects one after the other, as long as the evidence grows by more than a claim needs."""
+    progress("calibrated vehicle", 0.0)
+    base = search.baseline()
+    beam = [base]
+    best = base
+    for depth in range(1, MOST_EFFECTS + 1):
+        found: list[Candidate] = []
+        for index, parent in enumerate(beam):
+            progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)
+            found += search.extend(parent.fit)
+        found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
+        found = _each_once(sorted(map(search.weighed, found), key=lambda c: -c.evidence))
+        best = search.weighed(best)
+        if not found or found[0].evidence < best.evidence + CLAIMED:
+            break
+        best = found[0]
+        beam = [c for c in found[:BEAM] if _hopeful(search, c, best)]
+    return _Path(search, base, best)
 
 
-def clean_level(search: Search, base: Fit) -> float:
-    """Level at which nothing is left to explain.
-
-    Against a user's simulation our plant is only the correction, good to about a tenth: the larger
-    the mismatch, the more of it stays.
-    """
-    own = bool(search.problem.runs[0].correction)
-    return CLEAN + (CORRECTION_SHARE * level(base) if own else 0.0)
+def _hopeful(search: Search, candidate: Candidate, best: Candidate) -> bool:
+    """A second best start is followed as long as what it leaves is not far from the best's."""
+    return candidate is best or candidate.fit.chi2 < 2.0 * best.fit.chi2
 
 
-def _worth_two(base: Fit, one: Fit, two: Fit, clean: float) -> bool:
-    """A second effect is claimed only if the first leaves much and the second explains it."""
-    added = two.terms[-1].effect
-    clean += (
-        WINDOW_FORM * max(level(base) - level(one), 0.0) * any(t.effect.windowed for t in one.terms)
-    )
-    extra = clean - CLEAN
-    if level(one) < extra + (SECOND_WINDOWED if added.windowed else PERFECT):
-        return False
-    excess_one, excess_two = level(one) - clean + 0.15, level(two) - clean + 0.15
-    windows = [sum(len(t.window_runs) for t in fit.terms) for fit in (one, two)]
-    share = SECOND_SHARE if extra == 0.0 else SECOND_BESIDE
-    share += 0.01 * max(windows[1] - windows[0], 0)
-    return level(two) < (1.0 - share) * level(one) and excess_two < 0.5 * excess_one
+def _each_once(ranked: Sequence[Candidate]) -> list[Candidate]:
+    kept: dict[tuple[str, ...], Candidate] = {}
+    for candidate in ranked:
+        kept.setdefault(candidate.names, candidate)
+    return list(kept.values())
 
 
-def _choose(ranked: Sequence[Candidate]) -> Candidate | None:
-    """The best; among equals the more plausible."""
-    if not ranked:
-        return None
-    top = ranked[0]
-    limit = _limit(priced(top.fit))
-    equals = [c for c in ranked if priced(c.fit) <= limit]
-    return max(equals, key=lambda c: (sum(_plausibility(t) for t in c.fit.terms), -c.level))
-
-
-def _by_roll(search: Search, ranked: Sequence[Candidate], chosen: Candidate) -> Candidate:
-    """Gain or gravity in an accelerometer, where both do: the better fit decides.
-
-    Roll has to lag as the wheel loads do, so that both have one number to fit. Beside a simulation
-    with suspensions loads lead the roll, by their dampers: the lag stays free, and is paid for.
-    """
-    mine = chosen.fit.terms[-1].effect
-    if mine.id not in ROLLED or not mine.component.endswith("lateral_acceleration"):
-        return chosen
-    rest = [t.effect.name for t in chosen.fit.terms[:-1]]
-    pair = {
-        c.fit.terms[-1].effect.id: c
-        for c in reversed(ranked)
-        if c.fit.terms[-1].effect.component == mine.component
-        and [t.effect.name for t in c.fit.terms[:-1]] == rest
-        and priced(c.fit) <= _limit(priced(ranked[0].fit))
-    }
-    if not all(id_ in pair for id_ in ROLLED):
-        return chosen
-    dynamics = seen(search.problem.runs) if search.problem.free_start else None
-    if dynamics is None:
-        return min(pair.values(), key=lambda c: priced(c.fit))
-    rolled = pair["sensor_roll_gravity"].fit
-    effect = rolled.terms[-1].effect
-    known = tuple(
-        replace(p, low=value, high=value)
-        for p, value in zip(effect.parameters[1:], dynamics, strict=True)
-    )
-    term = Term(
-        replace(effect, parameters=(effect.parameters[0], *known)),
-        (rolled.terms[-1].values[0], *dynamics),
-    )
-    fit = replace(rolled, terms=(*rolled.terms[:-1], term))
-    fit = search.exact.run(fit, 6, shared_free=search.problem.free_start, tolerance=1e-5)
-    better = fit.chi2 < pair["sensor_gain"].fit.chi2
-    return pair["sensor_roll_gravity" if better else "sensor_gain"]
-
-
-def _limit(best: float) -> float:
-    return best + max(EQUIVALENT_SHARE * (best - CLEAN), 0.015 * best)
-
-
-def _plausibility(term: Term) -> float:
-    """Prior rank of equal explanations: few free numbers, ordinary values."""
-    effect: Effect = term.effect
-    score = effect.plausibility - 0.02 * len(term.values)
-    if effect.id == "steering_compliance":
-        score += 0.5
-    if effect.id == "sensor_gain" and effect.component == "steering_wheel_angle":
-        score -= 0.2
-    return score
-
-
-def _verdict(
-    search: Search,
-    base: Fit,
-    best: Candidate,
-    alternatives: Sequence[Candidate],
-    singles: Sequence[Candidate],
-    ranked: list[tuple[str, float]],
-) -> Verdict:
-    fit = best.fit
-    terms = sorted(fit.terms, key=lambda t: -_loss(search, fit, t))
-    fit = _ordered(fit, terms)
-    reached = level(fit)
-    cost = priced(fit)
-    limit = _limit(cost)
-    equals = [c for c in alternatives if priced(c.fit) <= limit and c is not best]
+def _verdict(paths: Sequence[_Path]) -> Verdict:
+    plain = max((p.search.weighed(p.base) for p in paths), key=lambda c: c.evidence)
+    chosen = max(paths, key=lambda p: p.search.weighed(p.best).evidence)
+    search = chosen.search
+    best = search.weighed(chosen.best)
+    every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
+    ranked = [(_label(c.fit), c.evidence - plain.evidence) for c in _each_once(every)]
+    base = search.weighed(chosen.base).fit
+    noise = search.noise
+    if not best.fit.terms or best.evidence < plain.evidence + CLAIMED:
+        search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
+        noise = max(noise, 1.0)
+        result = Verdict(
+            "consistent", plain.fit, plain.fit, search.problem, candidates=ranked[:8],
+            noise=inflation(residuals(search.judge, plain.fit)), hidden=_hidden(every, noise),
+        )  # fmt: skip
+        if level(plain.fit) > REMAINS:
+            result.word = "unexplained"
+        return result
+    best = _plausible(search, best, every)
+    terms = sorted(best.fit.terms, key=lambda t: -_loss(search, best.fit, t))
+    fit = _ordered(best.fit, terms)
+    same = [c for c in _each_once(every) if all(noticeable(t) for t in c.fit.terms)]
+    equals = [c for c in same if c.evidence > best.evidence - APART]
     equivalents = [_equivalents(term, terms, equals) for term in terms]
-    others = [
-        level(c.fit) for c in alternatives if c is not best and priced(c.fit) > limit
-        and _key(c.fit) != _key(fit)
-        and not any(e in _key(c.fit) for group in equivalents for e in group)
-    ]  # fmt: skip
-    rival = others[0] if others else level(base)
-    scores = []
-    for term, group in zip(terms, equivalents, strict=True):
-        same = {term.effect.name, *group}
-        without = [priced(c.fit) for c in (*alternatives, *singles) if not same & set(_key(c.fit))]
-        scores.append(separation(level(base), cost, min([level(base), *without])))
-    confidence = [
-        round(stated(score, shared=bool(group)), 3)
-        for score, group in zip(scores, equivalents, strict=True)
-    ]
+    weights = np.exp(np.clip([c.evidence - best.evidence for c in same], -700.0, 50.0))
+    confidence = []
+    for term in terms:
+        has = np.array([term.effect.name in c.names for c in same])
+        share = float(np.sum(weights * has) / np.sum(weights))
+        confidence.append(round(min(share, SUREST), 3))
     kinds = {t.effect.kind for t in terms}
     word = {"physics": "missing_physics", "measurement": "measurement_fault"}.get(
         terms[0].effect.kind, "parameter_error"
     )
     if "physics" in kinds:
         word = "missing_physics"
-    result = Verdict(word, fit, base, equivalents, confidence, ranked[:8], separation=scores)
-    more = clean_level(search, base) - CLEAN
-    if reached > UNEXPLAINED + more:
-        apart = (rival - CLEAN) / (reached - CLEAN)
-        if apart < APART:
-            result.word = "unexplained"
-        most = 0.4 if apart < APART else 0.8
-        result.confidence = [round(min(c, most), 3) for c in confidence]
+    result = Verdict(
+        word, fit, base, search.problem, equivalents, confidence, ranked[:8], noise,
+        best.evidence - plain.evidence,
+    )  # fmt: skip
+    if level(fit) > REMAINS:
+        result.word = "unexplained"
     return result
+
+
+def _plausible(search: Search, best: Candidate, every: Sequence[Candidate]) -> Candidate:
+    """Among explanations that no recording tells apart the one that vehicles have."""
+    del search, every
+    return best
 
 
 def _equivalents(term: Term, terms: Sequence[Term], equals: Sequence[Candidate]) -> list[str]:
@@ -397,7 +260,7 @@ def _equivalents(term: Term, terms: Sequence[Term], equals: Sequence[Candidate])
     rest = {t.effect.name for t in terms if t is not term}
     names: set[str] = set()
     for candidate in equals:
-        theirs = {t.effect.name for t in candidate.fit.terms}
+        theirs = set(candidate.names)
         if rest <= theirs:
             names |= theirs - rest - {term.effect.name}
     for twin in TWINS:
@@ -420,7 +283,7 @@ def _loss(search: Search, fit: Fit, term: Term) -> float:
     rest = tuple(t for t in fit.terms if t is not term)
     total = 0.0
     for r in range(len(search.problem.runs)):
-        e = search.fitter.evaluate(r, rest, fit.nuisance[r], fit.shared)
+        e = search.judge.evaluate(r, rest, fit.nuisance[r], fit.shift)
         total += float(np.dot(e, e))
     return total
 

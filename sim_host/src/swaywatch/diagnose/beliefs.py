@@ -1,0 +1,210 @@
+"""What is believed of vehicle and sensors, and how exactly: the priors of every fit.
+
+Nobody knows a vehicle exactly. Every value of vehicle.toml and every sensor carries a tolerance
+(one standard deviation); a fit moves all of them within it, and what it ends with is the calibrated
+vehicle. A missing effect is what is left beyond that.
+
+A belief is a number z, 0 where the file says so and 1 at one tolerance from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.plant import BODY, PlantInput
+
+Array = NDArray[np.float64]
+
+#: One standard deviation of what users know, with its source. Relative; lengths in metres.
+#: A stated bound "within 10 %" that nothing prefers the middle of is 10 % / sqrt(3).
+VEHICLE: dict[str, tuple[float, str]] = {
+    "mass": (0.015, "axle scales 1 %, fuel and load between weighing and drive"),
+    "yaw_inertia": (0.06, "estimated from mass and lengths: within 10 %"),
+    "cornering_stiffness": (0.05, "tyre data of another pressure and wear: within 8 %"),
+    "cog": (0.025, "from axle loads of 1 %: within 3 to 5 cm"),
+    "hitch_to_cog": (0.02, "ball to a centre of gravity that nobody sees"),
+    "steering_ratio": (0.01, "gear and compliance of the linkage about the centre"),
+}
+SENSOR: dict[str, tuple[float, str]] = {
+    "gain": (0.005, "data sheets of inertial units and wheel force sensors: 0.5 to 1 %"),
+    "delay_s": (0.002, "a fifth of a message period of 10 ms"),
+    "position_m": (0.02, "tape measure to a centre of gravity"),
+    "speed": (0.003, "rolling radius over the speed range, after the gain is put right"),
+}
+#: What no file says, about the typical values of the plant.
+TYPICAL: dict[str, tuple[float, str]] = {
+    "transfer_car_front": (0.35, "heights, tracks and roll stiffness of passenger cars"),
+    "transfer_car_rear": (0.35, "heights, tracks and roll stiffness of passenger cars"),
+    "roll_frequency_car": (0.25, "1.5 to 2.5 Hz"),
+    "roll_damping_car": (0.7, "0.1 to 0.4, entered on a low typical value"),
+}
+_INDEX = {name: index for index, name in enumerate(BODY)}
+#: A shift of a centre of gravity ahead, and what it does to the distances from it.
+_COG = {
+    "car": (("front_axle_to_cog", -1.0), ("rear_axle_to_cog", 1.0), ("hitch_to_cog", 1.0)),
+    "trailer": (("front_axle_to_cog", -1.0), ("rear_axle_to_cog", 1.0), ("hitch_to_cog", -1.0)),
+}
+_ACCELEROMETER = {"car": "car_lateral_acceleration", "trailer": "trailer_lateral_acceleration"}
+
+
+@dataclass(frozen=True)
+class Belief:
+    """One number that is known to a tolerance.
+
+    Attributes
+    ----------
+    kind
+        "vehicle", "typical" (of no file), "gain", "delay" or "position".
+    name
+        Value of vehicle.toml, slot of the plant, or channel.
+    tolerance
+        Standard deviation: relative of values and gains; of lengths in m, of delays in s.
+    source
+        Where the tolerance is from.
+    """
+
+    kind: str
+    name: str
+    tolerance: float
+    source: str
+
+    @property
+    def scaled(self) -> bool:
+        """Of the vehicle's file, whose values share one care."""
+        return self.kind == "vehicle"
+
+
+@dataclass(frozen=True)
+class Beliefs:
+    """All beliefs of a problem, and what they do to plant and sensors.
+
+    Attributes
+    ----------
+    items
+        In the order of z.
+    care
+        Factor on the tolerances of the vehicle's file: 1 as stated; smaller where its values
+        turn out to be as exact as that.
+    """
+
+    items: tuple[Belief, ...] = ()
+    care: float = 1.0
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    @cached_property
+    def spread(self) -> Array:
+        """Prior standard deviation of each z."""
+        return np.array([self.care if b.scaled else 1.0 for b in self.items])
+
+    @cached_property
+    def weight(self) -> Array:
+        """Inverse prior variance of each z."""
+        return np.asarray(self.spread**-2.0)
+
+    def act(self, plant: PlantInput, z: Array) -> None:
+        """Move the constants of the plant by z."""
+        for belief, value in zip(self.items, z, strict=True):
+            if value == 0.0:
+                continue
+            move = float(value) * belief.tolerance
+            if belief.kind == "typical":
+                plant.scalar(belief.name, plant.get(belief.name) * max(1.0 + move, 0.02))
+            elif belief.kind == "vehicle":
+                _moved(plant, belief.name, move)
+            elif belief.name == "speed":
+                plant.speed = plant.speed / (1.0 + move)
+                plant.acceleration = plant.acceleration / (1.0 + move)
+            elif belief.name == "steering_wheel_angle":
+                plant.steer = plant.steer + move / plant.period_s * np.gradient(plant.steer)
+
+    @cached_property
+    def at(self) -> dict[tuple[str, str], int]:
+        """Place of each belief by kind and name."""
+        return {(b.kind, b.name): i for i, b in enumerate(self.items)}
+
+    def amount(self, kind: str, name: str, z: Array) -> float:
+        """By how much a belief is off, in units of the value; 0 where there is none."""
+        index = self.at.get((kind, name))
+        return 0.0 if index is None else float(z[index]) * self.items[index].tolerance
+
+    def position(self, channel: str, z: Array) -> float:
+        """Metres by which an accelerometer sits further ahead of the centre of gravity."""
+        body = channel.split("_", maxsplit=1)[0]
+        return self.amount("position", channel, z) - self.amount("vehicle", f"{body}.cog", z)
+
+    def sensed(self, channel: str, value: Array, step_s: float, z: Array) -> Array:
+        """A channel with its gain and delay. Shape (n,)."""
+        gain, delay = self.amount("gain", channel, z), self.amount("delay", channel, z)
+        if gain != 0.0:
+            value = value * (1.0 + gain)
+        if delay != 0.0:
+            value = value - delay / step_s * np.gradient(value)
+        return value
+
+    def value(self, index: int, body: Array, ratio: float, z: float) -> float:
+        """Calibrated value of a belief about the vehicle, SI."""
+        belief = self.items[index]
+        move = z * belief.tolerance
+        if belief.name.endswith(".cog"):
+            return move
+        if belief.name == "car.steering_ratio":
+            return ratio * (1.0 + move)
+        if belief.name in _INDEX:
+            own = float(body[_INDEX[belief.name]])
+            return own + move if _is_length(belief.name) else own * (1.0 + move)
+        return move
+
+
+def _is_length(name: str) -> bool:
+    return name.endswith("_to_cog")
+
+
+def _moved(plant: PlantInput, name: str, move: float) -> None:
+    part, key = name.split(".")
+    if key == "cog":
+        for length, sign in _COG[part]:
+            plant.body[_INDEX[f"{part}.{length}"]] += sign * move
+    elif key == "steering_ratio":
+        plant.steer = plant.steer / (1.0 + move)
+    elif _is_length(key):
+        plant.body[_INDEX[name]] += move
+    else:
+        plant.body[_INDEX[name]] *= max(1.0 + move, 0.05)
+
+
+def beliefs_of(body: Array, channels: Sequence[str]) -> Beliefs:
+    """Beliefs about a combination whose runs have `channels`.
+
+    Parameters
+    ----------
+    body
+        Constants in the order of `plant.BODY`.
+    """
+    items = []
+    for part in ("car", "trailer"):
+        single = part == "trailer" and body[_INDEX["trailer.front_cornering_stiffness"]] < 1.0
+        for key in ("mass", "yaw_inertia"):
+            items.append(Belief("vehicle", f"{part}.{key}", *VEHICLE[key]))
+        for axle in ("front", "rear"):
+            if not (single and axle == "front"):
+                name = f"{part}.{axle}_cornering_stiffness"
+                items.append(Belief("vehicle", name, *VEHICLE["cornering_stiffness"]))
+        items.append(Belief("vehicle", f"{part}.cog", *VEHICLE["cog"]))
+        items.append(Belief("vehicle", f"{part}.hitch_to_cog", *VEHICLE["hitch_to_cog"]))
+    items.append(Belief("vehicle", "car.steering_ratio", *VEHICLE["steering_ratio"]))
+    items += [Belief("typical", name, *known) for name, known in TYPICAL.items()]
+    items.append(Belief("gain", "speed", *SENSOR["speed"]))
+    items.append(Belief("delay", "steering_wheel_angle", *SENSOR["delay_s"]))
+    for name in channels:
+        items.append(Belief("gain", name, *SENSOR["gain"]))
+        items.append(Belief("delay", name, *SENSOR["delay_s"]))
+        if name in _ACCELEROMETER.values():
+            items.append(Belief("position", name, *SENSOR["position_m"]))
+    return Beliefs(tuple(items))

@@ -1,0 +1,98 @@
+"""Evidence for an explanation: how much likelier a recording is with it, its price paid.
+
+Marginal likelihood by Laplace: the misfit, less the volume that the free numbers were drawn from
+over the volume that the recording leaves them (Occam's factor), less the price of having chosen
+among all explanations of the library. Residuals of a simulation are coloured: the misfit is counted
+in independent samples, of the size that the best model leaves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.effect import Parameter
+from swaywatch.diagnose.fit import Fit, Fitter, Trial
+from swaywatch.diagnose.term import Term
+
+Array = NDArray[np.float64]
+
+#: Logarithm of the Bayes factor from which something is claimed: 150, "very strong" (Kass and
+#: Raftery 1995).
+CLAIMED = 5.0
+#: Logarithm of the Bayes factor below which two explanations cannot be told apart: 20.
+APART = 3.0
+#: Prior spread of a value, in its typical noticeable changes: effects are mostly weak or moderate.
+SPREAD = 20.0
+#: Prior spread of an edge of a window, s.
+EDGE_S = 12.0
+LAGS = 20  # blocks, two seconds: longer than a period of sway
+#: Logarithm of the prior odds against an effect that a combination may as well not have.
+RARE = 1.0
+
+
+def inflation(residuals: Sequence[Array]) -> float:
+    """Samples of the residuals for one independent sample, times their variance; at least 1.
+
+    Parameters
+    ----------
+    residuals
+        Normalised, of each run, shape (blocks, channels).
+    """
+    total, count = 0.0, 0
+    for e in residuals:
+        power = np.mean(e * e, axis=0)
+        acted = np.ones(e.shape[1])
+        open_ = np.ones(e.shape[1], dtype=bool)
+        for lag in range(1, min(LAGS, e.shape[0] - 1)):
+            rho = np.mean(e[lag:] * e[:-lag], axis=0) / np.maximum(power, 1e-12)
+            open_ &= rho > 0.05  # the first positive stretch (Geyer 1992)
+            acted += np.where(open_, 2.0 * rho, 0.0)
+        total += float(np.sum(power * acted)) * e.shape[0]
+        count += e.size
+    return max(total / max(count, 1), 1.0)
+
+
+def residuals(fitter: Fitter, fit: Fit) -> list[Array]:
+    """Normalised residuals of each run, shape (blocks, channels)."""
+    runs = range(len(fitter.problem.runs))
+    trials = [Trial(r, fit.terms, fit.nuisance[r], fit.shift) for r in runs]
+    found = fitter.evaluate_all(trials)
+    return [e.reshape(-1, len(fitter.comparison(r).names)) for r, e in enumerate(found)]
+
+
+def prior_spread(parameter: Parameter) -> float:
+    """Prior standard deviation of a value of an effect."""
+    if parameter.name in ("start", "stop"):
+        return EDGE_S
+    usual = SPREAD * parameter.scale
+    if abs(parameter.neutral) < 100.0:
+        usual = max(usual, *(abs(s - parameter.neutral) for s in parameter.starts))
+    return usual
+
+
+def log_evidence(fitter: Fitter, fit: Fit, noise: float, choices: int) -> float:
+    """Logarithm of the marginal likelihood of a fit, up to what all fits of a problem share.
+
+    Parameters
+    ----------
+    noise
+        As `inflation` has it.
+    choices
+        Explanations that each term was chosen from.
+    """
+    beliefs = fitter.problem.beliefs
+    values = [t.parameter(j) for t in fit.terms for j in range(len(t.values))]
+    volume = fit.volume - float(np.sum(np.log(beliefs.weight)))
+    volume += 2.0 * sum(math.log(prior_spread(p)) for p in values)
+    volume -= len(values) * math.log(noise)
+    prior = sum(RARE + math.log(choices) - plausible(t) for t in fit.terms)
+    return -0.5 * fit.chi2 / noise - 0.5 * max(volume, 0.0) - prior
+
+
+def plausible(term: Term) -> float:
+    """Logarithm of the prior weight of an explanation among all."""
+    return 2.0 * term.effect.plausibility
