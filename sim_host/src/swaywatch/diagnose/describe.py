@@ -11,7 +11,6 @@ from swaywatch.diagnose.calibration import BESIDE, interval
 from swaywatch.diagnose.fit import Problem, predict_run
 from swaywatch.diagnose.holdout import held_out
 from swaywatch.diagnose.judge import errors, iso18571, nrmse
-from swaywatch.diagnose.search import level
 from swaywatch.diagnose.term import Term
 from swaywatch.diagnose.verdict import Verdict
 
@@ -24,7 +23,7 @@ def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> lis
         return []
     fit_block = _fit_block(verdict, problem)
     effects = []
-    reached = level(verdict.fit)
+    reached = verdict.noise
     sizes = [len(t.values) for t in verdict.fit.terms]
     covariance = verdict.fit.covariance
     if covariance.shape[0] != sum(sizes):
@@ -169,3 +168,27 @@ def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
         "iso18571_after": float(np.mean(iso_after)),
     }
     return block | held_out(problem, verdict.fit)
+
+
+def calibrated(verdict: Verdict, problem: Problem) -> list[dict[str, Any]]:
+    """`calibrated` of diagnosis.json: each value of vehicle.toml before and after, SI."""
+    fit, beliefs = verdict.fit, problem.beliefs
+    errors_ = np.sqrt(np.abs(np.diag(fit.doubt)) * verdict.noise) if fit.doubt.size else fit.shift
+    rows = []
+    for index, belief in enumerate(beliefs.items):
+        if belief.kind != "vehicle":
+            continue
+        ratio = problem.runs[0].steering_ratio
+        value, believed = (
+            beliefs.value(index, problem.body, ratio, z) for z in (float(fit.shift[index]), 0.0)
+        )
+        above = beliefs.value(index, problem.body, ratio, float(fit.shift[index]) + 1.0)
+        rows.append(
+            {
+                "name": belief.name, "believed": believed, "calibrated": value,
+                "standard_error": abs(above - value) * min(float(errors_[index]), 1.0),
+                "tolerances": float(fit.shift[index]), "tolerance": belief.tolerance,
+                "source": belief.source,
+            }
+        )  # fmt: skip
+    return rows

@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from swaywatch.diagnose.critical import stability
 from swaywatch.diagnose.data import Loaded, load
-from swaywatch.diagnose.describe import describe
+from swaywatch.diagnose.describe import calibrated, describe
 from swaywatch.diagnose.effect import Effect, library
+from swaywatch.diagnose.evidence import REMAINS
 from swaywatch.diagnose.fit import COMPARED, OBSERVER, Fitter, Problem
 from swaywatch.diagnose.model import embedded, model_block
 from swaywatch.diagnose.page import page, write_page
@@ -22,11 +24,11 @@ from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.sensor_faults import combined
 from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
-from swaywatch.diagnose.verdict import CARES, REMAINS, Verdict, decide
+from swaywatch.diagnose.verdict import CARES, Verdict, decide
 from swaywatch.errors import RecordingError
 from swaywatch.vehicle import load_vehicle
 
-FORMAT = 1
+FORMAT = 2
 
 
 def _silent(stage: str, share: float) -> None:
@@ -70,19 +72,31 @@ def diagnose(
                 f"{vehicle}: no [trailer]: a car alone is compared with our own model only"
             )
         return diagnose_solo(recordings, believed, signals, progress, report)
+    with threadpool_limits(1):  # small matrices: threads would wait for each other
+        return _combination(recordings, vehicle, signals, simulations, extra, progress, report)
+
+
+def _combination(
+    recordings: Sequence[Path],
+    vehicle: Path,
+    signals: Path,
+    simulations: Sequence[Path],
+    extra: Sequence[Effect],
+    progress: Progress,
+    report: Path | None,
+) -> dict[str, Any]:
+    """`diagnose` of a car with a trailer."""
     loaded = load(recordings, vehicle, signals)
     if loaded.problem is None:
         return _cannot(loaded)
     problem = loaded.problem
-    cares = CARES
+    cares: tuple[float, ...] = CARES
     if simulations:
-        problem, notes = attach(problem, simulations, signals)
+        _, problem, notes = attach(problem, simulations, signals)
         loaded.checks += notes
         cares = CARES[:1]
     effects = library(extra)
-    verdict = decide(
-        [Search(cared(problem, care), effects, progress) for care in cares], progress
-    )
+    verdict = decide([Search(cared(problem, care), effects, progress) for care in cares], progress)
     loaded.problem = verdict.problem
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(Fitter(replace(problem, observer=OBSERVER)), verdict.fit)
@@ -158,8 +172,9 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
         "format": FORMAT,
         "verdict": combined(verdict.word, faults),
         "effects": [*effects_found, *faults],
+        "calibrated": calibrated(verdict, problem),
         "unexplained": verdict.notes,
-        "model": model_block(problem, verdict.fit),
+        "model": model_block(problem, verdict.fit, verdict.baseline),
         "checks": [
             *loaded.checks,
             *loaded.cannot,

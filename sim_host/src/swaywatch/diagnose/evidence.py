@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 CLAIMED = 5.0
 #: Logarithm of the Bayes factor below which two explanations cannot be told apart: 20.
 APART = 3.0
+#: Reduced chi-square above which a verdict says that something unexplained remains.
+REMAINS = 1.3
 #: Prior spread of a value, in its typical noticeable changes: effects are mostly weak or moderate.
 SPREAD = 20.0
 #: Prior spread of an edge of a window, s.

@@ -415,12 +415,15 @@ class Comparison:
         found = np.zeros((*self.measured.shape, len(beliefs) + _NUISANCES))
         step = BLOCK / RATE_HZ
         for i, name in enumerate(self.names):
-            for kind, column in (("gain", shown[:, i]), ("delay", -np.gradient(shown[:, i]) / step)):
+            for kind, column in (
+                ("gain", shown[:, i]),
+                ("delay", -np.gradient(shown[:, i]) / step),
+            ):
                 at = beliefs.at.get((kind, name))
                 if at is not None:
                     kept = self.kept[:, i]
-                    column = (column - (column * kept).sum() / kept.sum()) * kept
-                    found[:, i, at] = -beliefs.items[at].tolerance * column / self.scales[i]
+                    own = (column - (column * kept).sum() / kept.sum()) * kept
+                    found[:, i, at] = -beliefs.items[at].tolerance * own / self.scales[i]
         return found.reshape(e.size, -1)
 
     def normalised(self, means: Array, loads: Sequence[Array]) -> Array:
@@ -555,7 +558,9 @@ class Fitter:
         if self.problem.start_nuisance is not None and self.problem.start_shift is not None:
             return Fit((), self.problem.start_nuisance, self.problem.start_shift)
         shift = self.problem.at_rest()
-        transfer = dict(zip(("transfer_car_front", "transfer_car_rear"), self._transfer(), strict=True))
+        transfer = dict(
+            zip(("transfer_car_front", "transfer_car_rear"), self._transfer(), strict=True)
+        )
         for i, belief in enumerate(self.problem.beliefs.items):
             if belief.kind == "typical" and belief.name in transfer:
                 usual = float(neutral()[SCALARS.index(belief.name)])

@@ -98,9 +98,11 @@ class Locator:
             output = path.output[:, job.columns]
             output[first:last] = branch.output[first:last]
         joined = Outcome(blocks, job.columns, output, None)
-        return self.fitter.comparison(r).residual(
-            joined, (*self.fit.terms, term), self.fit.shift
-        ).ravel()
+        return (
+            self.fitter.comparison(r)
+            .residual(joined, (*self.fit.terms, term), self.fit.shift)
+            .ravel()
+        )
 
     def columns(self, r: int, terms: Sequence[Term]) -> list[Array]:
         """Change of the residuals of a run by each of the windowed terms."""

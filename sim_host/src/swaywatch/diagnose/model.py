@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from swaywatch.diagnose.beliefs import Belief, Beliefs
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Fit, Problem
 from swaywatch.diagnose.plant import BODY
@@ -21,13 +22,19 @@ from swaywatch.errors import SignalError, SwaywatchError
 from swaywatch.toml_file import load_toml
 
 
-def model_block(problem: Problem, fit: Fit) -> dict[str, Any]:
+def model_block(problem: Problem, fit: Fit, baseline: Fit) -> dict[str, Any]:
     """Constants of the file, effects with raw values, calibration to the user's simulation."""
     block: dict[str, Any] = {
         "kind": "combination",
         "vehicle": dict(zip(BODY, problem.body.tolist(), strict=True)),
         "steering_ratio": problem.runs[0].steering_ratio,
-        "load_transfer": fit.shift.tolist(),
+        "beliefs": [
+            {"kind": b.kind, "name": b.name, "tolerance": b.tolerance, "source": b.source}
+            for b in problem.beliefs.items
+        ],
+        "care": problem.beliefs.care,
+        "shift": fit.shift.tolist(),
+        "shift_calibrated": baseline.shift.tolist(),
         "runs": [
             {"name": run.name, "duration_s": float(run.time[-1] - run.time[0])}
             for run in problem.runs
@@ -36,10 +43,20 @@ def model_block(problem: Problem, fit: Fit) -> dict[str, Any]:
     }
     if problem.calibration and problem.start_shift is not None:
         block["calibration"] = {
-            "load_transfer": problem.start_shift.tolist(),
+            "shift": problem.start_shift.tolist(),
             "terms": _entries(problem.calibration),
         }
     return block
+
+
+def beliefs_in(model: dict[str, Any]) -> Beliefs:
+    """Beliefs of a model block."""
+    if "beliefs" not in model:
+        raise SwaywatchError(
+            "the model is of an older version of swaywatch, without tolerances; diagnose again"
+        )
+    items = tuple(Belief(**entry) for entry in model["beliefs"])
+    return Beliefs(items, float(model["care"]))
 
 
 def _entries(terms: Sequence[Term]) -> list[dict[str, Any]]:

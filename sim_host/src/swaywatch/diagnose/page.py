@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from swaywatch.core import analyze_drive
+from swaywatch.diagnose.evidence import REMAINS
 from swaywatch.diagnose.fingerprint import LINES, line_map, relations
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.judge import FIVE_PERCENT, errors
@@ -392,10 +393,10 @@ def _stability(result: Mapping[str, Any]) -> str:
 
 
 def _best_forms(ranking: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Level of each explanation in its best form, in the order of the ranking."""
+    """Evidence of each explanation in its best form, in the order of the ranking."""
     best: dict[str, float] = {}
     for entry in ranking:
-        best.setdefault(entry["name"], entry["level"])
+        best.setdefault(entry["name"], entry["log_bayes_factor"])
     return best
 
 
@@ -416,12 +417,13 @@ def page(
     threes = [_three(problem, baseline, fit, index) for index in runs]
     parts = [
         headline(result), _runs(result, problem),
-        f"<p>Mean squared mismatch over the noise: {evidence['level_without']:.2f} before, "
-        f"{evidence['level_with']:.2f} with what is claimed; a clean recording reaches about 1, "
-        f"at most {evidence['level_clean']:.2f}."
+        f"<p>Reduced chi-square (mean squared mismatch over the noise, about 1 where nothing is "
+        f"missing): {evidence['reduced_chi_square_calibrated']:.2f} with the calibrated vehicle, "
+        f"{evidence['reduced_chi_square_diagnosed']:.2f} with what is claimed."
         + _above_clean(evidence)
         + (" Faults of sensors are left out or put right in both." if _repaired(result) else "")
         + "</p>",
+        "<h2>The calibrated vehicle</h2>", _calibrated(result),
         "<h2>Where</h2>",
         "<p>Each relation is checked from measured signals alone, in windows of 3 s, at each line "
         "of the motion: no simulation, so nothing carries a fault on. On clean recordings a "
@@ -433,9 +435,9 @@ def page(
         "<h2>What</h2>", effects_table(result),
         "<h3>The best of all explanations that were tried</h3>",
         table(
-            ["explanation", f"mismatch with it (without: {evidence['level_without']:.2f})"],
+            ["explanation", "logarithm of the Bayes factor to the calibrated vehicle alone"],
             [
-                [" + ".join(named(n) for n in name.split(" + ")), f"{reached:.2f}"]
+                [" + ".join(named(n) for n in name.split(" + ")), f"{reached:+.0f}"]
                 for name, reached in _best_forms(evidence["ranking"]).items()
             ],
         ),
@@ -466,12 +468,30 @@ def page(
 
 def _above_clean(evidence: Mapping[str, Any]) -> str:
     """What a mismatch beyond that of clean recordings means, with what is claimed."""
-    left, clean = evidence["level_with"], evidence["level_clean"]
-    if left <= clean:
+    left = evidence["reduced_chi_square_diagnosed"]
+    if left <= REMAINS:
         return ""
     return (
-        f" {left:.2f} is still above {clean:.2f}: something small remains that no explanation of "
-        "the library takes away and that lives in no one place."
+        f" {left:.2f} is above {REMAINS:.2f}: something remains that no explanation of the "
+        "library takes away and that lives in no one place."
+    )
+
+
+def _calibrated(result: Mapping[str, Any]) -> str:
+    """What the file says of each value, what the recording makes of it, and its tolerance."""
+    rows = [
+        [
+            row["name"], f"{row['believed']:.6g}", f"{row['calibrated']:.6g}",
+            f"{row['standard_error']:.2g}", f"{row['tolerances']:+.1f}", row["source"],
+        ]
+        for row in result["calibrated"]
+    ]  # fmt: skip
+    head = ["value of vehicle.toml", "believed", "calibrated", "standard error",
+            "tolerances away", "where the tolerance is from"]  # fmt: skip
+    return (
+        "<p>No value is exact: each may move within its tolerance, and these are the most probable "
+        "ones with what is claimed below. Nothing inside its tolerances is called wrong.</p>"
+        + table(head, rows)
     )
 
 

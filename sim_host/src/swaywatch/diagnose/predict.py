@@ -15,7 +15,7 @@ from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.holdout import START_S, start_values, valued, values_of
 from swaywatch.diagnose.judge import FIVE_PERCENT, errors, iso18571, nrmse
-from swaywatch.diagnose.model import read_model, signals_for, terms_of
+from swaywatch.diagnose.model import beliefs_in, read_model, signals_for, terms_of
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import RATE_HZ, Run
 from swaywatch.diagnose.search import Search
@@ -84,10 +84,11 @@ def predict(
     lasting, windowed = _split(terms, content["model"].get("runs", []), problem.runs[0])
     result["effects_applied"] = [t.effect.name for t in lasting]
     result["effects_in_windows"] = [t.effect.name for t in windowed]
-    shift = np.array(content["model"]["load_transfer"])
-    for word, used in (("baseline", ()), ("diagnosed", lasting)):
-        nuisance = start_values(problem, 0, _timeless(used), shift)
-        outputs = blind_run(problem, used, nuisance, shift)
+    shift = np.array(content["model"]["shift"])
+    calibrated = np.array(content["model"]["shift_calibrated"])
+    for word, used, own in (("baseline", (), calibrated), ("diagnosed", lasting, shift)):
+        nuisance = start_values(problem, 0, _timeless(used), own)
+        outputs = blind_run(problem, used, nuisance, own)
         result |= _scores(word, problem, outputs)
     if windowed:
         result |= _with_windows(problem, lasting, windowed, shift)
@@ -104,6 +105,7 @@ def _problem(
     """The run with the model's constants, and its simulation or the calibration to one."""
     body = np.array([model["vehicle"][name] for name in BODY])
     problem, notes = load_with_body(recording, signals, body, float(model["steering_ratio"]))
+    problem = replace(problem, beliefs=beliefs_in(model))
     known = model.get("calibration")
     calibration = terms_of(known["terms"], library()) if known else ()
     if simulation is not None:
@@ -111,7 +113,7 @@ def _problem(
         return free, notes + checks
     if known:
         # without the user's simulation of this run, the plant calibrated to his others is nearest
-        shift = np.array(known["load_transfer"])
+        shift = np.array(known["shift"])
         problem = replace(problem, calibration=calibration, start_shift=shift)
         start = start_values(problem, 0, (), shift)
         outputs = predict_run(problem, 0, (), start, shift)
@@ -270,9 +272,9 @@ def find_windows(
     ]  # fmt: skip
     search = Search(seen, same, lambda stage, share: None)
     start = Fit(terms, nuisance[None, :], shift)
-    parent = search.fitter.run(start, 6, free=0)
+    parent = search.close.run(start, 6, free=0)
     plain = next((e for e in same if e.extra.get("form", "box") == "box"), same[0])
-    fit = search.windowed(parent, Locator(search.fitter, parent).course(plain))
+    fit = search.windowed(parent, Locator(search.close, parent).course(plain))
     if fit is None:
         return []
     fit = search.pruned(search.refined(fit))

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import RISE, Effect
 from swaywatch.diagnose.evidence import (
-    CLAIMED,
     inflation,
     log_evidence,
     residuals,
@@ -360,9 +359,7 @@ class Search:
         # a second set of windows of the same id only mends the form of the first
         in_windows = {t.effect.id for t in parent.terms if t.effect.windowed}
         open_ = [
-            e
-            for e in self.effects
-            if (e.id, e.component) not in taken and e.id not in in_windows
+            e for e in self.effects if (e.id, e.component) not in taken and e.id not in in_windows
         ]
         near = self.close.run(parent, 6)
         found = self._windowed(near, [e for e in open_ if e.windowed])
@@ -388,9 +385,7 @@ class Search:
         price = 2.0 * np.log(len(self.effects))
         courses = [c for c in courses if c.gain > price + self._by_chance(c)]
         courses.sort(key=lambda c: -c.gain)
-        started = self.close.side_by_side(
-            lambda c: self.rough(parent, c), courses[:WINDOWED_LIST]
-        )
+        started = self.close.side_by_side(lambda c: self.rough(parent, c), courses[:WINDOWED_LIST])
         rough = [f for f in started if f is not None and parent.chi2 - f.chi2 > price]
         rough.sort(key=lambda f: f.chi2)
         moved = self.close.side_by_side(lambda f: self.completed(self.edges(f)), rough[:BEAM])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from swaywatch.diagnose.evidence import APART, CLAIMED, inflation, residuals
+from swaywatch.diagnose.evidence import APART, CLAIMED, REMAINS, inflation, residuals
 from swaywatch.diagnose.fit import Fit, Problem
 from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
@@ -21,8 +21,6 @@ MOST_EFFECTS = 3
 #: that are not off at all.
 CARES = (1.0, 0.15)
 EXACT = 0.4  # tolerances, median over the file
-#: Reduced chi-square above which a verdict says that something unexplained remains.
-REMAINS = 1.3
 #: Most that is ever stated: the library is not the world.
 SUREST = 0.99
 #: Pairs that are the same in every planar signal.
@@ -145,7 +143,7 @@ class _Path:
 
 def decide(searches: Sequence[Search], progress: Progress) -> Verdict:
     """Run the searches (one for each care of the vehicle's file) and choose."""
-    paths = []
+    paths: list[_Path] = []
     for index, search in enumerate(searches):
         first, last = index / len(searches), (index + 1) / len(searches)
 
@@ -222,7 +220,6 @@ def _verdict(paths: Sequence[_Path]) -> Verdict:
         if level(plain.fit) > REMAINS:
             result.word = "unexplained"
         return result
-    best = _plausible(search, best, every)
     terms = sorted(best.fit.terms, key=lambda t: -_loss(search, best.fit, t))
     fit = _ordered(best.fit, terms)
     same = [c for c in _each_once(every) if all(noticeable(t) for t in c.fit.terms)]
@@ -247,12 +244,6 @@ def _verdict(paths: Sequence[_Path]) -> Verdict:
     if level(fit) > REMAINS:
         result.word = "unexplained"
     return result
-
-
-def _plausible(search: Search, best: Candidate, every: Sequence[Candidate]) -> Candidate:
-    """Among explanations that no recording tells apart the one that vehicles have."""
-    del search, every
-    return best
 
 
 def _equivalents(term: Term, terms: Sequence[Term], equals: Sequence[Candidate]) -> list[str]:

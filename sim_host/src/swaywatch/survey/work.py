@@ -230,8 +230,8 @@ def _read_diagnosis(outcome: Outcome, place: Path, link: str, problem: str) -> N
     if (place / "report.html").is_file():
         outcome.pages["diagnosis"] = f"{link}/report.html"
     evidence = found.get("evidence", {})
-    outcome.mismatch = evidence.get("level_without")
-    outcome.mismatch_after = evidence.get("level_with")
+    outcome.mismatch = evidence.get("reduced_chi_square_calibrated")
+    outcome.mismatch_after = evidence.get("reduced_chi_square_diagnosed")
     outcome.effects = [named(f"{e['id']}:{e['component']}") for e in found["effects"]]
     outcome.where = [_where(effect) for effect in found["effects"]]
     outcome.why = [_why(effect) for effect in found["effects"]]
