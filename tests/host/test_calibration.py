@@ -1,4 +1,4 @@
-"""Confidence and intervals: the fitted table, what it may depend on, and what comes of it."""
+"""Intervals: the fitted table, what it may depend on, and what comes of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
 
 import calibrate
 
-from swaywatch.diagnose.calibration import BESIDE, interval, separation, stated, table
+from swaywatch.diagnose.calibration import BESIDE, interval, table
 from swaywatch.diagnose.effect import library
 
 PROOF_SEED = 20261121
@@ -38,20 +38,6 @@ def test_the_calibration_refuses_the_seed_of_the_proof(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode != 0
     assert "seed of the proof" in done.stderr
-
-
-def test_confidence_grows_with_the_distance_of_the_rival() -> None:
-    near = separation(base=10.0, reached=1.0, rival=1.05)
-    far = separation(base=10.0, reached=1.0, rival=5.0)
-    assert near < far
-    assert stated(near, shared=False) < stated(far, shared=False) < 1.0
-    assert stated(near, shared=True) < stated(near, shared=False)
-
-
-def test_what_a_model_leaves_makes_it_less_sure() -> None:
-    clean = separation(base=10.0, reached=1.0, rival=5.0)
-    left = separation(base=10.0, reached=3.0, rival=5.0)
-    assert stated(left, shared=False) < stated(clean, shared=False)
 
 
 def test_an_interval_holds_its_value_and_widens_with_error_and_size() -> None:

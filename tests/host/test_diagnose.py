@@ -49,9 +49,7 @@ def synthetic(terms: tuple[Term, ...], seed: int) -> Problem:
         run.steer = channels["steering_wheel_angle"] / 15.0
         run.speed = np.full(time.size, speed)
         run.acceleration = np.zeros(time.size)
-        out = predict_run(
-            Problem((run,), BODY_VALUES), 0, terms, np.zeros(5), np.array([435.0, 356.0])
-        )
+        out = predict_run(Problem((run,), BODY_VALUES), 0, terms, np.zeros(5), np.zeros(0))
         for name, noise in (
             ("car_yaw_rate", 1e-3), ("trailer_yaw_rate", 1e-3),
             ("car_lateral_acceleration", 0.03), ("trailer_lateral_acceleration", 0.03),
@@ -99,7 +97,7 @@ def test_fit_finds_the_value(name: str, value: float) -> None:
     fitter = Fitter(problem)
     start = fitter.start()
     term = Term(found, tuple(p.starts[0] for p in found.parameters))
-    fit = fitter.run(Fit((term,), start.nuisance, start.shared), 12)
+    fit = fitter.run(Fit((term,), start.nuisance, start.shift), 12)
     assert fit.terms[0].values[0] == pytest.approx(value, rel=0.05)
     assert level(fit) < 1.5
     assert level(fitter.run(start, 8)) > level(fit)
@@ -117,7 +115,7 @@ def test_a_module_is_one_more_effect() -> None:
     )  # fmt: skip
     assert extra in library([extra])
     problem = synthetic((Term(extra, (300.0,)),), seed=2)
-    outputs = predict_run(problem, 0, (), np.zeros(5), np.array([435.0, 356.0]))
+    outputs = predict_run(problem, 0, (), np.zeros(5), np.zeros(0))
     assert np.std(outputs["car_yaw_rate"]) > 0.0
 
 

@@ -33,7 +33,7 @@ def ours(term: Term | None) -> dict[str, np.ndarray]:
     run.steer = STEERING / VEHICLE.car.steering_ratio
     problem = Problem((run,), body_of(VEHICLE))
     terms = (term,) if term else ()
-    return predict_run(problem, 0, terms, np.zeros(5), np.array([435.0, 356.0]))
+    return predict_run(problem, 0, terms, np.zeros(5), np.zeros(0))
 
 
 def term(name: str, *values: float, runs: tuple[int, ...] = ()) -> Term:

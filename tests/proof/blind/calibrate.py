@@ -1,11 +1,10 @@
-"""Fit the maps of `diagnose/calibration.json` to generated cases whose answers are known.
+"""Fit the map of `diagnose/calibration.json` to generated cases whose answers are known.
 
     python calibrate.py --set ANSWERS DIAGNOSES [--set ...] --seeds 101 202 --out calibration.json
 
-Never with the seed of the proof: the maps would be fitted to the cases they are judged on.
+Never with the seed of the proof: the map would be fitted to the cases it is judged on.
 
-Confidence: logistic regression of "the first name is right" on the separation that the diagnosis
-found (`evidence.separation`) and on whether it names equivalents. Intervals: the error of a
+Intervals: the error of a
 parameter is taken as normal, its variance that of the fit times a common factor plus a share of
 the effect's size, one for each effect ("form": what the shape of a right model costs).
 """
@@ -22,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from score import judge, load, located, measured_harmonic, numbers
+from score import load, located, measured_harmonic, numbers
 
 from swaywatch.diagnose.calibration import BESIDE
 
@@ -30,7 +29,6 @@ Array = NDArray[np.float64]
 Json = dict[str, Any]
 PROOF_SEED = 20261121
 NINETY = 1.645
-MOST = 0.98
 HEAVY = 2.132 / NINETY  # 90 % of Student's t with 4 degrees of freedom, over those of a normal
 FORM_PRIOR = 0.05  # typical form error of a reduced model, with a factor of e either way
 
@@ -41,44 +39,9 @@ def pairs(answers: Path, diagnoses: Path) -> list[tuple[Json, Json]]:
     for path in sorted(answers.glob("*/answer.json")):
         diagnosis = load(diagnoses / path.parent.name / "diagnosis.json")
         answer = load(path)
-        if answer and diagnosis and "separation" in diagnosis.get("evidence", {}):
+        if answer and diagnosis and diagnosis.get("evidence"):
             found.append((answer, diagnosis))
     return found
-
-
-def verdicts(cases: list[tuple[Json, Json]]) -> tuple[Array, Array]:
-    """Columns (1, separation, -shared) and whether right, of every claim."""
-    rows, right = [], []
-    for answer, diagnosis in cases:
-        row = judge(answer, diagnosis)
-        if not row["claims"]:
-            continue
-        ids = [truth["id"] for truth in answer["effects"]]
-        shared = bool(diagnosis["effects"][0]["equivalent"])
-        score = float(diagnosis["evidence"]["separation"][0])
-        rows.append((1.0, score, -float(shared)))
-        right.append(float(row["first_id"] in ids))
-    return np.array(rows), np.array(right)
-
-
-def confidence(cases: list[tuple[Json, Json]]) -> Json:
-    """Logistic map, held to sensible values where there are few cases."""
-    columns, right = verdicts(cases)
-    centre, width = np.array([0.0, 1.0, 1.0]), np.array([3.0, 1.0, 1.0])
-
-    def cost(x: Array) -> float:
-        z = columns @ x
-        loss = np.logaddexp(0.0, z) - right * z
-        return float(loss.sum() + 0.5 * (((x - centre) / width) ** 2).sum())
-
-    best = minimize(cost, centre, method="Nelder-Mead").x
-    most = min(MOST, 1.0 - 1.0 / (len(right) + 2.0))
-    return {
-        "offset": round(float(best[0]), 3),
-        "slope": round(float(max(best[1], 0.1)), 3),
-        "shared": round(float(max(best[2], 0.0)), 3),
-        "most": round(most, 3),
-    }
 
 
 def deviations(cases: list[tuple[Json, Json]]) -> dict[str, list[tuple[float, float, float]]]:
@@ -154,10 +117,8 @@ def main() -> None:
             "command": "tests/proof/blind/calibrate.py",
             "seeds": given.seeds,
             "cases": len(cases),
-            "claims": len(verdicts(cases)[1]),
             "parameters": dict(Counter({name: len(rows) for name, rows in found.items()})),
         },
-        "confidence": confidence(cases),
         "intervals": intervals(found),
     }
     given.out.write_text(json.dumps(table, indent=1) + "\n")
