@@ -27,6 +27,14 @@ CLAIMED = 5.0
 APART = 3.0
 #: Reduced chi-square above which a verdict says that something unexplained remains.
 REMAINS = 1.3
+#: What no model of this depth can carry: an effect has to take away this share of the misfit, so
+#: much more for each of its windows, ...
+DISCREPANCY = 0.02
+WINDOW_DISCREPANCY = 0.01
+#: ... and this share of all that is explained: the form of a right effect leaves as much.
+FORM = 0.01
+#: Tolerances at which a bound lies ("within 10 %" is one of 10 % / sqrt(3), see `beliefs`).
+BOUND = math.sqrt(3.0)
 #: Prior spread of a value, in its typical noticeable changes: effects are mostly weak or moderate.
 SPREAD = 20.0
 #: Prior spread of an edge of a window, s.
@@ -64,6 +72,19 @@ def residuals(fitter: Fitter, fit: Fit) -> list[Array]:
     trials = [Trial(r, fit.terms, fit.nuisance[r], fit.shift) for r in runs]
     found = fitter.evaluate_all(trials)
     return [e.reshape(-1, len(fitter.comparison(r).names)) for r, e in enumerate(found)]
+
+
+def worth(base: Fit, before: Fit, after: Fit) -> bool:
+    """Whether one more term takes away more than what models of this depth leave anyway.
+
+    Parameters
+    ----------
+    base, before, after
+        Nothing missing; without and with the term (the last one).
+    """
+    gain = before.chi2 - after.chi2
+    least = DISCREPANCY + WINDOW_DISCREPANCY * len(after.terms[-1].window_runs)
+    return gain > max(least * before.chi2, FORM * (base.chi2 - after.chi2))
 
 
 def prior_spread(parameter: Parameter) -> float:

@@ -369,12 +369,27 @@ class Search:
         free = self.constants(self.judge, parent, constant) if self.releases else []
         polished = self.judge.side_by_side(self.released, [*found, *under])
         fits = _best_of_each([*polished, *free])
+        fits = _best_of_each([*fits, *self._from_rest(fits)])
         candidates = [Candidate(f, parent) for f in fits if np.isfinite(f.chi2)]
         if candidates:
             least = min(candidates, key=lambda c: c.fit.chi2)
             self.noise = min(self.noise, inflation(residuals(self.judge, least.fit)))
         self.tried += candidates
         return sorted(map(self.weighed, candidates), key=lambda c: -c.evidence)
+
+    def _from_rest(self, fits: Sequence[Fit]) -> list[Fit]:
+        """The best fits once more from the vehicle as believed.
+
+        A parent that lacks the effect has bent the believed values to make up for it; a fit that
+        starts from them may not find back.
+        """
+        start = self.close.start()
+        again = [
+            replace(f, shift=start.shift, nuisance=start.nuisance)
+            for f in sorted(fits, key=lambda f: f.chi2)[:BEAM]
+        ]
+        near = self.close.side_by_side(lambda f: self.close.run(f, 12), again)
+        return self.judge.side_by_side(self.released, near)
 
     def _windowed(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
         """Effects in windows, under the observer, in their best forms."""

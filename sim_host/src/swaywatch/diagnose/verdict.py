@@ -9,8 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from swaywatch.diagnose.evidence import APART, CLAIMED, REMAINS, inflation, residuals
+from swaywatch.diagnose.evidence import (
+    APART,
+    BOUND,
+    CLAIMED,
+    DISCREPANCY,
+    REMAINS,
+    inflation,
+    residuals,
+    worth,
+)
 from swaywatch.diagnose.fit import Fit, Problem
+from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
@@ -21,6 +31,9 @@ MOST_EFFECTS = 3
 #: that are not off at all.
 CARES = (1.0, 0.15)
 EXACT = 0.4  # tolerances, median over the file
+#: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
+OUTSIDE = 0.9
+FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
 #: Most that is ever stated: the library is not the world.
 SUREST = 0.99
 #: Pairs that are the same in every planar signal.
@@ -182,11 +195,52 @@ def _path(search: Search, progress: Progress) -> _Path:
         found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
         found = _each_once(sorted(map(search.weighed, found), key=lambda c: -c.evidence))
         best = search.weighed(best)
+        found = [c for c in found if worth(base.fit, c.parent, c.fit)]
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
         best = found[0]
         beam = [c for c in found[:BEAM] if _hopeful(search, c, best)]
     return _Path(search, base, best)
+
+
+def _beyond(search: Search, best: Candidate) -> Candidate:
+    """Values of the file that lie beyond their bound, as terms of their own.
+
+    A softer front axle and an elastic steering are the same in every planar signal; vehicles have
+    the second.
+    """
+    fit = best.fit
+    beliefs = search.problem.beliefs
+    if not fit.doubt.size:
+        return best
+    names = {e.component: e for e in search.effects if e.id == "parameter_error"}
+    compliance = next((e for e in search.effects if e.id == "steering_compliance"), None)
+    terms, shift = list(fit.terms), fit.shift.copy()
+    taken = {t.effect.name for t in terms}
+    for index, belief in enumerate(beliefs.items):
+        effect = names.get(belief.name)
+        z = float(fit.shift[index])
+        error = math.sqrt(abs(float(fit.doubt[index, index])) * search.noise)
+        if not belief.scaled or effect is None or effect.name in taken:
+            continue
+        if abs(z) - BOUND < max(error, 0.1):
+            continue
+        factor = 1.0 + z * belief.tolerance
+        if belief.name.endswith("_to_cog"):
+            continue  # a shift of the centre of gravity is none of the library's words
+        shift[index] = 0.0
+        soft = belief.name == "car.front_cornering_stiffness" and factor < 1.0
+        if soft and compliance is not None and compliance.name not in taken:
+            front = float(search.problem.body[FRONT_STIFFNESS])
+            terms.append(Term(compliance, ((1.0 / factor - 1.0) / front,)))
+        else:
+            terms.append(Term(effect, (factor,)))
+    if len(terms) == len(fit.terms):
+        return best
+    found = search.judge.run(replace(fit, terms=tuple(terms), shift=shift), 8, tolerance=3e-4)
+    if found.chi2 > fit.chi2 * (1.0 + DISCREPANCY):
+        return best
+    return search.weighed(Candidate(found, best.parent))
 
 
 def _hopeful(search: Search, candidate: Candidate, best: Candidate) -> bool:
@@ -206,11 +260,17 @@ def _verdict(paths: Sequence[_Path]) -> Verdict:
     chosen = max(paths, key=lambda p: p.search.weighed(p.best).evidence)
     search = chosen.search
     best = search.weighed(chosen.best)
+    outside = _beyond(search, best)
     every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
     ranked = [(_label(c.fit), c.evidence - plain.evidence) for c in _each_once(every)]
     base = search.weighed(chosen.base).fit
     noise = search.noise
-    if not best.fit.terms or best.evidence < plain.evidence + CLAIMED:
+    if best.fit.terms and best.evidence < plain.evidence + CLAIMED:
+        outside = _beyond(search, chosen.base)
+        best = plain
+    if outside is not best and len(outside.fit.terms) > len(best.fit.terms):
+        best = outside
+    if not best.fit.terms:
         search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
         noise = max(noise, 1.0)
         result = Verdict(
@@ -230,6 +290,8 @@ def _verdict(paths: Sequence[_Path]) -> Verdict:
     for term in terms:
         has = np.array([term.effect.name in c.names for c in same])
         share = float(np.sum(weights * has) / np.sum(weights))
+        if not has.any():  # a value beyond its bound, found without a search
+            share = OUTSIDE
         confidence.append(round(min(share, SUREST), 3))
     kinds = {t.effect.kind for t in terms}
     word = {"physics": "missing_physics", "measurement": "measurement_fault"}.get(
