@@ -43,6 +43,8 @@ def _growth(problem: Problem, terms: Sequence[Term], shift: Array, speed: float)
     plant = PlantInput(
         1.0 / RATE_HZ, np.full(n, speed), np.zeros(n), steer, problem.body.copy(), neutral()
     )
+    for name, value in problem.given:
+        plant.scalar(name, value)
     problem.beliefs.act(plant, shift)
     for term in (*problem.calibration, *terms):
         term.effect.act(plant, run, term.as_dict(), term.windows(0))

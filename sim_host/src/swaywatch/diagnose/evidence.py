@@ -33,6 +33,9 @@ DISCREPANCY = 0.02
 WINDOW_DISCREPANCY = 0.01
 #: ... and this share of all that is explained: the form of a right effect leaves as much.
 FORM = 0.01
+#: Beside a user's simulation our plant is only a correction, and its form is less exact: share that
+#: a first effect, and a further one, has to take away.
+BESIDE = (0.05, 0.25)
 #: Tolerances at which a bound lies ("within 10 %" is one of 10 % / sqrt(3), see `beliefs`).
 BOUND = math.sqrt(3.0)
 #: Prior spread of a value, in its typical noticeable changes: effects are mostly weak or moderate.
@@ -74,16 +77,19 @@ def residuals(fitter: Fitter, fit: Fit) -> list[Array]:
     return [e.reshape(-1, len(fitter.comparison(r).names)) for r, e in enumerate(found)]
 
 
-def worth(base: Fit, before: Fit, after: Fit) -> bool:
+def worth(base: Fit, before: Fit, after: Fit, *, beside: bool = False) -> bool:
     """Whether one more term takes away more than what models of this depth leave anyway.
 
     Parameters
     ----------
     base, before, after
         Nothing missing; without and with the term (the last one).
+    beside
+        Whether the plant is a correction to the user's own simulation.
     """
     gain = before.chi2 - after.chi2
-    least = DISCREPANCY + WINDOW_DISCREPANCY * len(after.terms[-1].window_runs)
+    least = BESIDE[len(after.terms) > 1] if beside else DISCREPANCY
+    least += WINDOW_DISCREPANCY * len(after.terms[-1].window_runs)
     return gain > max(least * before.chi2, FORM * (base.chi2 - after.chi2))
 
 

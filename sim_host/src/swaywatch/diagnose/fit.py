@@ -114,6 +114,8 @@ class Problem:
         Pull of the simulated yaw rates to the measured ones, 1/s; 0: free simulation.
     beliefs
         Priors of vehicle and sensors.
+    given
+        Slots of the plant that are known, by name: load transfer as in the user's simulation.
     calibration, start_nuisance, start_shift
         What fits the plant to the user's simulation; part of every model.
     """
@@ -126,6 +128,7 @@ class Problem:
     start_shift: Array | None = None
     observer: float = 0.0
     beliefs: Beliefs = field(default_factory=Beliefs)
+    given: tuple[tuple[str, float], ...] = ()
 
     def at_rest(self) -> Array:
         """Shifts of the vehicle and the sensors as they are believed, shape (beliefs,)."""
@@ -152,6 +155,8 @@ def plant_of(
         scalars=neutral(),
         initial=nuisance[1:5].copy(),
     )
+    for name, value in problem.given:
+        plant.scalar(name, value)
     problem.beliefs.act(plant, shift)
     for term in (*problem.calibration, *terms):
         term.effect.act(plant, run, term.as_dict(), term.windows(index))

@@ -43,7 +43,7 @@ def model_block(problem: Problem, fit: Fit, baseline: Fit) -> dict[str, Any]:
     }
     if problem.calibration and problem.start_shift is not None:
         block["calibration"] = {
-            "shift": problem.start_shift.tolist(),
+            "given": [list(pair) for pair in problem.given],
             "terms": _entries(problem.calibration),
         }
     return block

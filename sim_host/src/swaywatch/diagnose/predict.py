@@ -113,8 +113,9 @@ def _problem(
         return free, notes + checks
     if known:
         # without the user's simulation of this run, the plant calibrated to his others is nearest
-        shift = np.array(known["shift"])
-        problem = replace(problem, calibration=calibration, start_shift=shift)
+        shift = np.array(model["shift"])
+        given = tuple((str(name), float(value)) for name, value in known["given"])
+        problem = replace(problem, calibration=calibration, start_shift=shift, given=given)
         start = start_values(problem, 0, (), shift)
         outputs = predict_run(problem, 0, (), start, shift)
         problem.runs[0].simulated.update(roll_rates(outputs))

@@ -14,11 +14,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from swaywatch.diagnose.beliefs import TYPICAL, Belief, Beliefs
 from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, predict_run
 from swaywatch.diagnose.modules.parameter_error import EFFECTS as PARAMETERS
 from swaywatch.diagnose.modules.tyre_load_sensitivity import EFFECTS as LOAD
 from swaywatch.diagnose.modules.tyre_relaxation import EFFECTS as RELAXATION
 from swaywatch.diagnose.modules.tyre_saturation import EFFECTS as SATURATION
+from swaywatch.diagnose.plant import SCALARS, neutral
 from swaywatch.diagnose.runs import RATE_HZ, Run, low_pass
 from swaywatch.diagnose.term import Term
 from swaywatch.drive import load_drives
@@ -26,6 +28,7 @@ from swaywatch.errors import RecordingError
 
 Array = NDArray[np.float64]
 
+TRANSFER = ("transfer_car_front", "transfer_car_rear")
 CALIBRATED = (
     "car.front_cornering_stiffness", "car.rear_cornering_stiffness",
     "trailer.front_cornering_stiffness", "trailer.rear_cornering_stiffness",
@@ -137,8 +140,9 @@ def _corrected(
         twin.acceleration = np.gradient(twin.speed) * RATE_HZ
         twin.steer = low_pass(channels["steering_wheel_angle"], 10.0) / run.steering_ratio
         simulated.append(twin)
-    twin_problem = Problem(tuple(simulated), problem.body)
-    watched = Problem(tuple(simulated), problem.body, observer=OBSERVER)
+    transfer = Beliefs(tuple(Belief("typical", name, *TYPICAL[name]) for name in TRANSFER))
+    twin_problem = Problem(tuple(simulated), problem.body, beliefs=transfer)
+    watched = Problem(tuple(simulated), problem.body, observer=OBSERVER, beliefs=transfer)
     close = _calibrated(watched, calibration, fixed=bool(calibration))
     free = _calibrated(twin_problem, close.terms, fixed=bool(calibration))
     runs = []
@@ -160,9 +164,15 @@ def _corrected(
         f"{100.0 * max(share):.1f} %"
     )
     free_problem, observed = (
-        Problem(tuple(runs), problem.body, False, f.terms, f.nuisance, f.shift, observer)
+        Problem(
+            tuple(runs), problem.body, False, f.terms, f.nuisance, np.zeros(0), observer,
+            given=tuple(
+                (name, float(neutral()[SCALARS.index(name)]) * (1.0 + z * TYPICAL[name][0]))
+                for name, z in zip(TRANSFER, f.shift.tolist(), strict=True)
+            ),
+        )
         for f, observer in ((free, 0.0), (close, OBSERVER))
-    )
+    )  # fmt: skip
     return free_problem, observed, checks
 
 

@@ -195,7 +195,8 @@ def _path(search: Search, progress: Progress) -> _Path:
         found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
         found = _each_once(sorted(map(search.weighed, found), key=lambda c: -c.evidence))
         best = search.weighed(best)
-        found = [c for c in found if worth(base.fit, c.parent, c.fit)]
+        beside = not search.problem.free_start
+        found = [c for c in found if worth(base.fit, c.parent, c.fit, beside=beside)]
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
         best = found[0]
@@ -280,8 +281,10 @@ def _verdict(paths: Sequence[_Path]) -> Verdict:
         if level(plain.fit) > REMAINS:
             result.word = "unexplained"
         return result
-    terms = sorted(best.fit.terms, key=lambda t: -_loss(search, best.fit, t))
-    fit = _ordered(best.fit, terms)
+    # weak effects sit in flat valleys: the one that is claimed is fitted to the very end
+    exact = search.judge.run(best.fit, 20, tolerance=1e-7)
+    terms = sorted(exact.terms, key=lambda t: -_loss(search, exact, t))
+    fit = _ordered(exact, terms)
     same = [c for c in _each_once(every) if all(noticeable(t) for t in c.fit.terms)]
     equals = [c for c in same if c.evidence > best.evidence - APART]
     equivalents = [_equivalents(term, terms, equals) for term in terms]
