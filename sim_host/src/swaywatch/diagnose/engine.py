@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from swaywatch.diagnose.baselines import CARES
 from swaywatch.diagnose.critical import stability
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.describe import calibrated, describe
@@ -20,11 +21,12 @@ from swaywatch.diagnose.fit import COMPARED, OBSERVER, Fitter, Problem
 from swaywatch.diagnose.model import embedded, model_block
 from swaywatch.diagnose.page import page, write_page
 from swaywatch.diagnose.remains import locate_rest
+from swaywatch.diagnose.road_vehicle import on_springs, outside
 from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.sensor_faults import combined
 from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
-from swaywatch.diagnose.verdict import CARES, Verdict, decide
+from swaywatch.diagnose.verdict import Verdict, decide
 from swaywatch.errors import RecordingError
 from swaywatch.vehicle import load_vehicle
 
@@ -96,7 +98,11 @@ def _combination(
         loaded.checks += notes
         cares = CARES[:1]
     effects = library(extra)
-    verdict = decide([Search(cared(problem, care), effects, progress) for care in cares], progress)
+    planar = [Search(cared(problem, care), effects, progress) for care in cares]
+    springs = None
+    if not simulations:
+        springs = Search(on_springs(problem), outside(effects), progress)
+    verdict = decide(planar, springs, progress)
     loaded.problem = verdict.problem
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(Fitter(replace(problem, observer=OBSERVER)), verdict.fit)

@@ -33,6 +33,7 @@ def model_block(problem: Problem, fit: Fit, baseline: Fit) -> dict[str, Any]:
             for b in problem.beliefs.items
         ],
         "care": problem.beliefs.care,
+        "given": [list(pair) for pair in problem.given],
         "shift": fit.shift.tolist(),
         "shift_calibrated": baseline.shift.tolist(),
         "runs": [
@@ -42,10 +43,7 @@ def model_block(problem: Problem, fit: Fit, baseline: Fit) -> dict[str, Any]:
         "terms": _entries(fit.terms),
     }
     if problem.calibration and problem.start_shift is not None:
-        block["calibration"] = {
-            "given": [list(pair) for pair in problem.given],
-            "terms": _entries(problem.calibration),
-        }
+        block["calibration"] = {"terms": _entries(problem.calibration)}
     return block
 
 

@@ -105,7 +105,8 @@ def _problem(
     """The run with the model's constants, and its simulation or the calibration to one."""
     body = np.array([model["vehicle"][name] for name in BODY])
     problem, notes = load_with_body(recording, signals, body, float(model["steering_ratio"]))
-    problem = replace(problem, beliefs=beliefs_in(model))
+    given = tuple((str(name), float(value)) for name, value in model["given"])
+    problem = replace(problem, beliefs=beliefs_in(model), given=given)
     known = model.get("calibration")
     calibration = terms_of(known["terms"], library()) if known else ()
     if simulation is not None:
@@ -114,8 +115,7 @@ def _problem(
     if known:
         # without the user's simulation of this run, the plant calibrated to his others is nearest
         shift = np.array(model["shift"])
-        given = tuple((str(name), float(value)) for name, value in known["given"])
-        problem = replace(problem, calibration=calibration, start_shift=shift, given=given)
+        problem = replace(problem, calibration=calibration, start_shift=shift)
         start = start_values(problem, 0, (), shift)
         outputs = predict_run(problem, 0, (), start, shift)
         problem.runs[0].simulated.update(roll_rates(outputs))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from swaywatch.diagnose.baselines import Path, each_once, explore, noticeable
 from swaywatch.diagnose.evidence import (
     APART,
     BOUND,
@@ -17,20 +18,12 @@ from swaywatch.diagnose.evidence import (
     REMAINS,
     inflation,
     residuals,
-    worth,
 )
 from swaywatch.diagnose.fit import Fit, Problem
 from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search, level
+from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
-SHORTEST_WINDOW_S = 0.6
-MOST_EFFECTS = 3
-#: Tolerances of the vehicle's file, as stated and where its values turn out far more exact: a value
-#: that is off by its tolerance says nothing among others that are off as far, and much among ones
-#: that are not off at all.
-CARES = (1.0, 0.15)
-EXACT = 0.4  # tolerances, median over the file
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
@@ -84,18 +77,6 @@ class Verdict:
     notes: list[dict[str, Any]] = field(default_factory=list)
 
 
-def noticeable(term: Term) -> bool:
-    """Tell whether an effect is large enough to be worth a claim, and not at a bound of its fit."""
-    if not _inside(term):
-        return False
-    if term.effect.windowed:
-        return any(_window_noticeable(term, w) for w in range(len(term.window_runs)))
-    for value, p in zip(term.values, term.effect.parameters, strict=True):
-        if abs(value - p.neutral) >= p.minimum:
-            return True
-    return False
-
-
 def _hidden(tried: Sequence[Candidate], noise: float) -> list[dict[str, Any]]:
     """Largest size of each effect without windows that this recording cannot tell from none."""
     found = []
@@ -112,96 +93,8 @@ def _hidden(tried: Sequence[Candidate], noise: float) -> list[dict[str, Any]]:
     return sorted(found, key=lambda row: (row["id"], row["component"]))
 
 
-def _inside(term: Term) -> bool:
-    """No value that is worth a claim lies at a bound, where no effect of its kind could be."""
-    for index, value in enumerate(term.values):
-        p = term.parameter(index)
-        if 0.0 < p.minimum < 1e6 and p.neutral not in (p.low, p.high):
-            room = 1e-3 * (p.high - p.low)
-            if not p.low + room < value < p.high - room:
-                return False
-    return True
-
-
-def _window_noticeable(term: Term, window: int) -> bool:
-    """Tell whether a window is long enough and its values large enough."""
-    v = term.values[window * term.stride : (window + 1) * term.stride]
-    if v[1] - v[0] < SHORTEST_WINDOW_S:
-        return False
-    return any(
-        abs(x - p.neutral) >= p.minimum
-        for x, p in zip(v[2:], term.effect.parameters, strict=True)
-        if p.minimum > 0.0
-    )
-
-
 def _label(fit: Fit) -> str:
     return " + ".join(t.effect.name for t in fit.terms) or "calibrated vehicle"
-
-
-@dataclass
-class _Path:
-    """A search with one care of the vehicle's file."""
-
-    search: Search
-    base: Candidate
-    best: Candidate
-
-    @property
-    def all(self) -> list[Candidate]:
-        """Everything tried, weighed alike, best first."""
-        found = [self.search.weighed(c) for c in (self.base, *self.search.tried)]
-        return sorted(found, key=lambda c: -c.evidence)
-
-
-def decide(searches: Sequence[Search], progress: Progress) -> Verdict:
-    """Run the searches (one for each care of the vehicle's file) and choose."""
-    paths: list[_Path] = []
-    for index, search in enumerate(searches):
-        first, last = index / len(searches), (index + 1) / len(searches)
-
-        def part(stage: str, share: float, first: float = first, last: float = last) -> None:
-            progress(stage, first + share * (last - first))
-
-        if paths and not _exact(paths[0]):
-            break
-        paths.append(_path(search, part))
-    progress("judging", 0.92)
-    noise = min(p.search.noise for p in paths)
-    for path in paths:
-        path.search.noise = noise
-    return _verdict(paths)
-
-
-def _exact(path: _Path) -> bool:
-    """The file's values are so near to the calibrated ones that more care is worth a try."""
-    beliefs = path.search.problem.beliefs
-    file = [i for i, b in enumerate(beliefs.items) if b.scaled]
-    shift = np.abs(path.search.weighed(path.best).fit.shift[file])
-    return bool(shift.size and np.median(shift) < EXACT)
-
-
-def _path(search: Search, progress: Progress) -> _Path:
-    """Effects one after the other, as long as the evidence grows by more than a claim needs."""
-    progress("calibrated vehicle", 0.0)
-    base = search.baseline()
-    beam = [base]
-    best = base
-    for depth in range(1, MOST_EFFECTS + 1):
-        found: list[Candidate] = []
-        for index, parent in enumerate(beam):
-            progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)
-            found += search.extend(parent.fit)
-        found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
-        found = _each_once(sorted(map(search.weighed, found), key=lambda c: -c.evidence))
-        best = search.weighed(best)
-        beside = not search.problem.free_start
-        found = [c for c in found if worth(base.fit, c.parent, c.fit, beside=beside)]
-        if not found or found[0].evidence < best.evidence + CLAIMED:
-            break
-        best = found[0]
-        beam = [c for c in found[:BEAM] if _hopeful(search, c, best)]
-    return _Path(search, base, best)
 
 
 def _beyond(search: Search, best: Candidate) -> Candidate:
@@ -244,26 +137,21 @@ def _beyond(search: Search, best: Candidate) -> Candidate:
     return search.weighed(Candidate(found, best.parent))
 
 
-def _hopeful(search: Search, candidate: Candidate, best: Candidate) -> bool:
-    """A second best start is followed as long as what it leaves is not far from the best's."""
-    return candidate is best or candidate.fit.chi2 < 2.0 * best.fit.chi2
+def decide(planar: Sequence[Search], springs: Search | None, progress: Progress) -> Verdict:
+    """Search from each baseline (see `baselines.explore`) and choose."""
+    paths = explore(planar, springs, progress)
+    progress("judging", 0.92)
+    return _verdict(paths)
 
 
-def _each_once(ranked: Sequence[Candidate]) -> list[Candidate]:
-    kept: dict[tuple[str, ...], Candidate] = {}
-    for candidate in ranked:
-        kept.setdefault(candidate.names, candidate)
-    return list(kept.values())
-
-
-def _verdict(paths: Sequence[_Path]) -> Verdict:
+def _verdict(paths: Sequence[Path]) -> Verdict:
     plain = max((p.search.weighed(p.base) for p in paths), key=lambda c: c.evidence)
     chosen = max(paths, key=lambda p: p.search.weighed(p.best).evidence)
     search = chosen.search
     best = search.weighed(chosen.best)
     outside = _beyond(search, best)
     every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
-    ranked = [(_label(c.fit), c.evidence - plain.evidence) for c in _each_once(every)]
+    ranked = [(_label(c.fit), c.evidence - plain.evidence) for c in each_once(every)]
     base = search.weighed(chosen.base).fit
     noise = search.noise
     if best.fit.terms and best.evidence < plain.evidence + CLAIMED:
@@ -285,7 +173,7 @@ def _verdict(paths: Sequence[_Path]) -> Verdict:
     exact = search.judge.run(best.fit, 20, tolerance=1e-7)
     terms = sorted(exact.terms, key=lambda t: -_loss(search, exact, t))
     fit = _ordered(exact, terms)
-    same = [c for c in _each_once(every) if all(noticeable(t) for t in c.fit.terms)]
+    same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
     equals = [c for c in same if c.evidence > best.evidence - APART]
     equivalents = [_equivalents(term, terms, equals) for term in terms]
     weights = np.exp(np.clip([c.evidence - best.evidence for c in same], -700.0, 50.0))

@@ -1,0 +1,195 @@
+"""Searches from each baseline: a vehicle rigid or on springs, exact or as users know it.
+
+What is compared is always a whole explanation: a baseline, calibrated, with its effects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from swaywatch.diagnose.evidence import CLAIMED, REMAINS, worth
+from swaywatch.diagnose.search import BEAM, Candidate, Linear, Progress, Search, level
+from swaywatch.diagnose.term import Term
+
+SHORTEST_WINDOW_S = 0.6
+MOST_EFFECTS = 3
+#: Tolerances of the vehicle's file, as stated and where its values turn out far more exact: a value
+#: that is off by its tolerance says nothing among others that are off as far, and much among ones
+#: that are not off at all.
+CARES = (1.0, 0.15)
+EXACT = 0.4  # tolerances, median over the file
+#: Misfit, over that of a vehicle on springs, from which a rigid one is not searched any further.
+HOPELESS = 2.0
+
+
+@dataclass
+class Path:
+    """A search from one baseline.
+
+    Attributes
+    ----------
+    search, base, best
+        What was searched, the baseline and the best explanation, maybe the baseline itself.
+    """
+
+    search: Search
+    base: Candidate
+    best: Candidate
+
+    @property
+    def all(self) -> list[Candidate]:
+        """Everything tried, weighed alike, best first."""
+        found = [self.search.weighed(c) for c in (self.base, *self.search.tried)]
+        return sorted(found, key=lambda c: -c.evidence)
+
+    @property
+    def clean(self) -> bool:
+        """Nothing is left to explain."""
+        return level(self.best.fit) <= REMAINS
+
+
+def explore(planar: Sequence[Search], springs: Search | None, progress: Progress) -> list[Path]:
+    """Search from each baseline that may hold.
+
+    Parameters
+    ----------
+    planar
+        Searches with a rigid vehicle, one for each of `CARES`.
+    springs
+        Search with a vehicle on springs; None: the baseline is the user's own simulation.
+    progress
+        Called with a stage and the share done.
+    """
+    count = len(planar) + (springs is not None)
+    part = _Parts(progress, count)
+    progress("calibrated vehicle", 0.0)
+    first = planar[0]
+    base = first.baseline()
+    if springs is None:
+        paths = [path(first, base, part.next())]
+    else:
+        paths = _either(first, base, springs, part)
+    if paths[-1].search is first and _exact(paths[-1]):
+        paths += [path(s, s.baseline(), part.next()) for s in planar[1:]]
+    noise = min(p.search.noise for p in paths)
+    for each in paths:
+        each.search.noise = noise
+    return paths
+
+
+class _Parts:
+    """Progress of one search after the other."""
+
+    def __init__(self, progress: Progress, count: int) -> None:
+        self.progress, self.count, self.done = progress, count, 0
+
+    def next(self) -> Progress:
+        first = self.done / self.count
+        self.done += 1
+
+        def part(stage: str, share: float) -> None:
+            self.progress(stage, min(0.92, first + share / self.count))
+
+        return part
+
+
+def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> list[Path]:
+    """The likelier of the two baselines first, the other where it may do better; rigid last."""
+    other = springs.baseline()
+    first.noise = springs.noise = min(first.noise, springs.noise)
+    if first.weighed(base).evidence >= springs.weighed(other).evidence:
+        found = path(first, base, part.next())
+        return [found] if found.clean else [path(springs, other, part.next()), found]
+    found = path(springs, other, part.next())
+    if found.clean and _hopeless(first, base, found):
+        return [found]
+    return [found, path(first, base, part.next())]
+
+
+def _hopeless(rigid: Search, base: Candidate, other: Path) -> bool:
+    """A rigid vehicle with the same effects is far off, and with any other of them too."""
+    fit = rigid.judge.run(replace(base.fit, terms=other.best.fit.terms), 12)
+    constant = [e for e in rigid.effects if not e.windowed]
+    promised = Linear(rigid.judge, fit).best(constant)
+    left = fit.chi2 - (promised[0][0] if promised else 0.0)
+    return left > HOPELESS * other.best.fit.chi2
+
+
+def _exact(path: Path) -> bool:
+    """The file's values are so near to the calibrated ones that more care is worth a try."""
+    beliefs = path.search.problem.beliefs
+    file = [i for i, b in enumerate(beliefs.items) if b.scaled]
+    shift = np.abs(path.search.weighed(path.best).fit.shift[file])
+    return bool(shift.size and np.median(shift) < EXACT)
+
+
+def path(search: Search, base: Candidate, progress: Progress) -> Path:
+    """Effects one after the other, as long as the evidence grows by more than a claim needs."""
+    beam = [base]
+    best = base
+    for depth in range(1, MOST_EFFECTS + 1):
+        found: list[Candidate] = []
+        for index, parent in enumerate(beam):
+            progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)
+            found += search.extend(parent.fit)
+        found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
+        found = each_once(sorted(map(search.weighed, found), key=lambda c: -c.evidence))
+        best = search.weighed(best)
+        beside = not search.problem.free_start
+        found = [c for c in found if worth(base.fit, c.parent, c.fit, beside=beside)]
+        if not found or found[0].evidence < best.evidence + CLAIMED:
+            break
+        best = found[0]
+        beam = [c for c in found[:BEAM] if _hopeful(search, c, best)]
+    return Path(search, base, best)
+
+
+def _hopeful(search: Search, candidate: Candidate, best: Candidate) -> bool:
+    """A second best start is followed as long as what it leaves is not far from the best's."""
+    return candidate is best or candidate.fit.chi2 < 2.0 * best.fit.chi2
+
+
+def each_once(ranked: Sequence[Candidate]) -> list[Candidate]:
+    """Of those with the same effects the first."""
+    kept: dict[tuple[str, ...], Candidate] = {}
+    for candidate in ranked:
+        kept.setdefault(candidate.names, candidate)
+    return list(kept.values())
+
+
+def noticeable(term: Term) -> bool:
+    """Tell whether an effect is large enough to be worth a claim, and not at a bound of its fit."""
+    if not _inside(term):
+        return False
+    if term.effect.windowed:
+        return any(_window_noticeable(term, w) for w in range(len(term.window_runs)))
+    for value, p in zip(term.values, term.effect.parameters, strict=True):
+        if abs(value - p.neutral) >= p.minimum:
+            return True
+    return False
+
+
+def _inside(term: Term) -> bool:
+    """No value that is worth a claim lies at a bound, where no effect of its kind could be."""
+    for index, value in enumerate(term.values):
+        p = term.parameter(index)
+        if 0.0 < p.minimum < 1e6 and p.neutral not in (p.low, p.high):
+            room = 1e-3 * (p.high - p.low)
+            if not p.low + room < value < p.high - room:
+                return False
+    return True
+
+
+def _window_noticeable(term: Term, window: int) -> bool:
+    """Tell whether a window is long enough and its values large enough."""
+    v = term.values[window * term.stride : (window + 1) * term.stride]
+    if v[1] - v[0] < SHORTEST_WINDOW_S:
+        return False
+    return any(
+        abs(x - p.neutral) >= p.minimum
+        for x, p in zip(v[2:], term.effect.parameters, strict=True)
+        if p.minimum > 0.0
+    )

@@ -1,0 +1,91 @@
+"""What every road vehicle has and no vehicle.toml says: springs, roll, tyres that relax.
+
+A vehicle whose bodies roll on springs couples roll with the lateral motion, its tyres build up
+force over a length of road, and its accelerometers may see gravity. None of that is missing
+physics of one vehicle: it is believed of all, with wide tolerances, and a fit finds how much.
+
+Recordings of simulators without springs exist too. So there are two forms of the baseline, the
+planar one and this; the evidence chooses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from swaywatch.diagnose.beliefs import Array, Belief, Beliefs
+from swaywatch.diagnose.effect import Effect
+from swaywatch.diagnose.fit import Problem
+from swaywatch.models import sprung
+
+_PACEJKA = "Pacejka, Tyre and Vehicle Dynamics, 3rd ed., ch. 7: 0.1 to 0.6 m at road loads"
+_FRICTION = "dry road 0.85 to 1.2"
+_SENSITIVE = "Reimpell, Stoll, Betzler: stiffness grows 3 to 12 % less than in proportion"
+#: Value, relative tolerance and source of slots of the tyres.
+TYRES: dict[str, tuple[float, float, str]] = {
+    "relaxation_car_front": (0.3, 0.5, _PACEJKA),
+    "relaxation_car_rear": (0.3, 0.5, _PACEJKA),
+    "relaxation_trailer": (0.3, 0.5, _PACEJKA),
+    "peak_friction_inverse": (1.0, 0.2, _FRICTION),
+    "degression": (0.06, 0.6, _SENSITIVE),
+}
+#: Where an accelerometer is mounted, and whether its logger takes out what it sees of gravity.
+SENSORS: dict[str, tuple[float, float, str]] = {
+    "sensed_roll": (0.5, 1.0, "ISO 15037-1, 4.2 asks to correct it; not every logger does"),
+    "sensor_height": (0.25, 1.0, "floor of the cabin or the trailer, or on the roll axis"),
+}
+_FREE = (
+    "sprung_height", "roll_inertia", "roll_stiffness", "roll_damping_rate", "roll_axis_height",
+    "ball_height",
+)  # fmt: skip
+#: Effects that are part of this form already.
+WITHIN = (
+    "tyre_relaxation", "tyre_saturation", "tyre_load_sensitivity", "sensor_roll_gravity",
+    "roll_stiffness_change",
+)  # fmt: skip
+
+
+def values(body: Array) -> dict[str, float]:
+    """Slots of the plant for a vehicle on springs, by name."""
+    found = dict(sprung.defaults(body))
+    found |= {name: known[0] for name, known in TYRES.items()}
+    for slot, known in SENSORS.items():
+        found |= {f"{slot}_{part}": known[0] for part in ("car", "trailer")}
+    return found
+
+
+def beliefs(body: Array, channels: tuple[str, ...]) -> list[Belief]:
+    """Tolerances of those slots that a recording can say something about."""
+    known = {belief.name: belief for belief in sprung.BELIEFS}
+    at = values(body)
+    found = []
+    for part in ("car", "trailer"):
+        slots = [f"{slot}_{part}" for slot in _FREE]
+        if part == "car" and any(name.startswith("wheel_vertical_load") for name in channels):
+            slots += ["roll_front_share_car", "track_car_front", "track_car_rear"]
+        for name in slots:
+            own = known[name]
+            found.append(
+                Belief("typical", name, own.deviation(at[name]) / abs(at[name]), own.source)
+            )
+        if f"{part}_lateral_acceleration" in channels:
+            for slot, (_, tolerance, source) in SENSORS.items():
+                found.append(Belief("typical", f"{slot}_{part}", tolerance, source))
+    found += [Belief("typical", name, known_[1], known_[2]) for name, known_ in TYRES.items()]
+    return found
+
+
+def on_springs(problem: Problem) -> Problem:
+    """The same runs and file, the baseline a road vehicle."""
+    channels = tuple(problem.channels(problem.runs[0]))
+    items = [b for b in problem.beliefs.items if b.kind != "typical"]
+    items += beliefs(problem.body, channels)
+    return replace(
+        problem,
+        beliefs=Beliefs(tuple(items), problem.beliefs.care),
+        given=tuple(values(problem.body).items()),
+    )
+
+
+def outside(effects: list[Effect]) -> list[Effect]:
+    """Effects that a road vehicle does not have anyway."""
+    return [effect for effect in effects if effect.id not in WITHIN]
