@@ -25,12 +25,14 @@ Array = NDArray[np.float64]
 CLAIMED = 5.0
 #: Logarithm of the Bayes factor below which two explanations cannot be told apart: 20.
 APART = 3.0
-#: Reduced chi-square above which a verdict says that something unexplained remains.
+#: Reduced chi-square above which a verdict says that something unexplained remains, ...
 REMAINS = 1.3
-#: What no model of this depth can carry: an effect has to take away this share of the misfit, so
-#: much more for each of its windows, ...
-DISCREPANCY = 0.02
-WINDOW_DISCREPANCY = 0.01
+#: ... unless so little of what was found is left: the form of a right effect is never exact.
+LEFT = 0.1
+#: What no model of this depth can carry: an effect has to take away this share of the misfit; one
+#: in windows, whose edges may follow the noise, so much, and so much more for each of them, ...
+DISCREPANCY = 0.005
+IN_WINDOWS, WINDOW_DISCREPANCY = 0.02, 0.01
 #: ... and this share of all that is explained: the form of a right effect leaves as much.
 FORM = 0.01
 #: Beside a user's simulation our plant is only a correction, and its form is less exact: share that
@@ -88,8 +90,10 @@ def worth(base: Fit, before: Fit, after: Fit, *, beside: bool = False) -> bool:
         Whether the plant is a correction to the user's own simulation.
     """
     gain = before.chi2 - after.chi2
-    least = BESIDE[len(after.terms) > 1] if beside else DISCREPANCY
-    least += WINDOW_DISCREPANCY * len(after.terms[-1].window_runs)
+    term = after.terms[-1]
+    own = IN_WINDOWS if term.effect.windowed else DISCREPANCY
+    least = BESIDE[len(after.terms) > 1] if beside else own
+    least += WINDOW_DISCREPANCY * len(term.window_runs)
     return gain > max(least * before.chi2, FORM * (base.chi2 - after.chi2))
 
 

@@ -17,6 +17,7 @@ from swaywatch.diagnose.term import Term
 Array = NDArray[np.float64]
 
 PULSE_S = 1.0
+MOST_AT_ONCE = 8  # windows that a course begins with
 NORMAL_QUARTER = 0.3186  # a quarter of normal numbers are smaller than so many sigmas
 NEIGHBOUR = 0.6  # a pulse beside a sure one needs this share of the same evidence
 UNSEEN = 0.02  # share of its pulses' own effect below which a constant level is not observable
@@ -201,20 +202,7 @@ def windows(
     """
     values: list[float] = []
     runs: list[int] = []
-    sizes = [np.hypot.reduce(a, axis=1) for a in course.amplitude]
-    ratios = [
-        size / np.hypot.reduce(e, axis=1) for size, e in zip(sizes, course.error, strict=True)
-    ]
-    # what a wrong explanation scatters by is more than the noise: taken from the quietest quarter
-    needs = [max(sigmas, 2.0 * float(np.quantile(z, 0.25)) / NORMAL_QUARTER) for z in ratios]
-    sure = [z > need for z, need in zip(ratios, needs, strict=True)]
-    # pulses at a time when the effect can hardly act have wild amplitudes, and say nothing
-    known = [float(size[on].max()) for size, on in zip(sizes, sure, strict=True) if on.any()]
-    if not known:
-        return None
-    least = max(least, share * max(known))
-    for r, (size, z, need) in enumerate(zip(sizes, ratios, needs, strict=True)):
-        on = (size > least) & (z > NEIGHBOUR * need)
+    for r, (on, sure) in enumerate(_standing_out(course, share, sigmas, least)):
         i = 0
         while i < len(on):
             if not on[i]:
@@ -223,7 +211,7 @@ def windows(
             j = i
             while j + 1 < len(on) and on[j + 1] and _same(course.amplitude[r], i, j + 1):
                 j += 1
-            if sure[r][i : j + 1].any():
+            if sure[i : j + 1].any():
                 part = course.amplitude[r][i : j + 1]
                 level = np.median(part, axis=0) if j - i > 1 else part.mean(axis=0)
                 values += [
@@ -235,9 +223,54 @@ def windows(
                 ]  # fmt: skip
                 runs.append(r)
             i = j + 1
-    if not runs or len(runs) > 8:
+    if not runs or len(runs) > MOST_AT_ONCE:
         return None
     return Term(course.effect, tuple(values), tuple(runs))
+
+
+def stretches(
+    course: Course, share: float = 0.35, sigmas: float = 4.0, least: float = 0.0
+) -> list[tuple[int, float, float]]:
+    """Run, begin and end in s, where the course stands out in any direction.
+
+    Two quiet pulses do not end a stretch: an effect may pause where the motion does.
+    """
+    found = []
+    for r, (on, sure) in enumerate(_standing_out(course, share, sigmas, least)):
+        at = np.flatnonzero(on)
+        for part in np.split(at, np.flatnonzero(np.diff(at) > 3) + 1):
+            if part.size and sure[part].any():
+                edges = course.edges[r]
+                found.append((r, float(edges[part[0]]), float(edges[part[-1] + 1])))
+    return found
+
+
+def _standing_out(
+    course: Course, share: float, sigmas: float, least: float
+) -> list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+    """Of each run the pulses that count, and those that are sure, shape (pulses,) each."""
+    sizes = [np.hypot.reduce(a, axis=1) for a in course.amplitude]
+    ratios = [
+        size / np.hypot.reduce(e, axis=1) for size, e in zip(sizes, course.error, strict=True)
+    ]
+    # what a wrong explanation scatters by is more than the noise: taken from the quietest quarter
+    needs = [max(sigmas, 2.0 * float(np.quantile(z, 0.25)) / NORMAL_QUARTER) for z in ratios]
+    sure = [z > need for z, need in zip(ratios, needs, strict=True)]
+    # pulses at a time when the effect can hardly act have wild amplitudes, and say nothing
+    known = [float(size[on].max()) for size, on in zip(sizes, sure, strict=True) if on.any()]
+    if not known:
+        return []
+    least = max(least, share * max(known))
+    return [
+        ((size > least) & (z > NEIGHBOUR * need), certain)
+        for size, z, need, certain in zip(sizes, ratios, needs, sure, strict=True)
+    ]
+
+
+def joined(terms: Sequence[Term]) -> Term:
+    """Windows of one effect as one term."""
+    values = tuple(value for term in terms for value in term.values)
+    return Term(terms[0].effect, values, tuple(run for term in terms for run in term.window_runs))
 
 
 def widened(term: Term, by: float) -> Term:

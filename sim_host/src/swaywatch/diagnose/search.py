@@ -16,7 +16,17 @@ from swaywatch.diagnose.evidence import (
     residuals,
 )
 from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, Trial
-from swaywatch.diagnose.locate import Course, Locator, reformed, simplified, widened, windows
+from swaywatch.diagnose.locate import (
+    MOST_AT_ONCE,
+    Course,
+    Locator,
+    joined,
+    reformed,
+    simplified,
+    stretches,
+    widened,
+    windows,
+)
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
@@ -223,11 +233,32 @@ class Search:
 
     def rough(self, parent: Fit, course: Course) -> Fit | None:
         """Fit of an effect in windows before their edges are moved over local minima."""
-        term = windows(course)
-        if term is None:
+        terms = [windows(course), self._of_course(Locator(self.close, parent), course)]
+        fits = [
+            self.close.run(Fit((*parent.terms, t), parent.nuisance, parent.shift), 6, free=1)
+            for t in terms
+            if t is not None
+        ]
+        return min(fits, key=lambda f: f.chi2, default=None)
+
+    def _of_course(self, locator: Locator, course: Course, least: float = 0.0) -> Term | None:
+        """The effect in the form that the motion itself gives it, where a module has one."""
+        trials = course.effect.extra.get("trials")
+        parts = stretches(course, least=least) if callable(trials) else []
+        if not callable(trials) or not 0 < len(parts) <= MOST_AT_ONCE:
             return None
-        fit = Fit((*parent.terms, term), parent.nuisance, parent.shift)
-        return self.close.run(fit, 6, free=1)
+        found: list[Term] = []
+        for r, start, stop in parts:
+            terms = trials(course.effect.component, start, stop, r)
+            columns = locator.columns(r, terms)
+            along = np.array([-float(np.dot(c, locator.base[r])) for c in columns])
+            power = np.array([float(np.dot(c, c)) + 1e-12 for c in columns])
+            best = int(np.argmax(np.where(along > 0.0, along**2 / power, -1.0)))
+            begin, end, size, *rest = terms[best].values
+            factor = min(max(along[best] / power[best], 0.1), 5.0)
+            values = (begin, end, factor * size, *rest)
+            found.append(replace(terms[best], values=values))
+        return joined(found)
 
     def completed(self, fit: Fit) -> Fit:
         """With windows that show once the first ones are in the model."""
@@ -235,10 +266,13 @@ class Search:
         sizes = term.effect.parameters
         rows = np.array(term.values).reshape(-1, term.stride)[:, 2:]
         usual = np.median(np.hypot.reduce(rows - [p.neutral for p in sizes], axis=1))
-        course = Locator(self.close, fit).course(term.effect)
+        final = term.effect.extra.get("final")
+        locator = Locator(self.close, fit)
+        course = locator.course(self._first_form(term.effect))
         if course.gain < WINDOW_WORTH + self._by_chance(course):
             return fit
-        more = windows(course, least=MORE_SHARE * float(usual))
+        least = MORE_SHARE * float(usual)
+        more = self._of_course(locator, course, least) if final else windows(course, least=least)
         if more is None or len(rows) + len(more.window_runs) > MOST_WINDOWS:
             return fit
         both = Term(term.effect, term.values + more.values, term.window_runs + more.window_runs)
@@ -246,6 +280,13 @@ class Search:
         trial = self.edges(self.close.run(trial, 6, free=1))
         added = max(len(trial.terms[-1].window_runs) - len(rows), 1)
         return trial if trial.chi2 < fit.chi2 - added * _window_worth(fit) else fit
+
+    def _first_form(self, effect: Effect) -> Effect:
+        """The form of an effect in windows that it is looked for with."""
+        if not effect.extra.get("final"):
+            return effect
+        same = (e for e in self.effects if (e.id, e.component) == (effect.id, effect.component))
+        return next(e for e in same if e.extra.get("form", "box") in FIRST_FORMS)
 
     def edges(self, fit: Fit, rounds: int = 3) -> Fit:
         """Move the edges of the last term's windows over local minima."""
@@ -339,7 +380,7 @@ class Search:
 
     def forms(self, term: Term) -> list[Term]:
         """The same windows with the other forms of the effect, from each start of what they add."""
-        if not term.effect.windowed:
+        if not term.effect.windowed or term.effect.extra.get("final"):
             return []
         known = {p.name for p in term.effect.parameters}
         return [

@@ -14,7 +14,7 @@ from swaywatch.diagnose.evidence import (
     APART,
     BOUND,
     CLAIMED,
-    DISCREPANCY,
+    LEFT,
     REMAINS,
     inflation,
     residuals,
@@ -24,6 +24,8 @@ from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
+#: Rise of the misfit that a value in the place of its tolerance may cost.
+IN_PLACE = 0.02
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
@@ -132,7 +134,7 @@ def _beyond(search: Search, best: Candidate) -> Candidate:
     if len(terms) == len(fit.terms):
         return best
     found = search.judge.run(replace(fit, terms=tuple(terms), shift=shift), 8, tolerance=3e-4)
-    if found.chi2 > fit.chi2 * (1.0 + DISCREPANCY):
+    if found.chi2 > fit.chi2 * (1.0 + IN_PLACE):
         return best
     return search.weighed(Candidate(found, best.parent))
 
@@ -194,7 +196,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         word, fit, base, search.problem, equivalents, confidence, ranked[:8], noise,
         best.evidence - plain.evidence,
     )  # fmt: skip
-    if level(fit) > REMAINS:
+    if level(fit) > max(REMAINS, 1.0 + LEFT * (level(base) - 1.0)):
         result.word = "unexplained"
     return result
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import hilbert, lfilter
 
 from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
@@ -17,6 +18,7 @@ from swaywatch.diagnose.runs import RATE_HZ, Run, band_pass, low_pass
 from swaywatch.diagnose.term import Term
 
 LARGEST_N = 3000.0  # beyond it a wheel would leave the road
+LONGEST_DELAY_S = 1.2  # tried in a search; a fit may go further
 MEAN_TIME_S = 1.2  # of the running mean in the generator
 
 
@@ -96,7 +98,11 @@ def generator_effect(axle: str) -> Effect:
         windowed=True,
         lines=("2f",),
         decided_by="wheel loads of the axle",
-        extra={"describe": lambda run, window: _describe(run, axle, window), "form": "generator"},
+        extra={
+            "describe": lambda run, window: _describe(run, axle, window),
+            "form": "generator",
+            "final": True,
+        },
     )
 
 
@@ -118,6 +124,22 @@ def _describe(run: Run, axle: str, window: Window) -> dict[str, float]:
     }
 
 
+def _as_generator(
+    run: Run, axle: str, inside: NDArray[np.bool_], load: Array
+) -> tuple[float, float]:
+    """Gain and delay of the generator whose load is nearest to some course of it."""
+    phase = 2.0 * force_phase(run, axle)[inside]
+    best = (np.inf, 0.0, 0.0)
+    turn = (run.time[inside][-1] - run.time[inside][0]) / max(float(np.ptp(phase)), 1e-6)
+    for delay in np.arange(0.0, 2.0 * np.pi * turn, 0.02):
+        g = _generator(run, delay)[inside]
+        gain = float(np.dot(g, load) / (np.dot(g, g) + 1e-12))
+        rest = float(np.sum((load - gain * g) ** 2))
+        if gain > 0.0 and rest < best[0]:
+            best = (rest, gain, float(delay))
+    return best[1], best[2]
+
+
 def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
     """The same windows with the generator's load, gains and delays fitted to the lines found."""
     axle = term.effect.component
@@ -130,16 +152,15 @@ def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
             return None
         phase = 2.0 * force_phase(run, axle)[inside]
         load = a * np.cos(phase) - b * np.sin(phase)
-        best = (np.inf, 0.0, 0.0)
-        turn = (run.time[inside][-1] - run.time[inside][0]) / max(float(np.ptp(phase)), 1e-6)
-        for delay in np.arange(0.0, 2.0 * np.pi * turn, 0.02):
-            g = _generator(run, delay)[inside]
-            gain = float(np.dot(g, load) / (np.dot(g, g) + 1e-12))
-            rest = float(np.sum((load - gain * g) ** 2))
-            if gain > 0.0 and rest < best[0]:
-                best = (rest, gain, float(delay))
-        values += [start, stop, best[1], best[2]]
+        values += [start, stop, *_as_generator(run, axle, inside, load)]
     return Term(generator_effect(axle), tuple(values), term.window_runs)
+
+
+def _trials(axle: str, start: float, stop: float, run: int) -> list[Term]:
+    """The generator's load in a stretch of a run, with every delay that is worth a try."""
+    effect = generator_effect(axle)
+    delays = np.arange(0.0, LONGEST_DELAY_S, 0.08)
+    return [Term(effect, (start, stop, 300.0, float(delay)), (run,)) for delay in delays]
 
 
 EFFECTS = [
@@ -160,6 +181,7 @@ EFFECTS = [
         extra={
             "describe": lambda run, window, axle=axle: _describe(run, axle, window),
             "refine": _refine,
+            "trials": _trials,
         },
     )
     for axle in ("car_front", "car_rear", "trailer_front", "trailer_rear")
