@@ -143,11 +143,13 @@ def path(search: Search, base: Candidate, progress: Progress) -> Path:
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
         best = found[0]
-        beam = [c for c in found[:BEAM] if _hopeful(search, c, best)]
+        # where nothing is left, a second best start leads nowhere else
+        clean = level(best.fit) <= REMAINS
+        beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
     return Path(search, base, best)
 
 
-def _hopeful(search: Search, candidate: Candidate, best: Candidate) -> bool:
+def _hopeful(candidate: Candidate, best: Candidate) -> bool:
     """A second best start is followed as long as what it leaves is not far from the best's."""
     return candidate is best or candidate.fit.chi2 < 2.0 * best.fit.chi2
 

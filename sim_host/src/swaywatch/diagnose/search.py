@@ -35,13 +35,15 @@ WORKERS = 2
 BEAM = 3
 WINDOW_WORTH = 25.0  # drop of chi2 that pays for the edges and the value of a window
 EDGE_WORTH = 4.0  # drop of chi2 that is worth moving an edge
-SHORT_LIST = 8  # candidates that are fitted with everything free
+SHORT_LIST = 8  # candidates that are fitted
+POLISHED = 3  # of them to the end
 WINDOWED_LIST = 5
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have
 MOST_WINDOWS = 40
 #: Pulls of the observer on the way from the search to free simulation, 1/s: near the critical speed
 #: a free simulation converges only from nearby.
 RELEASED = (0.5, 0.0)
+BENT = 0.8  # an effect that takes more of the misfit away has bent the values of its parent
 LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
 FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
@@ -108,7 +110,7 @@ class Linear:
         self.runs = range(len(problem.runs))
         trials = [Trial(r, fit.terms, fit.nuisance[r], fit.shift) for r in self.runs]
         self.base = fitter.evaluate_all(trials)
-        background = fitter.backgrounds(fit, self.runs, self.base)
+        self.background = background = fitter.backgrounds(fit, self.runs, self.base)
         beliefs = problem.beliefs
         b, n = len(beliefs), background[0][0].shape[1] - len(beliefs)
         sizes = [e.size for e in self.base]
@@ -217,14 +219,18 @@ class Search:
         return replace(candidate, evidence=value)
 
     def constants(self, fitter: Fitter, parent: Fit, open_: Sequence[Effect]) -> list[Fit]:
-        """The most promising effects without windows, fitted with everything free."""
+        """The most promising effects without windows, the best of them with everything free."""
         price = 2.0 * np.log(len(self.effects))
-        found = [f for f in Linear(fitter, parent).best(open_) if f[0] > price]
+        course = Linear(fitter, parent)
+        found = [f for f in course.best(open_) if f[0] > price]
         starts = [
             replace(parent, terms=(*parent.terms, Term(effect, values)))
             for _, values, effect in found[:SHORT_LIST]
         ]
-        return fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), starts)
+        near = fitter.side_by_side(lambda f: fitter.run(f, 6, frozen=course.background), starts)
+        near.sort(key=lambda f: f.chi2)
+        best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), near[:POLISHED])
+        return [*best, *near[POLISHED:]]
 
     def windowed(self, parent: Fit, course: Course) -> Fit | None:
         """Best fit of an effect in windows on top of a parent."""
@@ -408,9 +414,10 @@ class Search:
         far = not self.releases or level(parent) > LINEAR
         under = self.constants(self.close, near, constant) if far else []
         free = self.constants(self.judge, parent, constant) if self.releases else []
-        polished = self.judge.side_by_side(self.released, [*found, *under])
+        polished = self.judge.side_by_side(self.released, [*found, *under[:POLISHED]])
         fits = _best_of_each([*polished, *free])
-        fits = _best_of_each([*fits, *self._from_rest(fits)])
+        if fits and fits[0].chi2 < BENT * parent.chi2:
+            fits = _best_of_each([*fits, *self._from_rest(fits)])
         candidates = [Candidate(f, parent) for f in fits if np.isfinite(f.chi2)]
         if candidates:
             least = min(candidates, key=lambda c: c.fit.chi2)
@@ -425,10 +432,7 @@ class Search:
         starts from them may not find back.
         """
         start = self.close.start()
-        again = [
-            replace(f, shift=start.shift, nuisance=start.nuisance)
-            for f in sorted(fits, key=lambda f: f.chi2)[:BEAM]
-        ]
+        again = [replace(f, shift=start.shift, nuisance=start.nuisance) for f in fits[:BEAM]]
         near = self.close.side_by_side(lambda f: self.close.run(f, 12), again)
         return self.judge.side_by_side(self.released, near)
 
