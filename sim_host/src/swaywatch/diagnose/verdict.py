@@ -24,8 +24,6 @@ from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
-#: Rise of the misfit that a value in the place of its tolerance may cost.
-IN_PLACE = 0.02
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
@@ -99,44 +97,49 @@ def _label(fit: Fit) -> str:
     return " + ".join(t.effect.name for t in fit.terms) or "calibrated vehicle"
 
 
-def _beyond(search: Search, best: Candidate) -> Candidate:
-    """Values of the file that lie beyond their bound, as terms of their own.
+def _beyond(search: Search, fit: Fit) -> Fit:
+    """Values of the file that lie beyond their bound, said as terms; the model stays what it was.
 
     A softer front axle and an elastic steering are the same in every planar signal; vehicles have
     the second.
     """
-    fit = best.fit
-    beliefs = search.problem.beliefs
     if not fit.doubt.size:
-        return best
-    names = {e.component: e for e in search.effects if e.id == "parameter_error"}
-    compliance = next((e for e in search.effects if e.id == "steering_compliance"), None)
-    terms, shift = list(fit.terms), fit.shift.copy()
-    taken = {t.effect.name for t in terms}
-    for index, belief in enumerate(beliefs.items):
-        effect = names.get(belief.name)
+        return fit
+    taken = {t.effect.name for t in fit.terms}
+    shift = fit.shift.copy()
+    terms: list[Term] = []
+    variances: list[float] = []
+    for index, belief in enumerate(search.problem.beliefs.items):
         z = float(fit.shift[index])
         error = math.sqrt(abs(float(fit.doubt[index, index])) * search.noise)
-        if not belief.scaled or effect is None or effect.name in taken:
+        if not belief.scaled or abs(z) - BOUND < max(error, 0.1):
             continue
-        if abs(z) - BOUND < max(error, 0.1):
+        found = _as_term(search, belief.name, 1.0 + z * belief.tolerance)
+        if found is None or found[0].effect.name in taken:
             continue
-        factor = 1.0 + z * belief.tolerance
-        if belief.name.endswith("_to_cog"):
-            continue  # a shift of the centre of gravity is none of the library's words
+        terms.append(found[0])
+        variances.append(abs(float(fit.doubt[index, index])) * (belief.tolerance * found[1]) ** 2)
         shift[index] = 0.0
-        soft = belief.name == "car.front_cornering_stiffness" and factor < 1.0
-        if soft and compliance is not None and compliance.name not in taken:
+    if not terms:
+        return fit
+    size = sum(len(t.values) for t in fit.terms)
+    covariance = np.zeros((size + len(terms), size + len(terms)))
+    covariance[:size, :size] = fit.covariance
+    covariance[range(size, size + len(terms)), range(size, size + len(terms))] = variances
+    return replace(fit, terms=(*fit.terms, *terms), shift=shift, covariance=covariance)
+
+
+def _as_term(search: Search, name: str, factor: float) -> tuple[Term, float] | None:
+    """The effect that a factor on a value of the file is, and the derivative of its own value."""
+    if factor < 1.0 and name == "car.front_cornering_stiffness":
+        effect = next((e for e in search.effects if e.id == "steering_compliance"), None)
+        if effect is not None:
             front = float(search.problem.body[FRONT_STIFFNESS])
-            terms.append(Term(compliance, ((1.0 / factor - 1.0) / front,)))
-        else:
-            terms.append(Term(effect, (factor,)))
-    if len(terms) == len(fit.terms):
-        return best
-    found = search.judge.run(replace(fit, terms=tuple(terms), shift=shift), 8, tolerance=3e-4)
-    if found.chi2 > fit.chi2 * (1.0 + IN_PLACE):
-        return best
-    return search.weighed(Candidate(found, best.parent))
+            return Term(effect, ((1.0 / factor - 1.0) / front,)), 1.0 / (factor**2 * front)
+    same = (e for e in search.effects if e.id == "parameter_error" and e.component == name)
+    effect = next(same, None)
+    # a shift of the centre of gravity is none of the library's words
+    return None if effect is None or name.endswith("_to_cog") else (Term(effect, (factor,)), 1.0)
 
 
 def decide(planar: Sequence[Search], springs: Search | None, progress: Progress) -> Verdict:
@@ -149,21 +152,19 @@ def decide(planar: Sequence[Search], springs: Search | None, progress: Progress)
 def _verdict(paths: Sequence[Path]) -> Verdict:
     plain = max((p.search.weighed(p.base) for p in paths), key=lambda c: c.evidence)
     chosen = max(paths, key=lambda p: p.search.weighed(p.best).evidence)
-    search = chosen.search
+    search, noise = chosen.search, chosen.search.noise
     best = search.weighed(chosen.best)
-    outside = _beyond(search, best)
     every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
     ranked = [(_label(c.fit), c.evidence - plain.evidence) for c in each_once(every)]
     base = search.weighed(chosen.base).fit
-    noise = search.noise
     if best.fit.terms and best.evidence < plain.evidence + CLAIMED:
-        outside = _beyond(search, chosen.base)
         best = plain
-    if outside is not best and len(outside.fit.terms) > len(best.fit.terms):
-        best = outside
-    if not best.fit.terms:
         search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
-        noise = max(noise, 1.0)
+        base = plain.fit
+    # weak effects sit in flat valleys: the one that is claimed is fitted to the very end
+    exact = search.judge.run(best.fit, 20, tolerance=1e-7) if best.fit.terms else best.fit
+    found = _beyond(search, exact)
+    if not found.terms:
         result = Verdict(
             "consistent", plain.fit, plain.fit, search.problem, candidates=ranked[:8],
             noise=inflation(residuals(search.judge, plain.fit)), hidden=_hidden(every, noise),
@@ -171,10 +172,8 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         if level(plain.fit) > REMAINS:
             result.word = "unexplained"
         return result
-    # weak effects sit in flat valleys: the one that is claimed is fitted to the very end
-    exact = search.judge.run(best.fit, 20, tolerance=1e-7)
-    terms = sorted(exact.terms, key=lambda t: -_loss(search, exact, t))
-    fit = _ordered(exact, terms)
+    terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
+    fit = _ordered(found, terms)
     same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
     equals = [c for c in same if c.evidence > best.evidence - APART]
     equivalents = [_equivalents(term, terms, equals) for term in terms]
@@ -183,7 +182,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     for term in terms:
         has = np.array([term.effect.name in c.names for c in same])
         share = float(np.sum(weights * has) / np.sum(weights))
-        if not has.any():  # a value beyond its bound, found without a search
+        if term.effect.name not in best.names:  # a value beyond its bound, found without a search
             share = OUTSIDE
         confidence.append(round(min(share, SUREST), 3))
     kinds = {t.effect.kind for t in terms}
@@ -194,7 +193,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         word = "missing_physics"
     result = Verdict(
         word, fit, base, search.problem, equivalents, confidence, ranked[:8], noise,
-        best.evidence - plain.evidence,
+        max(best.evidence - plain.evidence, 0.0),
     )  # fmt: skip
     if level(fit) > max(REMAINS, 1.0 + LEFT * (level(base) - 1.0)):
         result.word = "unexplained"
