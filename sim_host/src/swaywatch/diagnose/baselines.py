@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from swaywatch.diagnose.evidence import CLAIMED, REMAINS, worth
+from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, REMAINS, worth
 from swaywatch.diagnose.search import BEAM, Candidate, Linear, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
@@ -136,9 +136,9 @@ def path(search: Search, base: Candidate, progress: Progress) -> Path:
             progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)
             found += search.extend(parent.fit)
         found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
-        found = each_once(sorted(map(search.weighed, found), key=lambda c: -c.evidence))
-        best = search.weighed(best)
         beside = not search.problem.free_start
+        found = _simplest(sorted(map(search.weighed, found), key=lambda c: -c.evidence), beside)
+        best = search.weighed(best)
         found = [c for c in found if worth(base.fit, c.parent, c.fit, beside=beside)]
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
@@ -152,6 +152,23 @@ def path(search: Search, base: Candidate, progress: Progress) -> Path:
 def _hopeful(candidate: Candidate, best: Candidate) -> bool:
     """A second best start is followed as long as what it leaves is not far from the best's."""
     return candidate is best or candidate.fit.chi2 < 2.0 * best.fit.chi2
+
+
+def _simplest(ranked: Sequence[Candidate], beside: bool) -> list[Candidate]:
+    """Of several forms of the same effects the simplest that does nearly as well."""
+    least = BESIDE[0] if beside else DISCREPANCY
+    kept: dict[tuple[str, ...], Candidate] = {}
+    for candidate in ranked:
+        other = kept.setdefault(candidate.names, candidate)
+        fewer = _numbers(candidate) < _numbers(other)
+        if fewer and candidate.fit.chi2 < other.fit.chi2 * (1.0 + least):
+            kept[candidate.names] = candidate
+    return list(kept.values())
+
+
+def _numbers(candidate: Candidate) -> int:
+    """Free numbers of the effects, those of windows left out."""
+    return sum(0 if t.effect.windowed else len(t.values) for t in candidate.fit.terms)
 
 
 def each_once(ranked: Sequence[Candidate]) -> list[Candidate]:

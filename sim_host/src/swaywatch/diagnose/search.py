@@ -143,13 +143,14 @@ class Linear:
             for r in self.runs
         ]
         moved = self.fitter.evaluate_all(trials)
-        found: dict[str, tuple[float, tuple[float, ...], Effect]] = {}
+        found: dict[tuple[str, str], tuple[float, tuple[float, ...], Effect]] = {}
         count = len(self.runs)
         for i, (effect, values) in enumerate(tried):
             own = moved[i * count : (i + 1) * count]
             gain, toward = self._promise(effect, np.array(values), own)
-            if gain > found.get(effect.name, (0.0,))[0]:
-                found[effect.name] = gain, tuple(float(x) for x in toward), effect
+            key = form_of(effect)
+            if gain > found.get(key, (0.0,))[0]:
+                found[key] = gain, tuple(float(x) for x in toward), effect
         return sorted(found.values(), key=lambda f: -f[0])
 
     def _promise(
@@ -486,9 +487,14 @@ def _starts(effect: Effect) -> list[tuple[float, ...]]:
     return found + near
 
 
+def form_of(effect: Effect) -> tuple[str, str]:
+    """Name of an effect and of its form, which in windows is only a matter of their shape."""
+    return effect.name, "" if effect.windowed else str(effect.extra.get("form", ""))
+
+
 def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
     """Of fits with the same effects the best: of one in windows in whatever form."""
-    kept: dict[tuple[str, ...], Fit] = {}
+    kept: dict[tuple[tuple[str, str], ...], Fit] = {}
     for fit in sorted(fits, key=lambda f: f.chi2):
-        kept.setdefault(tuple(sorted(t.effect.name for t in fit.terms)), fit)
+        kept.setdefault(tuple(sorted(form_of(t.effect) for t in fit.terms)), fit)
     return list(kept.values())
