@@ -105,7 +105,9 @@ def _combination(
     verdict = decide(planar, springs, progress)
     loaded.problem = verdict.problem
     if level(verdict.fit) > REMAINS:
-        verdict.notes = locate_rest(Fitter(replace(problem, observer=OBSERVER)), verdict.fit)
+        verdict.notes = locate_rest(
+            Fitter(replace(verdict.problem, observer=OBSERVER)), verdict.fit
+        )
     result = _result(loaded, verdict, effects)
     result["stability"] = stability(loaded.problem, verdict.fit.terms, verdict.fit.shift)
     result["signals"] = embedded(signals)
