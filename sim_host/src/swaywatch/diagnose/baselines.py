@@ -23,6 +23,8 @@ CARES = (1.0, 0.15)
 EXACT = 0.4  # tolerances, median over the file
 #: Misfit, over that of a vehicle on springs, from which a rigid one is not searched any further.
 HOPELESS = 2.0
+#: Misfit, over that of the best, up to which another first effect is followed.
+NEAR = 1.5
 
 
 @dataclass
@@ -151,7 +153,7 @@ def path(search: Search, base: Candidate, progress: Progress) -> Path:
 
 def _hopeful(candidate: Candidate, best: Candidate) -> bool:
     """A second best start is followed as long as what it leaves is not far from the best's."""
-    return candidate is best or candidate.fit.chi2 < 2.0 * best.fit.chi2
+    return candidate is best or candidate.fit.chi2 < NEAR * best.fit.chi2
 
 
 def _simplest(ranked: Sequence[Candidate], beside: bool) -> list[Candidate]:

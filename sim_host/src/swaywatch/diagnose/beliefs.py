@@ -9,6 +9,7 @@ A belief is a number z, 0 where the file says so and 1 at one tolerance from it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -115,7 +116,9 @@ class Beliefs:
                 continue
             move = float(value) * belief.tolerance
             if belief.kind == "typical":
-                plant.scalar(belief.name, plant.get(belief.name) * max(1.0 + move, 0.02))
+                # falls towards zero and never below
+                factor = 1.0 + move if move > 0.0 else math.exp(move)
+                plant.scalar(belief.name, plant.get(belief.name) * factor)
             elif belief.kind == "vehicle":
                 _moved(plant, belief.name, move)
             elif belief.name == "speed":

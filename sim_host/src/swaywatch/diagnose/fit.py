@@ -61,6 +61,7 @@ _AT_ONCE = 8 * LANES  # trials in memory at a time
 _NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
+FARTHEST = 2.0  # tolerances that a belief moves in one iteration
 _SHIFT_STEP = 0.05  # tolerances, for derivatives
 
 
@@ -523,6 +524,8 @@ class Fitter:
     def _simulated(self) -> list[int]:
         """Beliefs that are not of the sensors alone."""
         sensors = {n for run in self.problem.runs for n in self.problem.channels(run)}
+        if self.problem.observer > 0.0:
+            sensors -= {"car_yaw_rate", "trailer_yaw_rate"}  # their gains pull at the plant
         return [
             i
             for i, b in enumerate(self.problem.beliefs.items)
@@ -784,6 +787,8 @@ class _Task:
             step = -np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), gradient)
         except np.linalg.LinAlgError:
             return None
+        if self.b:
+            step *= min(1.0, FARTHEST / max(float(np.max(np.abs(step[self.k :][: self.b]))), 1e-9))
         values = np.array(
             [
                 min(max(x, p.low), p.high)

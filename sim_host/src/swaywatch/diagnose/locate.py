@@ -21,6 +21,8 @@ MOST_AT_ONCE = 8  # windows that a course begins with
 NORMAL_QUARTER = 0.3186  # a quarter of normal numbers are smaller than so many sigmas
 NEIGHBOUR = 0.6  # a pulse beside a sure one needs this share of the same evidence
 UNSEEN = 0.02  # share of its pulses' own effect below which a constant level is not observable
+#: Length of a window over its width at half height, by the form of what acts in it.
+LONGER = {"half_sine": 1.5, "one_minus_cosine": 2.0}
 FADE = 8.0  # times the observer's time constant: the pulled combination forgets by e^-4
 
 
@@ -282,8 +284,21 @@ def widened(term: Term, by: float) -> Term:
     return Term(term.effect, tuple(values), term.window_runs)
 
 
+def stretched(term: Term, factor: float) -> Term:
+    """The term with every window so much longer about its middle."""
+    values = list(term.values)
+    for w in range(len(term.window_runs)):
+        start, stop = values[w * term.stride : w * term.stride + 2]
+        more = 0.5 * (factor - 1.0) * (stop - start)
+        values[w * term.stride : w * term.stride + 2] = [start - more, stop + more]
+    return Term(term.effect, tuple(values), term.window_runs)
+
+
 def reformed(term: Term, effect: Effect, start: int = 0) -> Term:
-    """The windows of a term in another form of its effect; what that adds begins at `start`."""
+    """The windows of a term in another form of its effect; what that adds begins at `start`.
+
+    Windows become as long as the form needs to have the same width at half of its height.
+    """
     values: list[float] = []
     for w in range(len(term.window_runs)):
         old = term.values[w * term.stride : (w + 1) * term.stride]
@@ -292,7 +307,9 @@ def reformed(term: Term, effect: Effect, start: int = 0) -> Term:
             known.get(p.name, p.starts[min(start, len(p.starts) - 1)]) for p in effect.parameters
         ]
         values += [*old[:2], *new]
-    return Term(effect, tuple(values), term.window_runs)
+    longer = LONGER.get(str(effect.extra.get("form")), 1.0)
+    longer /= LONGER.get(str(term.effect.extra.get("form")), 1.0)
+    return stretched(Term(effect, tuple(values), term.window_runs), longer)
 
 
 def simplified(term: Term, shortest: float = 0.6, gap: float = 0.6) -> Term:

@@ -38,6 +38,7 @@ EDGE_WORTH = 4.0  # drop of chi2 that is worth moving an edge
 SHORT_LIST = 8  # candidates that are fitted
 POLISHED = 3  # of them to the end
 WINDOWED_LIST = 5
+WEAK = 0.3  # of the gain of the best one in windows, below which another is not followed
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have
 MOST_WINDOWS = 40
 #: Pulls of the observer on the way from the search to free simulation, 1/s: near the critical speed
@@ -282,6 +283,8 @@ class Search:
         more = self._of_course(locator, course, least) if final else windows(course, least=least)
         if more is None or len(rows) + len(more.window_runs) > MOST_WINDOWS:
             return fit
+        if more.effect is not term.effect and not final:
+            more = reformed(more, term.effect)
         both = Term(term.effect, term.values + more.values, term.window_runs + more.window_runs)
         trial = Fit((*fit.terms[:-1], simplified(both)), fit.nuisance, fit.shift)
         trial = self.edges(self.close.run(trial, 6, free=1))
@@ -290,7 +293,7 @@ class Search:
 
     def _first_form(self, effect: Effect) -> Effect:
         """The form of an effect in windows that it is looked for with."""
-        if not effect.extra.get("final"):
+        if effect.extra.get("form", "box") in FIRST_FORMS:
             return effect
         same = (e for e in self.effects if (e.id, e.component) == (effect.id, effect.component))
         return next(e for e in same if e.extra.get("form", "box") in FIRST_FORMS)
@@ -449,11 +452,13 @@ class Search:
         started = self.close.side_by_side(lambda c: self.rough(parent, c), courses[:WINDOWED_LIST])
         rough = [f for f in started if f is not None and parent.chi2 - f.chi2 > price]
         rough.sort(key=lambda f: f.chi2)
-        moved = self.close.side_by_side(lambda f: self.completed(self.edges(f)), rough[:BEAM])
-        kept = _best_of_each(moved)
-        return self.close.side_by_side(
-            lambda f: self.pruned(self.refined(self.close.run(f, 10))), kept
+        gains = [parent.chi2 - f.chi2 for f in rough]
+        rough = [f for f, gain in zip(rough, gains, strict=True) if gain > WEAK * gains[0]]
+        moved = self.close.side_by_side(
+            lambda f: self.completed(self.refined(self.edges(f))), rough[:BEAM]
         )
+        kept = _best_of_each(moved)
+        return self.close.side_by_side(lambda f: self.pruned(self.close.run(f, 10)), kept)
 
     @staticmethod
     def _by_chance(course: Course) -> float:
