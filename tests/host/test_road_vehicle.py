@@ -1,0 +1,84 @@
+"""The vehicle on springs as a baseline: what is believed of it, what it keeps from being said."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from conftest import DATA
+
+from swaywatch.diagnose.beliefs import beliefs_of
+from swaywatch.diagnose.data import load
+from swaywatch.diagnose.effect import library
+from swaywatch.diagnose.engine import diagnose
+from swaywatch.diagnose.fit import plant_of
+from swaywatch.diagnose.model import beliefs_in, model_block
+from swaywatch.diagnose.plant import SCALARS
+from swaywatch.diagnose.road_vehicle import TYRES, WITHIN, on_springs, outside, values
+from swaywatch.diagnose.search import Search
+
+CASE = DATA / "road" / "r22"
+
+
+@pytest.fixture(scope="module")
+def loaded() -> object:
+    """Two runs of a vehicle on springs, as its user knows it."""
+    return load(sorted(CASE.glob("run*.mf4")), CASE / "vehicle.toml", CASE / "signals.toml")
+
+
+def test_every_value_is_a_slot_of_the_plant_with_a_source(loaded: object) -> None:
+    problem = on_springs(loaded.problem)
+    slots = set(SCALARS)
+    assert set(values(problem.body)) <= slots
+    typical = [b for b in problem.beliefs.items if b.kind == "typical"]
+    assert {b.name for b in typical} <= slots
+    assert all(b.source and b.tolerance > 0.0 for b in typical)
+    assert set(TYRES) <= {b.name for b in typical}
+
+
+def test_a_value_falls_towards_zero_and_never_below(loaded: object) -> None:
+    problem = on_springs(loaded.problem)
+    shift = np.zeros(len(problem.beliefs))
+    at = problem.beliefs.at[("typical", "roll_stiffness_trailer")]
+    own = dict(problem.given)["roll_stiffness_trailer"]
+    found = []
+    for z in (-20.0, -1.0, 0.0, 1.0):
+        shift[at] = z
+        plant = plant_of(problem, 0, (), np.zeros(5), shift)
+        found.append(plant.get("roll_stiffness_trailer") / own)
+    assert found[0] > 0.0
+    assert found == sorted(found)
+    assert found[2] == 1.0
+
+
+def test_what_every_road_vehicle_has_is_no_missing_effect() -> None:
+    names = {effect.id for effect in outside(library())}
+    assert not names & set(WITHIN)
+    assert "hitch_friction" in names
+
+
+def test_the_model_keeps_what_was_believed(loaded: object) -> None:
+    problem = on_springs(loaded.problem)
+    fit = Search(problem, [], lambda stage, share: None).close.start()
+    block = json.loads(json.dumps(model_block(problem, fit, fit)))
+    assert beliefs_in(block) == problem.beliefs
+    assert dict(block["given"]) == pytest.approx(values(problem.body))
+
+
+def test_a_rigid_vehicle_has_no_such_beliefs(loaded: object) -> None:
+    rigid = beliefs_of(loaded.problem.body, loaded.problem.channels(loaded.problem.runs[0]))
+    assert not {b.name for b in rigid.items} & set(TYRES)
+
+
+def test_friction_at_the_hitch_of_a_vehicle_on_springs() -> None:
+    """As its user knows it; tyres relax and saturate, accelerometers see gravity."""
+    runs = sorted(CASE.glob("run*.mf4"))
+    result = diagnose(runs, CASE / "vehicle.toml", CASE / "signals.toml")
+    truth = json.loads((CASE / "truth.json").read_text())["effects"][0]
+    assert result["verdict"] == "missing_physics"
+    physics = [e for e in result["effects"] if e["id"] != "parameter_error"]
+    assert [e["id"] for e in physics] == ["hitch_friction"]
+    value = physics[0]["parameters"]["moment_nm"]["value"]
+    assert value == pytest.approx(truth["moment_nm"], rel=0.25)
+    assert result["evidence"]["reduced_chi_square_diagnosed"] < 1.3
