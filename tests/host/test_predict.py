@@ -73,8 +73,9 @@ def test_windows_are_found_and_scored_apart(tmp_path: Path) -> None:
     run = recordings("practice", "p03", "run1.asc")
     truth = json.loads(recordings("practice", "p03", "truth.json").read_text())["run1"]["windows"]
     result = predict(_copy("p03", tmp_path), run)
-    assert result["diagnosed_nrmse"] == result["baseline_nrmse"]
     assert result["diagnosed_with_windows_nrmse"] < 0.3 * result["diagnosed_nrmse"]
+    # the baseline's values have bent towards an effect that it does not have
+    assert result["diagnosed_with_windows_nrmse"] < 0.5 * result["baseline_nrmse"]
     found = [(w["start"], w["stop"]) for w in result["windows_found"]]
     assert np.allclose(found, truth, atol=0.3)
 
