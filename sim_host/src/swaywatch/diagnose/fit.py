@@ -61,7 +61,7 @@ _AT_ONCE = 8 * LANES  # trials in memory at a time
 _NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
-FARTHEST = 2.0  # tolerances that a belief moves in one iteration
+FARTHEST = 2.0  # wide tolerances by which a typical value moves in one iteration
 _SHIFT_STEP = 0.05  # tolerances, for derivatives
 
 
@@ -696,6 +696,7 @@ class _Task:
         self.k = len(self.layout)
         self.beliefs = fitter.problem.beliefs
         self.b = len(self.beliefs) if calibrate else 0
+        self.typical = [i for i, b in enumerate(self.beliefs.items) if b.kind == "typical"]
         self.n = _NUISANCES if fitter.problem.free_start else 0
         self.size = self.k + self.b + self.n * len(use)
 
@@ -788,7 +789,8 @@ class _Task:
         except np.linalg.LinAlgError:
             return None
         if self.b:
-            step *= min(1.0, FARTHEST / max(float(np.max(np.abs(step[self.k :][: self.b]))), 1e-9))
+            loose = np.abs(step[self.k : self.k + self.b][self.typical])
+            step *= min(1.0, FARTHEST / max(float(np.max(loose, initial=0.0)), 1e-9))
         values = np.array(
             [
                 min(max(x, p.low), p.high)
