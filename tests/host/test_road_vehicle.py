@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from swaywatch.diagnose.model import beliefs_in, model_block
 from swaywatch.diagnose.plant import SCALARS
 from swaywatch.diagnose.road_vehicle import TYRES, WITHIN, on_springs, outside, values
 from swaywatch.diagnose.search import Search
+from swaywatch.errors import VehicleError
+from swaywatch.vehicle import load_vehicle
 
 CASE = DATA / "road" / "r22"
 
@@ -82,3 +85,32 @@ def test_friction_at_the_hitch_of_a_vehicle_on_springs() -> None:
     value = physics[0]["parameters"]["moment_nm"]["value"]
     assert value == pytest.approx(truth["moment_nm"], rel=0.25)
     assert result["evidence"]["reduced_chi_square_diagnosed"] < 1.3
+
+
+def test_a_tolerance_of_the_file_is_taken(tmp_path: Path) -> None:
+    text = (CASE / "vehicle.toml").read_text()
+    path = tmp_path / "vehicle.toml"
+    path.write_text(text + "\n[tolerance.trailer]\nmass = 0.04\ncog = 0.1\n")
+    problem = load(sorted(CASE.glob("run*.mf4"))[:1], path, CASE / "signals.toml").problem
+    known = {b.name: b for b in problem.beliefs.items if b.kind == "vehicle"}
+    assert known["trailer.mass"].tolerance == 0.04
+    assert known["trailer.cog"].source == "vehicle.toml"
+    assert known["car.mass"].tolerance < 0.04
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ("[tolerance]\nmass = 0.02", "known: \\[tolerance.car\\]"),
+        ("[tolerance.car]\nweight = 0.02", "weight is not known; known: mass"),
+        ("[tolerance.car]\nmass = 2.0", "0.0001 to 0.5 \\(0.02 is 2 %\\)"),
+        ("[tolerance.trailer]\ncog = true", "must be a number from 0.0001 to 0.5 m"),
+    ],
+)
+def test_a_wrong_tolerance_is_refused_with_what_would_be_right(
+    tmp_path: Path, lines: str, says: str
+) -> None:
+    path = tmp_path / "vehicle.toml"
+    path.write_text((CASE / "vehicle.toml").read_text() + "\n" + lines + "\n")
+    with pytest.raises(VehicleError, match=says):
+        load_vehicle(path)

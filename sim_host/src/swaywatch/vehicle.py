@@ -8,6 +8,7 @@ it, `rear_axle_to_cog` and a car's `hitch_to_cog` for what lies behind it; a tra
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -75,6 +76,9 @@ class Vehicle:
     car: Car
     trailer: Trailer | None
     path: Path | None = None
+    tolerance: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    """Standard deviation of what is known, by name ("car.mass"): relative; of `cog` and
+    `hitch_to_cog` in m. What is not there has a tolerance by its kind (`diagnose.beliefs`)."""
 
 
 _UNITS = {
@@ -111,9 +115,11 @@ def load_vehicle(path: Path | str) -> Vehicle:
     """
     path = Path(path)
     content = load_toml(path, VehicleError, "vehicle.toml")
-    unknown = sorted(set(content) - {"car", "trailer"})
+    unknown = sorted(set(content) - {"car", "trailer", "tolerance"})
     if unknown:
-        raise VehicleError(f"{path}: unknown table [{unknown[0]}]; known: [car], [trailer]")
+        raise VehicleError(
+            f"{path}: unknown table [{unknown[0]}]; known: [car], [trailer], [tolerance]"
+        )
     if not isinstance(content.get("car"), dict):
         raise VehicleError(f"{path}: no [car] table; it needs at least mass, yaw_inertia, ...")
     car = Car(**_table(path, "car", content["car"], Car))
@@ -122,13 +128,20 @@ def load_vehicle(path: Path | str) -> Vehicle:
         trailer = _trailer(path, content["trailer"], car)
         if car.hitch_to_cog is None:
             raise VehicleError(f"{path}: [car] hitch_to_cog is missing; a trailer hangs on it (m)")
-    vehicle = Vehicle(car, trailer, path)
+    vehicle = Vehicle(car, trailer, path, _tolerances(path, content.get("tolerance", {})))
     _check_sense(path, vehicle)
     from swaywatch.core import core_vehicle
 
     core_vehicle(vehicle)  # refuses what the core and the daemon would
     return vehicle
 
+
+TOLERATED = (
+    "mass", "yaw_inertia", "front_cornering_stiffness", "rear_cornering_stiffness", "cog",
+    "hitch_to_cog",
+)  # fmt: skip
+"""Values that may carry a tolerance of their own; `cog` shifts the centre of gravity lengthwise."""
+TIGHTEST, LOOSEST = 1e-4, 0.5
 
 UNKNOWNS = ("mass", "hitch_to_cog", "yaw_inertia", "stiffness", "axle")
 """What may be unknown of a trailer, in the order of ``sway_core_config_t.trailer_assumed``."""
@@ -215,6 +228,32 @@ def _check_values(path: Path, name: str, table: Any, fields: dict[str, Any]) -> 
                 f"{path}: [{name}] {key} = {shown} {unit} is out of range; expected "
                 f"{low:g} to {high:g} {unit}"
             )
+
+
+def _tolerances(path: Path, table: Any) -> dict[str, float]:
+    """[tolerance.car] and [tolerance.trailer] as one dictionary."""
+    found: dict[str, float] = {}
+    parts = table.items() if isinstance(table, dict) else [("", table)]
+    for part, values in parts:
+        if part not in ("car", "trailer") or not isinstance(values, dict):
+            raise VehicleError(
+                f"{path}: [tolerance] has {part!r}; known: [tolerance.car], [tolerance.trailer]"
+            )
+        known = [*TOLERATED, *(["steering_ratio"] if part == "car" else [])]
+        for key, value in values.items():
+            if key not in known:
+                raise VehicleError(
+                    f"{path}: [tolerance.{part}] {key} is not known; known: {', '.join(known)}"
+                )
+            right = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not right or not TIGHTEST <= value <= LOOSEST:
+                unit = "m" if key in ("cog", "hitch_to_cog") else "(0.02 is 2 %)"
+                raise VehicleError(
+                    f"{path}: [tolerance.{part}] {key} = {value!r} must be a number from "
+                    f"{TIGHTEST:g} to {LOOSEST:g} {unit}"
+                )
+            found[f"{part}.{key}"] = float(value)
+    return found
 
 
 def _check_sense(path: Path, vehicle: Vehicle) -> None:

@@ -10,8 +10,8 @@ A belief is a number z, 0 where the file says so and 1 at one tolerance from it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -182,13 +182,19 @@ def _moved(plant: PlantInput, name: str, move: float) -> None:
         plant.body[_INDEX[name]] *= max(1.0 + move, 0.05)
 
 
-def beliefs_of(body: Array, channels: Sequence[str]) -> Beliefs:
+def beliefs_of(
+    body: Array, channels: Sequence[str], stated: Mapping[str, float] | None = None
+) -> Beliefs:
     """Beliefs about a combination whose runs have `channels`.
 
     Parameters
     ----------
     body
         Constants in the order of `plant.BODY`.
+    channels
+        Compared channels.
+    stated
+        Tolerances that vehicle.toml states itself, by name.
     """
     items = []
     for part in ("car", "trailer"):
@@ -210,4 +216,12 @@ def beliefs_of(body: Array, channels: Sequence[str]) -> Beliefs:
         items.append(Belief("delay", name, *SENSOR["delay_s"]))
         if name in _ACCELEROMETER.values():
             items.append(Belief("position", name, *SENSOR["position_m"]))
-    return Beliefs(tuple(items))
+    own = stated or {}
+    return Beliefs(
+        tuple(
+            replace(b, tolerance=own[b.name], source="vehicle.toml")
+            if b.kind == "vehicle" and b.name in own
+            else b
+            for b in items
+        )
+    )

@@ -101,7 +101,9 @@ def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> 
         runs.sort(key=lambda run: -float(np.mean(run.channels["speed"])))
         loaded.problem = Problem(tuple(runs), body)
         channels = loaded.problem.channels(runs[0])
-        loaded.problem = replace(loaded.problem, beliefs=beliefs_of(body, channels))
+        loaded.problem = replace(
+            loaded.problem, beliefs=beliefs_of(body, channels, vehicle.tolerance)
+        )
         missing = [c for c in COMPARED if any(c not in run.channels for run in runs)]
         if missing:
             loaded.checks.append("not recorded: " + ", ".join(missing))
