@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, REMAINS, worth
-from swaywatch.diagnose.search import BEAM, Candidate, Linear, Progress, Search, level
+from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, explained, worth
+from swaywatch.diagnose.search import BEAM, Candidate, Linear, Progress, Search
 from swaywatch.diagnose.term import Term
 
 SHORTEST_WINDOW_S = 0.6
@@ -50,7 +50,7 @@ class Path:
     @property
     def clean(self) -> bool:
         """Nothing is left to explain."""
-        return level(self.best.fit) <= REMAINS
+        return explained(self.base.fit, self.best.fit)
 
 
 def explore(planar: Sequence[Search], springs: Search | None, progress: Progress) -> list[Path]:
@@ -144,11 +144,25 @@ def path(search: Search, base: Candidate, progress: Progress) -> Path:
         found = [c for c in found if worth(base.fit, c.parent, c.fit, beside=beside)]
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
-        best = found[0]
+        fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)
+        best = found[0] = search.weighed(replace(found[0], fit=fit))
         # where nothing is left, a second best start leads nowhere else
-        clean = level(best.fit) <= REMAINS
+        clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
-    return Path(search, base, best)
+    return Path(search, base, _needed(search, best))
+
+
+def _needed(search: Search, best: Candidate) -> Candidate:
+    """Without effects that only made up for what a later one explains, each tried from rest."""
+    while len(best.fit.terms) > 1:
+        fewer = [search.without(best.fit, i) for i in range(len(best.fit.terms))]
+        candidates = [search.weighed(Candidate(fit, best.parent)) for fit in fewer]
+        first = max(candidates, key=lambda c: c.evidence)
+        if first.evidence < search.weighed(best).evidence - CLAIMED:
+            break
+        search.tried.append(first)
+        best = first
+    return best
 
 
 def _hopeful(candidate: Candidate, best: Candidate) -> bool:

@@ -97,6 +97,12 @@ def worth(base: Fit, before: Fit, after: Fit, *, beside: bool = False) -> bool:
     return gain > max(least * before.chi2, FORM * (base.chi2 - after.chi2))
 
 
+def explained(base: Fit, fit: Fit) -> bool:
+    """Whether what a fit leaves is noise, or what the form of a right effect leaves."""
+    before, after = (f.chi2 / max(f.count, 1) for f in (base, fit))
+    return after <= max(REMAINS, 1.0 + LEFT * (before - 1.0))
+
+
 def prior_spread(parameter: Parameter) -> float:
     """Prior standard deviation of a value of an effect."""
     if parameter.name in ("start", "stop"):

@@ -440,6 +440,13 @@ class Search:
         near = self.close.side_by_side(lambda f: self.close.run(f, 12), again)
         return self.judge.side_by_side(self.released, near)
 
+    def without(self, fit: Fit, index: int) -> Fit:
+        """The fit without one of its terms, from the vehicle as believed."""
+        start = self.close.start()
+        terms = (*fit.terms[:index], *fit.terms[index + 1 :])
+        near = self.close.run(Fit(terms, start.nuisance, start.shift), 15)
+        return self.judge.run(self.released(near), 30, tolerance=1e-4)
+
     def _windowed(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
         """Effects in windows, under the observer, in their best forms."""
         locator = Locator(self.close, parent)

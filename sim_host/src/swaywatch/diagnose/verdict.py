@@ -14,8 +14,8 @@ from swaywatch.diagnose.evidence import (
     APART,
     BOUND,
     CLAIMED,
-    LEFT,
     REMAINS,
+    explained,
     inflation,
     residuals,
 )
@@ -195,7 +195,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         word, fit, base, search.problem, equivalents, confidence, ranked[:8], noise,
         max(best.evidence - plain.evidence, 0.0),
     )  # fmt: skip
-    if level(fit) > max(REMAINS, 1.0 + LEFT * (level(base) - 1.0)):
+    if not explained(base, fit):
         result.word = "unexplained"
     return result
 
