@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, explained, worth
-from swaywatch.diagnose.search import BEAM, Candidate, Linear, Progress, Search
+from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search
 from swaywatch.diagnose.term import Term
 
 SHORTEST_WINDOW_S = 0.6
@@ -115,8 +115,8 @@ def _hopeless(rigid: Search, base: Candidate, other: Path) -> bool:
     """A rigid vehicle with the same effects is far off, and with any other of them too."""
     fit = rigid.judge.run(replace(base.fit, terms=other.best.fit.terms), 12)
     constant = [e for e in rigid.effects if not e.windowed]
-    promised = Linear(rigid.judge, fit).best(constant)
-    left = fit.chi2 - (promised[0][0] if promised else 0.0)
+    others = rigid.constants(rigid.judge, fit, constant)
+    left = min(f.chi2 for f in (fit, *others))
     return left > HOPELESS * other.best.fit.chi2
 
 

@@ -38,7 +38,7 @@ EDGE_WORTH = 4.0  # drop of chi2 that is worth moving an edge
 SHORT_LIST = 8  # candidates that are fitted
 POLISHED = 3  # of them to the end
 WINDOWED_LIST = 5
-WEAK = 0.3  # of the gain of the best one in windows, below which another is not followed
+WEAK = 0.6  # of the gain of the best one in windows, below which another is not followed
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have
 MOST_WINDOWS = 40
 #: Pulls of the observer on the way from the search to free simulation, 1/s: near the critical speed
