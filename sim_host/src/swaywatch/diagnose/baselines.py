@@ -112,12 +112,11 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
 
 
 def _hopeless(rigid: Search, base: Candidate, other: Path) -> bool:
-    """A rigid vehicle with the same effects is far off, and with any other of them too."""
-    fit = rigid.judge.run(replace(base.fit, terms=other.best.fit.terms), 12)
-    constant = [e for e in rigid.effects if not e.windowed]
-    others = rigid.constants(rigid.judge, fit, constant)
-    left = min(f.chi2 for f in (fit, *others))
-    return left > HOPELESS * other.best.fit.chi2
+    """A rigid vehicle is far off, with the same effects or without, and one more does not help."""
+    same = rigid.judge.run(replace(base.fit, terms=other.best.fit.terms), 12)
+    parents = [base.fit, same] if same.terms else [base.fit]
+    found = [c.fit for parent in parents for c in rigid.extend(parent, windowed=False)]
+    return min(f.chi2 for f in (same, *found)) > HOPELESS * other.best.fit.chi2
 
 
 def _exact(path: Path) -> bool:

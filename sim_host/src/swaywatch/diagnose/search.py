@@ -404,8 +404,8 @@ class Search:
             )
         ]
 
-    def extend(self, parent: Fit) -> list[Candidate]:
-        """Fits of the parent with one more effect, weighed, best first."""
+    def extend(self, parent: Fit, *, windowed: bool = True) -> list[Candidate]:
+        """Fits of the parent with one more effect, in windows too or not, weighed, best first."""
         taken = {(t.effect.id, t.effect.component) for t in parent.terms}
         # a second set of windows of the same id only mends the form of the first
         in_windows = {t.effect.id for t in parent.terms if t.effect.windowed}
@@ -413,7 +413,7 @@ class Search:
             e for e in self.effects if (e.id, e.component) not in taken and e.id not in in_windows
         ]
         near = self.close.run(parent, 6)
-        found = self._windowed(near, [e for e in open_ if e.windowed])
+        found = self._windowed(near, [e for e in open_ if e.windowed]) if windowed else []
         constant = [e for e in open_ if not e.windowed]
         far = not self.releases or level(parent) > LINEAR
         under = self.constants(self.close, near, constant) if far else []
