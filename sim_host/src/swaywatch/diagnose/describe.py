@@ -95,10 +95,15 @@ def _reported(term: Term, name: str, covariance: Array, reached: float) -> dict[
     jacobian = np.array(columns)
     assumed = float(str(effect.extra.get("assumed_share", 0.0)))
     errors_ = np.sqrt(np.abs(np.diag(jacobian.T @ covariance @ jacobian)))
-    return {
+    rows = {
         key: interval(name, value, _size(value, neutral[key]), float(error), reached, assumed)
         for (key, value), error in zip(found.items(), errors_, strict=True)
     }
+    for key, row in rows.items():
+        if abs(neutral[key]) > 100.0 * abs(row["value"]):  # vanishes towards infinity: a factor
+            factor = 1.0 + abs(row["high"] - row["value"]) / max(abs(row["value"]), 1e-12)
+            row["low"], row["high"] = row["value"] / factor, row["value"] * factor
+    return rows
 
 
 def _size(value: float, neutral: float) -> float:

@@ -118,7 +118,11 @@ def _beyond(search: Search, fit: Fit) -> Fit:
         if found is None or found[0].effect.name in taken:
             continue
         terms.append(found[0])
-        variances.append(abs(float(fit.doubt[index, index])) * (belief.tolerance * found[1]) ** 2)
+        doubt = abs(float(fit.doubt[index, index]))
+        if found[0].effect.id != "parameter_error":
+            # what the value itself is off by, within its tolerance, cannot be told from the effect
+            doubt += float(search.problem.beliefs.spread[index]) ** 2
+        variances.append(doubt * (belief.tolerance * found[1]) ** 2)
         shift[index] = 0.0
     if not terms:
         return fit
