@@ -10,6 +10,7 @@ from conftest import DATA
 
 from swaywatch.diagnose.data import body_of
 from swaywatch.diagnose.plant import PlantInput, neutral
+from swaywatch.diagnose.runs import Run
 from swaywatch.models import modes
 from swaywatch.models.costs import (
     SWINGS_RAD_S,
@@ -118,6 +119,7 @@ def test_load_at_twice_the_frequency_costs_what_a_long_simulation_says(phase_deg
 
 
 def test_ranking_and_what_comes_back() -> None:
+    """What gives back most comes first, what holds the combination last."""
     causes = (
         slots("relaxation", {"relaxation_car_rear": 0.5}),
         slots("friction", {"hitch_friction": 130.0}),
@@ -125,7 +127,7 @@ def test_ranking_and_what_comes_back() -> None:
     )
     costs = weigh(BASE, causes, 28.0)
     by_name = {cost.name: cost for cost in costs.causes}
-    assert [cost.name for cost in costs.causes] == ["friction", "relaxation", "2f"]
+    assert [cost.name for cost in costs.causes] == ["relaxation", "2f", "friction"]
     for cost in costs.causes:
         for found, without, back in zip(costs.found, cost.without, cost.back, strict=True):
             assert found.value is not None
@@ -139,23 +141,61 @@ def test_ranking_and_what_comes_back() -> None:
     assert costs.damping_found[1] > by_name["friction"].damping_without[1]
 
 
+def test_of_one_thing_at_different_times_the_worst_counts() -> None:
+    """The dissertation's point: with the phase a load at twice the frequency costs or gives."""
+    causes = [
+        double_frequency("2f", "car_rear", 700.0, math.radians(phase)) for phase in (60.0, 240.0)
+    ]
+    cost = weigh(BASE, causes, 28.0).causes[0]
+    assert cost.worst == 1
+    assert cost.back[1] == cost.each[1]
+    better, worse = (float(figure.value or 0.0) for figure in cost.each)
+    assert better < -3.0
+    assert worse > 3.0
+    assert 8.0 < worse - better < 12.0  # text: about 10 km/h between phases
+
+
+def test_what_follows_the_motion_sees_the_swing_itself() -> None:
+    """A moment against the rate of the load transfer is a damper of the roll that is not there."""
+    seen: list[Run] = []
+
+    def look(plant: PlantInput, values: np.ndarray, run: Run) -> None:
+        del plant, values
+        seen.append(run)
+
+    base = Base(BODY, neutral())
+    swings([(base, (Cause("it", np.zeros(0), look, follows=True),), 34.0, SWINGS_RAD_S[1])])
+    run = seen[-1]
+    inside = (run.time > 1.0) & (run.time < 4.0)
+    rate = run.channels["trailer_yaw_rate"][inside]
+    assert np.max(np.abs(rate)) == pytest.approx(SWINGS_RAD_S[1], rel=0.1)
+    moved = run.simulated["shift_car"]
+    step = np.gradient(moved, run.time)[inside]
+    assert run.simulated["shift_rate_car"][inside] == pytest.approx(
+        step, abs=0.02 * float(np.max(np.abs(step)))
+    )
+    assert np.corrcoef(moved[inside], run.channels["car_lateral_acceleration"][inside])[0, 1] > 0.8
+
+
 def test_errors_are_those_of_drawn_values() -> None:
+    """Values that hold each other too: their errors cancel where the vehicle does not notice."""
     rng = np.random.default_rng(1)
-    wide = (60.0, 60.0)
-    cause = double_frequency("2f", "car_rear", 700.0, math.radians(240.0), wide)
-    stated = weigh(BASE, [cause], 28.0, SWINGS_RAD_S[1:2]).causes[0].back[0].error
-    drawn = []
-    for _ in range(40):
-        values = cause.values + rng.normal(0.0, 60.0, 2)
-        one = Cause(cause.name, values, cause.act, cause.covariance, follows=True)
-        drawn.append(critical((one,), SWINGS_RAD_S[1]))
-    assert 0.7 <= stated / float(np.std(drawn)) <= 1.4
+    tight = np.array([[1.0, -0.98], [-0.98, 1.0]])
+    cause = double_frequency("2f", "car_rear", 700.0, math.radians(240.0))
+    covariance = 60.0**2 * tight
+    stated = weigh(BASE, [cause], 28.0, covariance, SWINGS_RAD_S[1:2]).causes[0].back[0].error
+    causes = [
+        Cause(cause.name, values, cause.act, follows=True)
+        for values in rng.multivariate_normal(cause.values, covariance, 16)
+    ]
+    drawn = critical_speeds([(BASE, (one,), SWINGS_RAD_S[1]) for one in causes])
+    assert 0.7 <= stated / (KMH * float(np.std(np.array(drawn, float)))) <= 1.4
 
 
 def test_none_up_to_the_fastest_speed_and_no_swing() -> None:
     stiff = slots("damper", {"hitch_damping": 200_000.0})
     assert critical_speeds([(BASE, (stiff,), SWINGS_RAD_S[1])]) == [None]
-    costs = weigh(BASE, [stiff], 28.0, SWINGS_RAD_S[1:2])
+    costs = weigh(BASE, [stiff], 28.0, swings_rad_s=SWINGS_RAD_S[1:2])
     assert costs.found[0].value is None
     assert costs.causes[0].back[0].value is None
     assert swings([(BASE, (), 4.0, SWINGS_RAD_S[1])])[0].real < 0.0

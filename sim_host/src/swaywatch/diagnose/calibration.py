@@ -26,6 +26,18 @@ def table() -> dict[str, Any]:
     return found
 
 
+def noise() -> float:
+    """Factor on the errors of a fit."""
+    return float(table()["intervals"]["noise"])
+
+
+def form_share(name: str) -> float:
+    """Share of an effect's size that the form of a right model costs, 90 %; see `interval`."""
+    fitted = table()["intervals"]
+    other = fitted["form_beside" if name.endswith(BESIDE) else "form_other"]
+    return float(fitted["form"].get(name, other))
+
+
 def interval(
     name: str, value: float, deviation: float, error: float, reached: float, assumed: float = 0.0
 ) -> dict[str, Any]:
@@ -44,12 +56,9 @@ def interval(
     assumed
         Share of the size that hangs on a value nobody measured, 90 %.
     """
-    fitted = table()["intervals"]
-    noise = float(fitted["noise"])
-    forms = fitted["form"]
-    other = fitted["form_beside" if name.endswith(BESIDE) else "form_other"]
-    form = max(float(forms.get(name, other)), assumed)
-    half = math.hypot(NINETY * noise * error * math.sqrt(max(reached, 1.0)), form * abs(deviation))
+    form = max(form_share(name), assumed)
+    whole = NINETY * noise() * error * math.sqrt(max(reached, 1.0))
+    half = math.hypot(whole, form * abs(deviation))
     return {
         "value": float(value), "low": float(value - half), "high": float(value + half),
         "standard_error": float(error * math.sqrt(max(reached, 1.0))),

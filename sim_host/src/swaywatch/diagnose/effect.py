@@ -133,6 +133,9 @@ class Effect:
         Maps fitted to reported values.
     plausibility
         Log prior weight among explanations of equal fit.
+    extra
+        What only some have: "form", "refine", "undo", ...; "follows_motion" where `act` makes it
+        of the run's own signals.
     """
 
     id: str

@@ -12,7 +12,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from swaywatch.diagnose.baselines import CARES
-from swaywatch.diagnose.critical import stability
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.describe import calibrated, describe
 from swaywatch.diagnose.effect import Effect, library
@@ -26,11 +25,12 @@ from swaywatch.diagnose.search import Progress, Search, level
 from swaywatch.diagnose.sensor_faults import combined
 from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
+from swaywatch.diagnose.stability import stability
 from swaywatch.diagnose.verdict import Verdict, decide
 from swaywatch.errors import RecordingError
 from swaywatch.vehicle import load_vehicle
 
-FORMAT = 2
+FORMAT = 3
 
 
 def _silent(stage: str, share: float) -> None:
@@ -109,7 +109,7 @@ def _combination(
             Fitter(replace(verdict.problem, observer=OBSERVER)), verdict.fit
         )
     result = _result(loaded, verdict, effects)
-    result["stability"] = stability(loaded.problem, verdict.fit.terms, verdict.fit.shift)
+    result["stability"] = stability(loaded.problem, verdict.fit, verdict.noise)
     result["signals"] = embedded(signals)
     result["inputs"] = {
         "recordings": [str(path) for path in recordings],

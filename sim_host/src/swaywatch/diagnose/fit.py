@@ -86,6 +86,8 @@ class Fit:
         Of the effect values, order of `terms`, shape (k, k).
     doubt
         Covariance of the shifts, shape (beliefs, beliefs).
+    cross
+        Covariance of effect values and shifts, shape (k, beliefs).
     volume
         Logarithm of the determinant of the information about values and shifts.
     """
@@ -98,6 +100,7 @@ class Fit:
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
     doubt: Array = field(default_factory=lambda: np.zeros((0, 0)))
     volume: float = 0.0
+    cross: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 @dataclass(frozen=True)
@@ -656,6 +659,7 @@ class Fitter:
             task.terms(state.values), state.nuisance, state.shift, state.chi2,
             int(sum(e.size for e in state.errors)), np.asarray(inverse[:k, :k], dtype=float),
             np.asarray(inverse[k : k + b, k : k + b], dtype=float), task.volume(hessian),
+            np.asarray(inverse[:k, k : k + b], dtype=float),
         )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from swaywatch.core import analyze_drive
+from swaywatch.diagnose.costs_page import costs_part
 from swaywatch.diagnose.evidence import REMAINS
 from swaywatch.diagnose.fingerprint import LINES, line_map, relations
 from swaywatch.diagnose.fit import Fit, Problem, predict_run
@@ -375,33 +376,12 @@ def _five_percent(
     return table(head, rows) + "<p class=note>✓: within 5 %.</p>"
 
 
-def _stability(result: Mapping[str, Any]) -> str:
-    """What the diagnosis does to the critical speed."""
-    block = result.get("stability") or {}
-    if not block:
-        return ""
-    rows = [["as believed (vehicle.toml)", _speed(block["v_crit_baseline_km_h"])]]
-    if block["without"]:
-        rows.append(["with everything that is claimed", _speed(block["v_crit_diagnosed_km_h"])])
-    rows += [[f"claimed, but {n} left out", _speed(v)] for n, v in block["without"].items()]
-    text = table(["critical speed of the plant", "km/h"], rows)
-    text += f"<p class=note>Kick: {html.escape(block['kick'])}; effects in windows act for good."
-    if block["left_out"]:
-        names = ", ".join(named(name) for name in block["left_out"])
-        text += f" No critical speed of its own: {html.escape(names)}."
-    return text + "</p>"
-
-
 def _best_forms(ranking: Sequence[dict[str, Any]]) -> dict[str, float]:
     """Evidence of each explanation in its best form, in the order of the ranking."""
     best: dict[str, float] = {}
     for entry in ranking:
         best.setdefault(entry["name"], entry["log_bayes_factor"])
     return best
-
-
-def _speed(value: float | None) -> str:
-    return "none up to 288" if value is None else f"{value:.1f}"
 
 
 def _number(value: float | None) -> str:
@@ -441,7 +421,7 @@ def page(
                 for name, reached in _best_forms(evidence["ranking"]).items()
             ],
         ),
-        "<h2>How much</h2>", amounts(result), _stability(result),
+        "<h2>How much</h2>", amounts(result), costs_part(result),
         "<h2>Before and after</h2>",
         "" if fit.terms else "<p>Nothing of the model is claimed to be wrong: one simulation.</p>",
         _scores(result), _five_percent(problem, threes),

@@ -86,17 +86,6 @@ def locate_rest(fitter: Fitter, fit: Fit) -> list[dict[str, Any]]:
     return found
 
 
-def suspicious(fitter: Fitter, baseline: Fit) -> list[dict[str, Any]]:
-    """What several wrong values at once may stand for: one unknown cause, and where it would be."""
-    found = locate_rest(fitter, baseline)[:1]
-    for entry in found:
-        entry["reason"] = (
-            "several wrong values at once are rare: something in the "
-            f"{entry['location']} that is not in the library would do as well"
-        )
-    return found
-
-
 def _ring(course: Course) -> tuple[float, float]:
     """Frequency with most power in the course (Hz) and its share of the power."""
     total: Array | None = None

@@ -8,6 +8,8 @@ from typing import Any
 from swaywatch.diagnose.words import how_much, part, rounded, when
 
 Effect = Mapping[str, Any]
+MIDDLE = 1
+"""Of the swings: the one by which findings are ranked."""
 LEAST_KMH = 0.05
 """A shift of the critical speed that is shown as a number."""
 
@@ -38,25 +40,36 @@ def _plain(effect: Effect) -> str:
 
 
 def _worth(effect: Effect, stability: Mapping[str, Any]) -> str:
-    """What the critical speed loses or gains by it."""
-    name = f"{effect['id']}:{effect['component']}"
-    if name in stability.get("left_out", ()):
-        return "; it has no critical speed of its own"
-    if name not in stability.get("without", {}):
+    """What the critical speed of the middle swing loses or gains by it."""
+    name = f"{effect['id']}:{effect.get('role', effect['component'])}"
+    cause = next((c for c in stability.get("causes", ()) if c["name"] == name), None)
+    if cause is None:
         return ""
-    with_it, without = stability["v_crit_diagnosed_km_h"], stability["without"][name]
+    with_it = stability["diagnosed"]["v_crit_km_h"][MIDDLE]
+    without = cause["v_crit_without_km_h"][MIDDLE]
     if with_it is None or without is None:
         limit = "no critical speed is found with it" if with_it is None else (
-            f"the critical speed is {with_it:.1f} km/h with it, none is found without"
+            f"the critical speed is {with_it['value']:.1f} km/h with it, none is found without"
         )  # fmt: skip
         return f"; {limit}"
-    shift = with_it - without
-    if abs(shift) < LEAST_KMH:
+    back = cause["gives_back_km_h"][MIDDLE]
+    if abs(back["value"]) < LEAST_KMH:
         return "; it does not move the critical speed"
-    verb = "costs" if shift < 0.0 else "adds"
-    return (
-        f"; it {verb} {abs(shift):.1f} km/h of critical speed ({without:.1f} to {with_it:.1f} km/h)"
+    verb = "costs" if back["value"] > 0.0 else "adds"
+    least, most = sorted((abs(back["low"]), abs(back["high"])))
+    if back["low"] < 0.0 < back["high"]:
+        least = 0.0
+    windows = [w["gives_back_km_h"] for w in cause["windows"] if w["gives_back_km_h"] is not None]
+    several = len(windows) > 1
+    text = (
+        f"; it {verb}{', in its worst window,' if several else ''} {abs(back['value']):.1f} "
+        f"({least:.1f} to {most:.1f}) km/h of critical speed ({without['value']:.1f} to "
+        f"{with_it['value']:.1f} km/h)"
     )
+    best = min((w["value"] for w in windows), default=0.0)
+    if several and back["value"] > 0.0 > best + LEAST_KMH:
+        text += f" and adds {-best:.1f} in its best"
+    return text
 
 
 # --- of each id -----------------------------------------------------------------------------------

@@ -130,7 +130,9 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     covariance = np.zeros((size + len(terms), size + len(terms)))
     covariance[:size, :size] = fit.covariance
     covariance[range(size, size + len(terms)), range(size, size + len(terms))] = variances
-    return replace(fit, terms=(*fit.terms, *terms), shift=shift, covariance=covariance)
+    cross = np.zeros((size + len(terms), fit.shift.size))
+    cross[: fit.cross.shape[0]] = fit.cross
+    return replace(fit, terms=(*fit.terms, *terms), shift=shift, covariance=covariance, cross=cross)
 
 
 def _as_term(search: Search, name: str, factor: float) -> tuple[Term, float] | None:
@@ -239,11 +241,11 @@ def _loss(search: Search, fit: Fit, term: Term) -> float:
 
 def _ordered(fit: Fit, terms: Sequence[Term]) -> Fit:
     """The fit with its terms, and their covariance, in another order."""
-    covariance = fit.covariance
+    covariance, cross = fit.covariance, fit.cross
     sizes = [len(t.values) for t in fit.terms]
     if covariance.shape[0] == sum(sizes):
         starts = [sum(sizes[:i]) for i in range(len(sizes))]
         place = {id(t): i for i, t in enumerate(fit.terms)}
         order = [starts[place[id(t)]] + j for t in terms for j in range(len(t.values))]
-        covariance = covariance[np.ix_(order, order)]
-    return replace(fit, terms=tuple(terms), covariance=covariance)
+        covariance, cross = covariance[np.ix_(order, order)], cross[order]
+    return replace(fit, terms=tuple(terms), covariance=covariance, cross=cross)

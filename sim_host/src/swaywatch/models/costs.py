@@ -5,15 +5,15 @@ loads at twice the yaw frequency act by the size of the swing, so the plant itse
 it starts in the shape of its least damped mode, the trailer's yaw rate at a given amplitude, and
 swings freely for three and a half periods. Growth and frequency are those of its yaw rate between
 two windows a period apart (:func:`swings`); the critical speed at that size is where the growth is
-zero. A load that follows the motion (Eq. 6.1-6.2 of the reference) is locked to the phase of the
-axle forces of that very swing.
+zero. What follows the motion (a load after Eq. 6.1-6.2 of the reference, a faded damper) is made of
+that very swing: its lines, drawn on to both sides, are the run that such a cause looks at.
 
     costs = weigh(Base(body, scalars), causes, speed_m_s=30.0)
     costs.causes[0].back[1]      # km/h that come back without it, middle swing; and its error
 
-Limits: the speed is held; a swing far from the critical speed changes its size while it is
-measured, so there the size is that at the start. A cause that adds to the motion from outside (a
-gust, a bank) moves no critical speed and does not belong here.
+Limits: the speed is held, and the steering wheel too; a swing far from the critical speed changes
+its size while it is measured, so there the size is that at the start. A cause that adds to the
+motion from outside (a gust, a bank) moves no critical speed and does not belong here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.plant import AXLES, OUTPUT, SCALARS, Job, PlantInput, run_jobs
+from swaywatch.diagnose.modules.axle_load_harmonic import force_phase
+from swaywatch.diagnose.plant import AXLES, BLOCK, OUTPUT, SCALARS, Job, PlantInput, run_jobs
+from swaywatch.diagnose.runs import RATE_HZ, Run
 from swaywatch.models.modes import FASTEST_M_S, SLOWEST_M_S, STEP_S, transitions
 
 Array = NDArray[np.float64]
@@ -34,10 +36,15 @@ KMH = 3.6
 SWINGS_RAD_S = (math.radians(1.0), math.radians(4.0), math.radians(10.0))
 """Amplitudes of the trailer's yaw rate: just seen, felt, frightening (an articulation of about 0.3,
 1 and 3 degrees)."""
+MIDDLE = 1
+"""The swing by which causes are ranked."""
 
 BAND_HZ = (0.15, 3.0)
 PERIODS = 3.5
-SAMPLE_S = 0.01
+SAMPLE_S = 1.0 / RATE_HZ
+BESIDE = 80 * BLOCK
+"""Samples by which the lines of a swing are drawn on, to both sides: filters and running means of
+what follows the motion settle."""
 SPACING_M_S = 4.0
 POINTS = 5
 """Speeds between two that hold the critical one, tried at once."""
@@ -46,33 +53,28 @@ FASTER_M_S = 0.25
 """Step that tells how growth goes with speed."""
 DISORDER = 50.0
 """1/s: growth of a combination that leaves all bounds."""
+LEAST_SHARE = 1e-4
+"""Of the variance of one value: directions of the errors with less are left out."""
 
 _SMALLEST_ONLY = ("hitch_friction", "free_play")
 """Slots that hold the smallest of motions: without them in the search for the mode's shape."""
-_FORCES = {
-    "car_front": ("lateral_fl", "lateral_fr"), "car_rear": ("lateral_rl", "lateral_rr"),
-    "trailer_front": ("trailer_lateral_fl", "trailer_lateral_fr"),
-    "trailer_rear": ("trailer_lateral_rl", "trailer_lateral_rr"),
-}  # fmt: skip
+_CHANNELS = {
+    "trailer_yaw_rate": "trailer_yaw_rate",
+    "car_yaw_rate": "car_yaw_rate",
+    "car_lateral_acceleration": "car_acceleration",
+    "trailer_lateral_acceleration": "trailer_acceleration",
+    **{f"wheel_lateral_force_{w}": f"lateral_{w}" for w in ("fl", "fr", "rl", "rr")},
+}
+"""Channels of the run that a cause looks at, and outputs of the plant."""
+_SHIFTS = {
+    body: tuple(f"{prefix}vertical_{w}" for w in ("fr", "fl", "rr", "rl"))
+    for body, prefix in (("car", ""), ("trailer", "trailer_"))
+}
+"""Wheel loads whose sum, every other one negative, is what roll moves to the right."""
 _COLUMNS = tuple(
     OUTPUT.index(name)
-    for name in ("trailer_yaw_rate", *(name for pair in _FORCES.values() for name in pair))
+    for name in (*_CHANNELS.values(), *(name for four in _SHIFTS.values() for name in four))
 )
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The swing that a load follows.
-
-    Attributes
-    ----------
-    time_s : shape (n,)
-    phase : by axle, shape (n,)
-        Of the axle's lateral force, rad.
-    """
-
-    time_s: Array
-    phase: Mapping[str, Array]
 
 
 @dataclass(frozen=True)
@@ -82,23 +84,24 @@ class Cause:
     Attributes
     ----------
     name
-        For the table.
+        For the table. Causes of one name are the same thing at different times: only one of them
+        acts at once, and the one that leaves the lowest critical speed counts.
     values : shape (n,)
         What was found of it.
     act
-        Fills slots of the plant, from values; a load that follows the motion takes its phase from
-        the last argument.
-    covariance : shape (n, n)
-        Of the values; zeros: they are exact.
+        Fills slots of the plant, from values and the swing itself.
     follows
-        Whether `act` looks at the motion.
+        Whether `act` looks at the swing.
     """
 
     name: str
     values: Array
-    act: Callable[[PlantInput, Array, Motion], None]
-    covariance: Array
+    act: Callable[[PlantInput, Array, Run], None]
     follows: bool = False
+
+
+def _as_it_is(plant: PlantInput, values: Array) -> None:
+    del plant, values
 
 
 @dataclass(frozen=True)
@@ -109,13 +112,19 @@ class Base:
     ----------
     body, scalars
         As of `plant.PlantInput`.
-    deviation : shape of `body`
-        Standard deviations of the vehicle's values; zeros: exact.
+    values : shape (m,)
+        What of it is not exact, ...
+    act
+        ... and what these values do to the plant.
+    steering_ratio
+        For causes that are given at the steering wheel.
     """
 
     body: Array
     scalars: Array
-    deviation: Array = field(default_factory=lambda: np.zeros(0))
+    values: Array = field(default_factory=lambda: np.zeros(0))
+    act: Callable[[PlantInput, Array], None] = _as_it_is
+    steering_ratio: float = 15.0
 
 
 @dataclass(frozen=True)
@@ -138,17 +147,23 @@ class Cost:
         `without` less the critical speed with all: what comes back, km/h.
     damping_without
         Damping ratio at the speed asked for, with all but this one.
+    each
+        Of causes of one name, in their order: what comes back in the middle swing, km/h.
+    worst
+        Place of the one that counts among them.
     """
 
     name: str
     without: tuple[Figure, ...]
     back: tuple[Figure, ...]
     damping_without: tuple[float, ...]
+    each: tuple[Figure, ...] = ()
+    worst: int = 0
 
 
 @dataclass(frozen=True)
 class Costs:
-    """All causes, the dearest (middle swing) first; of each swing.
+    """All causes, what gives back most (middle swing) first; of each swing.
 
     Attributes
     ----------
@@ -171,17 +186,21 @@ _Case = tuple[Base, tuple[Cause, ...], float, float]
 """Vehicle, causes, speed in m/s, swing in rad/s."""
 
 
-def _plant(case: _Case, samples: int, motion: Motion | None) -> PlantInput:
+def _plant(case: _Case, samples: int, motion: Run | None) -> PlantInput:
+    """The plant of a case; with its motion, `BESIDE` samples longer to both sides."""
     base, causes, speed, _ = case
+    if motion is not None:
+        samples = motion.time.size
     plant = PlantInput(
         SAMPLE_S, np.full(samples, speed), np.zeros(samples), np.zeros(samples),
         base.body.copy(), base.scalars.copy(),
     )  # fmt: skip
-    time = np.asarray(np.arange(samples) * SAMPLE_S, dtype=np.float64)
-    still = Motion(time, {axle: np.zeros(samples) for axle in AXLES})
+    base.act(plant, base.values)
+    time = np.asarray(np.arange(samples) * SAMPLE_S)
+    still = motion or Run("swing", time, {}, {}, base.steering_ratio)
     for cause in causes:
         if not cause.follows or motion is not None:
-            cause.act(plant, cause.values, motion or still)
+            cause.act(plant, cause.values, still)
     return plant
 
 
@@ -241,18 +260,31 @@ def _measured(output: Array, s: complex) -> complex:
     return complex(min(found.real, DISORDER), found.imag)
 
 
-def _motion(output: Array, found: complex, rough: complex, samples: int) -> Motion:
-    """Phases of the axle forces over the swing."""
+def _motion(output: Array, found: complex, rough: complex, case: _Case) -> Run:
+    """The swing as a run: the line of each signal, drawn on to both sides at the size it had."""
     rows = _rows(rough)
     start = rows // 2
-    time = np.arange(samples) * SAMPLE_S
-    phase: dict[str, Array] = {}
-    for number, axle in enumerate(_FORCES):
-        force = output[:, 1 + 2 * number] + output[:, 2 + 2 * number]
-        line = _turned(force, found.imag, start, rows)
-        turned = found.imag * (time - start * SAMPLE_S) + float(np.angle(line))
-        phase[axle] = np.asarray(turned, dtype=np.float64)
-    return Motion(np.asarray(time, dtype=np.float64), phase)
+    time = (np.arange(output.shape[0] + 2 * BESIDE) - BESIDE) * SAMPLE_S
+    grown = np.clip(time, 0.0, output.shape[0] * SAMPLE_S) - (start + 0.5 * rows) * SAMPLE_S
+    s = complex(np.clip(found.real, -3.0, 3.0), found.imag)
+    course = np.exp(s.real * grown + 1j * s.imag * (time - start * SAMPLE_S))
+    place = (np.arange(rows) + 0.5) / rows
+    window = (1.0 - np.cos(2.0 * np.pi * place)) * np.exp(-1j * s.imag * SAMPLE_S * np.arange(rows))
+    line = 2.0 / rows * np.einsum("i,ij->j", window, output[start : start + rows])
+    line[len(_CHANNELS) :: 2] -= line[len(_CHANNELS) + 1 :: 2]  # of loads: right less left
+    channels = {
+        name: np.asarray(np.real(x * course)) for name, x in zip(_CHANNELS, line, strict=False)
+    }
+    base, _, speed, _ = case
+    run = Run("swing", time, channels, {}, base.steering_ratio)
+    run.speed = np.full(time.size, speed)
+    run.acceleration = run.steer = np.zeros(time.size)
+    for number, body in enumerate(_SHIFTS):
+        at = len(_CHANNELS) + 4 * number
+        moved = (line[at] + line[at + 2]) * course
+        run.simulated[f"shift_{body}"] = np.asarray(moved.real)
+        run.simulated[f"shift_rate_{body}"] = np.asarray((s * moved).real)
+    return run
 
 
 def swings(cases: Sequence[_Case]) -> list[complex]:
@@ -260,29 +292,38 @@ def swings(cases: Sequence[_Case]) -> list[complex]:
 
     Cases without an oscillating mode come out as ``-DISORDER``.
     """
-    shapes = _shapes(cases)
+    shapes = _each_shape(cases)
     live = [k for k, shape in enumerate(shapes) if shape is not None]
     result = [complex(-DISORDER, 0.0)] * len(cases)
-    lengths = {}
-    for k in live:
-        s, _ = shapes[k] or (0j, np.zeros(0))
-        lengths[k] = math.ceil(PERIODS / 2 * _rows(s)) + 2
-    motions: dict[int, Motion] = {}
-    passes = 1 + 2 * any(cause.follows for case in cases for cause in case[1])
-    for number in range(passes):
-        active = live if number == 0 else [k for k in live if any(c.follows for c in cases[k][1])]
+    motions: dict[int, Run] = {}
+    following = [k for k in live if any(cause.follows for cause in cases[k][1])]
+    for number in range(1 + 2 * bool(following)):
+        active = live if number == 0 else following
         jobs = []
         for k in active:
-            _, shape = shapes[k] or (0j, np.zeros(0))
-            plant = _plant(cases[k], lengths[k], motions.get(k))
-            jobs.append(Job(plant, state=cases[k][3] * shape, columns=_COLUMNS))
-        for k, outcome in zip(active, run_jobs(jobs), strict=True):
+            rough, shape = shapes[k] or (0j, np.zeros(0))
+            samples = math.ceil(PERIODS / 2 * _rows(rough)) + 2
+            plant = _plant(cases[k], samples, motions.get(k))
+            first = BESIDE if k in motions else 0
+            state = cases[k][3] * shape
+            jobs.append(Job(plant, (first, first + samples), state, _COLUMNS))
+        for k, job, outcome in zip(active, jobs, run_jobs(jobs), strict=True):
             rough, _ = shapes[k] or (0j, np.zeros(0))
             assert outcome.output is not None
-            result[k] = _measured(outcome.output, rough)
-            if number + 1 < passes and result[k].real < DISORDER:
-                motions[k] = _motion(outcome.output, result[k], rough, lengths[k])
+            assert job.span is not None
+            output = outcome.output[job.span[0] : job.span[1]]
+            result[k] = _measured(output, rough)
+            if k in following and result[k].real < DISORDER:
+                motions[k] = _motion(output, result[k], rough, cases[k])
     return result
+
+
+def _each_shape(cases: Sequence[_Case]) -> list[tuple[complex, Array] | None]:
+    """Shapes of all cases; those that differ in the size of the swing have the same."""
+    keys = [(id(base), tuple(id(c) for c in causes), speed) for base, causes, speed, _ in cases]
+    first = dict(zip(keys, cases, strict=True))
+    found = dict(zip(first, _shapes(list(first.values())), strict=True))
+    return [found[key] for key in keys]
 
 
 def critical_speeds(cases: Sequence[tuple[Base, tuple[Cause, ...], float]]) -> list[float | None]:
@@ -319,88 +360,106 @@ def _ratio(s: complex) -> float:
     return math.nan if s.imag == 0.0 else -s.real / abs(s)
 
 
+def _directions(covariance: Array) -> Array:
+    """Moves of all values that are independent of each other, one standard deviation each.
+
+    Shape (moves, values). Taken along single values, errors that hold each other would not cancel.
+    """
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(size > 0.0, size, 1.0)
+    variance, turned = np.linalg.eigh(covariance / np.outer(scale, scale))
+    kept = variance > LEAST_SHARE
+    return np.asarray((turned[:, kept] * np.sqrt(variance[kept])).T * size)
+
+
 @dataclass(frozen=True)
-class _Knob:
-    """A number that is not exact: by how much, and the case with it moved."""
+class _Question:
+    """Causes that act, by their places, and the size of the swing."""
 
-    cause: int  # -1: the vehicle
-    index: int
-    step: float
-
-
-def _moved(
-    base: Base, causes: tuple[Cause, ...], knob: _Knob, by: float
-) -> tuple[Base, tuple[Cause, ...]]:
-    if knob.cause < 0:
-        body = base.body.copy()
-        body[knob.index] += by
-        return replace(base, body=body), causes
-    own = causes[knob.cause]
-    values = own.values.copy()
-    values[knob.index] += by
-    changed = list(causes)
-    changed[knob.cause] = replace(own, values=values)
-    return base, tuple(changed)
+    members: tuple[int, ...]
+    swing: float
 
 
-def _knobs(base: Base, causes: Sequence[Cause]) -> list[_Knob]:
-    found = [
-        _Knob(number, k, float(step))
-        for number, cause in enumerate(causes)
-        for k, step in enumerate(np.sqrt(np.diag(cause.covariance)))
-        if step > 0.0
-    ]
-    return found + [_Knob(-1, k, float(d)) for k, d in enumerate(base.deviation) if d > 0.0]
+def _moved(base: Base, causes: Sequence[Cause], by: Array) -> tuple[Base, tuple[Cause, ...]]:
+    """Vehicle and causes with all values moved; shape of `by`: (values of all,)."""
+    at = base.values.size
+    changed = []
+    for cause in causes:
+        changed.append(replace(cause, values=cause.values + by[at : at + cause.values.size]))
+        at += cause.values.size
+    return replace(base, values=base.values + by[: base.values.size]), tuple(changed)
 
 
-def _covariance(base: Base, causes: Sequence[Cause], knobs: Sequence[_Knob]) -> Array:
-    """Of all knobs; causes are independent of each other and of the vehicle."""
-    matrix = np.zeros((len(knobs), len(knobs)))
-    for a, one in enumerate(knobs):
-        for b, other in enumerate(knobs):
-            if one.cause == other.cause >= 0:
-                matrix[a, b] = causes[one.cause].covariance[one.index, other.index]
-            elif one.cause == other.cause and one.index == other.index:
-                matrix[a, b] = one.step**2
-    return matrix
-
-
-def _slopes(
-    base: Base, causes: tuple[Cause, ...], chosen: Sequence[tuple[int, ...]],
-    knobs: Sequence[_Knob], at: Sequence[float | None], swing: float,
+def _changes(
+    base: Base, causes: tuple[Cause, ...], asked: Sequence[_Question],
+    at: Sequence[float | None], moves: Array,
 ) -> Array:  # fmt: skip
-    """Change of each choice's critical speed with each knob, m/s per its unit; (choices, knobs)."""
+    """Change of each critical speed with each of `moves`, m/s; shape (asked, moves)."""
+    states = [(base, causes), *(_moved(base, causes, move) for move in moves)]
     cases: list[_Case] = []
-    places: list[tuple[int, int]] = []
-    for row, (members, speed) in enumerate(zip(chosen, at, strict=True)):
+    for question, speed in zip(asked, at, strict=True):
         if speed is None:
             continue
-        part = tuple(causes[k] for k in members)
-        cases += [(base, part, speed + dv, swing) for dv in (0.0, FASTER_M_S)]
-        places += [(row, -2), (row, -1)]
-        for column, knob in enumerate(knobs):
-            if knob.cause >= 0 and knob.cause not in members:
-                continue
-            moved_base, moved = _moved(base, causes, knob, knob.step)
-            cases.append((moved_base, tuple(moved[k] for k in members), speed, swing))
-            places.append((row, column))
-    slopes = np.zeros((len(chosen), len(knobs)))
-    still = np.zeros(len(chosen))
-    with_speed = np.ones(len(chosen))
-    for (row, column), growth in zip(places, _growth(cases), strict=True):
-        if column == -2:
-            still[row] = growth
-        elif column == -1:
-            with_speed[row] = max((growth - still[row]) / FASTER_M_S, 1e-6)
-        else:
-            slopes[row, column] = -(growth - still[row]) / knobs[column].step / with_speed[row]
-    return slopes
+        own, swing = question.members, question.swing
+        parts = [(vehicle, tuple(of[k] for k in own)) for vehicle, of in states]
+        cases.append((*parts[0], speed + FASTER_M_S, swing))
+        cases += [(*part, speed, swing) for part in parts]
+    growth = iter(_growth(cases).reshape(-1, len(states) + 1))
+    changes = np.zeros((len(asked), len(moves)))
+    for row, speed in enumerate(at):
+        if speed is not None:
+            faster, still, *moved = next(growth)
+            slope = max((faster - still) / FASTER_M_S, 1e-6)
+            changes[row] = -(np.array(moved) - still) / slope
+    return changes
+
+
+class _Answers:
+    """Critical speeds of all questions, with what moves them together."""
+
+    def __init__(
+        self, base: Base, causes: tuple[Cause, ...], asked: Sequence[_Question], covariance: Array
+    ) -> None:
+        parts = [tuple(causes[k] for k in question.members) for question in asked]
+        found = critical_speeds(
+            [(base, part, q.swing) for part, q in zip(parts, asked, strict=True)]
+        )
+        moves = _directions(covariance)
+        changes = _changes(base, causes, asked, found, moves)
+        self._found = dict(zip(asked, zip(found, changes, strict=True), strict=True))
+
+    def speed(self, question: _Question) -> Figure:
+        """A critical speed, km/h."""
+        value, changes = self._found[question]
+        return _figure(value, changes)
+
+    def back(self, without: _Question, found: _Question) -> Figure:
+        """By how much one critical speed is higher than another, km/h."""
+        higher, own = self._found[without]
+        lower, other = self._found[found]
+        if higher is None or lower is None:
+            return Figure(None, 0.0)
+        return _figure(higher - lower, own - other)
+
+
+def _worst(
+    base: Base, causes: Sequence[Cause], groups: Sequence[Sequence[int]], swing: float
+) -> tuple[int, ...]:
+    """Of each group the cause with which the critical speed is lowest."""
+    lasting = tuple(causes[group[0]] for group in groups if len(group) == 1)
+    several = [k for group in groups if len(group) > 1 for k in group]
+    if not several:
+        return tuple(group[0] for group in groups)
+    speeds = critical_speeds([(base, (*lasting, causes[k]), swing) for k in several])
+    speed = {k: math.inf if v is None else v for k, v in zip(several, speeds, strict=True)}
+    return tuple(min(group, key=lambda k: speed.get(k, 0.0)) for group in groups)
 
 
 def weigh(
     base: Base,
     causes: Sequence[Cause],
     speed_m_s: float,
+    covariance: Array | None = None,
     swings_rad_s: Sequence[float] = SWINGS_RAD_S,
 ) -> Costs:
     """Critical speed and damping with and without each cause.
@@ -413,72 +472,79 @@ def weigh(
         What acts, with what is known of its values.
     speed_m_s
         At which dampings are given.
+    covariance : shape (k, k)
+        Of the values of the vehicle and of all causes, in their order; None: they are exact.
     swings_rad_s
         Amplitudes of the trailer's yaw rate.
     """
     every = tuple(causes)
-    all_of = tuple(range(len(every)))
-    chosen: list[tuple[int, ...]] = [(), all_of]
-    chosen += [tuple(k for k in all_of if k != left) for left in all_of]
-    knobs = _knobs(base, every)
-    covariance = _covariance(base, every, knobs)
-    speeds: list[list[Figure]] = []
-    backs: list[list[Figure]] = []
-    dampings: list[list[float]] = []
-    for swing in swings_rad_s:
-        parts = [tuple(every[k] for k in members) for members in chosen]
-        critical = critical_speeds([(base, part, swing) for part in parts])
-        slopes = _slopes(base, every, chosen, knobs, critical, swing)
-        speeds.append(
-            [_figure(v, row, covariance) for v, row in zip(critical, slopes, strict=True)]
-        )
-        found = critical[1]
-        backs.append([
-            Figure(None, 0.0) if found is None or critical[2 + k] is None
-            else _figure((critical[2 + k] or 0.0) - found, slopes[2 + k] - slopes[1], covariance)
-            for k in all_of
-        ])  # fmt: skip
-        now = swings_of(base, parts, speed_m_s, swing)
-        dampings.append([_ratio(s) for s in now])
+    count = base.values.size + sum(cause.values.size for cause in every)
+    matrix = np.zeros((count, count)) if covariance is None else covariance
+    assert matrix.shape == (count, count)
+    names = list(dict.fromkeys(cause.name for cause in every))
+    groups = [[k for k, cause in enumerate(every) if cause.name == name] for name in names]
+    middle = swings_rad_s[len(swings_rad_s) // 2]
+    all_of = _worst(base, every, groups, middle)
+    without = [tuple(k for k in all_of if k != left) for left in all_of]
+    chosen = list(dict.fromkeys([(), all_of, *without]))
+    asked = [_Question(members, swing) for members in chosen for swing in swings_rad_s]
+    others = {
+        k: _Question(tuple(k if m == own else m for m in all_of), middle)
+        for own, group in zip(all_of, groups, strict=True)
+        for k in group
+    }
+    asked += [question for question in others.values() if question not in asked]
+    answers = _Answers(base, every, asked, matrix)
+    ratios = _dampings(base, every, chosen, speed_m_s, swings_rad_s)
 
-    def over(rows: Sequence[Sequence[Figure]], index: int) -> tuple[Figure, ...]:
-        return tuple(row[index] for row in rows)
+    def over(members: tuple[int, ...]) -> tuple[Figure, ...]:
+        return tuple(answers.speed(_Question(members, swing)) for swing in swings_rad_s)
 
-    costs = [
-        Cost(cause.name, over(speeds, 2 + k), over(backs, k), tuple(row[2 + k] for row in dampings))
-        for k, cause in enumerate(every)
-    ]
-    costs.sort(key=lambda cost: -abs(_middle(cost.back)))
+    costs = []
+    for name, group, own, rest in zip(names, groups, all_of, without, strict=True):
+        back = tuple(answers.back(_Question(rest, a), _Question(all_of, a)) for a in swings_rad_s)
+        each = tuple(answers.back(_Question(rest, middle), others[k]) for k in group)
+        costs.append(Cost(name, over(rest), back, ratios[rest], each, group.index(own)))
+    found = over(all_of)
+    costs.sort(key=lambda cost: -_middle(cost.back, found))
     return Costs(
-        tuple(swings_rad_s), speed_m_s, over(speeds, 0), over(speeds, 1),
-        tuple(row[0] for row in dampings), tuple(row[1] for row in dampings), tuple(costs),
-    )  # fmt: skip
+        tuple(swings_rad_s), speed_m_s, over(()), found, ratios[()], ratios[all_of], tuple(costs)
+    )
 
 
-def swings_of(
-    base: Base, parts: Sequence[tuple[Cause, ...]], speed_m_s: float, swing: float
-) -> list[complex]:
-    """Growth and frequency at one speed and size with each choice of causes."""
-    return swings([(base, part, speed_m_s, swing) for part in parts])
+def _dampings(
+    base: Base, causes: Sequence[Cause], chosen: Sequence[tuple[int, ...]], speed: float,
+    swings_rad_s: Sequence[float],
+) -> dict[tuple[int, ...], tuple[float, ...]]:  # fmt: skip
+    """Damping ratios at one speed, of each choice of causes and each swing."""
+    cases = [
+        (base, tuple(causes[k] for k in members), speed, swing)
+        for members in chosen
+        for swing in swings_rad_s
+    ]
+    ratios = [_ratio(s) for s in swings(cases)]
+    size = len(swings_rad_s)
+    return {members: tuple(ratios[k * size : (k + 1) * size]) for k, members in enumerate(chosen)}
 
 
-def _middle(figures: Sequence[Figure]) -> float:
-    value = figures[len(figures) // 2].value
-    return math.inf if value is None else value
+def _middle(back: Sequence[Figure], found: Sequence[Figure]) -> float:
+    """What comes back in the middle swing, for the order; without end where nothing is left."""
+    value = back[len(back) // 2].value
+    if value is not None:
+        return value
+    return -math.inf if found[len(found) // 2].value is None else math.inf
 
 
-def _figure(speed: float | None, slopes: Array, covariance: Array) -> Figure:
+def _figure(speed: float | None, changes: Array) -> Figure:
     if speed is None:
         return Figure(None, 0.0)
-    return Figure(KMH * speed, KMH * math.sqrt(max(float(slopes @ covariance @ slopes), 0.0)))
+    return Figure(KMH * speed, KMH * float(np.linalg.norm(changes)))
 
 
 # --- causes --------------------------------------------------------------------------------------
 
 
-def slots(
-    name: str, values: Mapping[str, float], errors: Mapping[str, float] | None = None
-) -> Cause:
+def slots(name: str, values: Mapping[str, float]) -> Cause:
     """A cause that is some scalar slots of the plant (`plant.SCALARS`).
 
     Raises
@@ -491,39 +557,31 @@ def slots(
         raise ValueError(f"{wrong[0]!r} is no slot of the plant")
     names = tuple(values)
 
-    def act(plant: PlantInput, given: Array, motion: Motion) -> None:
-        del motion
+    def act(plant: PlantInput, given: Array, swing: Run) -> None:
+        del swing
         for slot, value in zip(names, given, strict=True):
             plant.scalar(slot, float(value))
 
-    deviation = [float((errors or {}).get(slot, 0.0)) for slot in names]
-    return Cause(
-        name, np.array([values[slot] for slot in names]), act, np.diag(np.square(deviation))
-    )
+    return Cause(name, np.array([values[slot] for slot in names]), act)
 
 
-def double_frequency(
-    name: str,
-    axle: str,
-    amplitude_n: float,
-    phase_rad: float,
-    errors: tuple[float, float] = (0.0, 0.0),
-) -> Cause:
+def double_frequency(name: str, axle: str, amplitude_n: float, phase_rad: float) -> Cause:
     """An axle load at twice the yaw frequency: amplitude cos(2 phi + phase).
+
+    Its values are the parts in phase and in quadrature, N.
 
     Parameters
     ----------
     axle
-        Of `plant.AXLES`; phi is the phase of its lateral force (4.4.2 of the reference).
-    errors
-        Standard errors of the parts in phase and in quadrature, N.
+        Of `plant.AXLES`; phi is the phase of its lateral force (4.4.2 of the reference), of the
+        trailer's axles that of its lateral acceleration.
     """
     if axle not in AXLES:
         raise ValueError(f"{axle!r} is no axle; there are {', '.join(AXLES)}")
 
-    def act(plant: PlantInput, given: Array, motion: Motion) -> None:
-        phase = 2.0 * motion.phase[axle]
+    def act(plant: PlantInput, given: Array, swing: Run) -> None:
+        phase = 2.0 * force_phase(swing, axle)
         plant.add_series(f"load_{axle}", given[0] * np.cos(phase) - given[1] * np.sin(phase))
 
     parts = amplitude_n * np.array([math.cos(phase_rad), math.sin(phase_rad)])
-    return Cause(name, parts, act, np.diag(np.square(errors)), follows=True)
+    return Cause(name, parts, act, follows=True)

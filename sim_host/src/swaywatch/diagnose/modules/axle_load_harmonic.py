@@ -101,6 +101,7 @@ def generator_effect(axle: str) -> Effect:
         extra={
             "describe": lambda run, window: _describe(run, axle, window),
             "form": "generator",
+            "follows_motion": True,
             "final": True,
         },
     )
@@ -182,6 +183,7 @@ EFFECTS = [
             "describe": lambda run, window, axle=axle: _describe(run, axle, window),
             "refine": _refine,
             "trials": _trials,
+            "follows_motion": True,
         },
     )
     for axle in ("car_front", "car_rear", "trailer_front", "trailer_rear")

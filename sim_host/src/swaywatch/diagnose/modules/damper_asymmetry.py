@@ -75,7 +75,7 @@ EFFECTS = [
         needs=("wheel_vertical_load_fl", "hitch_vertical_force"),
         decided_by="damper force or suspension travel",
         report=_report,
-        extra={"needs_simulation": True},
+        extra={"needs_simulation": True, "follows_motion": True},
     )
     for axle in OTHER
 ]

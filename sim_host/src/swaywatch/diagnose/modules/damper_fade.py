@@ -123,7 +123,7 @@ EFFECTS = [
         needs=("wheel_vertical_load_fl", "hitch_vertical_force"),
         decided_by="damper force or suspension travel",
         report=_report,
-        extra={"needs_simulation": True, "form": side, "side": side},
+        extra={"needs_simulation": True, "follows_motion": True, "form": side, "side": side},
     )
     for axle in OTHER
     for side in SIDES
@@ -145,7 +145,7 @@ EFFECTS = [
         needs=("wheel_vertical_load_fl", "hitch_vertical_force"),
         decided_by="damper force or suspension travel",
         report=_report,
-        extra={"needs_simulation": True, "form": side, "side": side},
+        extra={"needs_simulation": True, "follows_motion": True, "form": side, "side": side},
     )
     for side in SIDES
 ]

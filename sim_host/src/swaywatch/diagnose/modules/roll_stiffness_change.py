@@ -90,7 +90,7 @@ EFFECTS = [
         needs=("wheel_vertical_load_fl", "trailer_wheel_vertical_load_fl"),
         decided_by="roll angle of the body",
         report=_report(body),
-        extra={"needs_simulation": True, "assumed_share": ASSUMED_SHARE},
+        extra={"needs_simulation": True, "follows_motion": True, "assumed_share": ASSUMED_SHARE},
     )
     for body in ("car", "trailer")
 ]

@@ -1,0 +1,76 @@
+"""`stability` of diagnosis.json: each claimed term a cause, the errors those of the fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from test_diagnose import BODY_VALUES, effect
+
+from swaywatch.diagnose.beliefs import beliefs_of
+from swaywatch.diagnose.costs_page import costs_part
+from swaywatch.diagnose.fit import Fit, Problem
+from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
+from swaywatch.diagnose.runs import Run
+from swaywatch.diagnose.stability import OUTSIDE, SENSOR, stability
+from swaywatch.diagnose.term import Term
+
+BELIEFS = beliefs_of(BODY_VALUES, ["car_yaw_rate"])
+
+
+def _problem() -> Problem:
+    run = Run("run 1", np.arange(3) * 0.01, {}, {}, 15.0)
+    run.speed = np.full(3, 30.0)
+    return Problem((run,), BODY_VALUES, beliefs=BELIEFS)
+
+
+def _found(terms: tuple[Term, ...]) -> Fit:
+    """A fit that knows all it moves to a tenth of its prior, effects to 2 %."""
+    values = np.array([v for t in terms for v in t.values])
+    count = len(BELIEFS)
+    return Fit(
+        terms, np.zeros((1, 5)), np.zeros(count), 1.0, 1, np.diag((0.02 * values + 1e-6) ** 2),
+        0.01 * np.eye(count), cross=np.zeros((values.size, count)),
+    )  # fmt: skip
+
+
+def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
+    windows = (1.0, 4.0, 700.0, 0.05, 6.0, 9.0, 700.0, 0.42)
+    terms = (
+        Term(effect("tyre_relaxation:car_rear"), (0.5,)),
+        Term(generator_effect("car_rear"), windows, (0, 0)),
+        Term(effect("crosswind_gust:car"), (2.0, 3.0, 500.0), (0,)),
+        Term(effect("sensor_delay:car_yaw_rate"), (0.04,)),
+        Term(effect("parameter_error:car.steering_ratio"), (1.05,)),
+    )
+    block = stability(_problem(), _found(terms), 4.0)
+    by_name = {cause["name"]: cause for cause in block["causes"]}
+    assert {entry["name"]: entry["reason"] for entry in block["left_out"]} == {
+        "crosswind_gust:car": OUTSIDE, "sensor_delay:car_yaw_rate": SENSOR,
+    }  # fmt: skip
+    assert set(by_name) == {
+        "tyre_relaxation:car_rear", "axle_load_harmonic:car_rear",
+        "parameter_error:car.steering_ratio",
+    }  # fmt: skip
+    assert by_name["parameter_error:car.steering_ratio"]["gives_back_km_h"][1]["value"] == 0.0
+    assert by_name["tyre_relaxation:car_rear"]["gives_back_km_h"][1]["value"] > 3.0
+    load = by_name["axle_load_harmonic:car_rear"]
+    each = [w["gives_back_km_h"]["value"] for w in load["windows"]]
+    assert max(each) - min(each) > 6.0  # two phases of one load
+    assert [w["counts"] for w in load["windows"]] == [v == max(each) for v in each]
+    page = costs_part({"stability": block})
+    assert "<h2>What it costs</h2>" in page
+    assert "(counts)" in page
+    assert SENSOR in page
+
+
+def test_doubts_of_the_vehicle_are_those_of_the_fit_and_never_more_than_believed() -> None:
+    problem = _problem()
+    known = stability(problem, _found(()), 1.0)
+    believed, calibrated = known["believed_v_crit_km_h"], known["calibrated"]["v_crit_km_h"][1]
+    assert 0.15 < calibrated["standard_error"] / believed["standard_error"] < 0.4
+    blind = replace(_found(()), doubt=np.eye(len(BELIEFS)))  # a recording that says nothing
+    same = stability(problem, blind, 50.0)["calibrated"]["v_crit_km_h"][1]
+    assert abs(same["standard_error"] / believed["standard_error"] - 1.0) < 0.05
+    assert known["causes"] == []
+    assert "Critical speed of a swing of 4 deg/s" in costs_part({"stability": known})
