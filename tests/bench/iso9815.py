@@ -20,6 +20,7 @@ import numpy.typing as npt
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "host"))
 
 from drawn_drives import STEP_S, draw_body, measured, run, springs, steering
+from written import written
 
 from swaywatch.damping.course import Bend, Zero, fit_course
 from swaywatch.damping.data import run_of
@@ -160,10 +161,7 @@ def main() -> int:
             f"{high:+.1f} | {100 * held.mean():.0f} % | {np.median(width[told]) / 2:.1f} km/h | "
             f"{int((~told).sum())} |"
         )
-    args.report.parent.mkdir(parents=True, exist_ok=True)
-    args.report.write_text("\n".join([*lines, ""]), encoding="utf-8")
-    print(args.report.read_text(encoding="utf-8"))
-    return 0
+    return written(lines, args.report)
 
 
 if __name__ == "__main__":

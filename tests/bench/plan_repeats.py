@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from written import written
 
 from swaywatch.diagnose.plant import OUTPUT, Job, run_jobs
 from swaywatch.plan.design import Design, make_design
@@ -141,10 +142,7 @@ def main() -> int:
                 f"{part.min():.2f} to {part.max():.2f} ({int(told.sum())} of {len(told)}) | "
                 f"{design.slalom_blocks:.0f} blocks |"
             )
-    args.report.parent.mkdir(parents=True, exist_ok=True)
-    args.report.write_text("\n".join([*lines, ""]), encoding="utf-8")
-    print(args.report.read_text(encoding="utf-8"))
-    return 0
+    return written(lines, args.report)
 
 
 if __name__ == "__main__":

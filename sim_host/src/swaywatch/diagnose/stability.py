@@ -45,13 +45,13 @@ def stability(problem: Problem, fit: Fit, reached: float) -> dict[str, Any]:
         Size of an independent sample of the residuals (`evidence.inflation`).
     """
     at = [k for k, b in enumerate(problem.beliefs.items) if b.kind in MOVING]
-    base = _base(problem, at, fit.shift)
+    base = base_of(problem, at, fit.shift)
     terms = [t for t in fit.terms if not _left_out(t)]
     joint = _covariance(problem, fit, max(reached, 1.0) * noise() ** 2)
     places = [len(joint) - fit.shift.size + k for k in at]
     causes: list[Cause] = []
     for term in terms:
-        found, own = _causes(term, _first(fit.terms, term))
+        found, own = causes_of(term, _first(fit.terms, term))
         causes += found
         places += own
     speed = max(float(np.mean(run.speed)) for run in problem.runs)
@@ -85,7 +85,7 @@ def _left_out(term: Term) -> str:
     return OUTSIDE if term.effect.id in _FROM_OUTSIDE else ""
 
 
-def _base(problem: Problem, at: Sequence[int], shift: Array) -> Base:
+def base_of(problem: Problem, at: Sequence[int], shift: Array) -> Base:
     """The calibrated vehicle; its values are the shifts of the beliefs about what moves."""
     scalars = neutral()
     plant = PlantInput(0.01, np.zeros(1), np.zeros(1), np.zeros(1), problem.body, scalars)
@@ -109,7 +109,7 @@ def _first(terms: Sequence[Term], term: Term) -> int:
     return sum(len(t.values) for t in terms[:found])
 
 
-def _causes(term: Term, first: int) -> tuple[list[Cause], list[int]]:
+def causes_of(term: Term, first: int) -> tuple[list[Cause], list[int]]:
     """A cause of each window of a term, or one; and the places of their values."""
     effect = term.effect
     names = [p.name for p in effect.parameters]
@@ -167,20 +167,22 @@ def _speeds(figures: Sequence[Figure]) -> list[dict[str, float] | None]:
 
 
 def _stated(figure: Figure, form: float = 0.0) -> dict[str, float] | None:
-    """A number with its 90 % interval; None: there is none up to the fastest speed tried."""
+    """A number with its 90 % interval, `form` of it from the model's; None: there is none."""
     if figure.value is None:
         return None
     value, error = figure.value, figure.error
-    half = math.hypot(NINETY * error, form * value)
+    half = math.hypot(NINETY * error, form)
     found = {"value": value, "standard_error": error, "low": value - half, "high": value + half}
     return {key: round(number, 3) for key, number in found.items()}
 
 
 def _entry(cost: Cost, term: Term, problem: Problem) -> dict[str, Any]:
-    form = form_share(term.effect.id + ("" if problem.free_start else BESIDE))
+    share = form_share(term.effect.id + ("" if problem.free_start else BESIDE))
+    # what costs by its phase errs with its size, not with what it happens to cost
+    largest = max((abs(figure.value or 0.0) for figure in cost.each), default=0.0)
 
     def back(figures: Sequence[Figure]) -> list[dict[str, float] | None]:
-        return [_stated(figure, form) for figure in figures]
+        return [_stated(f, share * max(abs(f.value or 0.0), largest)) for f in figures]
 
     entry: dict[str, Any] = {
         "name": cost.name, "id": term.effect.id, "component": term.effect.component,
