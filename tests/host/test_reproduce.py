@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,8 @@ import pytest
 
 from swaywatch.cli import main
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.reproduce import chapter5, chapter6
-from swaywatch.reproduce.page import Check
+from swaywatch.reproduce import chapter5, chapter6, courses, leads
+from swaywatch.reproduce.page import Chapter, Check, make_page
 from swaywatch.reproduce.study import VEHICLE, Setup, drive_of, identify, ladder_of
 
 
@@ -69,6 +70,42 @@ def test_generator_of_table_63_makes_the_phases_of_table_63() -> None:
         assert abs(load) == pytest.approx(expected, rel=0.15)
 
 
+def test_understeer_of_the_combination_is_that_of_its_steady_states() -> None:
+    """Eq. 3.26-3.35; the trailer that the text calls neutral understeers more than the car."""
+    model = SingleTrack.of(VEHICLE)
+    length, gradient = leads._gradient(model)
+    v = 25.0
+    assert v / (length + gradient * v**2 / 9.81) == pytest.approx(leads._gain(model, v), rel=1e-6)
+    car = leads._gradient(dataclasses.replace(model, has_trailer=False))[1]
+    assert car == pytest.approx(0.04016, abs=5e-5)
+    assert gradient == pytest.approx(0.03367, abs=5e-5)
+    assert leads._gradient(leads.trailer_alone())[1] == pytest.approx(0.0855, abs=1e-3)
+
+
+def test_ball_load_moves_the_centre_of_gravity() -> None:
+    """500 N more on the ball: balance of moments about the axles before and after."""
+    still, moved = (leads.ball_load(500.0, stiffness=True, moved=m) for m in (0.0, 2.5))
+    assert still == pytest.approx(123.34 + 2.4, abs=0.2)
+    assert moved > still + 15.0
+    assert leads.ball_load(0.0, stiffness=True, moved=2.5) == pytest.approx(123.34, abs=0.01)
+
+
+def test_own_and_extra_load_add_as_phasors() -> None:
+    largest, _ = courses.together(700.0, courses.OWN_DEG)
+    least, _ = courses.together(700.0, courses.OWN_DEG + 180.0)
+    assert (largest, least) == pytest.approx((900.0, 500.0))
+
+
+def test_a_miss_without_a_cause_fails_the_report() -> None:
+    assert not Check("a", 10.0, 12.0, 1.0, "km/h", cause="because").met
+    text = make_page([Chapter("c", "t", checks=[
+        Check("missed", 10.0, 12.0, 1.0, "km/h", cause="because of this"),
+        Check("hit", 10.0, 10.5, 1.0, "km/h", cause="never said"),
+    ])], 1.0)  # fmt: skip
+    assert "because of this" in text
+    assert "never said" not in text
+
+
 def test_check_knows_its_tolerance() -> None:
     assert Check("a", 10.0, 10.4, 0.5, "km/h").met
     assert not Check("a", 10.0, 10.6, 0.5, "km/h").met
@@ -79,6 +116,9 @@ def test_the_whole_report(tmp_path: Path, capsys: Any) -> None:
     assert main(["reproduce", "--out", str(tmp_path / "report")]) == 0, capsys.readouterr().out
     page = (tmp_path / "report" / "reproduce.html").read_text(encoding="utf-8")
     for title in ("Fig. 3-4", "Fig. 3-5", "Fig. 3-6", "Fig. 3-7", "Table 5-1", "Table 5-2",
-                  "Fig. 6-5", "Table 6-3"):  # fmt: skip
+                  "Fig. 6-5", "Table 6-3", "Fig. 1-3", "Fig. 3-3", "Fig. 4-4", "Fig. 5-10",
+                  "Fig. 5-12", "Fig. 5-13", "Fig. 5-14", "Fig. 6-2", "Fig. 6-6", "Fig. 6-12",
+                  "Table 5-1 from the plant", "Roll stiffness times ten"):  # fmt: skip
         assert title in page
+    assert "each with its cause" in capsys.readouterr().out
     assert "src=" not in page.split("</script>")[-1]  # nothing is loaded from elsewhere

@@ -8,6 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from swaywatch.models.single_track import PARAMETERS, SingleTrack
+from swaywatch.reproduce.leads import trailer_alone
 from swaywatch.reproduce.page import (
     BLUE,
     COLOURS,
@@ -22,9 +23,7 @@ from swaywatch.reproduce.page import (
     styled,
 )  # fmt: skip
 from swaywatch.reproduce.study import (
-    CAR,
     KMH,
-    TRAILER,
     VEHICLE,
     Setup,
     State,
@@ -184,12 +183,7 @@ def _root_locus(model: SingleTrack, states: list[State]) -> Figure:
 def _damping(model: SingleTrack, states: list[State]) -> Figure:
     speeds = np.linspace(30.0, 140.0, 111)
     car = dataclasses.replace(model, has_trailer=False)
-    trailer = SingleTrack(
-        m1=TRAILER.mass, iz1=TRAILER.yaw_inertia, lf1=TRAILER.front_axle_to_cog or 0.0,
-        lr1=TRAILER.rear_axle_to_cog, lh1=0.0, cf1=TRAILER.front_cornering_stiffness or 0.0,
-        cr1=TRAILER.rear_cornering_stiffness or 0.0, steering_ratio=CAR.steering_ratio,
-        has_trailer=False,
-    )  # fmt: skip
+    trailer = trailer_alone()
     plot = go.Figure()
     for name, single, colour in (
         ("car alone", car, BLUE), ("trailer alone", trailer, GREEN)
@@ -213,8 +207,9 @@ def _damping(model: SingleTrack, states: list[State]) -> Figure:
     plot.update_yaxes(title="yaw damping ratio [1]")
     return Figure(
         "Fig. 3-5: damping ratios of car, trailer and combination", styled(plot),
-        "The trailer alone stays near 1 because it steers neutrally; only the combination has a "
-        "mode whose damping falls to zero.",
+        "The text says that the trailer alone stays near 1 because it steers neutrally; it "
+        "understeers (0.086 rad) and its curve falls to 0.80. Only the combination has a mode "
+        "whose damping falls to zero.",
     )  # fmt: skip
 
 

@@ -24,6 +24,7 @@ class Check:
     ----------
     tolerance : largest distance that counts as met, in ``unit``
     sense : ``within`` the tolerance, or only ``above`` or ``below`` the reference
+    cause : why it is missed where it is: what a computed experiment says
     """
 
     what: str
@@ -32,6 +33,7 @@ class Check:
     tolerance: float
     unit: str
     sense: str = "within"
+    cause: str = ""
 
     @property
     def met(self) -> bool:
@@ -102,11 +104,15 @@ def _checks(checks: Sequence[Check]) -> str:
         f"<td class='number'>{_number(check.value)}</td>"
         f"<td class='number'>{_allowed(check)}</td>"
         f"<td>{html.escape(check.unit)}</td>"
+        f"<td class='number'>{_number(check.value - check.reference)}</td>"
         f"<td class='{'met' if check.met else 'missed'}'>{'met' if check.met else 'missed'}</td>"
-        "</tr>"
+        f"<td>{'' if check.met else html.escape(check.cause)}</td></tr>"
         for check in checks
     )
-    head = "<tr><th></th><th>reference</th><th>here</th><th>within</th><th>unit</th><th></th></tr>"
+    head = (
+        "<tr><th></th><th>reference</th><th>here</th><th>within</th><th>unit</th>"
+        "<th>difference</th><th></th><th>why missed</th></tr>"
+    )
     return wide(f"<table>{head}{rows}</table>")
 
 

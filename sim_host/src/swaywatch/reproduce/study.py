@@ -59,6 +59,8 @@ class Setup:
     speed_control: bool = False
     seed: int = 1
     model: str = "double_track"
+    sprung: Mapping[str, float] | None = None
+    damper: str = ""
     first_s: float = 0.5
     last_s: float = 6.0
 
@@ -88,8 +90,12 @@ def drive_of(setup: Setup) -> tuple[Drive, Trace]:
         "sensors": {"preset": setup.sensors},
         "timing": {"jitter_s": 0.0, "latency_s": 0.0} if setup.sensors == "perfect" else {},
     }
+    if setup.sprung is not None:
+        content["sprung"] = dict(setup.sprung)
     if setup.model == "multibody":  # what the linear models have: bodies that stay level
-        content["multibody"] = {"bodies": "planar"}
+        content["multibody"] = (
+            {"damper": {"kind": setup.damper}} if setup.damper else {"bodies": "planar"}
+        )
     scenario = read_scenario(content, "study", Path(), "study", vehicle=setup.vehicle)
     return simulate_scenario(scenario)
 
