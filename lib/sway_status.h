@@ -116,7 +116,7 @@ typedef enum {
 typedef enum {
     SWAY_FINDING_NONE,
     SWAY_FINDING_SPEED,           ///< true over measured speed, less 1
-    SWAY_FINDING_CAR_FRONT_TYRES, ///< stiffness has changed on the way
+    SWAY_FINDING_CAR_FRONT_TYRES, ///< stiffness over the configured one, less 1
     SWAY_FINDING_CAR_REAR_TYRES,
     SWAY_FINDING_TRAILER_TYRES,
     SWAY_FINDING_LOAD,       ///< of the trailer, changed on the way; size: its COG to the front, um

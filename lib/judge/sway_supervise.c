@@ -34,12 +34,16 @@ static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
 #define FADING                                                                                     \
     ((UINT64_C(1) << SWAY_NUMBER_SPEED) - 1U + (UINT64_C(63) << SWAY_NUMBER_CHANGED_STIFFNESS))
 
-/* The third of the explanations by the vehicle, which come after those by each sensor. */
+/* Explanations by the vehicle, which come after those by each sensor: the first, the fourth. */
+#define EXPLAIN_SPEED SWAY_SUPERVISE_SENSORS
 #define EXPLAIN_TRAILER_TYRES (SWAY_SUPERVISE_SENSORS + 3)
 
 /* From here on the user's values as a whole, which are never told: in hours of driving what wind
  * and road cause makes them look wrong. They only keep a sensor from being blamed for them. */
 #define EXPLAIN_CAR (SWAY_SUPERVISE_SENSORS + 6)
+
+/* Tolerance of what is found to differ, at the least ten times of what is believed. */
+#define LIFTED_PPM 250000
 
 /* Explanations by the vehicle. */
 static const struct {
@@ -85,7 +89,7 @@ static void reset_numbers(sway_supervise_t *su)
     su->candidate = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
     su->told = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
     su->in_a_row = 0;
-    su->doubtful = 0;
+    su->unresolved = false;
     su->rounds = 0;
     su->stage = STAGE_IDLE;
 }
@@ -114,6 +118,11 @@ void sway_supervise_init(sway_supervise_t *su, const sway_vehicle_t *vehicle,
 
 /* --- offsets -----------------------------------------------------------------------------------
  */
+
+/* So few numbers are taken in one slice. */
+#if 2 * SWAY_SUPERVISE_OFFSETS * (SWAY_SUPERVISE_OFFSETS + 5) > SWAY_GAUSS_CHUNK
+#error "SWAY_SUPERVISE_OFFSETS: more than one slice of sway_gauss"
+#endif
 
 /* Of r2 - r1 = 0, a1 - v r1 = bank, a2 - v r2 = bank, in micro-units. */
 static void take_means(sway_supervise_t *su)
@@ -145,8 +154,7 @@ static void take_means(sway_supervise_t *su)
             su->offset_slope[sensor[k][1] + late] = arm;
         }
         su->offset_slope[OFFSET_BANK] = sway_real_int(k == 0U ? 0 : -1);
-        while (sway_gauss_take(&su->offsets, MUL(mean, sway_real_micro(1)), variance)) {
-        }
+        (void)sway_gauss_take(&su->offsets, MUL(mean, sway_real_micro(1)), variance);
     }
 }
 
@@ -160,7 +168,7 @@ static void weigh_offsets(sway_supervise_t *su)
 {
     int32_t best = 0;
     int32_t second = 0;
-    uint32_t which = 4;
+    uint32_t which = 0;
     for (uint32_t i = 0; i < 4U; i++) {
         const uint8_t group[2] = {(uint8_t)i, (uint8_t)(i + OFFSET_LATELY)};
         const int32_t worth = integer(sway_gauss_worth(&su->offsets, group, 2), 1) - 6;
@@ -169,7 +177,7 @@ static void weigh_offsets(sway_supervise_t *su)
         best = worth > best ? worth : best;
     }
     su->offset_mask = 0;
-    if (which < 4U && best > SWAY_SUPERVISE_LIMIT && best - second > SWAY_SUPERVISE_LEAD) {
+    if (best > SWAY_SUPERVISE_LIMIT && best - second > SWAY_SUPERVISE_LEAD) {
         const uint32_t late = which + OFFSET_LATELY;
         const sway_gauss_t *const all = &su->offsets;
         const sway_real_t variance = ADD(
@@ -222,8 +230,7 @@ static void take_row_of_means(sway_supervise_t *su, const sway_row_t *row)
     su->rows++;
     if (su->rows == MEAN_ROWS) {
         su->rows = 0;
-        while (sway_gauss_fade(&su->offsets, OFFSET_FADING, OFFSET_KEEP_PPM)) {
-        }
+        (void)sway_gauss_fade(&su->offsets, OFFSET_FADING, OFFSET_KEEP_PPM);
         take_means(su);
         weigh_offsets(su);
     }
@@ -299,18 +306,7 @@ static uint32_t group_of(uint32_t explanation, uint8_t group[SWAY_GAUSS_GROUP])
 
 static sway_channel_t channel_of(uint32_t sensor)
 {
-    static const uint8_t channel[] = {SWAY_CHANNEL_STEERING_WHEEL_ANGLE,
-                                      SWAY_CHANNEL_CAR_YAW_RATE,
-                                      SWAY_CHANNEL_CAR_LATERAL_ACC,
-                                      SWAY_CHANNEL_TRAILER_YAW_RATE,
-                                      SWAY_CHANNEL_TRAILER_LATERAL_ACC,
-                                      SWAY_CHANNEL_ARTICULATION,
-                                      SWAY_CHANNEL_HITCH_FY,
-                                      SWAY_CHANNEL_CAR_FRONT_FY,
-                                      SWAY_CHANNEL_CAR_REAR_FY,
-                                      SWAY_CHANNEL_TRAILER_FRONT_FY,
-                                      SWAY_CHANNEL_TRAILER_REAR_FY};
-    return (sway_channel_t)channel[sensor];
+    return sway_from_channel((sway_from_t)(sensor + 1U));
 }
 
 /* Gain or delay of a sensor: what it shows is the truth over 1 + h. */
@@ -341,40 +337,71 @@ static void tell_sensor(sway_supervise_t *su, uint32_t sensor)
     reset_numbers(su);
 }
 
-/* What differs of the vehicle is estimated from now on as if nothing had been believed of it. */
+/* What differs of the vehicle is estimated from now on as if nothing had been believed of it, and
+ * all numbers anew: the others had been bent to take its place. */
 static void tell_vehicle(sway_supervise_t *su, uint32_t explanation)
 {
     uint8_t group[SWAY_GAUSS_GROUP];
     const uint32_t size = group_of(explanation, group);
+    memcpy(su->tolerance_ppm, TOLERANCE, sizeof TOLERANCE);
     for (uint32_t k = 0; k < size; k++) {
-        sway_gauss_lift(&su->numbers, group[k], &su->tolerance_ppm[group[k]], 10);
+        const int32_t ten_times = 10 * TOLERANCE[group[k]];
+        su->tolerance_ppm[group[k]] = ten_times > LIFTED_PPM ? ten_times : LIFTED_PPM;
     }
+    sway_gauss_reset(&su->numbers);
     su->told = (uint8_t)explanation;
     su->in_a_row = 0;
     su->doubted_mask = 0;
 }
 
-/* Size of what is told of the vehicle: the first number, of a trailer's tyres the mean. */
+/* Numbers whose sum over `parts` is the size of what is told: what has changed on the way and what
+ * the belief was off by are one to the user; of a trailer's two axles it is the mean. */
+static uint32_t numbers_of_size(const sway_supervise_t *su, uint8_t number[4], uint32_t *parts)
+{
+    static const uint8_t believed[] = {0,
+                                       SWAY_NUMBER_STIFFNESS,
+                                       SWAY_NUMBER_STIFFNESS + 1,
+                                       SWAY_NUMBER_STIFFNESS + 3,
+                                       SWAY_NUMBER_TRAILER_PLACE,
+                                       0};
+    uint8_t group[SWAY_GAUSS_GROUP];
+    (void)group_of(su->told, group);
+    const bool axles =
+        su->told == (uint8_t)EXPLAIN_TRAILER_TYRES && su->vehicle->trailer.axles == 2;
+    *parts = axles ? 2U : 1U;
+    number[0] = group[0];
+    number[1] = believed[su->told - SWAY_SUPERVISE_SENSORS];
+    number[2] = group[1];
+    number[3] = SWAY_NUMBER_STIFFNESS + 2;
+    return axles ? 4U : (number[1] != 0U ? 2U : 1U);
+}
+
 static void follow_vehicle(sway_supervise_t *su)
 {
+    uint8_t number[4];
+    uint32_t parts;
+    sway_real_t value = sway_real_zero();
+    sway_real_t variance = sway_real_zero();
     if (su->told >= SWAY_SUPERVISE_EXPLANATIONS) {
         return;
     }
-    uint8_t group[SWAY_GAUSS_GROUP];
-    (void)group_of(su->told, group);
-    const uint32_t a = group[0];
-    sway_real_t value = su->value[a];
-    sway_real_t variance = sway_gauss_covariance(&su->numbers, a, a);
-    if (su->told == (uint8_t)EXPLAIN_TRAILER_TYRES && su->vehicle->trailer.axles == 2) {
-        const uint32_t b = group[1];
-        value = sway_real_scale(ADD(value, su->value[b]), -1);
-        variance = ADD(variance, sway_gauss_covariance(&su->numbers, b, b));
-        variance = ADD(variance, sway_real_scale(sway_gauss_covariance(&su->numbers, a, b), 1));
-        variance = sway_real_scale(variance, -2);
+    const uint32_t count = numbers_of_size(su, number, &parts);
+    for (uint32_t i = 0; i < count; i++) {
+        value = ADD(value, su->value[number[i]]);
+        for (uint32_t j = 0; j < count; j++) {
+            variance = ADD(variance, sway_gauss_covariance(&su->numbers, number[i], number[j]));
+        }
+    }
+    sway_real_t share = sway_real_ratio(1, (int32_t)parts);
+    value = MUL(value, share);
+    if (su->told == (uint8_t)EXPLAIN_SPEED) { // relations are linear in 1 / speed
+        const sway_real_t rest = SUB(sway_real_int(1), value);
+        value = DIV(value, rest);
+        share = DIV(sway_real_int(1), sway_real_square(rest));
     }
     su->finding.code = BY_VEHICLE[su->told - SWAY_SUPERVISE_SENSORS].finding;
     su->finding.size_micro = integer(value, 1000000);
-    su->finding.se_micro = integer(sway_real_sqrt(variance), 1000000);
+    su->finding.se_micro = integer(MUL(sway_real_sqrt(variance), share), 1000000);
 }
 
 static void weigh_one(sway_supervise_t *su)
@@ -415,8 +442,8 @@ static void judge_explanations(sway_supervise_t *su)
     }
     su->in_a_row = (uint8_t)(ahead && su->candidate == best ? su->in_a_row + 1U : 0U);
     su->candidate = (uint8_t)(ahead ? best : SWAY_SUPERVISE_EXPLANATIONS);
-    su->doubtful = (uint8_t)(finding ? (su->doubtful < 255U ? su->doubtful + 1U : 255U) : 0U);
-    su->doubted_mask = su->doubtful >= 2U ? doubtful_sensors(su, most) : 0U;
+    su->doubted_mask = finding && su->unresolved ? doubtful_sensors(su, most) : 0U;
+    su->unresolved = finding;
     su->rounds++;
     if (su->in_a_row > 0U && best < SWAY_SUPERVISE_SENSORS) {
         tell_sensor(su, best);

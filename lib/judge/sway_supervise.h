@@ -54,7 +54,7 @@ typedef struct {
     uint8_t explanation; ///< that is weighed next
     uint8_t candidate;   ///< the best one of the last round
     uint8_t in_a_row;    ///< rounds that it was ahead
-    uint8_t doubtful;    ///< rounds with a finding that could not be told
+    bool unresolved;     ///< the last round had a finding that could not be told
     uint8_t told; ///< explanation of the vehicle that is told, or SWAY_SUPERVISE_EXPLANATIONS
     uint32_t doubted_mask;
     uint32_t refuted_mask;

@@ -190,14 +190,6 @@ void sway_gauss_free(const sway_gauss_t *gauss, uint32_t index, sway_real_t *val
     }
 }
 
-void sway_gauss_lift(sway_gauss_t *gauss, uint32_t index, int32_t *tolerance_ppm, int32_t factor)
-{
-    sway_real_t *const c = &gauss->covariance[place(index, index)];
-    *c = SUB(*c, prior(gauss, index));
-    *tolerance_ppm *= factor;
-    *c = ADD(*c, prior(gauss, index));
-}
-
 sway_real_t sway_gauss_covariance(const sway_gauss_t *gauss, uint32_t a, uint32_t b)
 {
     return gauss->covariance[place(a, b)];

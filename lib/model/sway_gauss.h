@@ -60,10 +60,6 @@ sway_real_t sway_gauss_worth(const sway_gauss_t *gauss, const uint8_t *group, ui
 void sway_gauss_free(const sway_gauss_t *gauss, uint32_t index, sway_real_t *value,
                      sway_real_t *se);
 
-/// Lifts the tolerance of a number (which `tolerance_ppm` of the filter points at) to `factor`
-/// times of it.
-void sway_gauss_lift(sway_gauss_t *gauss, uint32_t index, int32_t *tolerance_ppm, int32_t factor);
-
 /// Covariance of two numbers.
 sway_real_t sway_gauss_covariance(const sway_gauss_t *gauss, uint32_t a, uint32_t b);
 

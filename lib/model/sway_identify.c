@@ -5,22 +5,6 @@
 
 #include "arithmetic/sway_real_ops.h"
 
-/* Channel of each source; SWAY_FROM_S has none. */
-static const sway_channel_t CHANNEL_OF[SWAY_FROM_ALL] = {
-    SWAY_CHANNEL_COUNT,
-    SWAY_CHANNEL_STEERING_WHEEL_ANGLE,
-    SWAY_CHANNEL_CAR_YAW_RATE,
-    SWAY_CHANNEL_CAR_LATERAL_ACC,
-    SWAY_CHANNEL_TRAILER_YAW_RATE,
-    SWAY_CHANNEL_TRAILER_LATERAL_ACC,
-    SWAY_CHANNEL_ARTICULATION,
-    SWAY_CHANNEL_HITCH_FY,
-    SWAY_CHANNEL_CAR_FRONT_FY,
-    SWAY_CHANNEL_CAR_REAR_FY,
-    SWAY_CHANNEL_TRAILER_FRONT_FY,
-    SWAY_CHANNEL_TRAILER_REAR_FY,
-};
-
 static const sway_channel_t LOAD_OF[SWAY_AXLE_COUNT] = {
     SWAY_CHANNEL_CAR_FRONT_FZ, SWAY_CHANNEL_CAR_REAR_FZ, SWAY_CHANNEL_TRAILER_FRONT_FZ,
     SWAY_CHANNEL_TRAILER_REAR_FZ};
@@ -45,7 +29,7 @@ static bool has_channel(const sway_line_t *line, sway_channel_t channel)
 
 static sway_phasor_t measured(const sway_identify_t *id, sway_from_t from)
 {
-    const sway_channel_t channel = CHANNEL_OF[from];
+    const sway_channel_t channel = sway_from_channel(from);
     if (!has_channel(id->line, channel)) {
         return sway_phasor_unknown();
     }
@@ -81,8 +65,9 @@ static void set_variances(sway_identify_t *id)
 {
     const sway_line_t *const line = id->line;
     for (int i = SWAY_FROM_STEERING; i < (int)SWAY_FROM_COUNT; i++) {
-        if (has_channel(line, CHANNEL_OF[i])) {
-            const sway_real_t se = line->channel[CHANNEL_OF[i]].amplitude_se;
+        const sway_channel_t channel = sway_from_channel((sway_from_t)i);
+        if (has_channel(line, channel)) {
+            const sway_real_t se = line->channel[channel].amplitude_se;
             id->sources.variance[i] = MUL(se, se);
         }
     }
@@ -234,7 +219,7 @@ static sway_phasor_t difference(const sway_phasor_t *a, const sway_phasor_t *b)
 
 static bool measures_force(const sway_identify_t *id, sway_axle_t axle)
 {
-    return has_channel(id->line, CHANNEL_OF[FORCE_OF[axle]]);
+    return has_channel(id->line, sway_from_channel(FORCE_OF[axle]));
 }
 
 static bool car_forces_measured(const sway_identify_t *id)

@@ -3,6 +3,25 @@
 
 static const sway_complex_t NOTHING = {{0, 0}, {0, 0}};
 
+sway_channel_t sway_from_channel(sway_from_t from)
+{
+    static const uint8_t channel[SWAY_FROM_ALL] = {
+        SWAY_CHANNEL_COUNT,
+        SWAY_CHANNEL_STEERING_WHEEL_ANGLE,
+        SWAY_CHANNEL_CAR_YAW_RATE,
+        SWAY_CHANNEL_CAR_LATERAL_ACC,
+        SWAY_CHANNEL_TRAILER_YAW_RATE,
+        SWAY_CHANNEL_TRAILER_LATERAL_ACC,
+        SWAY_CHANNEL_ARTICULATION,
+        SWAY_CHANNEL_HITCH_FY,
+        SWAY_CHANNEL_CAR_FRONT_FY,
+        SWAY_CHANNEL_CAR_REAR_FY,
+        SWAY_CHANNEL_TRAILER_FRONT_FY,
+        SWAY_CHANNEL_TRAILER_REAR_FY,
+    };
+    return (sway_channel_t)channel[from];
+}
+
 static bool is_zero(sway_complex_t a)
 {
     return a.re.m == 0 && a.im.m == 0;

@@ -9,8 +9,8 @@
 #ifndef SWAY_PHASOR_H
 #define SWAY_PHASOR_H
 
-#include "sway_config.h"
 #include "arithmetic/sway_real.h"
+#include "sway_types.h"
 
 /// What is measured. Each has one standard error for its real and its imaginary part.
 typedef enum {
@@ -28,6 +28,9 @@ typedef enum {
     SWAY_FROM_TRAILER_REAR_FY,
     SWAY_FROM_ALL
 } sway_from_t;
+
+/// Channel of a source; SWAY_CHANNEL_COUNT for SWAY_FROM_S, which has none.
+sway_channel_t sway_from_channel(sway_from_t from);
 
 /// Sources that are kept: those of the channels that the build has.
 #if SWAY_CHANNELS > 12

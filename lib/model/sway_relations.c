@@ -66,18 +66,17 @@ enum {
     SLIDING = SWAY_RELATIONS_SENSORS
 };
 
-/* Channel of each source, and noise of its amplitude in a window, SI x 1e-6: several times what a
- * sensor of a production car has. */
-static const struct {
-    uint8_t channel;
-    int32_t noise_micro;
-} SOURCE[SWAY_RELATIONS_SENSORS] = {
-    {SWAY_CHANNEL_STEERING_WHEEL_ANGLE, 1000}, {SWAY_CHANNEL_CAR_YAW_RATE, 300},
-    {SWAY_CHANNEL_CAR_LATERAL_ACC, 15000},     {SWAY_CHANNEL_TRAILER_YAW_RATE, 300},
-    {SWAY_CHANNEL_TRAILER_LATERAL_ACC, 15000}, {SWAY_CHANNEL_ARTICULATION, 300},
-    {SWAY_CHANNEL_HITCH_FY, 20000000},         {SWAY_CHANNEL_CAR_FRONT_FY, 20000000},
-    {SWAY_CHANNEL_CAR_REAR_FY, 20000000},      {SWAY_CHANNEL_TRAILER_FRONT_FY, 20000000},
-    {SWAY_CHANNEL_TRAILER_REAR_FY, 20000000},
+/* Noise of each source's amplitude in a window, SI x 1e-6: several times what a sensor of a
+ * production car has. */
+static const int32_t NOISE_MICRO[SWAY_RELATIONS_SENSORS] = {
+    1000,                                   // steering wheel
+    300,                                    // car: yaw rate
+    15000,                                  // lateral acceleration
+    300,                                    // trailer: yaw rate
+    15000,                                  // lateral acceleration
+    300,                                    // articulation
+    20000000,                               // hitch
+    20000000, 20000000, 20000000, 20000000, // axles
 };
 
 #define BIT(source) ((uint32_t)1U << (uint32_t)(source))
@@ -92,6 +91,11 @@ static sway_real_t metre(int32_t micrometre)
 static bool knows(const sway_relations_t *re, uint32_t sources)
 {
     return (re->known & sources) == sources;
+}
+
+static sway_channel_t channel_of(uint32_t source)
+{
+    return sway_from_channel((sway_from_t)(source + 1U));
 }
 
 static uint32_t force_source(uint32_t axle)
@@ -153,8 +157,9 @@ bool sway_relations_add(sway_relations_sums_t *sums, const sway_row_t *row)
     }
     sums->known &= row->valid_mask;
     for (uint32_t source = 0; source < SWAY_RELATIONS_SENSORS; source++) {
-        if ((sums->known & SWAY_CHANNEL_BIT(SOURCE[source].channel)) != 0U) {
-            add_value(sums, source, row->value[SOURCE[source].channel]);
+        const sway_channel_t channel = channel_of(source);
+        if ((sums->known & SWAY_CHANNEL_BIT(channel)) != 0U) {
+            add_value(sums, source, row->value[channel]);
         }
     }
     const int32_t rate =
@@ -194,10 +199,10 @@ bool sway_relations_start(sway_relations_t *re, const sway_vehicle_t *vehicle,
                         MUL(sway_real_micro(sample_period_us), sway_real_int(SWAY_RELATIONS_ROWS)));
     for (uint32_t source = 0; source < SWAY_RELATIONS_SOURCES; source++) {
         const bool slide = source == (uint32_t)SLIDING;
-        const sway_real_t unit = slide ? sway_real_ratio(1, SLIDING_URAD_S)
-                                       : sway_line_unit((sway_channel_t)SOURCE[source].channel);
+        const sway_real_t unit =
+            slide ? sway_real_ratio(1, SLIDING_URAD_S) : sway_line_unit(channel_of(source));
         const bool known = slide ? knows(re, BIT(RATE_1) | BIT(RATE_2))
-                                 : (sums->known & SWAY_CHANNEL_BIT(SOURCE[source].channel)) != 0U;
+                                 : (sums->known & SWAY_CHANNEL_BIT(channel_of(source))) != 0U;
         re->known |= known ? BIT(source) : 0U;
         for (uint32_t bin = 0; bin < SWAY_RELATIONS_BINS; bin++) {
             const sway_real_t scale = sway_real_scale(unit, -15 - 8); // an amplitude: 2/rows
@@ -308,7 +313,7 @@ static void add(sway_relations_t *re, sway_complex_t *term, uint32_t source, uin
 {
     const sway_complex_t value = sway_complex_scale(amplitude(re, source, order), by);
     const sway_real_t omega = MUL(re->bin_rad_s, sway_real_int(re->harmonic));
-    sway_real_t noise = MUL(MUL(by, part->lever), sway_real_micro(SOURCE[source].noise_micro));
+    sway_real_t noise = MUL(MUL(by, part->lever), sway_real_micro(NOISE_MICRO[source]));
     for (uint32_t k = 0; k < order; k++) {
         noise = MUL(noise, omega);
     }
@@ -405,13 +410,14 @@ static void term_tyre(sway_relations_t *re, uint32_t axle, const part_t *part)
     const sway_real_t c = sway_real_int(stiffness(re, axle));
     const sway_real_t lag = NEG(MUL(c, DIV(sway_real_ratio(USUAL_LAG_MM, 1000), re->speed_m_s)));
     sway_complex_t by_speed;
-    sway_complex_t unused;
+    sway_complex_t late_by_speed;
     sway_complex_t force = add_tyre(re, axle, 0, c, part, &by_speed);
-    const sway_complex_t late = add_tyre(re, axle, 1, lag, part, &unused);
+    const sway_complex_t late = add_tyre(re, axle, 1, lag, part, &late_by_speed);
     force = sway_complex_add(force, late);
     close_term(re, force, part);
     add_slope(re, (uint32_t)SWAY_NUMBER_STIFFNESS + axle, force, part->lever);
     add_slope(re, (uint32_t)SWAY_NUMBER_CHANGED_STIFFNESS + axle, force, part->lever);
+    by_speed = sway_complex_add(by_speed, sway_complex_add(late, late_by_speed)); // late: twice
     add_slope(re, SWAY_NUMBER_SPEED, by_speed, NEG(part->lever));
     add_slope(re, axle < 2U ? SWAY_NUMBER_CAR_LAG : SWAY_NUMBER_TRAILER_LAG, late,
               MUL(part->lever, sway_real_ratio(1000, USUAL_LAG_MM)));
@@ -529,8 +535,7 @@ static part_t part_of(const sway_relations_t *re, uint32_t term)
 
 static bool is_nothing(const part_t *part)
 {
-    return sway_real_is_zero(part->lever) && sway_real_is_zero(part->by_place) &&
-           sway_real_is_zero(part->by_length);
+    return sway_real_is_zero(part->lever) && sway_real_is_zero(part->by_place);
 }
 
 static void axle_term(sway_relations_t *re, uint32_t axle, const part_t *part)

@@ -46,13 +46,14 @@ typedef struct {
     double v;
     double complex stiffness[4];
     double inertia[2];
-    double pull; /* hitch force along the car's axis, on the car */
+    double pull;     /* hitch force along the car's axis, on the car */
+    double friction; /* moment at the hitch, Nm per rad/s of articulation rate */
 } test_plant_t;
 
 static inline test_plant_t reference_plant(double kmh)
 {
-    const test_plant_t plant = {
-        -0.1 + 4.2 * I, kmh / 3.6, {109300, 185200, 131200, 124400}, {2690, 10350}, 0};
+    const test_plant_t plant = {-0.1 + 4.2 * I, kmh / 3.6, {109300, 185200, 131200, 124400},
+                                {2690, 10350},  0,         0};
     return plant;
 }
 
@@ -100,6 +101,13 @@ static inline void plant_line(const test_plant_t *plant, const sway_vehicle_t *v
                           c2f * bf + c2r * br
                     : 1;
     A[2][3] = 0;
+    if (axles) {
+        const double complex turn = plant->friction * s;
+        A[1][1] += turn;
+        A[1][2] -= turn;
+        A[2][1] -= turn;
+        A[2][2] += turn;
+    }
     for (int k = 0; k < 3; k++) {
         for (int i = 0; i < 3; i++) {
             const double complex factor = i == k ? 0 : A[i][k] / A[k][k];

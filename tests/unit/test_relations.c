@@ -1,0 +1,495 @@
+/* Relations between the inputs: on the motion of an exact linear combination every one of them
+ * holds, and where the vehicle or a sensor is another one by a little, its residual is what its
+ * slope says. */
+#include "model/sway_relations.h"
+#include <stdio.h>
+
+#include "sway_test.h"
+#include "unity.h"
+
+#define SPEED 25.0
+#define LAG 0.35
+#define PERIOD_US 10000
+#define TONES 3
+
+/* Three tones between the harmonics, or one at the fourth. */
+static const double complex BETWEEN[TONES] = {-0.05 + 2.9 * I, 4.4 * I, 0.04 + 5.7 * I};
+static const double complex FOURTH[TONES] = {4 * 2 * M_PI / 5.12 * I};
+static const double complex *s = BETWEEN;
+
+static sway_vehicle_t vehicle; /* as it is believed */
+static sway_relations_sums_t sums;
+static sway_relations_t relations;
+
+/* Sensors of a drive: bits of channels. */
+#define STEERED SWAY_CHANNEL_BIT(SWAY_CHANNEL_STEERING_WHEEL_ANGLE)
+#define CAR                                                                                        \
+    (SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE) | SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_LATERAL_ACC))
+#define TRAILER                                                                                    \
+    (SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE) |                                             \
+     SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_LATERAL_ACC))
+#define ANGLE SWAY_CHANNEL_BIT(SWAY_CHANNEL_ARTICULATION)
+#define HITCH SWAY_CHANNEL_BIT(SWAY_CHANNEL_HITCH_FY)
+#define CAR_FORCES                                                                                 \
+    (SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_FRONT_FY) | SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_REAR_FY))
+#define TRAILER_FORCES                                                                             \
+    (SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_FRONT_FY) |                                             \
+     SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_REAR_FY))
+#define MOTIONS (STEERED | CAR | TRAILER)
+#define ALL (MOTIONS | ANGLE | HITCH | CAR_FORCES | TRAILER_FORCES)
+
+/* What the drive really is: the believed vehicle with one number off by a little. */
+typedef struct {
+    uint32_t sensors;
+    int number; /* sway_number_t; -1: none */
+    double by;
+    double size; /* of the motion */
+} truth_t;
+
+void setUp(void)
+{
+    vehicle = reference_vehicle();
+    memset(&sums, 0, sizeof sums);
+    s = BETWEEN;
+}
+
+void tearDown(void)
+{
+}
+
+static void one_axle(void)
+{
+    vehicle.trailer.axles = 1;
+    vehicle.trailer.rear_axle_to_cog_um = 201000;
+    vehicle.trailer.rear_cornering_stiffness_n_per_rad = 255600;
+}
+
+/* --- drives --------------------------------------------------------------------------------------
+ */
+
+static double off(const truth_t *truth, int number)
+{
+    return truth->number == number ? truth->by : 0;
+}
+
+static int32_t times(int32_t value, double factor)
+{
+    return (int32_t)lround(value * factor);
+}
+
+static sway_vehicle_t true_vehicle(const truth_t *truth)
+{
+    sway_vehicle_t real_one = vehicle;
+    const int32_t place = (int32_t)lround(
+        1e6 * (off(truth, SWAY_NUMBER_TRAILER_PLACE) + off(truth, SWAY_NUMBER_CHANGED_PLACE)));
+    const int32_t length = (int32_t)lround(1e6 * off(truth, SWAY_NUMBER_TRAILER_LENGTH));
+    real_one.car.mass_g = times(vehicle.car.mass_g, 1 + off(truth, SWAY_NUMBER_CAR_MASS));
+    real_one.trailer.mass_g =
+        times(vehicle.trailer.mass_g,
+              1 + off(truth, SWAY_NUMBER_TRAILER_MASS) + off(truth, SWAY_NUMBER_CHANGED_MASS));
+    real_one.trailer.front_axle_to_cog_um -= place;
+    real_one.trailer.rear_axle_to_cog_um += place;
+    real_one.trailer.lateral_acc_position_um -= place;
+    real_one.trailer.hitch_to_cog_um += length - place;
+    return real_one;
+}
+
+static void tone(const truth_t *truth, double complex at, sway_line_t *line)
+{
+    const sway_vehicle_t real_one = true_vehicle(truth);
+    const double stiffness[4] = {vehicle.car.front_cornering_stiffness_n_per_rad,
+                                 vehicle.car.rear_cornering_stiffness_n_per_rad,
+                                 vehicle.trailer.front_cornering_stiffness_n_per_rad,
+                                 vehicle.trailer.rear_cornering_stiffness_n_per_rad};
+    test_plant_t plant = {.s = at, .v = SPEED};
+    for (int axle = 0; axle < 4; axle++) {
+        const double lag =
+            LAG + off(truth, axle < 2 ? SWAY_NUMBER_CAR_LAG : SWAY_NUMBER_TRAILER_LAG);
+        plant.stiffness[axle] = stiffness[axle] * (1 - at * lag / SPEED) *
+                                (1 + off(truth, SWAY_NUMBER_STIFFNESS + axle) +
+                                 off(truth, SWAY_NUMBER_CHANGED_STIFFNESS + axle));
+    }
+    plant.inertia[0] =
+        vehicle.car.yaw_inertia_gm2 / 1e3 * (1 + off(truth, SWAY_NUMBER_CAR_INERTIA));
+    plant.inertia[1] =
+        vehicle.trailer.yaw_inertia_gm2 / 1e3 * (1 + off(truth, SWAY_NUMBER_TRAILER_INERTIA));
+    plant.friction = 100 * off(truth, SWAY_NUMBER_FRICTION) / 8727e-6;
+    plant_line(&plant, &real_one, line);
+    set_channel(line, SWAY_CHANNEL_ARTICULATION,
+                (cvalue(line->channel[SWAY_CHANNEL_TRAILER_YAW_RATE].amplitude) -
+                 cvalue(line->channel[SWAY_CHANNEL_CAR_YAW_RATE].amplitude)) /
+                    at);
+}
+
+/* What a sensor shows of the truth in a tone. */
+static double complex shown(const truth_t *truth, int sensor, double complex at)
+{
+    const double bin = 2 * M_PI / (512 * PERIOD_US * 1e-6);
+    const double delay = off(truth, 2 * sensor + 1) / (4 * bin);
+    return cexp(-at * delay) / (1 + off(truth, 2 * sensor));
+}
+
+static void drive(const truth_t *truth)
+{
+    static double complex amplitude[TONES][SWAY_RELATIONS_SENSORS];
+    for (int n = 0; n < TONES && s[n] != 0; n++) {
+        static sway_line_t line;
+        tone(truth, s[n], &line);
+        for (int i = 0; i < SWAY_RELATIONS_SENSORS; i++) {
+            const sway_channel_t channel = sway_from_channel((sway_from_t)(i + 1));
+            const double unit = channel >= SWAY_CHANNEL_HITCH_FX ? 1e3 : 1e6;
+            amplitude[n][i] = (line.valid_mask & SWAY_CHANNEL_BIT(channel)) == 0
+                                  ? 0
+                                  : cvalue(line.channel[channel].amplitude) * unit * truth->size *
+                                        shown(truth, i, s[n]);
+        }
+    }
+    for (int k = 0; k < SWAY_RELATIONS_ROWS; k++) {
+        sway_row_t row = {.valid_mask = truth->sensors | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
+        row.value[SWAY_CHANNEL_SPEED] =
+            (int32_t)lround(SPEED * 1e3 / (1 + off(truth, SWAY_NUMBER_SPEED)));
+        for (int i = 0; i < SWAY_RELATIONS_SENSORS; i++) {
+            double value_now = 0;
+            for (int n = 0; n < TONES && s[n] != 0; n++) {
+                value_now += creal(amplitude[n][i] * cexp(s[n] * (k * PERIOD_US * 1e-6)));
+            }
+            row.value[sway_from_channel((sway_from_t)(i + 1))] = (int32_t)lround(value_now);
+        }
+        TEST_ASSERT_EQUAL(k == SWAY_RELATIONS_ROWS - 1, sway_relations_add(&sums, &row));
+    }
+    TEST_ASSERT_TRUE(sway_relations_start(&relations, &vehicle, &sums, PERIOD_US));
+}
+
+static void run(sway_relation_t relation, uint32_t harmonic)
+{
+    sway_relations_begin(&relations, relation, harmonic);
+    while (sway_relations_run(&relations)) {
+    }
+}
+
+static uint32_t allowed(void)
+{
+    uint32_t mask = 0;
+    for (int i = 0; i < (int)SWAY_RELATION_COUNT; i++) {
+        mask |= sway_relations_allow(&relations, (sway_relation_t)i) ? 1U << i : 0U;
+    }
+    return mask;
+}
+
+/* --- every relation holds, and its slopes are right ----------------------------------------------
+ */
+
+#define NUMBERS ((int)SWAY_NUMBER_COUNT)
+
+static double step_of(int number)
+{
+    return number == (int)SWAY_NUMBER_FRICTION ? 0.2 : 0.004;
+}
+
+static double complex residual[SWAY_RELATION_COUNT][6];
+static double size[SWAY_RELATION_COUNT][6];
+
+/* A delay is told by its phase at the harmonic, which is exact for a tone there. */
+static bool is_delay(int number)
+{
+    return number < (int)SWAY_NUMBER_SPEED && number % 2 == 1;
+}
+
+static uint32_t first(void)
+{
+    return s == FOURTH ? 4 : SWAY_RELATIONS_FIRST;
+}
+
+static uint32_t last(void)
+{
+    return s == FOURTH ? 4 : SWAY_RELATIONS_LAST;
+}
+
+static void expect_relations_to_hold(uint32_t sensors, double motion, double accuracy)
+{
+    const truth_t exact = {sensors, -1, 0, motion};
+    drive(&exact);
+    for (int r = 0; r < (int)SWAY_RELATION_COUNT; r++) {
+        for (uint32_t h = first(); (allowed() >> r & 1U) != 0 && h <= last(); h++) {
+            run((sway_relation_t)r, h);
+            size[r][h] = sqrt(value(relations.size_squared));
+            residual[r][h] = cvalue(relations.residual);
+            TEST_ASSERT_TRUE(size[r][h] > 0);
+            TEST_ASSERT_DOUBLE_WITHIN(accuracy, 0, cabs(residual[r][h]) / size[r][h]);
+            for (int i = 1; i < (int)SWAY_NUMBER_SPEED; i += 2) {
+                const double complex gain = cvalue(relations.slope[i - 1]);
+                const double complex turned = cvalue(relations.slope[i]) - I * (h / 4.0) * gain;
+                TEST_ASSERT_TRUE(cabs(turned) <= 1e-8 * cabs(gain));
+            }
+        }
+    }
+}
+
+/* Turns one number of the truth a little: each residual moves as its slope says, or stays. */
+static void expect_slope(uint32_t sensors, int number, double motion)
+{
+    const truth_t truth = {sensors, number, step_of(number), motion};
+    drive(&truth);
+    for (int r = 0; r < (int)SWAY_RELATION_COUNT; r++) {
+        for (uint32_t h = first(); (allowed() >> r & 1U) != 0 && h <= last(); h++) {
+            run((sway_relation_t)r, h);
+            const double complex moved = cvalue(relations.residual) - residual[r][h];
+            const double complex told = -step_of(number) * cvalue(relations.slope[number]);
+            const double tolerance = 0.01 * cabs(told) + 4e-6 / motion * size[r][h];
+            if (cabs(moved - told) > tolerance) {
+                char text[100];
+                (void)snprintf(text, sizeof text, "relation %d, harmonic %u, number %d: %g of %g",
+                               r, (unsigned)h, number, cabs(moved - told), tolerance);
+                TEST_FAIL_MESSAGE(text);
+            }
+        }
+    }
+}
+
+static void expect_all(uint32_t sensors)
+{
+    expect_relations_to_hold(sensors, 0.15, 2e-3);
+    for (int number = 0; number < NUMBERS; number++) {
+        if (number != (int)SWAY_NUMBER_FRICTION && !is_delay(number)) {
+            expect_slope(sensors, number, 0.15);
+        }
+    }
+    s = FOURTH;
+    expect_relations_to_hold(sensors, 0.15, 2e-3);
+    for (int number = 1; number < (int)SWAY_NUMBER_SPEED; number += 2) {
+        expect_slope(sensors, number, 0.15);
+    }
+    s = BETWEEN;
+    /* Dry friction is linear as long as the ball hardly turns. */
+    expect_relations_to_hold(sensors, 0.006, 0.01);
+    expect_slope(sensors, SWAY_NUMBER_FRICTION, 0.006);
+}
+
+static void relations_of_motions_hold(void)
+{
+    expect_all(MOTIONS);
+}
+
+static void relations_of_forces_hold(void)
+{
+    expect_all(ALL);
+}
+
+static void relations_with_the_hitch_force_hold(void)
+{
+    expect_all(MOTIONS | HITCH);
+}
+
+static void relations_of_one_axle_hold(void)
+{
+    one_axle();
+    expect_all(MOTIONS | ANGLE);
+    expect_all(ALL & ~SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_FRONT_FY));
+}
+
+static void relations_of_an_axle_at_the_centre_of_gravity_hold(void)
+{
+    vehicle.trailer.front_axle_to_cog_um = 0;
+    expect_all(MOTIONS | HITCH);
+}
+
+static void relations_of_a_car_alone_hold(void)
+{
+    vehicle.trailer.axles = 0;
+    expect_relations_to_hold(STEERED | CAR | CAR_FORCES, 0.15, 2e-3);
+    expect_slope(STEERED | CAR | CAR_FORCES, SWAY_NUMBER_CAR_INERTIA, 0.15);
+    expect_relations_to_hold(STEERED | CAR, 0.15, 2e-3);
+    expect_slope(STEERED | CAR, SWAY_NUMBER_STIFFNESS, 0.15);
+}
+
+/* --- what is allowed -----------------------------------------------------------------------------
+ */
+
+#define R(name) (1U << SWAY_RELATION_##name)
+
+static void expect_allowed(uint32_t sensors, uint32_t expected)
+{
+    const truth_t truth = {sensors, -1, 0, 0.1};
+    drive(&truth);
+    TEST_ASSERT_EQUAL_HEX32(expected, allowed());
+}
+
+static void inputs_allow_relations(void)
+{
+    const uint32_t balances = R(CAR_YAW) | R(TRAILER_LATERAL) | R(TRAILER_YAW);
+    expect_allowed(STEERED | CAR, R(CAR_YAW));
+    expect_allowed(CAR, 0);
+    expect_allowed(MOTIONS & ~CAR, 0);
+    expect_allowed(CAR | TRAILER, R(HITCH));
+    expect_allowed(CAR | TRAILER | ANGLE, R(HITCH) | R(ARTICULATION));
+    expect_allowed(MOTIONS, R(HITCH) | balances);
+    expect_allowed(MOTIONS | HITCH, R(HITCH) | R(CAR_LATERAL) | balances);
+    expect_allowed(TRAILER | HITCH, R(TRAILER_LATERAL) | R(TRAILER_YAW));
+    expect_allowed(TRAILER, 0);
+    expect_allowed(CAR | CAR_FORCES, R(CAR_YAW) | R(CAR_REAR));
+    expect_allowed(STEERED | CAR | CAR_FORCES, R(CAR_YAW) | R(CAR_REAR) | R(CAR_FRONT));
+    expect_allowed(ALL, (1U << SWAY_RELATION_COUNT) - 1U);
+}
+
+static void the_vehicle_allows_relations(void)
+{
+    vehicle.car.rear_cornering_stiffness_n_per_rad = 0;
+    expect_allowed(STEERED | CAR, 0);
+    vehicle = reference_vehicle();
+    vehicle.trailer.front_cornering_stiffness_n_per_rad = 0;
+    expect_allowed(MOTIONS, R(HITCH) | R(CAR_YAW));
+    vehicle = reference_vehicle();
+    vehicle.trailer.rear_cornering_stiffness_n_per_rad = 0;
+    expect_allowed(MOTIONS, R(HITCH) | R(CAR_YAW));
+    vehicle = reference_vehicle();
+    vehicle.car.yaw_inertia_gm2 = 0;
+    expect_allowed(STEERED | CAR, 0);
+    vehicle = reference_vehicle();
+    one_axle();
+    expect_allowed(ALL, (1U << SWAY_RELATION_COUNT) - 1U - R(TRAILER_FRONT));
+    vehicle.trailer.axles = 0;
+    expect_allowed(ALL, R(CAR_LATERAL) | R(CAR_YAW) | R(CAR_FRONT) | R(CAR_REAR));
+}
+
+/* --- windows and harmonics of use ---------------------------------------------------------------
+ */
+
+static void quiet_window(int32_t first_speed, int32_t last_speed, int32_t acc)
+{
+    for (int k = 0; k < SWAY_RELATIONS_ROWS; k++) {
+        sway_row_t row = {.valid_mask = MOTIONS | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
+        row.value[SWAY_CHANNEL_SPEED] =
+            first_speed + (last_speed - first_speed) * k / (SWAY_RELATIONS_ROWS - 1);
+        row.value[SWAY_CHANNEL_CAR_LATERAL_ACC] = k == 7 ? acc : 0;
+        row.value[SWAY_CHANNEL_TRAILER_LATERAL_ACC] = k == 300 ? -acc : 0;
+        (void)sway_relations_add(&sums, &row);
+    }
+}
+
+static bool starts(void)
+{
+    return sway_relations_start(&relations, &vehicle, &sums, PERIOD_US);
+}
+
+static void a_window_is_of_use_at_speed_unbraked_and_in_the_linear_range(void)
+{
+    quiet_window(25000, 25000, 0);
+    TEST_ASSERT_TRUE(starts());
+    quiet_window(8333, 8333, 0);
+    TEST_ASSERT_TRUE(starts());
+    quiet_window(8332, 8400, 0);
+    TEST_ASSERT_FALSE(starts());
+    quiet_window(20000, 19000, 0);
+    TEST_ASSERT_TRUE(starts());
+    quiet_window(20000, 18999, 0);
+    TEST_ASSERT_FALSE(starts());
+    quiet_window(25000, 25000, 2500000);
+    TEST_ASSERT_TRUE(starts());
+    quiet_window(25000, 25000, 2500001);
+    TEST_ASSERT_FALSE(starts());
+    quiet_window(25000, 25000, -2500001);
+    TEST_ASSERT_FALSE(starts());
+}
+
+static void a_window_needs_the_speed_in_every_row(void)
+{
+    quiet_window(25000, 25000, 0);
+    sums.known &= ~SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED);
+    TEST_ASSERT_FALSE(starts());
+}
+
+static void a_clock_that_starts_again_begins_a_window(void)
+{
+    sway_row_t row = {.valid_mask = MOTIONS | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
+    row.value[SWAY_CHANNEL_SPEED] = 25000;
+    quiet_window(25000, 25000, 0);
+    for (int k = 0; k < 100; k++) {
+        (void)sway_relations_add(&sums, &row);
+    }
+    row.restart = true;
+    TEST_ASSERT_FALSE(sway_relations_add(&sums, &row));
+    TEST_ASSERT_EQUAL(1, sums.rows);
+}
+
+static void what_was_missing_in_one_row_is_not_known(void)
+{
+    for (int k = 0; k < SWAY_RELATIONS_ROWS; k++) {
+        sway_row_t row = {.valid_mask = MOTIONS | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
+        row.valid_mask &= k == 100 ? ~TRAILER : UINT32_MAX;
+        row.value[SWAY_CHANNEL_SPEED] = 25000;
+        row.value[SWAY_CHANNEL_TRAILER_LATERAL_ACC] = k == 100 ? 9000000 : 0; /* says nothing */
+        (void)sway_relations_add(&sums, &row);
+    }
+    TEST_ASSERT_TRUE(starts());
+    TEST_ASSERT_EQUAL_HEX32(R(CAR_YAW), allowed());
+}
+
+static void balances_are_asked_where_the_driver_steers(void)
+{
+    const truth_t truth = {ALL, -1, 0, 0.15};
+    drive(&truth);
+    sway_relations_begin(&relations, SWAY_RELATION_CAR_YAW, 3);
+    TEST_ASSERT_TRUE(sway_relations_is_driven(&relations));
+    quiet_window(25000, 25000, 0);
+    TEST_ASSERT_TRUE(starts());
+    sway_relations_begin(&relations, SWAY_RELATION_CAR_LATERAL, 4);
+    TEST_ASSERT_FALSE(sway_relations_is_driven(&relations));
+    sway_relations_begin(&relations, SWAY_RELATION_HITCH, 4);
+    TEST_ASSERT_TRUE(sway_relations_is_driven(&relations));
+}
+
+/* A standing car's signals have no noise here: what is left is what wind and road do unseen, three
+ * times, because relations and harmonics are not independent. */
+static void variance_holds_wind_road_and_noise(void)
+{
+    const double omega = 4 * 2 * M_PI / 5.12;
+    const struct {
+        sway_relation_t relation;
+        double unseen, noise;
+    } cases[] = {
+        {SWAY_RELATION_CAR_YAW, 200 * omega, 0},
+        {SWAY_RELATION_TRAILER_YAW, 200 * omega, 0},
+        {SWAY_RELATION_TRAILER_LATERAL, 100 * omega, 0},
+        {SWAY_RELATION_CAR_FRONT, 100 * omega, 0},
+        {SWAY_RELATION_ARTICULATION, 0, sqrt(2 * 3e-4 * 3e-4 + 3e-4 * 3e-4 * omega * omega)},
+        {SWAY_RELATION_CAR_LATERAL, 100 * omega,
+         omega * sqrt(1955 * 1955 * (0.015 * 0.015 + 1.383 * 1.383 * 9e-8 * omega * omega) +
+                      3 * 20.0 * 20.0)},
+    };
+    const truth_t still = {ALL, -1, 0, 0};
+    drive(&still);
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        run(cases[i].relation, 4);
+        const double noise_squared =
+            cases[i].noise > 0 ? cases[i].noise * cases[i].noise : value(relations.noise);
+        const double expected = 3 * (cases[i].unseen * cases[i].unseen + noise_squared);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * expected, expected,
+                                  value(sway_relations_variance(&relations)));
+    }
+    const truth_t moving = {ALL, -1, 0, 0.15};
+    drive(&moving);
+    run(SWAY_RELATION_HITCH, 4);
+    const double expected = 3 * (value(relations.noise) + 9e-4 * value(relations.size_squared));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * expected, expected,
+                              value(sway_relations_variance(&relations)));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(relations_of_motions_hold);
+    RUN_TEST(relations_of_forces_hold);
+    RUN_TEST(relations_with_the_hitch_force_hold);
+    RUN_TEST(relations_of_one_axle_hold);
+    RUN_TEST(relations_of_an_axle_at_the_centre_of_gravity_hold);
+    RUN_TEST(relations_of_a_car_alone_hold);
+    RUN_TEST(inputs_allow_relations);
+    RUN_TEST(the_vehicle_allows_relations);
+    RUN_TEST(a_window_is_of_use_at_speed_unbraked_and_in_the_linear_range);
+    RUN_TEST(a_window_needs_the_speed_in_every_row);
+    RUN_TEST(a_clock_that_starts_again_begins_a_window);
+    RUN_TEST(what_was_missing_in_one_row_is_not_known);
+    RUN_TEST(balances_are_asked_where_the_driver_steers);
+    RUN_TEST(variance_holds_wind_road_and_noise);
+    return UNITY_END();
+}
