@@ -10,8 +10,9 @@ import pytest
 from conftest import DATA
 
 from swaywatch.cli import main
-from swaywatch.core import model_damping
+from swaywatch.core import analyze_drive, model_damping
 from swaywatch.recording import read_recording, write_recording
+from swaywatch.reproduce.study import VEHICLE, Setup, drive_of
 from swaywatch.vehicle import load_vehicle
 
 P01 = DATA / "practice" / "p01"
@@ -134,3 +135,37 @@ def test_forces_from_the_balances_are_said_to_be_indirect(tmp_path: Path) -> Non
     assert found == pytest.approx(185.2e3, rel=0.05)
     indirect = {entry["result"] for entry in drive["indirect"]}
     assert "cornering stiffness of the car's rear axle" in indirect
+
+
+def test_length_of_the_window_is_taken_and_said_on_the_page(tmp_path: Path) -> None:
+    words = ["analyze", str(P01 / "run1.blf"), *ARGUMENTS, "--window", "3"]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())["drives"][0]
+    assert summary["window_oscillations"] == 3.0
+    assert "window over 3 oscillations" in (tmp_path / "report.html").read_text()
+    signals = read_recording(tmp_path / "estimates_run1.parquet").signals
+    assert signals is not None
+    kept = signals["frequency_se_hz"].value > 0.0
+    turns = (signals["window_s"].value * signals["frequency_hz"].value)[kept]
+    assert np.median(turns) == pytest.approx(3.0, rel=0.02)
+
+
+def test_a_longer_window_errs_less_in_an_undisturbed_swing() -> None:
+    """Variance of a frequency falls with the third power of the length."""
+    drive, _ = drive_of(Setup(sensors="typical", speed_kmh=120.0, angle_deg=12.0, duration_s=20.0))
+    errors = []
+    for window in (1.7, 3.0):
+        found = analyze_drive(drive, VEHICLE, window=window)
+        free = found.has("line") & (found.time_s > 7.0) & (found.time_s < 16.0)
+        errors.append(float(np.median(found["frequency_se_hz"][free])))
+    assert errors[1] / errors[0] == pytest.approx((1.7 / 3.0) ** 1.5, rel=0.25)
+
+
+@pytest.mark.parametrize("window", ["1", "7", "two"])
+def test_a_window_out_of_range_is_refused(
+    window: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["analyze", str(P01 / "run1.blf"), *ARGUMENTS, "--out", str(tmp_path),
+              "--window", window])  # fmt: skip
+    assert "expected 1.5 to 6 oscillations" in capsys.readouterr().err

@@ -8,7 +8,7 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from swaywatch.core import (
     QUALITY,
     REASON,
     SOURCE,
+    USUAL_WINDOW,
     VCRIT,
     Estimates,
     analyze_drive,
@@ -135,6 +136,7 @@ class DriveResult:
     """``found``; ``beyond_range`` or ``below_range`` where the search ended at its bound;
     ``divergence`` where the limit is static; ``none``."""
     sentences: list[str] = field(default_factory=list)
+    window_oscillations: float = USUAL_WINDOW
 
 
 def usable(estimates: Estimates) -> BoolArray:
@@ -152,6 +154,7 @@ def analyze(
     *,
     join: bool | None = None,
     strict: bool = True,
+    window: float | None = None,
     progress: Callable[[str, float, float], None] | None = None,
 ) -> list[DriveResult]:
     """Analyse recordings.
@@ -164,6 +167,8 @@ def analyze(
         As in :func:`swaywatch.drive.load_drives`.
     strict
         Refuse recordings in which a sign, a unit or a clock is wrong.
+    window
+        Length of the window in oscillations; None: the core's own.
     progress
         Called with what is done, how far, and of how much.
 
@@ -190,14 +195,17 @@ def analyze(
     stop = threading.Event()
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         # The core runs in C without the interpreter's lock, beside the checks of the data.
-        running = [pool.submit(_run_core, drive, vehicle, tell, stop) for drive in drives]
+        running = [pool.submit(_run_core, drive, vehicle, tell, stop, window) for drive in drives]
         try:
             checks = [check_drive(drive, vehicle) for drive in drives]
             if strict:
                 for drive, findings in zip(drives, checks, strict=True):
                     _refuse_wrong(drive, findings)
             return [
-                conclude(drive, vehicle, core.result(), findings)
+                replace(
+                    conclude(drive, vehicle, core.result(), findings),
+                    window_oscillations=USUAL_WINDOW if window is None else window,
+                )
                 for drive, core, findings in zip(drives, running, checks, strict=True)
             ]
         except BaseException:
@@ -214,13 +222,14 @@ def _run_core(
     vehicle: Vehicle,
     tell: Callable[[str, float, float], None],
     stop: threading.Event,
+    window: float | None,
 ) -> Estimates:
     def tell_core(done: float) -> None:
         if stop.is_set():
             raise _StoppedError
         tell(f"analysing {drive.name}", done, drive.duration_s)
 
-    return analyze_drive(drive, vehicle, tell_core)
+    return analyze_drive(drive, vehicle, tell_core, window)
 
 
 def _refuse_wrong(drive: Drive, findings: list[Finding]) -> None:
@@ -534,6 +543,7 @@ def as_json(result: DriveResult) -> dict[str, Any]:
             for name, c in result.drive.channels.items()
         },
         "conclusion": result.sentences,
+        "window_oscillations": result.window_oscillations,
         "values": {
             name: {"value": v.value, "standard_error": v.error, "estimates": v.count}
             for name, v in result.values.items()

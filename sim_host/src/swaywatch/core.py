@@ -286,6 +286,12 @@ def _refusal(vehicle: Vehicle, result: Any, offender: Any) -> str:
     )
 
 
+WINDOW = (1.5, 6.0)
+"""Oscillations that a window may hold."""
+USUAL_WINDOW = 1.7
+"""Oscillations in a window where nobody says otherwise."""
+
+
 def core_config(
     vehicle: Vehicle,
     positions_m: Mapping[str, float] | None = None,
@@ -315,6 +321,8 @@ class Core:
         Of the accelerometers, by channel, ahead of the COG.
     alarm
         Overrides fields of ``sway_alarm_config_t``, by their C names.
+    window
+        Length of the window in oscillations, `WINDOW`; None: the core's own.
     """
 
     def __init__(
@@ -322,9 +330,12 @@ class Core:
         vehicle: Vehicle,
         positions_m: Mapping[str, float] | None = None,
         alarm: Mapping[str, int] | None = None,
+        window: float | None = None,
     ) -> None:
         self._core = ffi.new("sway_core_t *")
         config = core_config(vehicle, positions_m, alarm)
+        if window is not None:
+            config.window_cycles_milli = round(1e3 * window)
         config.input_period_us = 0  # a recording has the rates that it has
         error = lib.sway_core_init(self._core, config)
         if error != lib.SWAY_OK:
@@ -469,7 +480,10 @@ def model_damping(
 
 
 def analyze_drive(
-    drive: Drive, vehicle: Vehicle, progress: Callable[[float], None] | None = None
+    drive: Drive,
+    vehicle: Vehicle,
+    progress: Callable[[float], None] | None = None,
+    window: float | None = None,
 ) -> Estimates:
     """Run the core over a drive.
 
@@ -479,13 +493,15 @@ def analyze_drive(
         What was measured, and what the user believes of the combination.
     progress
         Called with the seconds of the drive that are done.
+    window
+        Length of the window in oscillations; None: the core's own.
 
     Returns
     -------
     Estimates
         One entry for each estimate of the core.
     """
-    core = Core(vehicle, positions_of(drive))
+    core = Core(vehicle, positions_of(drive), window=window)
     status, inputs = core.feed(drive, progress)
     counts = core.status()["fault_count"][0]
     faults = {name: int(counts[index]) for index, name in FAULT.items()}

@@ -9,7 +9,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 from swaywatch.analysis import AXLE_NAMES, DriveResult, Value
-from swaywatch.core import AXLES
+from swaywatch.core import AXLES, USUAL_WINDOW
 from swaywatch.report import figures
 from swaywatch.report.shell import document, plot, wide
 from swaywatch.report.words import (
@@ -51,7 +51,7 @@ def make_report(results: list[DriveResult], signals: Path | None = None) -> str:
     )
     for result in results:
         parts.append(_drive(result))
-    parts.append(_conventions())
+    parts.append(_conventions(results[0].window_oscillations if results else USUAL_WINDOW))
     vehicle = results[0].vehicle.path
     return document(
         "How far from instability, and why do we think so",
@@ -305,12 +305,15 @@ def _position(channel: Any) -> str:
     return f"{channel.position_m:.3f}" if CHANNELS[channel.name].unit == "m/s2" else ""
 
 
-def _conventions() -> str:
+def _conventions(window: float) -> str:
     return (
         "<h2>Conventions</h2><p class='note'>Axes are ISO 8855 (x forward, y left, z up; yaw, "
         "steering and lateral force positive left); articulation is trailer heading minus car "
         "heading; hitch forces are those of the trailer on the car. Estimates come from a sliding "
-        "window over about two swings; time is that of its middle. Errors are standard errors. "
+        f"window over {window:g} oscillations ({window / 0.67:.1f} s at 0.67 Hz); time is that of "
+        "its middle. The dissertation takes 2 (<code>--window 2</code>): in an undisturbed swing a "
+        "window of twice the length has about a third of the error, but it is half a window later, "
+        "and what changes within it makes it err more. Errors are standard errors. "
         "Method: sliding spectrum, joint damped-line fit over all channels, axle slip and "
         "stiffness, single-track model (N. Zhang, TU Darmstadt 2015, chapters 3 and 4).</p>"
     )
