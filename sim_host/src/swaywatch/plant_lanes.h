@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 58
+#define PLANT_SCALARS 90
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -15,7 +15,9 @@
 #define PLANT_DRIVE 11
 #define PLANT_GENERATOR_WINDOW 6
 #define PLANT_STATES_OF_A_FIT 16
-#define PLANT_STATES 32
+#define PLANT_STATES_OF_A_LAW 21
+#define PLANT_STATES 37
+#define PLANT_LAW_STATES 9
 #define PLANT_BLOCK 10
 #define PLANT_LANES 8
 
@@ -100,6 +102,38 @@ enum plant_scalar {
     E_TRAIL_CAR_FRONT,
     E_TRAIL_CAR_REAR,
     E_TRAIL_TRAILER,
+    E_LAW_GAIN,
+    E_LAW_SHAPE,
+    E_LAW_BEND,
+    E_LAW_SPEED_POWER,
+    E_LAW_LAG,
+    E_LAW_OF_ARTICULATION,
+    E_LAW_OF_ARTICULATION_RATE,
+    E_LAW_OF_YAW_RATE_CAR,
+    E_LAW_OF_YAW_RATE_TRAILER,
+    E_LAW_OF_SIDESLIP_CAR,
+    E_LAW_OF_SIDESLIP_TRAILER,
+    E_LAW_OF_STEER,
+    E_LAW_OF_ROLL_CAR,
+    E_LAW_OF_ROLL_TRAILER,
+    E_LAW_TO_HITCH,
+    E_LAW_TO_FORCE_CAR,
+    E_LAW_TO_FORCE_TRAILER,
+    E_LAW_TO_MOMENT_CAR,
+    E_LAW_TO_MOMENT_TRAILER,
+    E_LAW_TO_SLIP_CAR_FRONT,
+    E_LAW_TO_SLIP_CAR_REAR,
+    E_LAW_TO_SLIP_TRAILER,
+    E_MODE_MASS_CAR,
+    E_MODE_MASS_TRAILER,
+    E_MODE_FREQUENCY_CAR,
+    E_MODE_FREQUENCY_TRAILER,
+    E_MODE_DAMPING_CAR,
+    E_MODE_DAMPING_TRAILER,
+    E_MODE_PLACE_CAR,
+    E_MODE_PLACE_TRAILER,
+    E_SENSOR_AHEAD_CAR,
+    E_SENSOR_AHEAD_TRAILER,
 };
 /// Slots that are functions of time.
 enum plant_series {
@@ -244,14 +278,17 @@ enum plant_state {
     X_TRANSFER_RATE = 10,
     X_ROLL = 12, ///< rad; without springs m/s2, what the roll that steers follows
     X_ROLL_RATE = 14,
-    X_HEAVE = 16, ///< m, over the four axles
-    X_HEAVE_RATE = 20,
-    X_LAG = 24,       ///< N, Nm: the car's side force and moment behind the suspension's lag
-    X_SPEED = 26,     ///< m/s
+    X_LAW = 16,  ///< N, Nm or rad, of a law behind its lag
+    X_MODE = 17, ///< m, to the left, of what swings in the bodies
+    X_MODE_RATE = 19,
+    X_HEAVE = 21, ///< m, over the four axles
+    X_HEAVE_RATE = 25,
+    X_LAG = 29,       ///< N, Nm: the car's side force and moment behind the suspension's lag
+    X_SPEED = 31,     ///< m/s
     X_SPEED_INTEGRAL, ///< m
     X_DRIVE,          ///< N
     X_PLACE,          ///< m, two
-    X_HEADING = 31,   ///< rad
+    X_HEADING = 36,   ///< rad
 };
 
 /// Axle loads that the motion makes (plant_generator.h).

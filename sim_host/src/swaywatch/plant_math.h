@@ -15,6 +15,11 @@ INLINE V NAME(choose)(M mask, V yes, V no)
     return (V)(((M)yes & mask) | ((M)no & ~mask));
 }
 
+INLINE V NAME(where)(V condition, V yes)
+{
+    return NAME(choose)(condition > 0.0, yes, (V){0});
+}
+
 INLINE bool NAME(any)(M mask)
 {
     int64_t found = 0;

@@ -18,6 +18,7 @@
 typedef struct {
     bool relaxed, saturated, softens, aligning, rolls, sprung, flexible, playing, aero, sticking,
         banked;
+    bool law, swings; // plant_law.h
     bool alone, blocks, full;
     bool whole, heaves; // with what a simulator needs beyond a fit: plant_whole.h
     int states;         // that move
@@ -42,6 +43,7 @@ typedef struct {
     V spring[4], damper[4], geometric[4]; // N of wheel load per rad, rad/s, N
 } CONSTANTS;
 
+#include "plant_law.h"
 #include "plant_wheels.h"
 
 /// Rates of what lags behind: roll, load transfer, relaxation. `felt` is what the bodies feel.
@@ -111,6 +113,7 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     }
     V wind[2] = {ser[T_FORCE_CAR], ser[T_FORCE_TRAILER]};
     to->yaw[1] = ser[T_MOMENT_TRAILER];
+    V moment[2] = {{0}, {0}}; // of what swings
     if (has->aero) {
         const V q = 0.5 * AIR_DENSITY * TRAILER_AREA * slips->speed * slips->speed *
                     NAME(slip)(slips->side * slips->per_speed);
@@ -121,6 +124,19 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     to->hitch = e[E_HITCH_DAMPING] * rate;
     if (has->sticking) {
         to->hitch += e[E_HITCH_FRICTION] * NAME(hyperbolic_tangent)(rate / e[E_HITCH_STICKING]);
+    }
+    if (has->law) {
+        to->hitch += e[E_LAW_TO_HITCH] * slips->law;
+        wind[0] += e[E_LAW_TO_FORCE_CAR] * slips->law;
+        wind[1] += e[E_LAW_TO_FORCE_TRAILER] * slips->law;
+        to->yaw[1] += e[E_LAW_TO_MOMENT_TRAILER] * slips->law;
+    }
+    V swung[2] = {{0}, {0}}; // roll moment of the weight of what swings
+    for (int body = 0; body < 2 && has->swings; body++) {
+        const V force = NAME(swinging)(x, e, body);
+        wind[body] += force;
+        moment[body] = force * e[E_MODE_PLACE_CAR + body];
+        swung[body] = -GRAVITY * e[E_MODE_MASS_CAR + body] * x[X_MODE + body];
     }
     if (has->alone) {
         to->hitch *= k->towed;
@@ -136,6 +152,12 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     to->side[0] += wind[0] + p[P_CAR_MASS] * to->tilt;
     to->side[1] = f[2] + f[3] + wind[1] + m2 * slips->cosine * to->tilt;
     to->yaw[0] += ser[T_MOMENT_CAR] + to->hitch;
+    if (has->law) {
+        to->yaw[0] += e[E_LAW_TO_MOMENT_CAR] * slips->law;
+    }
+    if (has->swings) {
+        to->yaw[0] += moment[0], to->yaw[1] += moment[1];
+    }
     to->yaw[1] +=
         p[P_TRAILER_FRONT_AXLE_TO_COG] * f[2] - p[P_TRAILER_REAR_AXLE_TO_COG] * f[3] - to->hitch;
     if (has->aligning) {
@@ -147,6 +169,9 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
         to->roll[body] = ser[T_ROLL_MOMENT_CAR + body] - k->stiffness[body] * x[X_ROLL + body] -
                          k->damping[body] * x[X_ROLL_RATE + body] - k->lever[body] * tilt[body] -
                          k->height[body] * wind[body];
+        if (has->swings) {
+            to->roll[body] += swung[body];
+        }
         if (has->heaves) {
             to->roll[body] += dampers->moment[body];
         }
@@ -266,6 +291,9 @@ INLINE void NAME(outputs)(const V *x, const V *p, const V *e, const CONSTANTS *k
                       e[E_SENSOR_HEIGHT_CAR + body] * rates->roll[body];
         out[O_CAR_ROLL_RATE + body] = x[X_ROLL_RATE + body];
     }
+    for (int body = 0; body < 2 && has->swings; body++) {
+        felt[body] += e[E_SENSOR_AHEAD_CAR + body] * rates->yaw[body];
+    }
     for (int j = 0; j < 4; j++) {
         out[j] = x[j], out[O_SLIP_F + j] = slips->acting[j];
     }
@@ -292,7 +320,7 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
 {
     const V *ser = now->series;
     SLIPS slips;
-    NAME(slips)(x, now, p, e, k, has, &slips);
+    NAME(slips)(x, now, p, e, k, has, &slips, dx);
     DAMPERS dampers;
     if (has->heaves) {
         NAME(dampers)(x, e, k, has, &dampers);
@@ -341,6 +369,13 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
     }
     const V felt[2] = {ay1 - by.tilt, a2y - c * by.tilt};
     NAME(lags)(x, e, k, has, &slips, felt, dx);
+    for (int body = 0; body < 2 && has->swings; body++) {
+        V base = felt[body] + e[E_MODE_PLACE_CAR + body] * rates.yaw[body];
+        if (has->sprung) {
+            base += GRAVITY * x[X_ROLL + body] - k->height[body] * rates.roll[body];
+        }
+        NAME(swing)(x, e, body, base, dx);
+    }
     if (has->whole) {
         NAME(travel)(x, now, p, k, &slips, &rates, dx);
     }
@@ -429,7 +464,10 @@ INLINE void NAME(features)(const plant_lane_t *lane, const double *axles, FEATUR
         has->aligning |= s[E_TRAIL_CAR_FRONT + (a < 3 ? a : 2)] != 0.0;
     }
     has->whole |= lane->whole != NULL;
-    has->states = has->whole ? PLANT_STATES : PLANT_STATES_OF_A_FIT;
+    has->law |= s[E_LAW_GAIN] != 0.0;
+    has->swings |= s[E_MODE_MASS_CAR] > 0.0 || s[E_MODE_MASS_TRAILER] > 0.0;
+    has->states = has->law || has->swings ? PLANT_STATES_OF_A_LAW : PLANT_STATES_OF_A_FIT;
+    has->states = has->whole ? PLANT_STATES : has->states;
     has->sprung |= s[E_SPRUNG_MASS_CAR] > 0.0 || s[E_SPRUNG_MASS_TRAILER] > 0.0;
     has->alone |= !(lane->body[P_TRAILER_MASS] > 0.0);
     has->banked |= lane->series[T_BANK] != NULL;

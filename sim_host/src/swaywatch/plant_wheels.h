@@ -1,10 +1,5 @@
 // Wheels: where they go, what they carry, their side force; included by plant_step.h.
 
-INLINE V NAME(where)(V condition, V yes)
-{
-    return NAME(choose)(condition > 0.0, yes, (V){0});
-}
-
 typedef struct {
     V force[2], load[2];
     V moment; // aligning, of both wheels
@@ -107,6 +102,7 @@ typedef struct {
     V ahead, steer;       // speed of the car; angle of its front wheels
     V roll[2];            // car, trailer
     V angle[4], acting[4];
+    V law; // N, Nm or rad
 } SLIPS;
 
 /// Tyres of an axle as they are before any load shifts.
@@ -161,7 +157,7 @@ INLINE void NAME(steering)(V state, const V *ser, const V *p, const V *e, const 
 }
 
 INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, const CONSTANTS *k,
-                        const FEATURES *has, SLIPS *to)
+                        const FEATURES *has, SLIPS *to, V *dx)
 {
     const V *ser = now->series;
     const V vx = has->whole ? NAME(choose)(k->free > 0.0, x[X_SPEED], now->speed) : now->speed;
@@ -194,8 +190,18 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
         }
         to->roll[body] = roll;
     }
+    to->law = (V){0};
+    if (has->law) {
+        const V of[PLANT_LAW_STATES] = {
+            x[X_ARTICULATION],         r2 - r1,    r1,          r2,         NAME(slip)(vy * per_vx),
+            NAME(slip)(vy2 * per_vx2), now->steer, to->roll[0], to->roll[1]};
+        to->law = NAME(law)(x, of, e, vx, dx);
+    }
     for (int a = 0; a < 4; a++) {
         angle[a] += ser[T_SLIP_CAR_FRONT + a];
+        if (has->law) {
+            angle[a] += to->law * e[E_LAW_TO_SLIP_CAR_FRONT + (a < 3 ? a : 2)];
+        }
         if (has->rolls) {
             angle[a] += k->axle[a][A_ROLL_STEER] * to->roll[a / 2];
         }

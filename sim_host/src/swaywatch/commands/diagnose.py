@@ -27,6 +27,16 @@ def add_parser(subparsers: Any) -> None:
         help="your own simulation of the runs, in their order (default: our own model)",
     )  # fmt: skip
     parser.add_argument(
+        "--physics", nargs="+", type=Path, default=[], metavar="FILE",
+        help="effect files of your own, tried beside the library",
+    )  # fmt: skip
+    parser.add_argument(
+        "--save-law",
+        type=Path,
+        metavar="FILE.py",
+        help="write a law that no library effect explains as such an effect file",
+    )
+    parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-diagnosis"), metavar="DIR",
         help="folder for report.html and diagnosis.json (default: %(default)s)",
     )  # fmt: skip
@@ -38,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
     from swaywatch.diagnose.engine import diagnose, write
     from swaywatch.diagnose.sentences import sentence
     from swaywatch.diagnose.words import how_much, part, remains
+    from swaywatch.discover.save import read_physics, save_law
     from swaywatch.progress import LateProgress
     from swaywatch.vehicle import load_vehicle
 
@@ -47,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
     with LateProgress() as progress:
         result = diagnose(
             args.recording, args.vehicle, args.signals, simulations=args.simulation,
-            report=report, progress=progress.stage,
+            extra=read_physics(args.physics), report=report, progress=progress.stage,
         )  # fmt: skip
     write(result, args.out / "diagnosis.json")
     output.result(args, result)
@@ -60,6 +71,12 @@ def run(args: argparse.Namespace) -> int:
             print(f"    {text}")
         if effect["equivalent_details"]:
             print("    cannot be told from: " + ", ".join(effect["equivalent_details"]))
+    for law in result.get("discovered", []):
+        print(f"  a law that is in no library: {law['text']}")
+        if law["perhaps"]:
+            print(f"    perhaps {law['perhaps']}")
+    if args.save_law is not None and not save_law(result, args.save_law):
+        print(f"  no law was found beyond the library: {args.save_law} is not written")
     for name, quantity in result.get("quantities", {}).items():
         interval = f"{quantity['low']:.3g} to {quantity['high']:.3g}"
         print(f"  {name}: {quantity['value']:.3g} ({interval})")

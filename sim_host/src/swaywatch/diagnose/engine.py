@@ -27,6 +27,8 @@ from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
 from swaywatch.diagnose.stability import stability
 from swaywatch.diagnose.verdict import Verdict, decide
+from swaywatch.discover.find import discover
+from swaywatch.discover.report import take_law, with_law
 from swaywatch.errors import RecordingError
 from swaywatch.vehicle import load_vehicle
 
@@ -103,12 +105,18 @@ def _combination(
     if not simulations:
         springs = Search(on_springs(problem), outside(effects), progress)
     verdict = decide(planar, springs, progress)
+    law = None
+    if springs is not None:
+        law = discover(verdict.paths, [planar[0], springs], progress)
+    if law is not None:
+        verdict = with_law(verdict, law)
     loaded.problem = verdict.problem
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(
             Fitter(replace(verdict.problem, observer=OBSERVER)), verdict.fit
         )
     result = _result(loaded, verdict, effects)
+    take_law(result, law)
     result["stability"] = stability(loaded.problem, verdict.fit, verdict.noise)
     result["signals"] = embedded(signals)
     result["inputs"] = {

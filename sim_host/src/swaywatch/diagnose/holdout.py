@@ -91,7 +91,7 @@ def values_of(term: Term, runs: Sequence[int]) -> list[tuple[float, ...]]:
     ]
 
 
-def _carried(
+def carried(
     problem: Problem, index: int, taught: Fit, nuisance: Array, notes: set[str]
 ) -> list[Term]:
     """Terms for a run that was left out: windows keep their times, never their values."""
@@ -137,14 +137,14 @@ def held_out(problem: Problem, fit: Fit) -> dict[str, Any]:
         return empty | {"held_out_how": ["one run only: nothing can be left out"]}
     notes = {"each run is predicted by what is fitted to the others"}
     scores = []
-    carried = 0
+    used = 0
     for index, run in enumerate(problem.runs):
         others = [r for r in range(len(problem.runs)) if r != index]
         taught = Fitter(problem).run(Fit(fit.terms, fit.nuisance, fit.shift), 5, runs=others)
         constant = tuple(t for t in taught.terms if not t.effect.windowed)
         nuisance = start_values(problem, index, constant, fit.shift)
-        terms = _carried(problem, index, taught, nuisance, notes)
-        carried += len(terms)
+        terms = carried(problem, index, taught, nuisance, notes)
+        used += len(terms)
         start = start_values(problem, index, (), fit.shift)
         before = predict_run(problem, index, (), start, fit.shift)
         after = predict_run(problem, index, terms, nuisance, fit.shift)
@@ -154,7 +154,7 @@ def held_out(problem: Problem, fit: Fit) -> dict[str, Any]:
                 iso18571(run, before), iso18571(run, after),
             ]
         )  # fmt: skip
-    if not carried:
+    if not used:
         return empty | {"held_out_how": sorted(notes)}
     mean = np.mean(scores, axis=0)
     return {

@@ -9,6 +9,7 @@ import json
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +80,8 @@ def terms_of(entries: Sequence[dict[str, Any]], effects: Sequence[Effect]) -> tu
         effect = next((e for e in same if e.extra.get("form") == form), None)
         if effect is None and form == "generator":
             effect = _generator(entry["component"])
+        if effect is None and "/" in str(form):
+            effect = _law(entry["id"], str(form))
         if effect is None:
             raise SwaywatchError(
                 f"the model holds {entry['id']} at {entry['component']}, "
@@ -86,6 +89,13 @@ def terms_of(entries: Sequence[dict[str, Any]], effects: Sequence[Effect]) -> tu
             )
         found.append(Term(effect, _values(effect, entry), tuple(entry["window_runs"])))
     return tuple(found)
+
+
+def _law(id_: str, spec: str) -> Effect:
+    """A law that a diagnosis found, under its own id or the one that a user's file gave it."""
+    from swaywatch.discover.grammar import effect_of, law_of
+
+    return replace(effect_of(law_of(spec)), id=id_)
 
 
 def _values(effect: Effect, entry: dict[str, Any]) -> tuple[float, ...]:

@@ -32,6 +32,8 @@ from swaywatch.diagnose.words import (
     value,
     when,
 )
+from swaywatch.discover.page import lines as law_lines
+from swaywatch.discover.page import section as law_section
 from swaywatch.drive import Channel, Drive
 from swaywatch.report.shell import document, plot, table
 from swaywatch.vehicle import Vehicle
@@ -92,6 +94,7 @@ def headline(result: Mapping[str, Any]) -> str:
             + (f"; cannot be told from {html.escape(same)}" if same else "")
             + "</span>"
         )
+    lines += law_lines(result)
     notes = [note["reason"] for note in result["unexplained"] if note.get("reason")]
     lines += [html.escape(str(note)) for note in notes[:2]]
     items = "".join(f"<li>{line}</li>" for line in lines)
@@ -421,6 +424,7 @@ def page(
                 for name, reached in _best_forms(evidence["ranking"]).items()
             ],
         ),
+        *law_section(result),
         "<h2>How much</h2>", amounts(result), costs_part(result),
         "<h2>Before and after</h2>",
         "" if fit.terms else "<p>Nothing of the model is claimed to be wrong: one simulation.</p>",

@@ -51,6 +51,17 @@ BODY = (
 )  # fmt: skip
 AXLES = ("car_front", "car_rear", "trailer_front", "trailer_rear")
 
+#: What a law can depend on: rad, rad/s; side-slip angles at the centres of gravity.
+LAW_OF = (
+    "articulation", "articulation_rate", "yaw_rate_car", "yaw_rate_trailer", "sideslip_car",
+    "sideslip_trailer", "steer", "roll_car", "roll_trailer",
+)  # fmt: skip
+#: Where it can act: moment at the ball on the car (its opposite on the trailer), forces and moments
+#: on the bodies, steering angles of axles.
+LAW_TO = (
+    "hitch", "force_car", "force_trailer", "moment_car", "moment_trailer", "slip_car_front",
+    "slip_car_rear", "slip_trailer",
+)  # fmt: skip
 #: Scalar slots of missing physics, zero (or infinite, see `neutral`) in the baseline.
 SCALARS = (
     "steering_flexibility",  # rad/N, road-wheel angle per front lateral force (Eq. 5.3)
@@ -85,6 +96,19 @@ SCALARS = (
     "sensed_roll_car", "sensed_roll_trailer",  # share of g sin(roll) in the accelerations
     "sensor_height_car", "sensor_height_trailer",  # m, accelerometer over the roll axis
     "trail_car_front", "trail_car_rear", "trail_trailer",  # m, pneumatic trail without slip
+    # a law: N, Nm or rad per unit of what it depends on, at 25 m/s; 0: there is none
+    "law_gain",
+    "law_shape",  # 0 straight, 1 saturating, 2 dead zone, 3 cube, 4 odd square, 5 even square
+    "law_bend",  # what it depends on, where it saturates or the dead zone ends
+    "law_speed_power",  # 0, 1 or 2
+    "law_lag",  # s
+    *(f"law_of_{name}" for name in LAW_OF),  # weights of what it depends on
+    *(f"law_to_{name}" for name in LAW_TO),  # where it acts
+    "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass
+    "mode_frequency_car", "mode_frequency_trailer",  # rad/s, the body held
+    "mode_damping_car", "mode_damping_trailer",  # 1
+    "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest
+    "sensor_ahead_car", "sensor_ahead_trailer",  # m, "centre of gravity" of the accelerations
 )  # fmt: skip
 
 #: Slots that are functions of time.
@@ -148,7 +172,8 @@ _FEATURES = [
     if name.startswith(
         ("relaxation", "roll_steer", "aero", "steering_flex", "free_play", "sprung_mass", "trail_")
     )
-    or name in ("hitch_friction", "peak_friction_inverse")
+    or name
+    in ("hitch_friction", "peak_friction_inverse", "law_gain", "mode_mass_car", "mode_mass_trailer")
 ]
 SHORT_RELAXATION_M = 0.4  # below it two samples are too long a step
 

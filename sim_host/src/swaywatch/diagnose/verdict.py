@@ -62,6 +62,8 @@ class Verdict:
         Where nothing is claimed: sizes up to which effects could be there unseen.
     notes
         What remains, for `unexplained`.
+    paths
+        What was tried, from each baseline.
     """
 
     word: str
@@ -75,6 +77,7 @@ class Verdict:
     evidence: float = 0.0
     hidden: list[dict[str, Any]] = field(default_factory=list)
     notes: list[dict[str, Any]] = field(default_factory=list)
+    paths: Sequence[Path] = ()
 
 
 def _hidden(tried: Sequence[Candidate], noise: float) -> list[dict[str, Any]]:
@@ -152,7 +155,7 @@ def decide(planar: Sequence[Search], springs: Search | None, progress: Progress)
     """Search from each baseline (see `baselines.explore`) and choose."""
     paths = explore(planar, springs, progress)
     progress("judging", 0.92)
-    return _verdict(paths)
+    return replace(_verdict(paths), paths=paths)
 
 
 def _verdict(paths: Sequence[Path]) -> Verdict:

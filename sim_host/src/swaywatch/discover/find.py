@@ -1,0 +1,345 @@
+"""Which law: laws against the library, in free simulation, by evidence and by the run left out.
+
+A law is tried beside nothing and beside what the library found, from each baseline. All weigh alike
+(`diagnose/evidence.py`), with the price of having been chosen among all laws and effects; a law is
+claimed only where it is 150 times likelier than the best that the library can say, takes away more
+than models of this depth leave anyway, and predicts each run from the others better than that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.baselines import Path, noticeable
+from swaywatch.diagnose.effect import Effect
+from swaywatch.diagnose.evidence import APART, CLAIMED, DISCREPANCY, inflation, residuals, worth
+from swaywatch.diagnose.fit import Fit, Fitter, predict_run
+from swaywatch.diagnose.holdout import carried, start_values
+from swaywatch.diagnose.judge import errors, nrmse
+from swaywatch.diagnose.search import Candidate, Linear, Progress, Search
+from swaywatch.diagnose.term import Term
+from swaywatch.discover.grammar import FREQUENCIES_HZ, ID, Law, effect_of, grammar, refined
+
+Array = NDArray[np.float64]
+
+SHORT_LIST = 12  # laws that are fitted under the observer
+POLISHED = 2  # of them in free simulation, beside each parent, ...
+MOST_POLISHED = 4  # ... and of all
+NEAR = 1.15  # misfit under the observer, over the least, up to which a law is followed
+#: Share of the misfit that is left by which a law has to lower it beside library effects.
+BESIDE_KNOWN = 0.03
+#: Error of a left-out run with the law over that with the library: better, not only as good.
+BETTER = 0.99
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """A law that is claimed.
+
+    Attributes
+    ----------
+    search
+        Where it was found; its noise is that of the best model.
+    base, library, fit
+        Calibrated vehicle, the best that the library says from any baseline, and with the law.
+    evidence
+        Logarithm of the Bayes factor to the best that the library says.
+    others
+        Laws that do as well, within a Bayes factor of 20: names and their logarithm.
+    kept_out
+        Error (NRMSE) of each run predicted from the others: vehicle, library, law; empty with one
+        run.
+    """
+
+    search: Search
+    base: Fit
+    library: Fit
+    fit: Fit
+    evidence: float
+    others: list[tuple[Law, float]]
+    kept_out: list[tuple[float, float, float]]
+
+    @cached_property
+    def index(self) -> int:
+        """Place of the law among the terms."""
+        return next(i for i, t in enumerate(self.fit.terms) if t.effect.id == ID)
+
+    @property
+    def term(self) -> Term:
+        """The law with its values."""
+        return self.fit.terms[self.index]
+
+    @property
+    def law(self) -> Law:
+        """What it is."""
+        return law_in(self.term)
+
+
+def law_in(term: Term) -> Law:
+    """The law of a term of one."""
+    law = term.effect.extra["law"]
+    assert isinstance(law, Law)
+    return law
+
+
+def _band(effect: Effect) -> int:
+    """Where on the scale of frequencies the fit of a swinging mass begins."""
+    at = effect.extra["start_hz"]
+    return next((i for i, row in enumerate(FREQUENCIES_HZ) if at in row), 0)
+
+
+@dataclass
+class Hunt:
+    """Laws tried on one path of the diagnosis."""
+
+    path: Path
+    tried: list[Candidate] = field(default_factory=list)
+
+    @property
+    def search(self) -> Search:
+        """Of the path."""
+        return self.path.search
+
+    def weighed(self, candidate: Candidate) -> Candidate:
+        """With its evidence: a law was chosen among all laws too."""
+        found = self.search.weighed(candidate)
+        laws = sum(t.effect.id == ID for t in found.fit.terms)
+        return replace(found, evidence=found.evidence - laws * math.log(len(grammar())))
+
+    def beside(self, parent: Fit) -> list[Candidate]:
+        """The most promising laws beside what a parent has, under the observer."""
+        near = self.search.close.run(parent, 6)
+        course = Linear(self.search.close, near)
+        best: dict[tuple[str, int], tuple[float, tuple[float, ...], Effect]] = {}
+        for row in course.best(grammar()):
+            best.setdefault((row[2].component, _band(row[2])), row)
+        ranked = sorted(best.values(), key=lambda row: -row[0])[:SHORT_LIST]
+        starts = [replace(near, terms=(*near.terms, Term(e, v))) for _, v, e in ranked]
+        close = self.search.close
+        fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
+        least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
+        least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
+        return [Candidate(f, parent) for f in fits if f.chi2 < least]
+
+    def polish(self, candidates: Sequence[Candidate]) -> None:
+        """Fits in free simulation, from the parent's values or from the vehicle as believed.
+
+        A parent that lacks the law has bent the believed values to make up for it.
+        """
+        search = self.search
+        start = search.close.start()
+        again = [replace(c.fit, shift=start.shift, nuisance=start.nuisance) for c in candidates]
+        again = search.close.side_by_side(lambda f: search.close.run(f, 12), again)
+        near = [c.fit if c.fit.chi2 < f.chi2 else f for c, f in zip(candidates, again, strict=True)]
+        found = search.judge.side_by_side(search.released, near)
+        kept = [
+            Candidate(f, c.parent)
+            for f, c in zip(found, candidates, strict=True)
+            if np.isfinite(f.chi2)
+        ]
+        self.tried += kept
+        self.quieten(kept)
+
+    def quieten(self, candidates: Sequence[Candidate]) -> None:
+        """The size of an independent sample is what the best model leaves."""
+        if candidates:
+            least = min(candidates, key=lambda c: c.fit.chi2)
+            noise = inflation(residuals(self.search.judge, least.fit))
+            self.search.noise = min(self.search.noise, noise)
+
+    def shaped(self, candidate: Candidate) -> Candidate:
+        """With its law in another shape, or behind a lag, where that does clearly better."""
+        fit = candidate.fit
+        term = fit.terms[-1]
+        starts = []
+        for law in refined(law_in(term)):
+            effect = effect_of(law)
+            known = dict(zip((p.name for p in term.effect.parameters), term.values, strict=True))
+            same = law.shape == law_in(term).shape
+            values = tuple(
+                known[p.name] if p.name in known and (same or p.name != "gain")
+                else math.copysign(p.starts[0], term.values[0] if p.name == "gain" else 1.0)
+                for p in effect.parameters
+            )  # fmt: skip
+            starts.append(replace(fit, terms=(*fit.terms[:-1], Term(effect, values))))
+        judge = self.search.judge
+        near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
+        best = min(near, key=lambda f: f.chi2, default=fit)
+        least = max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * fit.chi2)
+        if not best.chi2 < fit.chi2 - least:
+            return candidate
+        found = Candidate(best, candidate.parent)
+        self.tried.append(found)
+        self.quieten([found])
+        return found
+
+
+def discover(
+    paths: Sequence[Path], others: Sequence[Search], progress: Progress
+) -> Discovery | None:
+    """The law that explains the runs better than the library does, or None.
+
+    Parameters
+    ----------
+    paths
+        What the diagnosis tried, from each baseline.
+    others
+        Searches of baselines, the quickest first: from that one laws are tried in any case, from
+        the others where no path leaves only noise.
+    progress
+        Called with a stage and the share done.
+    """
+    progress("laws beyond the library", 0.93)
+    hunts = [Hunt(path) for path in paths]
+    clean = any(path.clean for path in paths)
+    for index, search in enumerate(others):
+        tried = any(search is path.search for path in paths)
+        if not tried and not (index and clean):
+            base = search.baseline()
+            hunts.append(Hunt(Path(search, base, base)))
+    _share_noise(hunts)
+    _polish_best(hunts)
+    _share_noise(hunts)
+    best = _best(hunts)
+    if best is None or not _ahead(hunts, best[1]):
+        return None
+    hunt, candidate = best
+    progress("shape of the law", 0.95)
+    candidate = hunt.shaped(candidate)
+    _share_noise(hunts)
+    candidate = _completed(hunt, candidate)
+    return _claimed(hunts, hunt, candidate)
+
+
+def _polish_best(hunts: Sequence[Hunt]) -> None:
+    """The best laws of all parents and baselines in free simulation."""
+    near = [(h, c) for h in hunts for parent in _parents(h.path) for c in h.beside(parent)]
+    if not near:
+        return
+    near.sort(key=lambda pair: pair[1].fit.chi2)
+    near = [pair for pair in near if pair[1].fit.chi2 < NEAR * near[0][1].fit.chi2]
+    fewest: list[tuple[Hunt, Candidate]] = []
+    for hunt, candidate in near:
+        alone = sum(h is hunt and len(c.fit.terms) == len(candidate.fit.terms) for h, c in fewest)
+        if alone < POLISHED and len(fewest) < MOST_POLISHED:
+            fewest.append((hunt, candidate))
+    for hunt in hunts:
+        own = [c for h, c in fewest if h is hunt]
+        if own:
+            hunt.polish(own)
+
+
+def _ahead(hunts: Sequence[Hunt], candidate: Candidate) -> bool:
+    """The law is likelier than the best that the library says."""
+    return candidate.evidence > _library(hunts)[1].evidence + CLAIMED
+
+
+def _library(hunts: Sequence[Hunt]) -> tuple[Hunt, Candidate]:
+    """The best without a law."""
+    found = [(h, h.weighed(c)) for h in hunts for c in (h.path.base, h.path.best)]
+    return max(found, key=lambda pair: pair[1].evidence)
+
+
+def _parents(path: Path) -> list[Fit]:
+    """What laws are tried beside: nothing, and what the library found."""
+    found = [path.base.fit]
+    if path.best.fit.terms:
+        found.append(path.best.fit)
+    return found
+
+
+def _share_noise(hunts: Sequence[Hunt]) -> None:
+    noise = min(h.search.noise for h in hunts)
+    for hunt in hunts:
+        hunt.search.noise = noise
+
+
+def _best(hunts: Sequence[Hunt]) -> tuple[Hunt, Candidate] | None:
+    """The likeliest law that takes away enough."""
+    found = [(h, h.weighed(c)) for h in hunts for c in h.tried if _enough(h, c)]
+    return max(found, key=lambda pair: pair[1].evidence, default=None)
+
+
+def _enough(hunt: Hunt, candidate: Candidate) -> bool:
+    fit, parent = candidate.fit, candidate.parent
+    if not noticeable(fit.terms[-1]) or not worth(hunt.path.base.fit, parent, fit):
+        return False
+    return not parent.terms or fit.chi2 < (1.0 - BESIDE_KNOWN) * parent.chi2
+
+
+def _completed(hunt: Hunt, candidate: Candidate) -> Candidate:
+    """Without library effects that the law makes needless, to the very end of the fit."""
+    search = hunt.search
+    while len(candidate.fit.terms) > 1:
+        known = range(len(candidate.fit.terms) - 1)
+        fewer = [
+            hunt.weighed(Candidate(search.without(candidate.fit, i), candidate.parent))
+            for i in known
+        ]
+        first = max(fewer, key=lambda c: c.evidence)
+        if first.evidence < hunt.weighed(candidate).evidence - CLAIMED:
+            break
+        candidate = first
+    fit = search.judge.run(candidate.fit, 20, tolerance=1e-6)
+    return hunt.weighed(replace(candidate, fit=fit))
+
+
+def _claimed(hunts: Sequence[Hunt], hunt: Hunt, candidate: Candidate) -> Discovery | None:
+    """The law as a claim, if the library does not do as well."""
+    from_, library = _library(hunts)
+    if not _ahead(hunts, candidate) or not noticeable(candidate.fit.terms[-1]):
+        return None
+    base = hunt.path.base.fit
+    rows = list(
+        zip(
+            kept_out(hunt.search, base),
+            kept_out(from_.search, library.fit),
+            kept_out(hunt.search, candidate.fit),
+            strict=True,
+        )
+    )
+    if rows and np.mean([r[2] for r in rows]) > BETTER * np.mean([r[1] for r in rows]):
+        return None
+    return Discovery(
+        hunt.search, base, library.fit, candidate.fit, candidate.evidence - library.evidence,
+        _others(hunts, candidate), rows,
+    )  # fmt: skip
+
+
+def _others(hunts: Sequence[Hunt], best: Candidate) -> list[tuple[Law, float]]:
+    """Other laws that cannot be told from the best."""
+    law = law_in(best.fit.terms[-1])
+    found: dict[str, tuple[Law, float]] = {}
+    for hunt in hunts:
+        for candidate in map(hunt.weighed, hunt.tried):
+            other = law_in(candidate.fit.terms[-1])
+            behind = candidate.evidence - best.evidence
+            same = (other.place, other.motion) == (law.place, law.motion)
+            if same or behind < -APART or not _enough(hunt, candidate):
+                continue
+            name = candidate.fit.terms[-1].effect.component
+            if name not in found or found[name][1] < behind:
+                found[name] = other, behind
+    return sorted(found.values(), key=lambda pair: -pair[1])
+
+
+def kept_out(search: Search, fit: Fit) -> list[float]:
+    """Error of each run predicted by what the others taught; empty with a single run."""
+    problem = search.problem
+    count = len(problem.runs)
+    found = []
+    for index in range(count if count > 1 else 0):
+        others = [r for r in range(count) if r != index]
+        taught = Fitter(problem).run(replace(fit), 6, runs=others)
+        constant = tuple(t for t in taught.terms if not t.effect.windowed)
+        nuisance = start_values(problem, index, constant, taught.shift)
+        terms = carried(problem, index, taught, nuisance, set())
+        outputs = predict_run(problem, index, terms, nuisance, taught.shift)
+        found.append(nrmse(errors(problem, index, outputs)))
+    return found

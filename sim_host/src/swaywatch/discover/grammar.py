@@ -1,0 +1,316 @@
+"""Laws that are tried: a place, what it depends on, and a shape, each with its dimension.
+
+A law is no effect of the library: it has no name, only a place where it acts, one motion that makes
+it and the gain between them (plant slots `law_*`); or it swings by itself (`mode_*`); or it is a
+lever on the tyres' side force (`trail_*`). What the library has under a name is left out here, and
+so is what a value of the vehicle's file would do alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.plant import BODY, LAW_TO, PlantInput
+from swaywatch.diagnose.runs import Run
+from swaywatch.discover.known import KNOWN
+from swaywatch.errors import SwaywatchError
+
+ID = "law"
+SPEED_M_S = 25.0  # at which the gain of a law is said
+SHAPES = ("straight", "saturating", "dead zone", "cube", "odd square", "even square")
+BENDS = (1, 2)  # shapes with a bend
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a law can act: slot, words, unit, and a size that is noticed."""
+
+    slot: str
+    words: str
+    unit: str
+    level: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a law can depend on: slot, words, symbol, unit, usual size in a test drive."""
+
+    slot: str
+    words: str
+    symbol: str
+    unit: str
+    usual: float
+
+
+#: Half the log prior weight of a law that nothing known makes, as of `Effect.plausibility`.
+UNHEARD_OF = -1.0
+
+PLACES = {
+    p.slot: p
+    for p in (
+        Place("hitch", "moment at the hitch on the car, its opposite on the trailer", "Nm", 300.0),
+        Place("force_car", "side force on the car", "N", 200.0),
+        Place("force_trailer", "side force on the trailer", "N", 200.0),
+        Place("moment_car", "yaw moment on the car", "Nm", 300.0),
+        Place("moment_trailer", "yaw moment on the trailer", "Nm", 300.0),
+        Place("slip_car_front", "steering angle of the front axle", "rad", 0.002),
+        Place("slip_car_rear", "steering angle of the car's rear axle", "rad", 0.002),
+        Place("slip_trailer", "steering angle of the trailer's axles", "rad", 0.002),
+    )
+}
+MOTIONS = {
+    m.slot: m
+    for m in (
+        Motion("articulation", "articulation", "theta", "rad", 0.05),
+        Motion("articulation_rate", "articulation rate", "dtheta/dt", "rad/s", 0.15),
+        Motion("yaw_rate_car", "yaw rate of the car", "r1", "rad/s", 0.12),
+        Motion("yaw_rate_trailer", "yaw rate of the trailer", "r2", "rad/s", 0.15),
+        Motion("sideslip_car", "sideslip angle of the car", "beta1", "rad", 0.03),
+        Motion("sideslip_trailer", "sideslip angle of the trailer", "beta2", "rad", 0.04),
+        Motion("steer", "steering angle of the front wheels", "delta", "rad", 0.02),
+        Motion("roll_car", "roll of the car", "phi1", "rad", 0.03),
+        Motion("roll_trailer", "roll of the trailer", "phi2", "rad", 0.03),
+    )
+}
+
+#: Pairs of place and motion, and the powers of the speed that are tried with each. Left out are
+#: library effects (hitch damping, air on the trailer, roll steer) and what a value of the file
+#: does alike (a force of a body's own sideslip is its tyres' stiffness, of its yaw rate its mass).
+PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
+    "hitch": {"articulation": (0, 2)},
+    "force_car": {"sideslip_car": (2,), "articulation": (0, 2)},
+    "force_trailer": {"articulation": (0, 2)},
+    "moment_car": {
+        "yaw_rate_car": (0, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
+        "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2),
+    },
+    "moment_trailer": {
+        "yaw_rate_trailer": (0, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
+        "articulation_rate": (0,), "steer": (0,),
+    },
+    "slip_car_front": {"yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,)},
+    "slip_car_rear": {"steer": (0, 2), "yaw_rate_car": (0,), "articulation": (0,)},
+    "slip_trailer": {
+        "articulation": (0, 2), "articulation_rate": (0,), "yaw_rate_trailer": (0,),
+        "steer": (0, 2),
+    },
+}  # fmt: skip
+#: Natural frequencies from which a swinging mass is looked for, Hz; of each row the most promising
+#: one is fitted.
+FREQUENCIES_HZ = ((0.35, 0.5, 0.65), (0.75, 0.85, 0.95, 1.1), (1.3, 1.6, 2.0, 2.6))
+BODIES = ("car", "trailer")
+
+
+@dataclass(frozen=True)
+class Law:
+    """One law of the grammar.
+
+    Attributes
+    ----------
+    place
+        A key of `PLACES`; of a swinging mass its body; of a lever on the side force "tyres".
+    motion
+        A key of `MOTIONS`; "swing"; "side_force".
+    shape
+        One of `SHAPES`.
+    power
+        Of the speed.
+    lagged
+        Whether it follows with a lag.
+    """
+
+    place: str
+    motion: str
+    shape: str = SHAPES[0]
+    power: int = 0
+    lagged: bool = False
+
+    @property
+    def spec(self) -> str:
+        """The law in one word, as a model block keeps it."""
+        return "/".join((self.place, self.motion, self.shape, str(self.power), str(self.lagged)))
+
+    @property
+    def swings(self) -> bool:
+        """A mass with a frequency of its own."""
+        return self.motion == "swing"
+
+
+def law_of(spec: str) -> Law:
+    """The law of a word that `Law.spec` made."""
+    try:
+        place, motion, shape, power, lagged = spec.partition("@")[0].split("/")
+        found = Law(place, motion, shape, int(power), lagged == "True")
+    except ValueError:
+        raise SwaywatchError(f"{spec!r} is no law (place/motion/shape/power/lagged)") from None
+    known = motion in MOTIONS and place in PLACES
+    known |= motion == "swing" and place in BODIES
+    known |= motion == "side_force" and place == "tyres"
+    if not known or shape not in SHAPES:
+        raise SwaywatchError(f"{spec!r}: no such place, motion or shape")
+    return found
+
+
+Act = Callable[[PlantInput, Run, Values, Sequence[Window]], None]
+
+
+def _moves(law: Law) -> Act:
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del run, windows
+        plant.scalar("law_gain", values["gain"])
+        plant.scalar("law_shape", float(SHAPES.index(law.shape)))
+        plant.scalar("law_bend", values.get("bend", 0.0))
+        plant.scalar("law_speed_power", float(law.power))
+        plant.scalar("law_lag", max(values.get("lag_s", 0.0), 0.0))
+        plant.scalar(f"law_of_{law.motion}", 1.0)
+        plant.scalar(f"law_to_{law.place}", 1.0)
+
+    return act
+
+
+def _swings(body: str) -> Act:
+    """The swinging mass is a part of the body's own: what the scales show stays."""
+
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del run, windows
+        mass, place = values["mass_kg"], values["position_m"]
+        whole = plant.body[BODY.index(f"{body}.mass")]
+        rest = whole - mass
+        # the centre of gravity of the rest is as far the other way as the masses say
+        ahead = -mass * place / rest
+        plant.scalar(f"mode_mass_{body}", mass)
+        plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values["frequency_hz"])
+        plant.scalar(f"mode_damping_{body}", values["damping_ratio"])
+        plant.scalar(f"mode_place_{body}", place - ahead)
+        plant.scalar(f"sensor_ahead_{body}", -ahead)
+        plant.body[BODY.index(f"{body}.mass")] = rest
+        plant.body[BODY.index(f"{body}.yaw_inertia")] -= mass * place**2 + rest * ahead**2
+        hitch = ahead if body == "car" else -ahead
+        plant.body[BODY.index(f"{body}.front_axle_to_cog")] -= ahead
+        plant.body[BODY.index(f"{body}.rear_axle_to_cog")] += ahead
+        plant.body[BODY.index(f"{body}.hitch_to_cog")] += hitch
+        sprung = plant.get(f"sprung_mass_{body}")
+        if sprung > 0.0:
+            plant.scalar(f"sprung_mass_{body}", sprung - mass)
+
+    return act
+
+
+def _lever(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+    del run, windows
+    for axle in ("car_front", "car_rear", "trailer"):
+        plant.scalar(f"trail_{axle}", values["lever_m"])
+
+
+def effect_of(law: Law, start_hz: float | None = None) -> Effect:
+    """The law as an effect of the plant: fitted and judged like any other.
+
+    Parameters
+    ----------
+    start_hz
+        Of a swinging mass: the frequency that the fit begins with.
+    """
+    return _effect(law, start_hz)
+
+
+@cache
+def _effect(law: Law, start_hz: float | None) -> Effect:
+    act: Act
+    parameters: tuple[Parameter, ...]
+    if law.swings:
+        at = start_hz or 0.8
+        act, parameters = _swings(law.place), (
+            Parameter("mass_kg", "kg", 0.0, 0.0, 900.0, (60.0,), 10.0, 2.0),
+            Parameter("frequency_hz", "Hz", at, 0.15, 4.0, (at,), 0.03, 1e9),
+            Parameter("damping_ratio", "1", 0.05, 0.0, 1.5, (0.05,), 0.02, 1e9),
+            Parameter("position_m", "m", 0.0, -4.0, 4.0, (0.0,), 0.05, 1e9),
+        )  # fmt: skip
+        equation = "m (q'' + 2 zeta omega q' + omega^2 q) = -m a_y of its place"
+    elif law.motion == "side_force":
+        act = _lever
+        parameters = (Parameter("lever_m", "m", 0.0, -0.15, 0.15, (0.03,), 0.005, 0.003),)
+        equation = "M = -lever x side force, of each tyre"
+    else:
+        act, parameters = _moves(law), _numbers(law)
+        equation = formula(law)
+    return Effect(
+        id=ID,
+        component=f"{law.place} of {law.motion}",
+        kind="physics",
+        equation=equation,
+        source="found in the recording",
+        parameters=parameters,
+        act=act,
+        plausibility=0.0 if (law.place, law.motion) in KNOWN else UNHEARD_OF,
+        decided_by="the same manoeuvre at another speed and another amplitude",
+        extra={
+            "form": law.spec + (f"@{start_hz:g}" if start_hz else ""),
+            "law": law,
+            "start_hz": start_hz,
+        },
+    )
+
+
+def _numbers(law: Law) -> tuple[Parameter, ...]:
+    """Gain, bend and lag of a law, with the sizes that its dimensions give them."""
+    place, motion = PLACES[law.place], MOTIONS[law.motion]
+    curve = {"cube": 3, "odd square": 2, "even square": 2}.get(law.shape, 1)
+    start = place.level / motion.usual**curve
+    unit = f"{place.unit} per {motion.unit}" + (f"^{curve}" if curve > 1 else "")
+    high = 100.0 * start
+    found = [Parameter("gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start)]
+    if SHAPES.index(law.shape) in BENDS:
+        bend = (0.5 if law.shape == "saturating" else 0.3) * motion.usual
+        found.append(
+            Parameter("bend", motion.unit, 1e3, 0.02 * bend, 20.0 * bend, (bend,), 0.1 * bend, 1e9)
+        )
+    if law.lagged:
+        found.append(Parameter("lag_s", "s", 0.0, 0.0, 1.5, (0.1,), 0.01, 1e9))
+    return tuple(found)
+
+
+def formula(law: Law) -> str:
+    """The law in symbols."""
+    symbol = MOTIONS[law.motion].symbol
+    bent = {
+        "straight": symbol,
+        "saturating": f"bend tanh({symbol} / bend)",
+        "dead zone": f"({symbol} beyond +-bend)",
+        "cube": f"{symbol}^3",
+        "odd square": f"{symbol} |{symbol}|",
+        "even square": f"{symbol}^2",
+    }[law.shape]
+    left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
+    speed = {0: "", 1: f" (v / {SPEED_M_S:g} m/s)", 2: f" (v / {SPEED_M_S:g} m/s)^2"}[law.power]
+    return f"{left} = gain x {bent}{speed}" + (" behind a lag" if law.lagged else "")
+
+
+@cache
+def grammar() -> tuple[Effect, ...]:
+    """Every straight law, and swinging masses from every start."""
+    found = [
+        effect_of(Law(place, motion, power=power))
+        for place, motions in PAIRS.items()
+        for motion, powers in motions.items()
+        for power in powers
+    ]
+    found.append(effect_of(Law("tyres", "side_force")))
+    found += [
+        effect_of(Law(body, "swing"), hz) for body in BODIES for row in FREQUENCIES_HZ for hz in row
+    ]
+    return tuple(found)
+
+
+def refined(law: Law) -> list[Law]:
+    """The same law with another shape or behind a lag."""
+    if law.swings or law.motion == "side_force":
+        return []
+    found = [Law(law.place, law.motion, shape, law.power) for shape in SHAPES[1:]]
+    return [*found, Law(law.place, law.motion, power=law.power, lagged=True)]
+
+
+assert set(PLACES) == set(LAW_TO)

@@ -1,0 +1,155 @@
+"""The missing force itself: what has to act at a place to explain the runs, with its error in time.
+
+Linear least squares of pulses under the observer (`diagnose/locate.py`): the channels' answers to
+a pulse at the place are simulated, and the amplitudes of all pulses, of the believed values and of
+the start are solved for together, each against its prior. Nothing of a law goes into it, so a law
+can be held against it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
+from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, plant_of
+from swaywatch.diagnose.locate import Locator
+from swaywatch.diagnose.plant import BODY, OUTPUT, PlantInput, simulate
+from swaywatch.diagnose.runs import Run
+from swaywatch.discover.find import Discovery
+from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, SHAPES, SPEED_M_S, Law
+
+Array = NDArray[np.float64]
+
+PULSE_S = 0.25
+RIDGE = 1e-2
+#: Series slots that make up a force at a place, with their sign.
+SLOTS: dict[str, tuple[tuple[str, float], ...]] = {
+    "hitch": (("moment_car", 1.0), ("moment_trailer", -1.0)),
+    "force_car": (("force_car", 1.0),),
+    "force_trailer": (("force_trailer", 1.0),),
+    "moment_car": (("moment_car", 1.0),),
+    "moment_trailer": (("moment_trailer", 1.0),),
+    "slip_car_front": (("slip_car_front", 1.0),),
+    "slip_car_rear": (("slip_car_rear", 1.0),),
+    "slip_trailer": (("slip_trailer_front", 1.0), ("slip_trailer_rear", 1.0)),
+}
+
+
+def _act(place: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del values
+        for window in windows:
+            for slot, sign in SLOTS[place]:
+                plant.add_series(slot, sign * window.values["size"] * window.mask(run.time))
+
+    return act
+
+
+def free_input(place: str) -> Effect:
+    """An unknown course at a place, in pulses."""
+    size = PLACES[place]
+    return Effect(
+        id="_input",
+        component=place,
+        kind="physics",
+        equation="an unknown course",
+        source="none",
+        parameters=(Parameter("size", size.unit, 0.0, -1e6, 1e6, (1.0,), 0.2 * size.level),),
+        act=_act(place),
+        windowed=True,
+    )
+
+
+def place_of(law: Law) -> str:
+    """The place of an unknown course that shows a law best."""
+    if law.place in BODIES:
+        return f"force_{law.place}"
+    return "moment_car" if law.place == "tyres" else law.place
+
+
+def missing_inputs(found: Discovery) -> dict[str, Any]:
+    """Course of the unknown input at the law's place, and what it depends on at those times."""
+    law = found.law
+    place = place_of(law)
+    without = tuple(t for t in found.fit.terms if t.effect.id != ID)
+    fit = Fit(without, found.fit.nuisance, found.fit.shift)
+    fitter = Fitter(replace(found.search.problem, observer=OBSERVER))
+    course = Locator(fitter, fit).course(free_input(place), ridge=RIDGE, pulse_s=PULSE_S)
+    runs = []
+    for index, run in enumerate(fitter.problem.runs):
+        edges = course.edges[index]
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        moved = motion(found, index, law)
+        bins = np.clip(np.searchsorted(edges, run.time, side="right") - 1, 0, middle.size - 1)
+        count = np.maximum(np.bincount(bins, minlength=middle.size), 1)
+
+        def mean(
+            values: Array, bins: Any = bins, count: Any = count, size: int = middle.size
+        ) -> list[float]:
+            return list((np.bincount(bins, values, size) / count).astype(float))
+
+        runs.append(
+            {
+                "run": run.name, "time_s": middle.tolist(),
+                "value": course.amplitude[index][:, 0].tolist(),
+                "standard_error": course.error[index][:, 0].tolist(),
+                "motion": None if moved is None else mean(moved),
+                "law": None if moved is None else mean(valued(found, moved, run.speed)),
+            }
+        )  # fmt: skip
+    unit = MOTIONS[law.motion].unit if law.motion in MOTIONS else ""
+    return {"place": place, "unit": PLACES[place].unit, "motion_unit": unit, "runs": runs}
+
+
+_COLUMNS = {
+    "articulation": ("articulation",), "yaw_rate_car": ("car_yaw_rate",),
+    "yaw_rate_trailer": ("trailer_yaw_rate",), "roll_car": ("car_roll",),
+    "roll_trailer": ("trailer_roll",),
+}  # fmt: skip
+
+
+def motion(found: Discovery, index: int, law: Law) -> Array | None:
+    """What a law depends on in a run as the model has it, shape (n,); None: a state of its own."""
+    problem, fit = found.search.problem, found.fit
+    if law.swings or law.motion == "side_force":
+        return None
+    plant = plant_of(problem, index, fit.terms, fit.nuisance[index], fit.shift)
+    if law.motion == "steer":
+        return plant.steer
+    out = simulate(plant)
+    column = {name: out[:, i] for i, name in enumerate(OUTPUT)}
+    if law.motion in _COLUMNS:
+        return np.asarray(column[_COLUMNS[law.motion][0]])
+    if law.motion == "articulation_rate":
+        return np.asarray(column["trailer_yaw_rate"] - column["car_yaw_rate"])
+    side = column["lateral_velocity"]
+    if law.motion == "sideslip_car":
+        return np.asarray(np.arctan(side / plant.speed))
+    ahead = plant.body[BODY.index("car.hitch_to_cog")]
+    behind = plant.body[BODY.index("trailer.hitch_to_cog")]
+    ball = side - ahead * column["car_yaw_rate"]
+    along = np.cos(column["articulation"]) * plant.speed + np.sin(column["articulation"]) * ball
+    across = np.cos(column["articulation"]) * ball - np.sin(column["articulation"]) * plant.speed
+    return np.asarray(np.arctan((across - behind * column["trailer_yaw_rate"]) / along))
+
+
+def valued(found: Discovery, z: Array, speed: Array) -> Array:
+    """The law (without its lag) at values of what it depends on, shape (n,)."""
+    law = found.law
+    values = found.term.as_dict()
+    bend = max(values.get("bend", 1.0), 1e-9)
+    bent = {
+        "straight": z,
+        "saturating": bend * np.tanh(z / bend),
+        "dead zone": z - np.clip(z, -bend, bend),
+        "cube": z**3,
+        "odd square": z * np.abs(z),
+        "even square": z**2,
+    }
+    assert set(bent) == set(SHAPES)
+    return np.asarray(values["gain"] * bent[law.shape] * (speed / SPEED_M_S) ** law.power)

@@ -1,0 +1,36 @@
+"""What is known to act like a law: a hint for its name, and prior weight for the law."""
+
+from __future__ import annotations
+
+#: What is known to act in this way, by place and motion, for a positive and a negative gain.
+KNOWN: dict[tuple[str, str], tuple[str, str]] = {
+    ("hitch", "articulation"): (
+        "a spring: a weight-distributing hitch, a coupling that pulls straight",
+        "a moment that folds the combination: a tilted or worn coupling",
+    ),
+    ("moment_car", "yaw_rate_car"): (
+        "a controller that turns the car in",
+        "a stability controller that brakes against the yaw",
+    ),
+    ("moment_car", "yaw_rate_trailer"): (
+        "a controller that follows the trailer's yaw",
+        "a trailer-stability controller of the car",
+    ),
+    ("moment_car", "steer"): ("torque vectoring into the bend", "a differential that resists"),
+    ("moment_car", "sideslip_car"): ("air that turns the car in", "air that turns the car out"),
+    ("force_car", "sideslip_car"): ("", "air side force on the car"),
+    ("moment_trailer", "yaw_rate_trailer"): (
+        "",
+        "scrub of axles close together, or trailer brakes under a stability controller",
+    ),
+    ("moment_trailer", "articulation_rate"): ("", "trailer brakes under a stability controller"),
+    ("slip_trailer", "articulation"): ("a steered trailer axle", "a steered trailer axle"),
+    ("slip_car_rear", "steer"): ("rear-wheel steering, same sense", "rear-wheel steering"),
+    ("slip_car_front", "yaw_rate_car"): (
+        "steering that follows the yaw",
+        "the driver's arms, or steering assistance against the yaw",
+    ),
+    ("trailer", "swing"): ("a load that is not lashed, a liquid", ""),
+    ("car", "swing"): ("a load in the car that is not lashed, a liquid", ""),
+    ("tyres", "side_force"): ("aligning moments of the tyres (pneumatic trail)", ""),
+}

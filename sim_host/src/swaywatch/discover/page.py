@@ -1,0 +1,116 @@
+"""The part of the diagnosis page about a law that is no effect of the library."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+from typing import Any
+
+import plotly.graph_objects as go
+
+from swaywatch.report.shell import plot, table
+
+ESTIMATE, LAW = "#9ca3af", "#2563eb"
+NINETY = 1.645
+
+
+def lines(result: Mapping[str, Any]) -> list[str]:
+    """Lines of the verdict's box, in HTML."""
+    found = []
+    for law in result.get("discovered", []):
+        hint = f" ({html.escape(law['perhaps'])}?)" if law["perhaps"] else ""
+        found.append(
+            f"{html.escape(law['text'][:1].upper() + law['text'][1:])}{hint} "
+            "<span class='note'>a law that is in no library, found in these runs</span>"
+        )
+    return found
+
+
+def section(result: Mapping[str, Any]) -> list[str]:
+    """What was found beyond the library, how sure it is, and the missing force itself."""
+    parts: list[str] = []
+    for law in result.get("discovered", []):
+        parts += ["<h2>A law that is in no library</h2>", _words(law), _numbers(law)]
+        for run in law["input"]["runs"]:
+            parts.append(plot(_course(law["input"], run), run=run["run"], name="missing_input"))
+        if law["input"]["runs"][0]["motion"] is not None:
+            parts.append(plot(_curve(law), name="law"))
+    return parts
+
+
+def _words(law: Mapping[str, Any]) -> str:
+    said = " + ".join(law["library_would_say"]) or "nothing"
+    text = (
+        f"{law['text'][:1].upper()}{law['text'][1:]}. It {law['energy']}. "
+        f"Against the best that the library can say ({said.replace('_', ' ')}) the logarithm of "
+        f"the Bayes factor is {law['log_bayes_factor_to_library']:.0f}; "
+        f"{100.0 * law['share_explained']:.0f} % of the mismatch beyond noise is explained."
+    )
+    if law["perhaps"]:
+        text += f" Known to act so: {law['perhaps']}."
+    kept = law["kept_out"]
+    if kept:
+        text += (
+            " Each run predicted from the others is off by "
+            f"{100.0 * kept['calibrated_nrmse']:.1f} % (NRMSE) with the calibrated vehicle, "
+            f"{100.0 * kept['library_nrmse']:.1f} % with the library and "
+            f"{100.0 * kept['with_law_nrmse']:.1f} % with the law."
+        )
+    else:
+        text += " One run only: it has not been held against another one."
+    for other in law["equivalent"]:
+        text += f" A law at {other['place']} of {other['depends_on']} does as well."
+    return f"<p>{html.escape(text.replace('_', ' '))}</p>"
+
+
+def _numbers(law: Mapping[str, Any]) -> str:
+    rows = [
+        [
+            name.replace("_", " "), f"{row['value']:.4g} {row['unit']}",
+            f"{row['low']:.4g} to {row['high']:.4g}",
+        ]
+        for name, row in law["parameters"].items()
+    ]  # fmt: skip
+    return table([f"law: {law['law']}", "value", "90 % interval"], rows)
+
+
+def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:
+    """The missing force against time, as the runs ask for it and as the law has it."""
+    figure = go.Figure(
+        go.Scatter(
+            x=run["time_s"], y=run["value"], mode="markers", name="what the run asks for",
+            marker={"color": ESTIMATE, "size": 5},
+            error_y={
+                "array": [NINETY * e for e in run["standard_error"]], "color": ESTIMATE,
+                "thickness": 0.7, "width": 0,
+            },
+        )
+    )  # fmt: skip
+    if run["law"] is not None:
+        figure.add_scatter(x=run["time_s"], y=run["law"], name="the law", line={"color": LAW})
+    figure.update_layout(
+        title=f"{run['run']}: missing at {found['place'].replace('_', ' ')}",
+        xaxis_title="time, s", yaxis_title=f"{found['place'].replace('_', ' ')}, {found['unit']}",
+    )  # fmt: skip
+    return figure
+
+
+def _curve(law: Mapping[str, Any]) -> go.Figure:
+    """The missing force against what it depends on."""
+    found = law["input"]
+    figure = go.Figure()
+    for run in found["runs"]:
+        figure.add_scatter(
+            x=run["motion"], y=run["value"], mode="markers", name=run["run"], marker={"size": 4}
+        )
+        pairs = sorted(zip(run["motion"], run["law"], strict=True))
+        figure.add_scatter(
+            x=[p[0] for p in pairs], y=[p[1] for p in pairs], mode="markers",
+            name=f"the law, {run['run']}", marker={"color": LAW, "size": 3},
+        )  # fmt: skip
+    figure.update_layout(
+        title="the missing input against what it depends on",
+        xaxis_title=f"{law['variables'][0]}, {found['motion_unit']}",
+        yaxis_title=f"{found['place'].replace('_', ' ')}, {found['unit']}",
+    )
+    return figure

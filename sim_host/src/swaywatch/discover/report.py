@@ -1,0 +1,116 @@
+"""`discovered` of diagnosis.json, and the verdict with a law in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from swaywatch.diagnose.evidence import explained
+from swaywatch.diagnose.search import level
+from swaywatch.diagnose.verdict import SUREST, Verdict
+from swaywatch.discover.find import Discovery
+from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, Law
+from swaywatch.discover.inputs import missing_inputs
+from swaywatch.discover.words import energy, sentence, suggestion
+
+NAMED_BESIDE = 0.9  # confidence in a library effect that a law is claimed beside
+
+
+def with_law(verdict: Verdict, found: Discovery) -> Verdict:
+    """The verdict with the law in the model, and what of the library is left beside it."""
+    known = dict(zip((t.effect.name for t in verdict.fit.terms), verdict.confidence, strict=False))
+    names = [t.effect.name for t in found.fit.terms]
+    return replace(
+        verdict,
+        word="missing_physics" if explained(found.base, found.fit) else "unexplained",
+        fit=found.fit,
+        baseline=found.base,
+        problem=found.search.problem,
+        equivalents=[[] for _ in names],
+        confidence=[min(known.get(n, NAMED_BESIDE), SUREST) for n in names],
+        noise=found.search.noise,
+        evidence=verdict.evidence + found.evidence,
+        candidates=[(" + ".join(names), verdict.evidence + found.evidence), *verdict.candidates],
+        hidden=[],
+        notes=[],
+    )
+
+
+def take_law(result: dict[str, Any], found: Discovery | None) -> None:
+    """Move the law of a diagnosis.json from its effects, the library's, to `discovered`."""
+    own = [e for e in result["effects"] if e["id"] == ID]
+    result["effects"] = [e for e in result["effects"] if e["id"] != ID]
+    result["discovered"] = [entry(found, e["parameters"], e["fit"]) for e in own if found]
+
+
+def location(law: Law) -> str:
+    """Where the law acts, in words."""
+    if law.place in BODIES:
+        return f"side force in the {law.place}"
+    if law.place == "tyres":
+        return "yaw moment of every tyre"
+    return PLACES[law.place].words
+
+
+def variables(law: Law) -> list[str]:
+    """What it depends on, in words."""
+    if law.swings:
+        return [f"lateral acceleration of the {law.place}", "its own position and rate"]
+    found = ["side force of the tyre"] if law.motion == "side_force" else []
+    found = found or [MOTIONS[law.motion].words]
+    return [*found, "speed"] if law.power else found
+
+
+def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> dict[str, Any]:
+    """One entry of `discovered`.
+
+    Parameters
+    ----------
+    parameters
+        Numbers of the law with intervals, as `describe` has them.
+    fit
+        Scores of the whole model.
+    """
+    law, term = found.law, found.term
+    for p in term.effect.parameters:
+        parameters[p.name]["unit"] = p.unit
+    main = term.values[0]
+    before, after = level(found.base), level(found.fit)
+    rows = np.array(found.kept_out) if found.kept_out else None
+    error = float(parameters[term.effect.parameters[0].name]["standard_error"])
+    return {
+        "location": location(law),
+        "place": law.place,
+        "variables": variables(law),
+        "depends_on": law.motion,
+        "shape": law.shape,
+        "power_of_speed": law.power,
+        "law": term.effect.equation,
+        "spec": law.spec,
+        "text": sentence(law, parameters),
+        "perhaps": suggestion(law, main),
+        "energy": energy(law, main),
+        "parameters": parameters,
+        "fit": fit,
+        "standard_errors": abs(main) / max(error, 1e-12),
+        "share_explained": 1.0 - max(after - 1.0, 0.0) / max(before - 1.0, 1e-9),
+        "reduced_chi_square": {
+            "calibrated": before, "library": level(found.library), "with_law": after,
+        },
+        "log_bayes_factor_to_library": found.evidence,
+        "library_would_say": [t.effect.name for t in found.library.terms],
+        "beside": [t.effect.name for t in found.fit.terms if t.effect.id != ID],
+        "kept_out": None if rows is None else {
+            "calibrated_nrmse": float(np.mean(rows[:, 0])),
+            "library_nrmse": float(np.mean(rows[:, 1])),
+            "with_law_nrmse": float(np.mean(rows[:, 2])),
+            "gain_over_library": 1.0 - float(np.mean(rows[:, 2]) / np.mean(rows[:, 1])),
+        },
+        "equivalent": [
+            {"place": other.place, "depends_on": other.motion, "log_bayes_factor": behind}
+            for other, behind in found.others
+        ],
+        "input": missing_inputs(found),
+    }  # fmt: skip

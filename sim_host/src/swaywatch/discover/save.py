@@ -1,0 +1,105 @@
+"""A law that was found as an effect file of the user's own, and such files read back."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from swaywatch.diagnose.effect import Effect
+from swaywatch.discover.grammar import effect_of, law_of
+from swaywatch.errors import SwaywatchError
+
+_FILE = '''"""{text}
+
+Found by `swaywatch diagnose` in {runs}. Law: {law}
+{numbers}
+Give it a name and a place in your library: `swaywatch diagnose --physics {file}`.
+"""
+
+from swaywatch.discover.save import named
+
+EFFECTS = [
+    named(
+        "{id}",
+        "{spec}",
+        starts={starts},
+        source="{source}",
+    )
+]
+'''
+
+
+def named(id_: str, spec: str, starts: Mapping[str, float], source: str = "a recording") -> Effect:
+    """A law under a name: from then on an effect like those of the library.
+
+    Parameters
+    ----------
+    id_
+        Its word in diagnosis.json.
+    spec
+        The law in one word, as `discovered` of a diagnosis.json has it.
+    starts
+        Values that a fit begins with, by parameter.
+    """
+    effect = effect_of(law_of(spec))
+    unknown = set(starts) - {p.name for p in effect.parameters}
+    if unknown:
+        names = ", ".join(p.name for p in effect.parameters)
+        raise SwaywatchError(f"{id_}: {spec} has no {', '.join(sorted(unknown))}; it has {names}")
+    parameters = tuple(
+        replace(p, starts=(float(starts.get(p.name, p.starts[0])),)) for p in effect.parameters
+    )
+    return replace(effect, id=id_, parameters=parameters, source=source)
+
+
+def save_law(result: Mapping[str, Any], path: Path) -> bool:
+    """Write the law of a diagnosis.json as an effect file; False where there is none."""
+    laws = result.get("discovered") or []
+    if not laws:
+        return False
+    law = laws[0]
+    numbers = "\n".join(
+        f"{name} = {row['value']:.6g} {row['unit']} ({row['low']:.4g} to {row['high']:.4g})"
+        for name, row in law["parameters"].items()
+    )
+    runs = ", ".join(Path(name).name for name in result["inputs"]["recordings"])
+    text = _FILE.format(
+        text=f"{law['text'][:1].upper()}{law['text'][1:]}.",
+        runs=runs,
+        law=law["law"],
+        numbers=numbers,
+        file=path.name,
+        id=path.stem,
+        spec=law["spec"],
+        starts={name: float(f"{row['value']:.6g}") for name, row in law["parameters"].items()},
+        source=f"found in {runs}",
+    )
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SwaywatchError(f"{path}: cannot be written ({error.strerror})") from error
+    return True
+
+
+def read_physics(paths: Sequence[Path]) -> list[Effect]:
+    """Effects of a user's own files, which are run like any of his programs."""
+    found: list[Effect] = []
+    for path in paths:
+        if not path.is_file():
+            raise SwaywatchError(f"{path}: no such file")
+        spec = importlib.util.spec_from_file_location(f"_own_physics_{len(found)}", path)
+        if spec is None or spec.loader is None:
+            raise SwaywatchError(f"{path}: not a Python file; its name has to end in .py")
+        module = importlib.util.module_from_spec(spec)
+        try:
+            spec.loader.exec_module(module)
+        except Exception as error:
+            raise SwaywatchError(f"{path}: {type(error).__name__}: {error}") from error
+        effects = getattr(module, "EFFECTS", None)
+        if not isinstance(effects, list) or not all(isinstance(e, Effect) for e in effects):
+            raise SwaywatchError(f"{path}: has no list EFFECTS of swaywatch's Effect objects")
+        found += effects
+    return found

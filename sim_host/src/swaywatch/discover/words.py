@@ -1,0 +1,89 @@
+"""What a law says, in words, and what is known to act so. The law is the finding, a name a hint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from swaywatch.discover.grammar import MOTIONS, PLACES, SPEED_M_S, Law
+from swaywatch.discover.known import KNOWN
+
+#: Motions that a place works against: their product is power.
+_WORKS = {
+    "hitch": ("articulation", "articulation_rate", -1.0),
+    "moment_car": ("", "yaw_rate_car", 1.0),
+    "moment_trailer": ("", "yaw_rate_trailer", 1.0),
+}
+_UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
+
+
+def suggestion(law: Law, gain: float) -> str:
+    """What is known to act in this way; empty if nothing is."""
+    names = KNOWN.get((law.place, law.motion), ("", ""))
+    if law.place == "hitch" and law.shape == "dead zone":
+        return "a stop: something that touches at large articulation"
+    return names[0 if gain >= 0.0 else 1]
+
+
+def energy(law: Law, gain: float) -> str:
+    """Whether the law can give energy to the motion."""
+    if law.swings:
+        return "stores energy and loses it to its own damping: it cannot make any"
+    if law.place not in _WORKS or law.power:
+        return "can give energy to the motion: it takes it from the speed or from a drive"
+    stores, loses, sign = _WORKS[law.place]
+    if law.motion == stores and not law.lagged:
+        return "stores energy and gives it back: it cannot make any"
+    if law.motion == loses and not law.lagged and sign * gain < 0.0:
+        return "takes energy from the motion"
+    return "can give energy to the motion: it takes it from the speed or from a drive"
+
+
+def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """The law in one sentence, with its numbers."""
+    if law.swings:
+        mass, hz, ratio = (parameters[k] for k in ("mass_kg", "frequency_hz", "damping_ratio"))
+        x = parameters["position_m"]["value"]
+        side = "ahead of" if x >= 0.0 else "behind"
+        where = f", {abs(x):.1f} m {side} the centre of gravity"
+        return (
+            f"in the {law.place} something swings sideways at {_range(hz)} Hz with "
+            f"{100.0 * max(ratio['value'], 0.0):.0f} % damping and {_range(mass)} kg{where}"
+        )
+    if law.motion == "side_force":
+        lever = parameters["lever_m"]
+        side = "behind" if lever["value"] >= 0.0 else "ahead of"
+        return f"the tyres' side forces act {_range(lever, 1000.0)} mm {side} the wheel centres"
+    place, motion = PLACES[law.place], MOTIONS[law.motion]
+    gain = parameters["gain"]
+    unit, factor = _UNITS[place.unit]
+    if place.unit != "rad" and abs(gain["value"]) < 500.0:
+        unit, factor = place.unit, 1.0
+    curve = {"cube": " cubed", "odd square": " squared, with its sign", "even square": " squared"}
+    shape = curve.get(law.shape, "")
+    order = "^" + ("3" if law.shape == "cube" else "2") if shape else ""
+    per = motion.unit if not order else f"({motion.unit}){order}"
+    words = f"{place.words}: {_range(gain, factor)} {unit} per {per} of the {motion.words}{shape}"
+    if law.shape == "saturating":
+        words += f", levelling off about {abs(parameters['bend']['value']):.3g} {motion.unit}"
+    if law.shape == "dead zone":
+        words += f", beyond {abs(parameters['bend']['value']):.3g} {motion.unit} only"
+    words += {
+        0: ", the same at every speed",
+        1: f", at {SPEED_M_S:g} m/s and growing with the speed",
+        2: f", at {SPEED_M_S:g} m/s and growing with the square of the speed",
+    }[law.power]
+    if law.lagged and "lag_s" in parameters:
+        words += f", {1000.0 * parameters['lag_s']['value']:.0f} ms late"
+    return words
+
+
+def _range(row: Mapping[str, Any], factor: float = 1.0) -> str:
+    """A value with half of its 90 % interval, to the digits that the interval leaves."""
+    value = factor * float(row["value"])
+    half = 0.5 * abs(factor) * (float(row["high"]) - float(row["low"]))
+    if not math.isfinite(half) or half <= 0.0:
+        return f"{value:.3g}"
+    digits = max(0, 1 - math.floor(math.log10(half)))
+    return f"{value:.{digits}f} +- {half:.{digits}f}"

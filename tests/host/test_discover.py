@@ -1,0 +1,253 @@
+"""Laws beyond the library: slots of the plant, the search for them, what is said of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sprung_pairs import SPACING, constants, manoeuvre
+from test_diagnose import BODY_VALUES, synthetic
+
+from swaywatch.diagnose.effect import library
+from swaywatch.diagnose.model import _entries, terms_of
+from swaywatch.diagnose.plant import LAW_OF, LAW_TO, OUTPUT, SCALARS, PlantInput, neutral, simulate
+from swaywatch.diagnose.runs import Run
+from swaywatch.diagnose.search import Search
+from swaywatch.diagnose.term import Term
+from swaywatch.discover.find import discover
+from swaywatch.discover.grammar import Law, effect_of, grammar, law_of
+from swaywatch.discover.known import KNOWN
+from swaywatch.discover.save import named, read_physics, save_law
+from swaywatch.discover.words import energy, sentence, suggestion
+from swaywatch.errors import SwaywatchError
+from swaywatch.models.multibody import Multibody
+from swaywatch.models.multibody_vehicle import Inputs, Physics, reference_combination
+
+SPEED = 28.0
+YAW = [OUTPUT.index(name) for name in ("car_yaw_rate", "trailer_yaw_rate", "hitch_y")]
+
+
+def plant(**slots: float) -> PlantInput:
+    """A slalom of the reference combination with slots of the plant set."""
+    time = np.arange(0.0, 12.0, 0.01)
+    steer = 0.02 * np.sin(2.0 * np.pi * 0.55 * time) * np.clip(time, 0.0, 1.0)
+    found = PlantInput(
+        0.01, np.full(time.size, SPEED), np.zeros(time.size), steer, BODY_VALUES.copy(), neutral()
+    )
+    for name, value in slots.items():
+        found.scalar(name, value)
+    return found
+
+
+def difference(one: np.ndarray, other: np.ndarray) -> float:
+    """RMS over the RMS of the first, the worst of the yaw rates and the hitch force."""
+    parts = [np.std(one[:, i] - other[:, i]) / np.std(one[:, i]) for i in YAW]
+    return float(max(parts))
+
+
+def test_a_law_of_the_articulation_rate_is_the_hitch_damper() -> None:
+    named_ = simulate(plant(hitch_damping=900.0))
+    law = simulate(plant(law_gain=900.0, law_of_articulation_rate=1.0, law_to_hitch=1.0))
+    assert difference(named_, law) < 1e-9
+    assert difference(named_, simulate(plant())) > 0.01
+
+
+def test_a_law_of_steering_is_another_steering_ratio() -> None:
+    other = plant()
+    other.steer = 1.05 * other.steer
+    law = plant(law_gain=0.05, law_of_steer=1.0, law_to_slip_car_front=1.0)
+    assert difference(simulate(other), simulate(law)) < 1e-3
+
+
+@pytest.mark.parametrize("place", LAW_TO)
+def test_every_place_acts(place: str) -> None:
+    size = 0.5 if place.startswith("slip") else 2e4
+    slots = {"law_gain": size, "law_of_yaw_rate_trailer": 1.0, f"law_to_{place}": 1.0}
+    assert difference(simulate(plant(**slots)), simulate(plant())) > 1e-3
+
+
+def test_shapes_and_speed() -> None:
+    straight = {"law_gain": 6e3, "law_of_articulation": 1.0, "law_to_hitch": 1.0}
+    base = simulate(plant(**straight))
+    wide = {"law_shape": 1.0, "law_bend": 50.0}
+    assert difference(base, simulate(plant(**straight, **wide))) < 1e-4  # tanh of next to nothing
+    dead = simulate(plant(**straight, law_shape=2.0, law_bend=1.0))
+    assert difference(simulate(plant()), dead) < 1e-12  # never beyond its zone
+    faster = plant(**straight, law_speed_power=2.0)
+    equal = plant(**(straight | {"law_gain": 6e3 * (SPEED / 25.0) ** 2}))
+    assert difference(simulate(faster), simulate(equal)) < 1e-9
+    late = simulate(plant(**straight, law_lag=0.0005))
+    assert difference(base, late) < 0.02  # held at its shortest lag
+    assert difference(base, simulate(plant(**straight, law_lag=0.4))) > 0.005
+
+
+def test_neutral_slots_are_those_of_the_plant_without_laws() -> None:
+    assert all(neutral()[SCALARS.index(f"law_of_{name}")] == 0.0 for name in LAW_OF)
+    with_places = plant(law_of_articulation=1.0, law_to_hitch=1.0)  # but no gain
+    assert difference(simulate(plant()), simulate(with_places)) == 0.0
+
+
+def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
+    """Where it stands does not matter then: centre of gravity and inertia are the file's."""
+    rigid = simulate(plant())
+    for place in (0.0, 1.2):
+        stiff = plant()
+        effect = effect_of(Law("trailer", "swing"))
+        values = {"mass_kg": 150.0, "frequency_hz": 8.0, "damping_ratio": 0.7, "position_m": place}
+        effect.act(stiff, Run("r", np.zeros(1), {}, {}, 15.0), values, ())
+        assert difference(rigid, simulate(stiff)) < 0.006
+        soft = plant()
+        effect.act(soft, Run("r", np.zeros(1), {}, {}, 15.0), values | {"frequency_hz": 0.7}, ())
+        assert difference(rigid, simulate(soft)) > 0.05
+
+
+@pytest.mark.parametrize(
+    ("physics", "law", "values"),
+    [
+        (Physics(hitch_spring_nm_rad=6000.0), Law("hitch", "articulation"), (6000.0,)),
+        (
+            Physics(yaw_moment_nms_rad=4000.0), Law("moment_car", "yaw_rate_car"), (-4000.0,),
+        ),
+        (
+            Physics(slosh_mass_kg=140.0, slosh_frequency_hz=0.9, slosh_damping=0.05,
+                    slosh_position_m=0.0),
+            Law("trailer", "swing"), (140.0, 0.9, 0.05, 0.0),
+        ),
+    ],
+)  # fmt: skip
+def test_laws_agree_with_an_independent_simulator(
+    physics: Physics, law: Law, values: tuple[float, ...]
+) -> None:
+    """MuJoCo's bodies with the same physics: far nearer with the law than without it."""
+    whole = reference_combination()
+    time, wheel = manoeuvre("slalom", 20.0, 10.0)
+    motion = Multibody(whole, physics).run(Inputs(time, wheel, np.full_like(time, SPEED)))
+    motion = motion.resample(time)
+    own = PlantInput(
+        SPACING, motion.speed_m_s, np.gradient(motion.speed_m_s, SPACING), motion.road_wheel_rad,
+        constants(whole),
+    )  # fmt: skip
+    judged = np.stack([motion.yaw_rate_rad_s, motion.trailer_yaw_rate_rad_s], axis=1)
+
+    def off(slots: PlantInput) -> float:
+        found = simulate(slots)[:, YAW[:2]]
+        return float(np.std(found - judged) / np.std(judged))
+
+    without = off(own)
+    term = Term(effect_of(law), values)
+    term.effect.act(own, Run("r", time, {}, {}, 15.0), term.as_dict(), ())
+    assert off(own) < 0.02
+    assert off(own) < 0.25 * without
+
+
+def searched(terms: tuple[Term, ...]) -> Search:
+    """A search over two noisy runs of the plant, the vehicle known."""
+    return Search(synthetic(terms, 3), library(), lambda stage, share: None)
+
+
+def silent(stage: str, share: float) -> None:
+    """No progress."""
+    del stage, share
+
+
+def test_a_hitch_spring_is_found() -> None:
+    truth = Term(effect_of(Law("hitch", "articulation")), (4000.0,))
+    found = discover([], [searched((truth,))], silent)
+    assert found is not None
+    assert (found.law.place, found.law.motion, found.law.shape) == (
+        "hitch", "articulation", "straight",
+    )  # fmt: skip
+    error = np.sqrt(found.fit.covariance[0, 0])
+    assert abs(found.term.values[0] - 4000.0) < 5.0 * error
+    for vehicle, library_, law in found.kept_out:
+        assert law < 0.6 * min(vehicle, library_)
+    kept = terms_of(_entries(found.fit.terms), library())
+    assert kept[0].effect.extra["law"] == found.law
+    assert kept[0].values == found.term.values
+
+
+def test_a_swinging_load_is_found_with_its_frequency() -> None:
+    effect = effect_of(Law("trailer", "swing"))
+    truth = Term(effect, (90.0, 0.85, 0.05, -0.6))
+    found = discover([], [searched((truth,))], silent)
+    assert found is not None
+    assert (found.law.place, found.law.swings) == ("trailer", True)
+    mass, hertz, damping, place = found.term.values
+    assert hertz == pytest.approx(0.85, abs=0.01)
+    assert mass == pytest.approx(90.0, rel=0.1)
+    assert damping == pytest.approx(0.05, abs=0.02)
+    assert place == pytest.approx(-0.6, abs=0.2)
+
+
+def test_nothing_is_found_where_nothing_is_missing() -> None:
+    assert discover([], [searched(())], silent) is None
+
+
+def test_every_law_has_a_word_and_its_word_is_read_back() -> None:
+    for effect in grammar():
+        law = effect.extra["law"]
+        assert isinstance(law, Law)
+        assert law_of(str(effect.extra["form"])) == law
+        rows = {p.name: {"value": 1.0, "low": 0.9, "high": 1.1} for p in effect.parameters}
+        assert sentence(law, rows)
+        assert energy(law, 1.0)
+    for place, motion in KNOWN:
+        assert law_of(Law(place, motion).spec)
+    for wrong in (
+        "hitch",
+        "hitch/articulation/round/0/False",
+        "nose/articulation/straight/0/False",
+    ):
+        with pytest.raises(SwaywatchError, match="no"):
+            law_of(wrong)
+
+
+def test_words() -> None:
+    spring = Law("hitch", "articulation")
+    row = {"gain": {"value": 3100.0, "low": 2900.0, "high": 3300.0}}
+    assert "3.10 +- 0.20 kNm per rad of the articulation" in sentence(spring, row)
+    assert "spring" in suggestion(spring, 3100.0)
+    assert "stores" in energy(spring, 3100.0)
+    assert "takes" in energy(Law("moment_trailer", "yaw_rate_trailer"), -500.0)
+    assert "can give" in energy(Law("moment_trailer", "yaw_rate_trailer"), 500.0)
+    assert "stop" in suggestion(replace(spring, shape="dead zone"), 3100.0)
+
+
+def test_a_law_is_saved_and_taken_as_an_effect(tmp_path: Path) -> None:
+    law = Law("hitch", "articulation")
+    result = {
+        "discovered": [{
+            "text": "a moment", "law": "M = gain x theta", "spec": law.spec,
+            "parameters": {"gain": {"value": 3100.0, "low": 1.0, "high": 2.0, "unit": "Nm/rad"}},
+        }],
+        "inputs": {"recordings": ["run1.blf"]},
+    }  # fmt: skip
+    path = tmp_path / "weight_distributing_hitch.py"
+    assert save_law(result, path)
+    (effect,) = read_physics([path])
+    assert effect.id == "weight_distributing_hitch"
+    assert effect.parameters[0].starts == (3100.0,)
+    run = Run("r", np.zeros(1), {}, {}, 15.0)
+    given = plant()
+    effect.act(given, run, {"gain": 3100.0}, ())
+    assert given.get("law_gain") == 3100.0
+    (entry,) = _entries((Term(effect, (3100.0,)),))
+    (kept,) = terms_of([entry], library())  # a model with it needs no file
+    assert (kept.effect.id, kept.values) == (effect.id, (3100.0,))
+    assert not save_law({"discovered": []}, tmp_path / "none.py")
+
+
+def test_wrong_effect_files(tmp_path: Path) -> None:
+    with pytest.raises(SwaywatchError, match="no such file"):
+        read_physics([tmp_path / "none.py"])
+    path = tmp_path / "broken.py"
+    path.write_text("EFFECTS = [1]\n")
+    with pytest.raises(SwaywatchError, match="list EFFECTS"):
+        read_physics([path])
+    path.write_text("1 / 0\n")
+    with pytest.raises(SwaywatchError, match="ZeroDivisionError"):
+        read_physics([path])
+    with pytest.raises(SwaywatchError, match="has no stiffness"):
+        named("spring", Law("hitch", "articulation").spec, {"stiffness": 1.0})
