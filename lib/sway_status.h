@@ -128,6 +128,13 @@ typedef enum {
     SWAY_FINDING_OFFSET = 48 ///< of a sensor
 } sway_finding_t;
 
+/// How a relation between the inputs holds (sway_supervise).
+typedef enum {
+    SWAY_RELATION_NOT_ASKED, ///< the inputs do not allow it, or nothing was driven that tells
+    SWAY_RELATION_HOLDS,     ///< within what tolerances, noise, road and wind make of it
+    SWAY_RELATION_BREAKS     ///< beyond three times of it
+} sway_relation_state_t;
+
 /// Parameters of the sensitivities, Eq. 3.44, in this order.
 typedef enum {
     SWAY_PARAMETER_CAR_MASS,
@@ -219,6 +226,11 @@ typedef struct {
     int32_t finding;         ///< sway_finding_t: the last one
     int32_t finding_size_micro;
     int32_t finding_se_micro;
+#if SWAY_SUPERVISION
+    int32_t relation;     ///< sway_relation_t + 256 * sway_relation_state_t; another one each time
+    int32_t relation_ppm; ///< its residual over the size of its terms, over about 20 s
+    int32_t relation_se_ppm; ///< what tolerances, noise, road and wind make of that: one deviation
+#endif
     int32_t alarm;            ///< sway_alarm_state_t
     uint32_t reasons;         ///< SWAY_REASON_*
     int32_t time_to_limit_ms; ///< until the amplitude reaches the limit at this growth

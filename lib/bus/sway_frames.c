@@ -273,7 +273,7 @@ typedef struct {
 enum {
     KIND_AXLES = SWAY_OUTPUT_STIFFNESS - SWAY_OUTPUT_MARGIN,
     KIND_INERTIA = KIND_AXLES + 3,
-    KIND_JUDGEMENT
+    KIND_JUDGEMENT // findings and relations behind it
 };
 
 #define OF(field) (uint16_t) offsetof(sway_status_t, field)
@@ -310,6 +310,14 @@ static const word_t WORDS[][3] = {
     {{0U, OF(missing_inputs), PER_1, false},
      {0U, OF(doubted_inputs), PER_1, false},
      {0U, OF(refuted_inputs), PER_1, false}},
+#if SWAY_SUPERVISION
+    {{0U, OF(finding), PER_1, false},
+     {0U, OF(finding_size_micro), PER_1000, true},
+     {0U, OF(finding_se_micro), PER_1000, false}},
+    {{0U, OF(relation), PER_1, false},
+     {0U, OF(relation_ppm), PER_1000, false},
+     {0U, OF(relation_se_ppm), PER_1000, false}},
+#endif
 };
 
 static uint16_t word_of(const sway_status_t *s, const word_t *word, uint32_t axle)
@@ -332,8 +340,8 @@ static void encode_words(sway_output_t output, const sway_status_t *s, uint8_t *
     uint32_t axle = 0U;
     if (output == SWAY_OUTPUT_INERTIA) {
         kind = KIND_INERTIA;
-    } else if (output == SWAY_OUTPUT_JUDGEMENT) {
-        kind = KIND_JUDGEMENT;
+    } else if (output >= SWAY_OUTPUT_JUDGEMENT) {
+        kind = (uint32_t)KIND_JUDGEMENT + ((uint32_t)output - (uint32_t)SWAY_OUTPUT_JUDGEMENT);
     } else if (output >= SWAY_OUTPUT_STIFFNESS) {
         kind = (uint32_t)KIND_AXLES + behind / (uint32_t)SWAY_AXLE_COUNT;
         axle = behind % (uint32_t)SWAY_AXLE_COUNT;
@@ -449,7 +457,7 @@ void sway_frames_encode(sway_output_t output, const sway_frames_source_t *source
     (void)memset(data, 0, SWAY_E2E_LENGTH);
     if (output == SWAY_OUTPUT_ALARM) {
         encode_alarm(source, data);
-    } else if (output <= SWAY_OUTPUT_INERTIA || output == SWAY_OUTPUT_JUDGEMENT) {
+    } else if (output <= SWAY_OUTPUT_INERTIA || output >= SWAY_OUTPUT_JUDGEMENT) {
         encode_words(output, source->status, data);
     } else if (output == SWAY_OUTPUT_QUALITY) {
         encode_quality(source->status, data);

@@ -63,7 +63,11 @@ typedef enum {
     SWAY_OUTPUT_FAULTS_FRAMES,
     SWAY_OUTPUT_FAULTS_ORDER,
     SWAY_OUTPUT_INPUTS,
-    SWAY_OUTPUT_JUDGEMENT, ///< with each estimate
+    SWAY_OUTPUT_JUDGEMENT, ///< with each estimate, and those below
+#if SWAY_SUPERVISION
+    SWAY_OUTPUT_FINDING,
+    SWAY_OUTPUT_RELATION, ///< another relation each time
+#endif
     SWAY_OUTPUT_COUNT
 } sway_output_t;
 

@@ -11,9 +11,11 @@
 #define ALARM_NEVER_SENT (-1)
 #define ALARM_INPUTS_LOST 0x10
 
-/* With each estimate goes everything from the alarm to the quality flags. */
+/* With each estimate goes everything from the alarm to the quality flags, and from the judgement
+ * on. */
 #define ESTIMATE_OUTPUTS                                                                           \
-    ((OUTPUT_BIT(SWAY_OUTPUT_FAULTS_SAMPLES) - 1U) | OUTPUT_BIT(SWAY_OUTPUT_JUDGEMENT))
+    ((OUTPUT_BIT(SWAY_OUTPUT_COUNT) - OUTPUT_BIT(SWAY_OUTPUT_JUDGEMENT)) |                         \
+     (OUTPUT_BIT(SWAY_OUTPUT_FAULTS_SAMPLES) - 1U))
 #define REPORT_OUTPUTS (OUTPUT_BIT(SWAY_OUTPUT_JUDGEMENT) - OUTPUT_BIT(SWAY_OUTPUT_FAULTS_SAMPLES))
 
 static void count(uint32_t *counter, uint32_t by)

@@ -95,6 +95,10 @@ static void supervise_publish(sway_core_t *core)
     status->finding = supervise->finding.code;
     status->finding_size_micro = supervise->finding.size_micro;
     status->finding_se_micro = supervise->finding.se_micro;
+    const uint32_t relation = status->sequence % (uint32_t)SWAY_RELATION_COUNT;
+    const sway_relation_state_t state = sway_supervise_relation(
+        supervise, (sway_relation_t)relation, &status->relation_ppm, &status->relation_se_ppm);
+    status->relation = (int32_t)relation + 256 * (int32_t)state;
 }
 
 #define SUPERVISE_INIT(core)                                                                       \

@@ -5,7 +5,7 @@
 
 #include "arithmetic/sway_real_ops.h"
 
-enum { STAGE_IDLE, STAGE_TERMS, STAGE_REAL, STAGE_IMAGINARY, STAGE_FADE, STAGE_WEIGH };
+enum { STAGE_IDLE, STAGE_TERMS, STAGE_HOLD, STAGE_REAL, STAGE_IMAGINARY, STAGE_FADE, STAGE_WEIGH };
 
 /* How well things are believed: ratios in ppm, lengths in micrometres, friction in 100 uNm. */
 static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
@@ -250,6 +250,46 @@ void sway_supervise_row(sway_supervise_t *su, const sway_row_t *row)
     }
 }
 
+/* A sixteenth of the way: four harmonics in each of four windows. */
+static void fold(sway_real_t *mean, sway_real_t now, bool first)
+{
+    *mean = first ? now : ADD(*mean, sway_real_scale(SUB(now, *mean), -4));
+}
+
+/* How the relation holds that is complete, by what was believed before the drive. */
+static void follow_relation(sway_supervise_t *su)
+{
+    const sway_relations_t *const re = &su->relations;
+    sway_supervise_relation_t *const held = &su->held[su->relation];
+    const bool first = held->state == (uint8_t)SWAY_RELATION_NOT_ASKED;
+    sway_real_t allowed = sway_real_scale(sway_relations_variance(re), 1);
+    for (uint32_t i = 0; i < SWAY_NUMBER_COUNT; i++) {
+        const sway_real_t tolerance = sway_real_square(sway_real_micro(TOLERANCE[i]));
+        allowed = ADD(allowed, MUL(sway_complex_norm(re->slope[i]), tolerance));
+    }
+    fold(&held->residual, sway_complex_norm(re->residual), first);
+    fold(&held->allowed, allowed, first);
+    fold(&held->size, re->size_squared, first);
+    if (sway_real_less(MUL(held->allowed, sway_real_int(9)), held->residual)) {
+        held->state = (uint8_t)SWAY_RELATION_BREAKS;
+    } else if (first || sway_real_less(held->residual, sway_real_scale(held->allowed, 2))) {
+        held->state = (uint8_t)SWAY_RELATION_HOLDS;
+    }
+}
+
+sway_relation_state_t sway_supervise_relation(const sway_supervise_t *su, sway_relation_t relation,
+                                              int32_t *size_ppm, int32_t *deviation_ppm)
+{
+    const sway_supervise_relation_t *const held = &su->held[relation];
+    *size_ppm = 0;
+    *deviation_ppm = 0;
+    if (held->state != (uint8_t)SWAY_RELATION_NOT_ASKED) {
+        *size_ppm = integer(sway_real_sqrt(DIV(held->residual, held->size)), 1000000);
+        *deviation_ppm = integer(sway_real_sqrt(DIV(held->allowed, held->size)), 1000000);
+    }
+    return (sway_relation_state_t)held->state;
+}
+
 /* The next harmonic of a relation, or the first one of the next relation that is allowed. */
 static void next_relation(sway_supervise_t *su)
 {
@@ -260,6 +300,7 @@ static void next_relation(sway_supervise_t *su)
     }
     while (su->relation < SWAY_RELATION_COUNT &&
            !sway_relations_allow(&su->relations, (sway_relation_t)su->relation)) {
+        su->held[su->relation].state = (uint8_t)SWAY_RELATION_NOT_ASKED;
         su->relation++;
     }
     su->explanation = 0;
@@ -465,8 +506,12 @@ bool sway_supervise_run(sway_supervise_t *su)
         if (su->relations.term == 0U && !sway_relations_is_driven(&su->relations)) {
             next_relation(su);
         } else if (!sway_relations_run(&su->relations)) {
-            su->stage = STAGE_REAL;
+            su->stage = STAGE_HOLD;
         }
+        return true;
+    case STAGE_HOLD:
+        follow_relation(su);
+        su->stage = STAGE_REAL;
         return true;
     case STAGE_REAL:
     case STAGE_IMAGINARY:

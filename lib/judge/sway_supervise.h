@@ -47,6 +47,14 @@ typedef struct {
     int32_t se_micro;
 } sway_finding_report_t;
 
+/// How a relation holds: mean squares over about four windows.
+typedef struct {
+    uint8_t state; ///< sway_relation_state_t
+    sway_real_t residual;
+    sway_real_t allowed; ///< of the residual, by tolerances, noise, road and wind
+    sway_real_t size;    ///< of its terms
+} sway_supervise_relation_t;
+
 typedef struct {
     uint8_t stage;
     uint8_t relation;
@@ -82,6 +90,7 @@ typedef struct {
     sway_real_t slope[SWAY_NUMBER_COUNT];
     sway_real_t moved[SWAY_NUMBER_COUNT];
     sway_real_t covariance[SWAY_GAUSS_TRIANGLE(SWAY_NUMBER_COUNT)];
+    sway_supervise_relation_t held[SWAY_RELATION_COUNT];
     sway_relations_sums_t sums;
     sway_relations_t relations;
 } sway_supervise_t;
@@ -92,6 +101,12 @@ void sway_supervise_init(sway_supervise_t *supervise, const sway_vehicle_t *vehi
 
 /// Takes one row of the grid.
 void sway_supervise_row(sway_supervise_t *supervise, const sway_row_t *row);
+
+/// How a relation holds, its residual over its size, and one deviation of that. Zero where it was
+/// not asked.
+sway_relation_state_t sway_supervise_relation(const sway_supervise_t *supervise,
+                                              sway_relation_t relation, int32_t *size_ppm,
+                                              int32_t *deviation_ppm);
 
 /// One slice of at most SWAY_SLICE_COST; false: nothing is to be done.
 bool sway_supervise_run(sway_supervise_t *supervise);

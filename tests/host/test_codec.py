@@ -60,6 +60,10 @@ STATUS_FIELD = {
     "TrailerYawInertia": "trailer_yaw_inertia_gm2",
     "TrailerYawInertiaError": "trailer_yaw_inertia_se_gm2",
     "WindowLength": "window_ms",
+    "FindingSize": "finding_size_micro",
+    "FindingError": "finding_se_micro",
+    "RelationSize": "relation_ppm",
+    "RelationDeviation": "relation_se_ppm",
 }
 AXLE_FIELD = {
     "Stiffness": "cornering_stiffness_n_per_rad",
@@ -76,6 +80,9 @@ for number, axle in enumerate(("CarFront", "CarRear", "TrailerFront", "TrailerRe
     STATUS_FIELD |= {
         f"{name}{axle}": f"axle.{number}.{field}" for name, field in AXLE_FIELD.items()
     }
+
+ALWAYS = ("WindowLength", "FindingSize", "FindingError", "RelationSize", "RelationDeviation")
+"""Signals of the status that have a value without an estimate."""
 
 MASKS = {
     "MissingInputs": "missing_inputs",
@@ -266,7 +273,7 @@ def test_without_an_estimate_the_dbc_says_not_available(message: Message) -> Non
     source = Source()
     for signal in physical(message):
         source.set(STATUS_FIELD[signal.name], 123456)
-        if signal.name != "WindowLength":  # a window always has a length
+        if signal.name not in ALWAYS:  # always there
             assert signal.choices is not None
             assert str(signal.choices[told(source, message)[signal.name]]) == "not available"
 
@@ -310,6 +317,22 @@ def states(signal: Signal) -> list[Trial]:
     return [(f"state.{message}", value, value) for value in range(4)]
 
 
+def findings(signal: Signal) -> list[Trial]:
+    if signal.name != "Finding":
+        return []
+    assert signal.choices is not None
+    known = {int(getattr(lib, name)) for name in dir(lib) if name.startswith("SWAY_FINDING_")}
+    return [("finding", int(c), int(c)) for c in signal.choices if int(c) in known or int(c) > 16]
+
+
+def relations(signal: Signal) -> list[Trial]:
+    if signal.name not in ("Relation", "RelationState"):
+        return []
+    assert signal.choices is not None
+    step = 1 if signal.name == "Relation" else 256
+    return [("relation", step * int(code), int(code)) for code in signal.choices]
+
+
 def numbers(signal: Signal) -> list[Trial]:
     if not signal.name.startswith("Estimate") and not signal.name.endswith("Estimate"):
         return []
@@ -321,7 +344,9 @@ def test_flags_codes_and_counters_are_where_the_dbc_has_them(message: Message) -
     idle = told(Source(), message)
     for signal in message.signals[2:]:
         every = [
-            trial for kind in (flags, codes, counters, states, numbers) for trial in kind(signal)
+            trial
+            for kind in (flags, codes, counters, states, findings, relations, numbers)
+            for trial in kind(signal)
         ]
         elsewhere = ("InputsLost", "JudgementDegraded", *MASKS)
         assert every or signal.name in STATUS_FIELD or signal.name in elsewhere, signal.name

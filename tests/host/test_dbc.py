@@ -61,8 +61,8 @@ def test_messages_that_share_a_codec_are_alike(family: str) -> None:
 
 
 def test_outputs_of_three_words_share_a_codec() -> None:
-    alike = [m for m in MESSAGES if 0x1A1 <= m.frame_id <= 0x1B2 or m.frame_id == 0x1B9]
-    assert len(alike) == 19
+    alike = [m for m in MESSAGES if 0x1A1 <= m.frame_id <= 0x1B2 or 0x1B9 <= m.frame_id <= 0x1BA]
+    assert len(alike) == 20
     places = [(0, 8), (8, 4), (12, 4), (16, 16), (32, 16), (48, 16)]
     for message in alike:
         assert [(s.start, s.length) for s in message.signals] == places, message.name
@@ -71,7 +71,7 @@ def test_outputs_of_three_words_share_a_codec() -> None:
 
 def test_outputs_follow_each_other() -> None:
     ids = [m.frame_id for m in MESSAGES if 0x1A0 <= m.frame_id < 0x200]
-    assert ids == list(range(0x1A0, 0x1A0 + 26))
+    assert ids == list(range(0x1A0, 0x1A0 + 28))
 
 
 def test_inputs_have_validity_codes() -> None:

@@ -13,12 +13,21 @@ import supervision
 
 from swaywatch._core import lib
 from swaywatch.core import VALID, Core, positions_of
+from swaywatch.supervised import RELATIONS, broken, told, words
 
 
 def test_a_healthy_drive_has_no_finding() -> None:
     recording, vehicle, *_ = supervision.drive("nothing", 11)
     status, _ = Core(vehicle, positions_of(recording)).feed(recording)
     assert not np.any(status["finding"] | status["doubted_inputs"] | status["refuted_inputs"])
+    assert told(status) == ""
+    assert broken(status) == []
+    assert {int(row["relation"]) % 256 for row in status} == set(range(len(RELATIONS)))
+    held = {int(r) % 256 for r in status["relation"] if int(r) // 256 == lib.SWAY_RELATION_HOLDS}
+    assert {
+        RELATIONS.index("motion of the ball"),
+        RELATIONS.index("yaw balance of the car"),
+    } <= held
 
 
 def test_a_refuted_sensor_is_left_out_and_the_margin_goes_on() -> None:
@@ -34,6 +43,22 @@ def test_a_refuted_sensor_is_left_out_and_the_margin_goes_on() -> None:
     assert status["finding"][-1] in (
         lib.SWAY_FINDING_GAIN + channel, lib.SWAY_FINDING_DELAY + channel,
     )  # fmt: skip
+    assert "; left out since it was found: the " in told(status)
     later = status[first + 30 :]
     assert np.mean(later["valid"] & VALID["margin"] != 0) > 0.5
     assert np.any(later["valid"] & VALID["line"] != 0)
+
+
+def test_findings_are_said_with_size_error_and_unit() -> None:
+    assert words(lib.SWAY_FINDING_TRAILER_TYRES, -0.22, 0.03) == (
+        "the vehicle is not the one configured: stiffness of the trailer's tyres -22 ± 3 %"
+    )
+    assert words(lib.SWAY_FINDING_FRICTION, 1.5, 0.2).endswith("friction at the hitch +150 ± 20 Nm")
+    assert words(lib.SWAY_FINDING_LOAD, -0.05, 0.012).endswith("to the front, -50 ± 12 mm")
+    assert words(lib.SWAY_FINDING_SPEED, 0.25, 0.04).endswith("measured one by +25 ± 4 %")
+    assert words(lib.SWAY_FINDING_GAIN + 1, 0.25, 0.02) == (
+        "the car's yaw rate is wrong by +25 ± 2 % of what is true"
+    )
+    assert words(lib.SWAY_FINDING_DELAY + 4, 0.08, 0.006).endswith("comes late by +80 ± 6 ms")
+    assert words(lib.SWAY_FINDING_OFFSET + 3, 0.02, 0.002).endswith("of +1.1 ± 0.1 deg/s")
+    assert words(lib.SWAY_FINDING_OFFSET + 2, 2.0, 0.2).endswith("of +2.0 ± 0.2 m/s2")

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "bus/sway_e2e.h"
+#include "reference_vehicle.h"
 #include "sway_node.h"
 #include "unity.h"
 
@@ -19,23 +20,7 @@ static sway_node_t node;
 void setUp(void)
 {
     sway_core_defaults(&config);
-    config.vehicle.car = (sway_car_t){.mass_g = 1955000,
-                                      .yaw_inertia_gm2 = 2690000,
-                                      .front_axle_to_cog_um = 1302000,
-                                      .rear_axle_to_cog_um = 1383000,
-                                      .hitch_to_cog_um = 2166000,
-                                      .front_cornering_stiffness_n_per_rad = 109300,
-                                      .rear_cornering_stiffness_n_per_rad = 185200,
-                                      .steering_ratio_milli = 15000,
-                                      .lateral_acc_position_um = -1383000};
-    config.vehicle.trailer = (sway_trailer_t){.axles = 2,
-                                              .mass_g = 1880000,
-                                              .yaw_inertia_gm2 = 10350000,
-                                              .front_axle_to_cog_um = 124000,
-                                              .rear_axle_to_cog_um = 526000,
-                                              .hitch_to_cog_um = 5073000,
-                                              .front_cornering_stiffness_n_per_rad = 131200,
-                                              .rear_cornering_stiffness_n_per_rad = 124400};
+    config.vehicle = reference_vehicle();
     config.sample_period_us = 20000; // rows at 50 Hz, the last 2.5 s of them
     TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&core, &config));
 }

@@ -8,6 +8,7 @@
 
 #include "model/sway_identify.h"
 #include "model/sway_stm.h"
+#include "reference_vehicle.h"
 
 static inline double value(sway_real_t a)
 {
@@ -29,15 +30,6 @@ static inline sway_real_t real(double a)
 static inline sway_complex_t complex_of(double complex a)
 {
     return sway_complex(real(creal(a)), real(cimag(a)));
-}
-
-static inline sway_vehicle_t reference_vehicle(void)
-{
-    const sway_vehicle_t vehicle = {
-        {1955000, 2690000, 1302000, 1383000, 2166000, 109300, 185200, 0, 0, 15000, -1383000},
-        {2, 1880000, 10350000, 124000, 526000, 5073000, 131200, 124400, 0, 0, 0},
-    };
-    return vehicle;
 }
 
 /* A motion of a linear combination at one s, and what its sensors say. */

@@ -261,7 +261,7 @@ static const signal_out_t signals_out[] = {
 
 static void identifiers_out_follow_each_other(void)
 {
-    TEST_ASSERT_EQUAL(26, SWAY_OUTPUT_COUNT);
+    TEST_ASSERT_EQUAL(28, SWAY_OUTPUT_COUNT);
     for (uint32_t output = 0; output < SWAY_OUTPUT_COUNT; output++) {
         TEST_ASSERT_EQUAL_HEX32(0x1A0 + output, sway_frames_output_id((sway_output_t)output));
     }
@@ -371,7 +371,7 @@ static void frames_of_one_estimate_carry_its_number(void)
             sway_frames_encode((sway_output_t)output, &source, data);
             TEST_ASSERT_EQUAL_HEX8(0, data[0]);
             TEST_ASSERT_EQUAL_HEX8(0, data[1] & 0x0F);
-            const bool with = output <= SWAY_OUTPUT_INERTIA || output == SWAY_OUTPUT_JUDGEMENT;
+            const bool with = output <= SWAY_OUTPUT_INERTIA || output >= SWAY_OUTPUT_JUDGEMENT;
             TEST_ASSERT_EQUAL(with ? sequence % 16 : 0, data[1] >> 4);
         }
     }
@@ -432,6 +432,29 @@ static void alarm_is_off_where_nothing_is_left(void)
                             word_of(SWAY_OUTPUT_ALARM));
     source.blind = true;
     TEST_ASSERT_EQUAL_HEX64(origin | UINT64_C(1) << 33 | NO_TIME, word_of(SWAY_OUTPUT_ALARM));
+}
+
+/* A trailer whose tyres are 22 % softer than configured, and by how much that is known. */
+static void a_finding_is_told_with_its_size_and_error(void)
+{
+    TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_FINDING));
+    status.sequence = 6;
+    status.finding = SWAY_FINDING_TRAILER_TYRES;
+    status.finding_size_micro = -220400;
+    status.finding_se_micro = 30500;
+    TEST_ASSERT_EQUAL_HEX64(UINT64_C(31) << 48 | UINT64_C(0xFF24) << 32 | 4U << 16 | 6U << 12,
+                            word_of(SWAY_OUTPUT_FINDING));
+}
+
+static void a_relation_is_told_with_its_state(void)
+{
+    TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_RELATION));
+    status.sequence = 7;
+    status.relation = (int32_t)SWAY_RELATION_BREAKS * 256 + 5;
+    status.relation_ppm = 312600;
+    status.relation_se_ppm = 41400;
+    TEST_ASSERT_EQUAL_HEX64(UINT64_C(41) << 48 | UINT64_C(313) << 32 | 0x205U << 16 | 7U << 12,
+                            word_of(SWAY_OUTPUT_RELATION));
 }
 
 static void what_the_judgement_lacks_is_told(void)
@@ -532,6 +555,8 @@ int main(void)
     RUN_TEST(frames_of_one_estimate_carry_its_number);
     RUN_TEST(alarm_says_state_sources_and_reasons);
     RUN_TEST(alarm_is_off_where_nothing_is_left);
+    RUN_TEST(a_finding_is_told_with_its_size_and_error);
+    RUN_TEST(a_relation_is_told_with_its_state);
     RUN_TEST(what_the_judgement_lacks_is_told);
     RUN_TEST(quality_says_flags_window_and_number);
     RUN_TEST(fault_counters_are_told_and_held_at_their_ends);

@@ -242,6 +242,34 @@ static void drive(int fault, sway_channel_t channel)
     drive_with(MOTIONS, fault, channel, 20000);
 }
 
+static sway_relation_state_t state_of(sway_relation_t relation)
+{
+    int32_t size, deviation;
+    const sway_relation_state_t state =
+        sway_supervise_relation(&supervise, relation, &size, &deviation);
+    TEST_ASSERT_EQUAL(state != SWAY_RELATION_NOT_ASKED, deviation > 0);
+    TEST_ASSERT_TRUE(state != SWAY_RELATION_BREAKS || size > 2 * deviation);
+    TEST_ASSERT_TRUE(state != SWAY_RELATION_HOLDS || size < 3 * deviation);
+    return state;
+}
+
+/* Which relations break together tells what is broken: the trailer's yaw rate is in the motion of
+ * the ball and in the lateral balance of the trailer, not in the yaw balance of the car. */
+static void relations_break_that_have_the_broken_sensor_in_them(void)
+{
+    drive(NOTHING, SWAY_CHANNEL_CAR_YAW_RATE);
+    TEST_ASSERT_EQUAL(SWAY_RELATION_HOLDS, state_of(SWAY_RELATION_HITCH));
+    TEST_ASSERT_EQUAL(SWAY_RELATION_HOLDS, state_of(SWAY_RELATION_CAR_YAW));
+    TEST_ASSERT_EQUAL(SWAY_RELATION_HOLDS, state_of(SWAY_RELATION_TRAILER_LATERAL));
+    TEST_ASSERT_EQUAL(SWAY_RELATION_HOLDS, state_of(SWAY_RELATION_TRAILER_YAW));
+    TEST_ASSERT_EQUAL(SWAY_RELATION_NOT_ASKED, state_of(SWAY_RELATION_ARTICULATION));
+    TEST_ASSERT_EQUAL(SWAY_RELATION_NOT_ASKED, state_of(SWAY_RELATION_TRAILER_REAR));
+    drive(INVERTED, SWAY_CHANNEL_TRAILER_YAW_RATE);
+    TEST_ASSERT_EQUAL(SWAY_RELATION_BREAKS, state_of(SWAY_RELATION_HITCH));
+    TEST_ASSERT_EQUAL(SWAY_RELATION_BREAKS, state_of(SWAY_RELATION_TRAILER_LATERAL));
+    TEST_ASSERT_EQUAL(SWAY_RELATION_HOLDS, state_of(SWAY_RELATION_CAR_YAW));
+}
+
 static void a_healthy_drive_says_nothing(void)
 {
     drive(NOTHING, SWAY_CHANNEL_CAR_YAW_RATE);
@@ -378,6 +406,7 @@ int main(void)
     RUN_TEST(what_is_far_off_counts_as_three_errors);
     RUN_TEST(setting_free_is_worth_what_the_tolerance_cost);
     RUN_TEST(what_fades_returns_to_its_tolerance_and_not_beyond);
+    RUN_TEST(relations_break_that_have_the_broken_sensor_in_them);
     RUN_TEST(a_healthy_drive_says_nothing);
     RUN_TEST(a_wrong_gain_is_refuted_with_its_size);
     RUN_TEST(a_wrong_sign_is_refuted);

@@ -31,6 +31,7 @@ from swaywatch.core import (
 from swaywatch.drive import Drive, load_drives, load_signals
 from swaywatch.errors import RecordingError, SignalError
 from swaywatch.quality import Finding, check_balances, check_drive
+from swaywatch.supervised import findings_of
 from swaywatch.vehicle import Vehicle, load_vehicle
 
 FloatArray = npt.NDArray[np.float64]
@@ -296,7 +297,7 @@ def conclude(
     """Means over the usable estimates, alarms, and what could not be said."""
     good = usable(estimates)
     values = _values(estimates, good)
-    findings = [*findings, *_implausible(drive, vehicle)]
+    findings = [*findings, *_implausible(drive, vehicle), *findings_of(estimates)]
     off, indirect = _lacking(drive, vehicle, estimates)
     return DriveResult(
         drive,

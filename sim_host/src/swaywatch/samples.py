@@ -54,7 +54,8 @@ class Finding:
         ``error``: results would be wrong; ``warning``: some are affected; ``info``.
     kind
         ``gap``, ``stuck``, ``clipped``, ``spike``, ``sign_or_unit``, ``swapped``, ``drift``,
-        ``delay``, ``clock``, ``load``, ``loss``, ``remark``.
+        ``delay``, ``clock``, ``load``, ``loss``, ``remark``,
+        ``supervision``.
     signals
         Names in the recording.
     text

@@ -31,6 +31,7 @@ from swaywatch.drive import load_drive
 from swaywatch.errors import SwaywatchError
 from swaywatch.live import NodeFeed, Playback, RoleFeed
 from swaywatch.recording import read_recording
+from swaywatch.supervised import told
 from swaywatch.vehicle import Vehicle, load_vehicle
 
 _STYLE = {
@@ -282,8 +283,10 @@ def picture(feed: NodeFeed | RoleFeed, args: argparse.Namespace) -> Panel:
         )
     flags = [name.replace("_", " ") for name, bit in QUALITY.items() if status["quality"] & bit]
     faults = [f"{name} {count}" for name, count in feed.faults().items() if count]
+    supervision = told(feed.status())
     foot = Text(
         f"quality: {', '.join(flags) or 'good'}\n"
+        f"inputs and vehicle: {supervision or 'nothing found wrong'}\n"
         f"frames: {feed.counts.used} used, {feed.counts.other} other, {feed.counts.errors} error "
         f"frames, {feed.counts.rate_hz:.0f}/s; faults: {', '.join(faults) or 'none'}",
         style="dim",
