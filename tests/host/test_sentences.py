@@ -70,6 +70,14 @@ def test_what_it_does_to_the_critical_speed(
     assert words in text
 
 
+def test_what_acts_by_the_size_of_the_swing_says_of_which() -> None:
+    stability = _stability("hitch_friction:hitch", 138.5, 123.2)
+    stability["swings_deg_s"] = [1.0, 4.0, 10.0]
+    stability["causes"][0]["gives_back_km_h"][2] = {"value": -5.9, "low": -6.2, "high": -5.6}
+    text = sentence(_effect("hitch_friction", "hitch", moment_nm=130.0), stability)
+    assert "(123.2 to 138.5 km/h) of a swing of 4 deg/s, 5.9 km/h of one of 10 deg/s." in text
+
+
 def test_every_effect_has_a_sentence_and_none_breaks_without_numbers() -> None:
     assert {effect.id for effect in library()} == set(_SENTENCES)
     assert set(_SENTENCES) <= set(known())

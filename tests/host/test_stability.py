@@ -11,9 +11,11 @@ from swaywatch.diagnose.beliefs import beliefs_of
 from swaywatch.diagnose.costs_page import costs_part
 from swaywatch.diagnose.fit import Fit, Problem
 from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
+from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import Run
 from swaywatch.diagnose.stability import OUTSIDE, SENSOR, stability
 from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.verdict import _Joint
 
 BELIEFS = beliefs_of(BODY_VALUES, ["car_yaw_rate"])
 
@@ -74,3 +76,29 @@ def test_doubts_of_the_vehicle_are_those_of_the_fit_and_never_more_than_believed
     assert abs(same["standard_error"] / believed["standard_error"] - 1.0) < 0.05
     assert known["causes"] == []
     assert "Critical speed of a swing of 4 deg/s" in costs_part({"stability": known})
+
+
+def test_a_value_said_as_an_effect_is_known_together_with_what_is_left_of_it() -> None:
+    """A front axle softer than its tolerance: elastic steering and the tyre's own tolerance."""
+    count = len(BELIEFS)
+    front = next(
+        k for k, b in enumerate(BELIEFS.items) if b.name == "car.front_cornering_stiffness"
+    )
+    known = np.diag(np.full(count, 0.1**2))
+    shift = np.zeros(count)
+    shift[front] = -3.0
+    whole = Fit((), np.zeros((1, 5)), shift, 1.0, 1, doubt=known)
+    joint = _Joint(whole)
+    stiffness = float(BODY_VALUES[BODY.index("car.front_cornering_stiffness")])
+    factor = 1.0 - 3.0 * BELIEFS.items[front].tolerance
+    slope = -BELIEFS.items[front].tolerance / (factor**2 * stiffness)
+    joint.said_as_term(front, slope, 1.0)
+    term = Term(effect("steering_compliance:car_front"), ((1.0 / factor - 1.0) / stiffness,))
+    told = joint.fit(replace(whole, terms=(term,), shift=np.zeros(count)), 1)
+    assert abs(told.covariance[0, 0] / (slope**2 * (1.0 + 0.1**2)) - 1.0) < 1e-9
+    together, before = (
+        stability(_problem(), fit, 1.0)[key]["v_crit_km_h"][1]
+        for fit, key in ((told, "diagnosed"), (whole, "calibrated"))
+    )
+    assert abs(together["value"] - before["value"]) < 0.05
+    assert abs(together["standard_error"] / before["standard_error"] - 1.0) < 0.15

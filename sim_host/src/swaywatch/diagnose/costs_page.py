@@ -14,6 +14,7 @@ from swaywatch.report.shell import plot, table
 COLOURS = ("#93c5fd", "#2563eb", "#1e3a8a")
 FASTEST_KMH = 302  # of the search, see `models.modes`
 MIDDLE = 1
+EXACT_KMH = 0.01  # narrower, an interval says nothing: there are no doubts in it
 Figures = Sequence[Mapping[str, float] | None]
 
 
@@ -41,11 +42,15 @@ def costs_part(result: Mapping[str, Any]) -> str:
 
 def _summary(block: Mapping[str, Any]) -> str:
     swing = block["swings_deg_s"][MIDDLE]
-    text = (
-        f"Critical speed of a swing of {swing:g} deg/s: {_interval(block['believed_v_crit_km_h'])} "
-        "as vehicle.toml and its tolerances have it, "
-        f"{_interval(block['calibrated']['v_crit_km_h'][MIDDLE])} of the calibrated vehicle"
-    )
+    text = f"Critical speed of a swing of {swing:g} deg/s: "
+    calibrated = _interval(block["calibrated"]["v_crit_km_h"][MIDDLE])
+    if block["beside_simulation"]:
+        text += f"{calibrated} of the plant that was fitted to your simulation (not of that itself)"
+    else:
+        text += (
+            f"{_interval(block['believed_v_crit_km_h'])} as vehicle.toml and its tolerances have "
+            f"it, {calibrated} of the calibrated vehicle"
+        )
     if not block["causes"]:
         return text + "."
     before, after = (
@@ -122,4 +127,6 @@ def _back(cause: Mapping[str, Any], block: Mapping[str, Any], k: int) -> str:
 def _interval(row: Mapping[str, float] | None) -> str:
     if row is None:
         return f"none up to {FASTEST_KMH} km/h"
+    if row["high"] - row["low"] < EXACT_KMH:
+        return f"{row['value']:.1f}"
     return f"{row['value']:.1f} ({row['low']:.1f} to {row['high']:.1f})"

@@ -10,6 +10,8 @@ from swaywatch.diagnose.words import how_much, part, rounded, when
 Effect = Mapping[str, Any]
 MIDDLE = 1
 """Of the swings: the one by which findings are ranked."""
+BY_SIZE = 0.2
+"""Of a cost: by how much it differs in the largest swing to be told of both."""
 LEAST_KMH = 0.05
 """A shift of the critical speed that is shown as a number."""
 
@@ -66,6 +68,13 @@ def _worth(effect: Effect, stability: Mapping[str, Any]) -> str:
         f"({least:.1f} to {most:.1f}) km/h of critical speed ({without['value']:.1f} to "
         f"{with_it['value']:.1f} km/h)"
     )
+    large = cause["gives_back_km_h"][-1]
+    if large is not None and abs(large["value"] - back["value"]) > BY_SIZE * abs(back["value"]):
+        small, great = (stability["swings_deg_s"][k] for k in (MIDDLE, -1))
+        text += (
+            f" of a swing of {small:g} deg/s, {abs(large['value']):.1f} km/h of one of {great:g} "
+            "deg/s"
+        )
     best = min((w["value"] for w in windows), default=0.0)
     if several and back["value"] > 0.0 > best + LEAST_KMH:
         text += f" and adds {-best:.1f} in its best"

@@ -64,6 +64,7 @@ def stability(problem: Problem, fit: Fit, reached: float) -> dict[str, Any]:
     return {
         "swings_deg_s": np.degrees(costs.swings_rad_s).round(3).tolist(),
         "speed_km_h": KMH * speed,
+        "beside_simulation": not problem.free_start,
         "believed_v_crit_km_h": _speeds(believed.healthy)[0],
         "calibrated": {
             "v_crit_km_h": _speeds(costs.healthy), "damping_ratio": costs.damping_healthy,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swaywatch.diagnose.baselines import Path, each_once, explore, noticeable
 from swaywatch.diagnose.evidence import (
@@ -23,6 +24,8 @@ from swaywatch.diagnose.fit import Fit, Problem
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.search import Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
+
+Array = NDArray[np.float64]
 
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
@@ -111,7 +114,7 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     taken = {t.effect.name for t in fit.terms}
     shift = fit.shift.copy()
     terms: list[Term] = []
-    variances: list[float] = []
+    joint = _Joint(fit)
     for index, belief in enumerate(search.problem.beliefs.items):
         z = float(fit.shift[index])
         error = math.sqrt(abs(float(fit.doubt[index, index])) * search.noise)
@@ -121,21 +124,55 @@ def _beyond(search: Search, fit: Fit) -> Fit:
         if found is None or found[0].effect.name in taken:
             continue
         terms.append(found[0])
-        doubt = abs(float(fit.doubt[index, index]))
-        if found[0].effect.id != "parameter_error":
-            # what the value itself is off by, within its tolerance, cannot be told from the effect
-            doubt += float(search.problem.beliefs.spread[index]) ** 2
-        variances.append(doubt * (belief.tolerance * found[1]) ** 2)
+        # what the value itself is off by, within its tolerance, cannot be told from another effect
+        own = found[0].effect.id != "parameter_error"
+        left = float(search.problem.beliefs.spread[index]) ** 2 if own else 0.0
+        joint.said_as_term(index, belief.tolerance * found[1], left)
         shift[index] = 0.0
     if not terms:
         return fit
-    size = sum(len(t.values) for t in fit.terms)
-    covariance = np.zeros((size + len(terms), size + len(terms)))
-    covariance[:size, :size] = fit.covariance
-    covariance[range(size, size + len(terms)), range(size, size + len(terms))] = variances
-    cross = np.zeros((size + len(terms), fit.shift.size))
-    cross[: fit.cross.shape[0]] = fit.cross
-    return replace(fit, terms=(*fit.terms, *terms), shift=shift, covariance=covariance, cross=cross)
+    return joint.fit(replace(fit, terms=(*fit.terms, *terms), shift=shift), len(terms))
+
+
+class _Joint:
+    """Covariance of the values of a fit and of its shifts, in which shifts become terms."""
+
+    def __init__(self, fit: Fit) -> None:
+        self.values, shifts = sum(len(t.values) for t in fit.terms), fit.shift.size
+        self.matrix = np.zeros((self.values + shifts, self.values + shifts))
+        self.matrix[self.values :, self.values :] = fit.doubt
+        if fit.covariance.shape[0] == self.values:
+            self.matrix[: self.values, : self.values] = fit.covariance
+        if fit.cross.shape == (self.values, shifts):
+            self.matrix[: self.values, self.values :] = fit.cross
+            self.matrix[self.values :, : self.values] = fit.cross.T
+
+    def said_as_term(self, index: int, slope: float, left: float) -> None:
+        """Tell a shift as a value of its own, last of all.
+
+        The value is `slope` times the shift less what is left of it, of variance `left`: both
+        together are known as well as the shift was.
+        """
+        at, size = self.values + index, self.matrix.shape[0]
+        turn = np.zeros((size + 1, size + 1))
+        turn[:size, :size] = np.eye(size)
+        turn[at, :] = 0.0
+        turn[at, size] = 1.0
+        turn[size, at], turn[size, size] = slope, -slope
+        wide = np.zeros((size + 1, size + 1))
+        wide[:size, :size] = self.matrix
+        wide[size, size] = left
+        self.matrix = turn @ wide @ turn.T
+
+    def fit(self, fit: Fit, more: int) -> Fit:
+        """A fit with so many more values than before, and its covariances."""
+        size = self.matrix.shape[0]
+        values = [*range(self.values), *range(size - more, size)]
+        shifts = list(range(self.values, size - more))
+        return replace(
+            fit, covariance=self.matrix[np.ix_(values, values)],
+            cross=self.matrix[np.ix_(values, shifts)], doubt=self.matrix[np.ix_(shifts, shifts)],
+        )  # fmt: skip
 
 
 def _as_term(search: Search, name: str, factor: float) -> tuple[Term, float] | None:
@@ -144,7 +181,7 @@ def _as_term(search: Search, name: str, factor: float) -> tuple[Term, float] | N
         effect = next((e for e in search.effects if e.id == "steering_compliance"), None)
         if effect is not None:
             front = float(search.problem.body[FRONT_STIFFNESS])
-            return Term(effect, ((1.0 / factor - 1.0) / front,)), 1.0 / (factor**2 * front)
+            return Term(effect, ((1.0 / factor - 1.0) / front,)), -1.0 / (factor**2 * front)
     same = (e for e in search.effects if e.id == "parameter_error" and e.component == name)
     effect = next(same, None)
     # a shift of the centre of gravity is none of the library's words
