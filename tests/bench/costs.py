@@ -1,7 +1,8 @@
 """What a finding costs, as the diagnosis says it, beside what the concealed effect does to a plant.
 
 Each case is diagnosed as by ``swaywatch diagnose`` (kept in a folder, so that a table is made
-again at once). Costs are compared in the middle swing, effects in windows window by window. The
+again at once; verdicts of before, without intervals, may lie there too). Costs are compared in
+the middle swing, effects in windows window by window. The
 plant's own figures:
 
 - practice and road: the concealed effect with its true values in the true vehicle where that is
@@ -18,7 +19,7 @@ import argparse
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +31,12 @@ from written import written
 from swaywatch.diagnose.data import body_of
 from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.engine import diagnose, write
-from swaywatch.diagnose.fit import Problem
-from swaywatch.diagnose.model import beliefs_in
+from swaywatch.diagnose.fit import Fit, Problem
+from swaywatch.diagnose.model import beliefs_in, terms_of
 from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
 from swaywatch.diagnose.plant import BODY, neutral
 from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.stability import MOVING, base_of, causes_of
+from swaywatch.diagnose.stability import MOVING, base_of, causes_of, stability
 from swaywatch.diagnose.term import Term
 from swaywatch.models.costs import KMH, SWINGS_RAD_S, Base, critical_speeds
 from swaywatch.vehicle import load_vehicle
@@ -67,6 +68,7 @@ class Row:
     ours: float
     low: float
     high: float
+    named: bool = True
 
     @property
     def held(self) -> bool:
@@ -87,15 +89,39 @@ def diagnosed(folder: Path, kept: Path) -> dict[str, Any]:
     return dict(json.loads(path.read_text()))
 
 
-def calibrated(model: dict[str, Any]) -> Base:
-    """The vehicle that the diagnosis ended with, without what it claims."""
-    run = Run("run", np.zeros(2), {}, {}, float(model["steering_ratio"]))
+def problem_of(model: dict[str, Any], effects: list[Effect]) -> Problem:
+    """Vehicle, beliefs and runs (without their signals) of a diagnosis."""
+    runs = []
+    for entry in model["runs"]:
+        run = Run(entry["name"], np.zeros(2), {}, {}, float(model["steering_ratio"]))
+        run.speed = np.full(2, 30.0)
+        runs.append(run)
     body = np.array([model["vehicle"][name] for name in BODY])
-    beliefs = beliefs_in(model)
     given = tuple((str(name), float(value)) for name, value in model["given"])
-    problem = Problem((run,), body, beliefs=beliefs, given=given)
-    at = [k for k, b in enumerate(beliefs.items) if b.kind in MOVING]
+    calibration = terms_of(model.get("calibration", {}).get("terms", []), effects)
+    return Problem(
+        tuple(runs), body, not calibration, calibration, beliefs=beliefs_in(model), given=given
+    )
+
+
+def calibrated(model: dict[str, Any], effects: list[Effect]) -> Base:
+    """The vehicle that the diagnosis ended with, without what it claims."""
+    problem = problem_of(model, effects)
+    at = [k for k, b in enumerate(problem.beliefs.items) if b.kind in MOVING]
     return base_of(problem, at, np.array(model["shift"]))
+
+
+def weighed(result: dict[str, Any], effects: list[Effect]) -> tuple[dict[str, Any], bool]:
+    """`stability` of a diagnosis and whether its intervals are stated.
+
+    A verdict of before has none; its model still tells what its findings cost.
+    """
+    block = result.get("stability") or {}
+    if "causes" in block:
+        return block, True
+    model = result["model"]
+    fit = Fit(terms_of(model["terms"], effects), np.zeros((0, 5)), np.array(model["shift"]))
+    return stability(problem_of(model, effects), fit, 1.0), False
 
 
 def _found(effects: list[Effect], name: str) -> Effect:
@@ -161,7 +187,7 @@ def _pairs(
 
 def _row(case: str, what: str, kind: str, truth: float, ours: dict[str, float] | None) -> Row:
     if ours is None:
-        return Row(case, what, kind, truth, 0.0, math.nan, math.nan)
+        return Row(case, what, kind, truth, 0.0, math.nan, math.nan, named=False)
     return Row(case, what, kind, truth, ours["value"], ours["low"], ours["high"])
 
 
@@ -169,9 +195,10 @@ def driven(case: str, folder: Path, result: dict[str, Any], effects: list[Effect
     """Rows of a practice or road case."""
     truth = json.loads((folder / "truth.json").read_text())
     block, rows = result["stability"], []
+    model = result["model"]
     exact = truth.get("tier", "A") in EXACT
     vehicle = load_vehicle(folder / "vehicle.toml")
-    base = Base(body_of(vehicle), neutral()) if exact else calibrated(result["model"])
+    base = Base(body_of(vehicle), neutral()) if exact else calibrated(model, effects)
     by_id = {cause["id"]: cause for cause in block["causes"]}
     for effect in truth["effects"]:
         own = terms(effect, effects)
@@ -228,13 +255,13 @@ def summary(rows: list[Row], kind: str, words: str) -> list[str]:
     if not own:
         return []
     off = np.abs([row.ours - row.truth for row in own])
+    named = np.abs([row.ours - row.truth for row in own if row.named])
     said = [row for row in own if not math.isnan(row.low)]
-    off_said = np.abs([row.ours - row.truth for row in said])
     held = sum(row.held for row in said)
     return [
         f"- {words}: {len(own)} figures, median error {np.median(off):.2f} km/h, nine tenths "
-        f"within {np.quantile(off, 0.9):.1f} km/h; of the {len(said)} that the diagnosis states "
-        f"the median error is {np.median(off_said):.2f} km/h and {held} of {len(said)} intervals "
+        f"within {np.quantile(off, 0.9):.1f} km/h; the {len(named)} of what the diagnosis names "
+        f"{np.median(named):.2f} km/h; {held} of {len(said)} intervals "
         f"({100 * held / max(len(said), 1):.0f} %, stated 90 %) hold the plant's figure",
     ]
 
@@ -255,12 +282,17 @@ def main() -> int:
         if args.only_kept and not (args.kept / f"{folder.name}.json").exists():
             continue
         result = diagnosed(folder, args.kept)
+        if not result.get("model"):
+            continue
         with threadpool_limits(1):
-            rows += (
+            result["stability"], stated = weighed(result, effects)
+            found = (
                 chrono(case, folder, result)
                 if case.startswith("chrono")
                 else driven(case, folder, result, effects)
             )
+        nothing = {} if stated else {"low": math.nan, "high": math.nan}
+        rows += [replace(row, **nothing) for row in found]
     lines = [
         "**`make bench-costs`**: critical speed and what effects cost, beside the plant's own",
         "",
@@ -269,7 +301,8 @@ def main() -> int:
     ]
     for row in rows:
         told = not math.isnan(row.low)
-        ours = f"{row.ours:.1f} ({row.low:.1f} to {row.high:.1f})" if told else "not named: 0"
+        ours = f"{row.ours:.1f}" + (f" ({row.low:.1f} to {row.high:.1f})" if told else "")
+        ours = ours if row.named else "not named: 0"
         held = ("yes" if row.held else "no") if told else "-"
         lines.append(f"| {row.case} | {row.what} | {row.truth:.1f} | {ours} | {held} |")
     lines.append("")
