@@ -58,7 +58,7 @@ def stability(problem: Problem, fit: Fit, reached: float) -> dict[str, Any]:
     costs = weigh(base, causes, speed, joint[np.ix_(places, places)])
     believed = weigh(
         replace(base, values=np.zeros(len(at))), (), speed,
-        np.diag(problem.beliefs.spread[at] ** 2), costs.swings_rad_s[1:2],
+        np.linalg.inv(_prior(problem))[np.ix_(at, at)], costs.swings_rad_s[1:2],
     )  # fmt: skip
     by_name = {term.effect.name: term for term in terms}
     return {
@@ -143,7 +143,7 @@ def _covariance(problem: Problem, fit: Fit, fewer: float) -> Array:
     values, shifts = sum(len(t.values) for t in fit.terms), fit.shift.size
     joint = np.zeros((values + shifts, values + shifts))
     own = np.arange(values + shifts)
-    joint[values:, values:] = np.diag(problem.beliefs.spread**2)
+    joint[values:, values:] = np.linalg.inv(_prior(problem))
     for block, rows, columns in (
         (fit.covariance, own[:values], own[:values]),
         (fit.cross, own[:values], own[values:]),
@@ -152,15 +152,21 @@ def _covariance(problem: Problem, fit: Fit, fewer: float) -> Array:
     ):
         if block.shape == (rows.size, columns.size):
             joint[np.ix_(rows, columns)] = block
-    prior = np.zeros(values + shifts)
-    prior[values:] = problem.beliefs.weight
+    prior = np.zeros((values + shifts, values + shifts))
+    prior[values:, values:] = _prior(problem)
     scale = np.sqrt(np.maximum(np.diag(joint), 1e-300))
     said = np.linalg.pinv(joint / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
-    said = (said - np.diag(prior)) / fewer + np.diag(prior)
+    said = (said - prior) / fewer + prior
     said *= np.outer(scale, scale)
     value, vector = np.linalg.eigh(0.5 * (said + said.T))
     kept = np.maximum(value, 1e-9)
     return np.asarray((vector / kept) @ vector.T * np.outer(scale, scale))
+
+
+def _prior(problem: Problem) -> Array:
+    """Information that is believed of the shifts before a recording, shape (shifts, shifts)."""
+    weight = problem.beliefs.weight
+    return weight if weight.ndim == 2 else np.asarray(np.diag(weight))
 
 
 def _speeds(figures: Sequence[Figure]) -> list[dict[str, float] | None]:
