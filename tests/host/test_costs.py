@@ -199,6 +199,7 @@ def test_none_up_to_the_fastest_speed_and_no_swing() -> None:
     assert costs.found[0].value is None
     assert costs.causes[0].back[0].value is None
     assert swings([(BASE, (), 4.0, SWINGS_RAD_S[1])])[0].real < 0.0
+    assert critical_speeds([(BASE, (slots("x", {"hitch_damping": math.nan}),), 0.1)]) == [None]
     with pytest.raises(ValueError, match="no slot"):
         slots("x", {"nothing": 1.0})
     with pytest.raises(ValueError, match="no axle"):

@@ -58,7 +58,8 @@ def stability(problem: Problem, fit: Fit, reached: float) -> dict[str, Any]:
     costs = weigh(base, causes, speed, joint[np.ix_(places, places)])
     believed = weigh(
         replace(base, values=np.zeros(len(at))), (), speed,
-        np.linalg.inv(_prior(problem))[np.ix_(at, at)], costs.swings_rad_s[1:2],
+        np.asarray(np.linalg.inv(_prior(problem))[np.ix_(at, at)], dtype=np.float64),
+        costs.swings_rad_s[1:2],
     )  # fmt: skip
     by_name = {term.effect.name: term for term in terms}
     return {

@@ -214,6 +214,9 @@ def _shapes(cases: Sequence[_Case]) -> list[tuple[complex, Array] | None]:
         plants.append(plant)
     found: list[tuple[complex, Array] | None] = []
     for matrix in transitions(plants, [case[2] for case in cases]):
+        if not np.all(np.isfinite(matrix)):  # values beyond all sense leave no vehicle
+            found.append(None)
+            continue
         values, vectors = np.linalg.eig(matrix)
         # a state that never moves (1) or forgets at once (0) is no swing
         s = np.log(np.where(np.abs(values) < 1e-12, 1.0, values).astype(complex)) / STEP_S
