@@ -6,6 +6,7 @@
 #include <getopt.h>
 #include <poll.h>
 #include <signal.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,7 +39,8 @@ static const char usage[] =
     "  --vehicle FILE      what is known of the combination (SI units)\n"
     "  --set KEY=VALUE     a value that wins over the file, any number of times, for example\n"
     "                      car.lateral_acceleration_position=-1.383 (m ahead of the centre\n"
-    "                      of gravity)\n"
+    "                      of gravity), or core.window_oscillations=2.0 (1.5 to 6, else 1.7):\n"
+    "                      longer windows are less noisy, and later\n"
     "  --replay LOG        read a candump log instead of a bus (- : standard input);\n"
     "                      status frames go to the standard output\n"
     "  --candump-out FILE  write the status frames there, as candump lines (- : standard\n"
@@ -62,6 +64,7 @@ typedef struct {
     bool has_xcp;
     char *settings[SETTINGS_MAX];
     size_t setting_count;
+    int32_t window_cycles_milli; ///< 0: as the core has it
 } options_t;
 
 static can_bus_t bus;
@@ -250,6 +253,9 @@ static bool read_block(const options_t *options, uint8_t *block)
         fprintf(stderr, "swaywatchd: %s\n", message);
         return false;
     }
+    if (options->window_cycles_milli != 0) {
+        config.window_cycles_milli = options->window_cycles_milli;
+    }
     sway_block_write(&config, 1, block);
     return true;
 }
@@ -407,6 +413,27 @@ static int run_replay(const options_t *options, const uint8_t *block)
 /* --- the command line --------------------------------------------------------------------------
  */
 
+/* "core.window_oscillations=2.0": the one value of the core itself that a user sets. */
+static bool read_core_setting(const char *setting, options_t *options)
+{
+    static const char name[] = "core.window_oscillations=";
+    const uint32_t word = (uint32_t)(offsetof(sway_core_config_t, window_cycles_milli) / 4U);
+    int32_t low = 0;
+    int32_t high = 0;
+    bool may_be_zero = false;
+    (void)sway_block_range(word, &low, &high, &may_be_zero);
+    char *end = NULL;
+    const bool is_known = strncmp(setting, name, sizeof name - 1U) == 0;
+    const double value = is_known ? strtod(setting + sizeof name - 1U, &end) : 0.0;
+    if (!is_known || *end != '\0' || !(value >= low / 1e3 && value <= high / 1e3)) {
+        fprintf(stderr, "swaywatchd: --set %.80s: expected core.window_oscillations=%g to %g\n",
+                setting, low / 1e3, high / 1e3);
+        return false;
+    }
+    options->window_cycles_milli = (int32_t)(value * 1e3 + 0.5);
+    return true;
+}
+
 static bool read_option(int option, options_t *options)
 {
     switch (option) {
@@ -420,6 +447,9 @@ static bool read_option(int option, options_t *options)
         options->candump_out = optarg;
         return true;
     case 's':
+        if (strncmp(optarg, "core.", 5) == 0) {
+            return read_core_setting(optarg, options);
+        }
         options->settings[options->setting_count % SETTINGS_MAX] = optarg;
         options->setting_count++;
         return options->setting_count <= SETTINGS_MAX;

@@ -316,3 +316,15 @@ def test_absurd_lines_are_counted(good_log: Path, tmp_path: Path, line: str) -> 
     done, counts = replay(log)
     assert done.stdout == replay(good_log)[0].stdout
     assert counts["unreadable"] == (0 if line.startswith("DROP") else 1)
+
+
+def test_length_of_the_window_is_set_and_its_range_is_said(good_log: Path) -> None:
+    usual = replay(good_log)[0].stdout
+    same = replay(good_log, "p01", "--set", "core.window_oscillations=1.7")[0].stdout
+    longer = replay(good_log, "p01", "--set", "core.window_oscillations=3")[0].stdout
+    assert same == usual
+    assert longer != usual
+    for wrong in ("core.window_oscillations=9", "core.window_oscillations=", "core.window=2"):
+        done, _ = replay(good_log, "p01", "--set", wrong)
+        assert done.returncode == 2
+        assert f"--set {wrong}: expected core.window_oscillations=1.5 to 6" in done.stderr
