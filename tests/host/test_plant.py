@@ -7,7 +7,19 @@ import threading
 import numpy as np
 import pytest
 
-from swaywatch.diagnose.plant import ALL, BLOCK, OUTPUT, SHAPE, Job, PlantInput, run_jobs, simulate
+from swaywatch._plant import lib
+from swaywatch.diagnose.plant import (
+    ALL,
+    BLOCK,
+    OUTPUT,
+    SCALARS,
+    SERIES,
+    SHAPE,
+    Job,
+    PlantInput,
+    run_jobs,
+    simulate,
+)
 from swaywatch.diagnose.side_by_side import SideBySide
 
 BODY = np.array(
@@ -156,3 +168,10 @@ def test_an_error_reaches_every_thread() -> None:
     with pytest.raises(ValueError, match="three"):
         side_by_side.map(calculate, [2, 3, 4], 3)
     assert threading.active_count() < 20
+
+
+def test_the_kernel_and_python_agree_on_every_slot() -> None:
+    """The order of the slots is written down on both sides."""
+    assert [getattr(lib, f"E_{name.upper()}") for name in SCALARS] == list(range(len(SCALARS)))
+    assert len(SCALARS) == lib.PLANT_SCALARS
+    assert [getattr(lib, f"T_{name.upper()}") for name in SERIES] == list(range(len(SERIES)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,28 @@ def test_a_value_falls_towards_zero_and_never_below(loaded: object) -> None:
     assert found[2] == 1.0
 
 
+def test_a_height_over_the_roll_axis_may_be_less_than_nothing(loaded: object) -> None:
+    problem = on_springs(loaded.problem)
+    for name in ("ball_height_car", "roll_axis_height_trailer", "wind_height_trailer"):
+        belief = problem.beliefs.items[problem.beliefs.at[("typical", name)]]
+        assert belief.signed
+        own = dict(problem.given)[name]
+        shift = np.zeros(len(problem.beliefs))
+        shift[problem.beliefs.at[("typical", name)]] = -2.0 * own / belief.tolerance
+        assert plant_of(problem, 0, (), np.zeros(5), shift).get(name) == pytest.approx(-own)
+
+
+def test_an_observer_holds_the_body_whose_yaw_rate_is_there(loaded: object) -> None:
+    """The car alone where the trailer has no sensor: it does not swing on by itself."""
+    whole = replace(loaded.problem, observer=2.0)
+    run = replace(whole.runs[0], channels=dict(whole.runs[0].channels))
+    del run.channels["trailer_yaw_rate"]
+    for problem, pulls in ((whole, (2.0, 2.0)), (replace(whole, runs=(run,)), (2.0, 0.0))):
+        plant = plant_of(problem, 0, (), np.zeros(5), problem.at_rest())
+        assert (plant.get("observer_car"), plant.get("observer_trailer")) == pulls
+        assert problem.runs[0].both_watched == all(pulls)
+
+
 def test_what_every_road_vehicle_has_is_no_missing_effect() -> None:
     names = {effect.id for effect in outside(library())}
     assert not names & set(WITHIN)
@@ -65,7 +88,7 @@ def test_the_model_keeps_what_was_believed(loaded: object) -> None:
     problem = on_springs(loaded.problem)
     fit = Search(problem, [], lambda stage, share: None).close.start()
     block = json.loads(json.dumps(model_block(problem, fit, fit)))
-    assert beliefs_in(block) == problem.beliefs
+    assert beliefs_in(block).items == problem.beliefs.items
     assert dict(block["given"]) == pytest.approx(values(problem.body))
 
 

@@ -168,7 +168,7 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     for (int body = 0; body < 2 && has->sprung; body++) {
         to->roll[body] = ser[T_ROLL_MOMENT_CAR + body] - k->stiffness[body] * x[X_ROLL + body] -
                          k->damping[body] * x[X_ROLL_RATE + body] - k->lever[body] * tilt[body] -
-                         k->height[body] * wind[body];
+                         NAME(where)(k->lever[body], e[E_WIND_HEIGHT_CAR + body]) * wind[body];
         if (has->swings) {
             to->roll[body] += swung[body];
         }
@@ -356,9 +356,9 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
     // an observer keeps the state near the measured one, so that what is missing shows where and
     // when it acts instead of being carried on (innovation form of the prediction-error method)
     dx[X_SIDE] = rates.side;
-    dx[X_YAW_1] = rates.yaw[0] + e[E_OBSERVER] * (ser[T_MEASURED_CAR] - x[X_YAW_1]);
+    dx[X_YAW_1] = rates.yaw[0] + e[E_OBSERVER_CAR] * (ser[T_MEASURED_CAR] - x[X_YAW_1]);
     dx[X_ARTICULATION] = x[X_YAW_2] - x[X_YAW_1];
-    dx[X_YAW_2] = rates.yaw[1] + e[E_OBSERVER] * (ser[T_MEASURED_TRAILER] - x[X_YAW_2]);
+    dx[X_YAW_2] = rates.yaw[1] + e[E_OBSERVER_TRAILER] * (ser[T_MEASURED_TRAILER] - x[X_YAW_2]);
     if (has->alone) {
         dx[X_ARTICULATION] *= k->towed;
         dx[X_YAW_2] *= k->towed;

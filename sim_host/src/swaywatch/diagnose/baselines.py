@@ -22,7 +22,7 @@ MOST_EFFECTS = 3
 CARES = (1.0, 0.15)
 EXACT = 0.4  # tolerances, median over the file
 #: Misfit, over that of a vehicle on springs, from which a rigid one is not searched any further.
-HOPELESS = 2.0
+HOPELESS = 1.25
 #: Misfit, over that of the best, up to which another first effect is followed.
 NEAR = 1.5
 
@@ -106,9 +106,13 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
         found = path(first, base, part.next())
         return [found] if found.clean else [path(springs, other, part.next()), found]
     found = path(springs, other, part.next())
-    if found.clean and _hopeless(first, base, found):
+    if not found.clean:
+        return [found, path(first, base, part.next())]
+    if _hopeless(first, base, found):
         return [found]
-    return [found, path(first, base, part.next())]
+    # two effects more than what explains everything are no simpler a vehicle
+    most = len(found.best.fit.terms) + 1
+    return [found, path(first, base, part.next(), most)]
 
 
 def _hopeless(rigid: Search, base: Candidate, other: Path) -> bool:
@@ -127,11 +131,11 @@ def _exact(path: Path) -> bool:
     return bool(shift.size and np.median(shift) < EXACT)
 
 
-def path(search: Search, base: Candidate, progress: Progress) -> Path:
-    """Effects one after the other, as long as the evidence grows by more than a claim needs."""
+def path(search: Search, base: Candidate, progress: Progress, most: int = MOST_EFFECTS) -> Path:
+    """At most so many effects, as long as the evidence grows by more than a claim needs."""
     beam = [base]
     best = base
-    for depth in range(1, MOST_EFFECTS + 1):
+    for depth in range(1, min(most, MOST_EFFECTS) + 1):
         found: list[Candidate] = []
         for index, parent in enumerate(beam):
             progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)

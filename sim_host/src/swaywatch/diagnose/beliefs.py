@@ -28,7 +28,7 @@ VEHICLE: dict[str, tuple[float, str]] = {
     "yaw_inertia": (0.06, "estimated from mass and lengths: within 10 %"),
     "cornering_stiffness": (0.05, "tyre data of another pressure and wear: within 8 %"),
     "cog": (0.025, "from axle loads of 1 %: within 3 to 5 cm"),
-    "hitch_to_cog": (0.02, "ball to a centre of gravity that nobody sees"),
+    "hitch_to_cog": (0.03, "ball to a centre of gravity that nobody sees: within 5 cm"),
     "steering_ratio": (0.01, "gear and compliance of the linkage about the centre"),
 }
 SENSOR: dict[str, tuple[float, str]] = {
@@ -67,12 +67,16 @@ class Belief:
         Standard deviation: relative of values and gains; of lengths in m, of delays in s.
     source
         Where the tolerance is from.
+    signed
+        A typical value, such as a height over the roll axis, that may be zero or less: its
+        tolerance is in its unit.
     """
 
     kind: str
     name: str
     tolerance: float
     source: str
+    signed: bool = False
 
     @property
     def scaled(self) -> bool:
@@ -81,8 +85,29 @@ class Belief:
 
 
 @dataclass(frozen=True)
+class Weighing:
+    """A measurement that several values of the vehicle's file have to agree with.
+
+    Attributes
+    ----------
+    name
+        What was measured.
+    off
+        Measured less what the file's values make of it, in standard deviations of the measurement.
+    slopes
+        Of each value's name: by how many of these a tolerance of it changes that.
+    """
+
+    name: str
+    off: float
+    slopes: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
 class Beliefs:
     """All beliefs of a problem, and what they do to plant and sensors.
+
+    The logarithm of their prior is -|roots z - target|^2 / 2.
 
     Attributes
     ----------
@@ -91,10 +116,13 @@ class Beliefs:
     care
         Factor on the tolerances of the vehicle's file: 1 as stated; smaller where its values
         turn out to be as exact as that.
+    weighings
+        What binds them together.
     """
 
     items: tuple[Belief, ...] = ()
     care: float = 1.0
+    weighings: tuple[Weighing, ...] = ()
 
     def __len__(self) -> int:
         return len(self.items)
@@ -105,9 +133,36 @@ class Beliefs:
         return np.array([self.care if b.scaled else 1.0 for b in self.items])
 
     @cached_property
+    def roots(self) -> Array:
+        """Rows of the prior, shape (beliefs + weighings, beliefs)."""
+        rows = np.zeros((len(self.weighings), len(self)))
+        for i, weighing in enumerate(self.weighings):
+            for name, slope in weighing.slopes:
+                rows[i, self.at["vehicle", name]] = slope
+        return np.vstack([np.diag(1.0 / self.spread), rows])
+
+    @cached_property
+    def target(self) -> Array:
+        """What the rows should come to, shape (beliefs + weighings,)."""
+        return np.concatenate([np.zeros(len(self)), [w.off for w in self.weighings]])
+
+    @cached_property
     def weight(self) -> Array:
-        """Inverse prior variance of each z."""
-        return np.asarray(self.spread**-2.0)
+        """Inverse of the prior's covariance, shape (beliefs, beliefs)."""
+        return np.asarray(self.roots.T @ self.roots)
+
+    @cached_property
+    def volume(self) -> float:
+        """Logarithm of the determinant of `weight`."""
+        return float(np.linalg.slogdet(self.weight)[1]) if self.items else 0.0
+
+    def misfit(self, z: Array) -> Array:
+        """How far z is from what is believed, in standard deviations, as the rows of `roots`."""
+        return np.asarray(self.roots @ z - self.target)
+
+    def pull(self, z: Array) -> Array:
+        """Half the derivative of the squared `misfit`, shape (beliefs,)."""
+        return np.asarray(self.roots.T @ self.misfit(z))
 
     def act(self, plant: PlantInput, z: Array) -> None:
         """Move the constants of the plant by z."""
@@ -115,12 +170,16 @@ class Beliefs:
             if value == 0.0:
                 continue
             move = float(value) * belief.tolerance
-            if belief.kind == "typical":
+            if belief.signed:
+                plant.scalar(belief.name, plant.get(belief.name) + move)
+            elif belief.kind == "typical":
                 # falls towards zero and never below
                 factor = 1.0 + move if move > 0.0 else math.exp(move)
                 plant.scalar(belief.name, plant.get(belief.name) * factor)
+            elif belief.name == "car.steering_ratio":
+                plant.steer = plant.steer / (1.0 + move)
             elif belief.kind == "vehicle":
-                _moved(plant, belief.name, move)
+                moved(plant.body, belief.name, move)
             elif belief.name == "speed":
                 plant.speed = plant.speed / (1.0 + move)
                 plant.acceleration = plant.acceleration / (1.0 + move)
@@ -169,17 +228,16 @@ def _is_length(name: str) -> bool:
     return name.endswith("_to_cog")
 
 
-def _moved(plant: PlantInput, name: str, move: float) -> None:
+def moved(body: Array, name: str, move: float) -> None:
+    """Change a value of the file in constants in the order of `plant.BODY`: in m, or by a share."""
     part, key = name.split(".")
     if key == "cog":
         for length, sign in _COG[part]:
-            plant.body[_INDEX[f"{part}.{length}"]] += sign * move
-    elif key == "steering_ratio":
-        plant.steer = plant.steer / (1.0 + move)
+            body[_INDEX[f"{part}.{length}"]] += sign * move
     elif _is_length(key):
-        plant.body[_INDEX[name]] += move
+        body[_INDEX[name]] += move
     else:
-        plant.body[_INDEX[name]] *= max(1.0 + move, 0.05)
+        body[_INDEX[name]] *= max(1.0 + move, 0.05)
 
 
 def beliefs_of(

@@ -10,6 +10,7 @@ import numpy as np
 
 from swaywatch.diagnose.beliefs import beliefs_of
 from swaywatch.diagnose.fit import COMPARED, Problem
+from swaywatch.diagnose.load_balance import weighed
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import RATE_HZ, Run, on_grid
 from swaywatch.diagnose.sensor_faults import MOST_LOST, SensorFaults
@@ -101,9 +102,10 @@ def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> 
         runs.sort(key=lambda run: -float(np.mean(run.channels["speed"])))
         loaded.problem = Problem(tuple(runs), body)
         channels = loaded.problem.channels(runs[0])
-        loaded.problem = replace(
-            loaded.problem, beliefs=beliefs_of(body, channels, vehicle.tolerance)
-        )
+        believed = beliefs_of(body, channels, vehicle.tolerance)
+        bound, wrong = weighed(believed, body, vehicle)
+        loaded.problem = replace(loaded.problem, beliefs=bound)
+        loaded.checks += wrong
         missing = [c for c in COMPARED if any(c not in run.channels for run in runs)]
         if missing:
             loaded.checks.append("not recorded: " + ", ".join(missing))

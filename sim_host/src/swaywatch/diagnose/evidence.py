@@ -33,8 +33,9 @@ LEFT = 0.1
 #: in windows, whose edges may follow the noise, so much, and so much more for each of them, ...
 DISCREPANCY = 0.005
 IN_WINDOWS, WINDOW_DISCREPANCY = 0.02, 0.01
-#: ... and this share of all that is explained: the form of a right effect leaves as much.
-FORM = 0.01
+#: ... and this share of all that is explained: the form of a right effect leaves as much, that of
+#: one in windows more.
+FORM, WINDOW_FORM = 0.004, 0.01
 #: Beside a user's simulation our plant is only a correction, and its form is less exact: share that
 #: a first effect, and a further one, has to take away.
 BESIDE = (0.05, 0.25)
@@ -94,7 +95,8 @@ def worth(base: Fit, before: Fit, after: Fit, *, beside: bool = False) -> bool:
     own = IN_WINDOWS if term.effect.windowed else DISCREPANCY
     least = BESIDE[len(after.terms) > 1] if beside else own
     least += WINDOW_DISCREPANCY * len(term.window_runs)
-    return gain > max(least * before.chi2, FORM * (base.chi2 - after.chi2))
+    form = WINDOW_FORM if any(t.effect.windowed for t in after.terms) else FORM
+    return gain > max(least * before.chi2, form * (base.chi2 - after.chi2))
 
 
 def explained(base: Fit, fit: Fit) -> bool:
@@ -125,7 +127,7 @@ def log_evidence(fitter: Fitter, fit: Fit, noise: float, choices: int) -> float:
     """
     beliefs = fitter.problem.beliefs
     values = [t.parameter(j) for t in fit.terms for j in range(len(t.values))]
-    volume = fit.volume - float(np.sum(np.log(beliefs.weight)))
+    volume = fit.volume - beliefs.volume
     volume += 2.0 * sum(math.log(prior_spread(p)) for p in values)
     volume -= len(values) * math.log(noise)
     prior = sum(RARE + math.log(choices) - plausible(t) for t in fit.terms)

@@ -58,7 +58,7 @@ COMPARED = (
 _VERTICAL = ("trailer_wheel_vertical", "hitch_vertical")
 WORKERS = 16  # calculations whose trials share the lanes
 _AT_ONCE = 8 * LANES  # trials in memory at a time
-_NUISANCES = 5  # steering offset and four initial states, for each run
+NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
 FARTHEST = 2.0  # wide tolerances by which a typical value moves in one iteration
@@ -164,10 +164,10 @@ def plant_of(
     problem.beliefs.act(plant, shift)
     for term in (*problem.calibration, *terms):
         term.effect.act(plant, run, term.as_dict(), term.windows(index))
-    if problem.observer > 0.0 and run.yaw_rates is not None:
-        plant.scalar("observer", problem.observer)
-        for column, body in enumerate(("car", "trailer")):
-            true = run.yaw_rates[:, column]
+    if problem.observer > 0.0:
+        for body, rate in run.yaw_rates.items():
+            true = rate
+            plant.scalar(f"observer_{body}", problem.observer)
             for term in terms:
                 undo = term.effect.extra.get("undo")
                 if callable(undo) and term.effect.component == f"{body}_yaw_rate":
@@ -421,7 +421,7 @@ class Comparison:
         """
         beliefs = self.problem.beliefs
         shown = self.measured - e.reshape(self.measured.shape) * self.scales
-        found = np.zeros((*self.measured.shape, len(beliefs) + _NUISANCES))
+        found = np.zeros((*self.measured.shape, len(beliefs) + NUISANCES))
         step = BLOCK / RATE_HZ
         for i, name in enumerate(self.names):
             for kind, column in (
@@ -517,7 +517,7 @@ class Fitter:
             shift = fit.shift.copy()
             shift[c] += _SHIFT_STEP
             trials.append(Trial(index, fit.terms, fit.nuisance[index], shift))
-        for c in range(_NUISANCES if self.problem.free_start else 0):
+        for c in range(NUISANCES if self.problem.free_start else 0):
             nu = fit.nuisance[index].copy()
             nu[c] += _NUISANCE_STEP[c]
             trials.append(Trial(index, fit.terms, nu, fit.shift))
@@ -538,12 +538,12 @@ class Fitter:
     def background(self, index: int, base: Array, moved: Sequence[Array]) -> Array:
         """Derivatives to beliefs, offset and start values of a run, (residuals, beliefs + 5)."""
         beliefs = len(self.problem.beliefs)
-        places = [*self._simulated, *range(beliefs, beliefs + _NUISANCES)]
+        places = [*self._simulated, *range(beliefs, beliefs + NUISANCES)]
         steps = [*([_SHIFT_STEP] * len(self._simulated)), *_NUISANCE_STEP]
         found = self.comparison(index).sensors(base)
         for c, h, e in zip(places, steps, moved, strict=False):
             found[:, c] = (e - base) / h
-        return found[:, : beliefs + (_NUISANCES if self.problem.free_start else 0)]
+        return found[:, : beliefs + (NUISANCES if self.problem.free_start else 0)]
 
     def backgrounds(
         self, fit: Fit, use: Sequence[int], bases: Sequence[Array] | None = None
@@ -576,7 +576,7 @@ class Fitter:
             if belief.kind == "typical" and belief.name in transfer:
                 usual = float(neutral()[SCALARS.index(belief.name)])
                 shift[i] = (transfer[belief.name] / usual - 1.0) / belief.tolerance
-        return Fit((), np.zeros((runs, _NUISANCES)), shift)
+        return Fit((), np.zeros((runs, NUISANCES)), shift)
 
     def _transfer(self) -> Array:
         """Load transfer from wheel loads and forces (no accelerometer needed)."""
@@ -701,7 +701,7 @@ class _Task:
         self.beliefs = fitter.problem.beliefs
         self.b = len(self.beliefs) if calibrate else 0
         self.typical = [i for i, b in enumerate(self.beliefs.items) if b.kind == "typical"]
-        self.n = _NUISANCES if fitter.problem.free_start else 0
+        self.n = NUISANCES if fitter.problem.free_start else 0
         self.size = self.k + self.b + self.n * len(use)
 
     def volume(self, hessian: Array) -> float:
@@ -727,7 +727,8 @@ class _Task:
     def state(self, values: Array, nuisance: Array, shift: Array) -> _State:
         built = self.terms(values)
         found = self.fitter.evaluate_all([Trial(r, built, nuisance[r], shift) for r in self.use])
-        prior = float(np.dot(shift * shift, self.beliefs.weight))
+        off = self.beliefs.misfit(shift)
+        prior = float(np.dot(off, off))
         return _State(values, nuisance, shift, tuple(found), prior)
 
     def first(self, start: Fit) -> _State:
@@ -780,9 +781,8 @@ class _Task:
             gradient[:k] += columns.T @ base
             gradient[rest] += (other.T @ base)[skipped:]
         if self.b:
-            at_beliefs = np.arange(self.k, common)
-            hessian[at_beliefs, at_beliefs] += self.beliefs.weight
-            gradient[at_beliefs] += self.beliefs.weight * state.shift
+            hessian[k:common, k:common] += self.beliefs.weight
+            gradient[k:common] += self.beliefs.pull(state.shift)
         hessian += np.diag(np.where(np.diag(hessian) < 1e-9, 1e-6, 0.0))
         return hessian, gradient
 

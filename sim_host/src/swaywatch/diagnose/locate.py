@@ -78,7 +78,7 @@ class Locator:
         first = int((window.start - run.time[0]) * RATE_HZ) // 2 * 2 - 2
         first = min(max(first, 0), (n - 1) // 2 * 2) // BLOCK * BLOCK
         last = n
-        if problem.observer > 0.0:
+        if problem.observer > 0.0 and run.both_watched:
             fades = int((window.stop - run.time[0] + FADE / problem.observer) * RATE_HZ)
             last = min(n, max(fades, first + 2))
         assert path.states is not None
@@ -121,12 +121,12 @@ class Locator:
         return found
 
     def _prior(self, size: int, pulses: int) -> tuple[Array, Array]:
-        """Weights of the beliefs and their pull back to what is believed, shapes (size,)."""
-        weight, pull = np.zeros(size), np.zeros(size)
+        """Weights of the beliefs, shape (size, size), and their pull to what is believed."""
+        weight, pull = np.zeros((size, size)), np.zeros(size)
         beliefs = self.fitter.problem.beliefs
         at = slice(pulses, pulses + len(beliefs))
-        weight[at] = beliefs.weight
-        pull[at] = beliefs.weight * self.fit.shift
+        weight[at, at] = beliefs.weight
+        pull[at] = beliefs.pull(self.fit.shift)
         return weight, pull
 
     def course(self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None) -> Course:
@@ -149,10 +149,10 @@ class Locator:
             full = np.hstack([a, self.background[r]])
             normal = full.T @ full
             weight, pull = self._prior(full.shape[1], k)
-            prior = weight.copy()
-            weight[:k] = ridge * np.mean(np.diag(normal)[:k])
+            prior = weight[k:, k:].copy()
+            weight[range(k), range(k)] = ridge * np.mean(np.diag(normal)[:k])
             constant = _constant_level(normal, k, len(effect.parameters))
-            normal += np.diag(weight + 1e-9 * np.diag(normal) + 1e-12)
+            normal += weight + np.diag(1e-9 * np.diag(normal) + 1e-12)
             normal[:k, :k] += np.mean(np.diag(normal)[:k]) * constant @ constant.T
             right = full.T @ self.base[r] + pull
             x = -np.linalg.solve(normal, right)
@@ -161,7 +161,8 @@ class Locator:
                 if level.any():
                     x[:k] -= level * np.median(x[:k][level > 0.0])
             only = self.background[r]
-            known = only.T @ only + np.diag(prior[k:] + 1e-9 * np.diag(only.T @ only) + 1e-12)
+            known = only.T @ only
+            known += prior + np.diag(1e-9 * np.diag(known) + 1e-12)
             y = -np.linalg.solve(known, only.T @ self.base[r] + pull[k:])
             rest_only = self.base[r] + only @ y
             gain += float(np.dot(rest_only, rest_only) - np.dot(rest, rest))

@@ -5,6 +5,7 @@ Nothing in it depends on the machine that made it: the role mapping and the DBC 
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -29,10 +30,7 @@ def model_block(problem: Problem, fit: Fit, baseline: Fit) -> dict[str, Any]:
         "kind": "combination",
         "vehicle": dict(zip(BODY, problem.body.tolist(), strict=True)),
         "steering_ratio": problem.runs[0].steering_ratio,
-        "beliefs": [
-            {"kind": b.kind, "name": b.name, "tolerance": b.tolerance, "source": b.source}
-            for b in problem.beliefs.items
-        ],
+        "beliefs": [dataclasses.asdict(b) for b in problem.beliefs.items],
         "care": problem.beliefs.care,
         "given": [list(pair) for pair in problem.given],
         "shift": fit.shift.tolist(),

@@ -81,7 +81,7 @@ SCALARS = (
     "roll_frequency_car", "roll_damping_car",  # rad/s, -
     "roll_frequency_trailer", "roll_damping_trailer",
     "steer_frequency_car", "steer_damping_car", "steer_frequency_trailer", "steer_damping_trailer",
-    "observer",  # 1/s, pull of the yaw rates to the measured ones (0: free simulation)
+    "observer_car", "observer_trailer",  # 1/s, pull of a yaw rate to the measured one (0: none)
     "bank_unsensed",  # 1: the accelerations are those of the motion, without gravity's part
     "sprung_mass_car", "sprung_mass_trailer",  # kg, 0: the body does not roll
     "sprung_height_car", "sprung_height_trailer",  # m, its centre of gravity over the roll axis
@@ -95,6 +95,7 @@ SCALARS = (
     "wheel_radius",  # m
     "sensed_roll_car", "sensed_roll_trailer",  # share of g sin(roll) in the accelerations
     "sensor_height_car", "sensor_height_trailer",  # m, accelerometer over the roll axis
+    "wind_height_car", "wind_height_trailer",  # m, centre of the wind's side force over it
     "trail_car_front", "trail_car_rear", "trail_trailer",  # m, pneumatic trail without slip
     # a law: N, Nm or rad per unit of what it depends on, at 25 m/s; 0: there is none
     "law_gain",

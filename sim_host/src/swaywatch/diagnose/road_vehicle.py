@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from swaywatch.diagnose.beliefs import Array, Belief, Beliefs
+from swaywatch.diagnose.beliefs import Array, Belief
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Problem
 from swaywatch.models import sprung
@@ -35,7 +35,7 @@ SENSORS: dict[str, tuple[float, float, str]] = {
 }
 _FREE = (
     "sprung_height", "roll_inertia", "roll_stiffness", "roll_damping_rate", "roll_axis_height",
-    "ball_height",
+    "ball_height", "wind_height",
 )  # fmt: skip
 #: Effects that are part of this form already.
 WITHIN = (
@@ -56,7 +56,6 @@ def values(body: Array) -> dict[str, float]:
 def beliefs(body: Array, channels: tuple[str, ...]) -> list[Belief]:
     """Tolerances of those slots that a recording can say something about."""
     known = {belief.name: belief for belief in sprung.BELIEFS}
-    at = values(body)
     found = []
     for part in ("car", "trailer"):
         slots = [f"{slot}_{part}" for slot in _FREE]
@@ -64,9 +63,9 @@ def beliefs(body: Array, channels: tuple[str, ...]) -> list[Belief]:
             slots += ["roll_front_share_car", "track_car_front", "track_car_rear"]
         for name in slots:
             own = known[name]
-            found.append(
-                Belief("typical", name, own.deviation(at[name]) / abs(at[name]), own.source)
-            )
+            signed = own.absolute > 0.0
+            tolerance = own.absolute if signed else own.tolerance
+            found.append(Belief("typical", name, tolerance, own.source, signed))
         if f"{part}_lateral_acceleration" in channels:
             for slot, (_, tolerance, source) in SENSORS.items():
                 found.append(Belief("typical", f"{slot}_{part}", tolerance, source))
@@ -81,7 +80,7 @@ def on_springs(problem: Problem) -> Problem:
     items += beliefs(problem.body, channels)
     return replace(
         problem,
-        beliefs=Beliefs(tuple(items), problem.beliefs.care),
+        beliefs=replace(problem.beliefs, items=tuple(items)),
         given=tuple(values(problem.body).items()),
     )
 

@@ -88,13 +88,19 @@ class Run:
         return block_mean(self.kept[name].astype(float)) > 0.999
 
     @cached_property
-    def yaw_rates(self) -> Array | None:
-        """Smoothed yaw rates of car and trailer as the plant has them, shape (n, 2)."""
-        names = ("car_yaw_rate", "trailer_yaw_rate")
-        if any(name not in self.channels for name in names):
-            return None
-        rows = [self._filled(n) for n in names]
-        return np.stack([low_pass(r - r.mean(), 5.0) for r in rows], axis=1)
+    def yaw_rates(self) -> dict[str, Array]:
+        """Smoothed yaw rates of the bodies whose own is recorded, by body, shape (n,) each."""
+        found = {}
+        for body in ("car", "trailer"):
+            if f"{body}_yaw_rate" in self.channels:
+                rate = self._filled(f"{body}_yaw_rate")
+                found[body] = low_pass(rate - rate.mean(), 5.0)
+        return found
+
+    @property
+    def both_watched(self) -> bool:
+        """Whether an observer can hold both bodies."""
+        return len(self.yaw_rates) == 2
 
     def _filled(self, name: str) -> Array:
         """A channel, where its sensor says nothing told by the others. Shape (n,)."""

@@ -10,11 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import RISE, Effect
-from swaywatch.diagnose.evidence import (
-    inflation,
-    log_evidence,
-    residuals,
-)
+from swaywatch.diagnose.evidence import REMAINS, explained, inflation, log_evidence, residuals
 from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, Trial
 from swaywatch.diagnose.locate import (
     MOST_AT_ONCE,
@@ -27,6 +23,7 @@ from swaywatch.diagnose.locate import (
     widened,
     windows,
 )
+from swaywatch.diagnose.sparse_course import sparse_course
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
@@ -46,6 +43,7 @@ MOST_WINDOWS = 40
 RELEASED = (0.5, 0.0)
 BENT = 0.8  # an effect that takes more of the misfit away has bent the values of its parent
 LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
+SHAPING = 1e6  # a value whose least claim is beyond it only shapes its effect
 FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
 
@@ -115,17 +113,17 @@ class Linear:
         beliefs = problem.beliefs
         b, n = len(beliefs), background[0][0].shape[1] - len(beliefs)
         sizes = [e.size for e in self.base]
-        rows = np.zeros((sum(sizes) + b, b + n * len(sizes)))
+        prior = beliefs.misfit(fit.shift)
+        rows = np.zeros((sum(sizes) + prior.size, b + n * len(sizes)))
         first = 0
         for r, size in enumerate(sizes):
             columns = background[r][0]
             rows[first : first + size, :b] = columns[:, :b]
             rows[first : first + size, b + r * n : b + (r + 1) * n] = columns[:, b:]
             first += size
-        rows[first:, :b] = np.diag(np.sqrt(beliefs.weight))
+        rows[first:, :b] = beliefs.roots
         rows /= np.sqrt(np.sum(rows**2, axis=0)) + 1e-12
         self.q = np.linalg.qr(rows)[0]
-        prior = np.sqrt(beliefs.weight) * fit.shift
         self.left = self._projected(np.concatenate([*self.base, prior]))
 
     def _projected(self, column: Array) -> Array:
@@ -137,30 +135,30 @@ class Linear:
         Those that promise nothing are left out; best first.
         """
         tried = [(e, values) for e in effects for values in _starts(e)]
-        fit = self.fit
+        moved = self._moved(tried)
+        found: dict[tuple[str, str], tuple[float, tuple[float, ...], Effect]] = {}
+        for (effect, values), own in zip(tried, moved, strict=True):
+            gain, toward = self._promise(effect, np.array(values), own)
+            key = form_of(effect)
+            if gain > found.get(key, (0.0,))[0]:
+                found[key] = gain, tuple(float(x) for x in toward), effect
+        known = [self._with_form(f) for f in found.values()]
+        return sorted(known, key=lambda f: -f[0])
+
+    def _moved(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> list[Array]:
+        """Residuals of all runs with each effect at its values, one after the other."""
+        fit, count = self.fit, len(self.runs)
         trials = [
             Trial(r, (*fit.terms, Term(e, values)), fit.nuisance[r], fit.shift)
             for e, values in tried
             for r in self.runs
         ]
-        moved = self.fitter.evaluate_all(trials)
-        found: dict[tuple[str, str], tuple[float, tuple[float, ...], Effect]] = {}
-        count = len(self.runs)
-        for i, (effect, values) in enumerate(tried):
-            own = moved[i * count : (i + 1) * count]
-            gain, toward = self._promise(effect, np.array(values), own)
-            key = form_of(effect)
-            if gain > found.get(key, (0.0,))[0]:
-                found[key] = gain, tuple(float(x) for x in toward), effect
-        return sorted(found.values(), key=lambda f: -f[0])
+        found = self.fitter.evaluate_all(trials)
+        return [np.concatenate(found[i * count : (i + 1) * count]) for i in range(len(tried))]
 
-    def _promise(
-        self, effect: Effect, values: Array, moved: Sequence[Array]
-    ) -> tuple[float, Array]:
+    def _promise(self, effect: Effect, values: Array, moved: Array) -> tuple[float, Array]:
         """Drop of chi2 along the course towards some values, and where on it to begin."""
-        parts = [e - base for e, base in zip(moved, self.base, strict=True)]
-        none = np.zeros(len(self.fitter.problem.beliefs))
-        column = self._projected(np.concatenate([*parts, none]))
+        column = self._column(moved)
         power = float(np.dot(column, column))
         if power < 1e-9 or not np.isfinite(power):
             return 0.0, values
@@ -174,6 +172,44 @@ class Linear:
         if np.allclose(start, neutral):
             return 0.0, values  # against a bound
         return power * factor**2, start
+
+    def _column(self, moved: Array) -> Array:
+        """What residuals changed by, everything else refitted."""
+        none = np.zeros(len(self.fitter.problem.beliefs.target))
+        return self._projected(np.concatenate([moved - np.concatenate(self.base), none]))
+
+    def _with_form(
+        self, found: tuple[float, tuple[float, ...], Effect]
+    ) -> tuple[float, tuple[float, ...], Effect]:
+        """What an effect promises with the values that only shape it moved too.
+
+        Beside a user's simulation an effect carries what follows from it, of unknown size; along
+        its main value alone it promises too little.
+        """
+        gain, values, effect = found
+        shape = [j for j, p in enumerate(effect.parameters) if p.minimum >= SHAPING]
+        if not shape:
+            return found
+        steps = [effect.parameters[j].scale for j in shape]
+        trials = [values]
+        for j, step in zip(shape, steps, strict=True):
+            trials.append((*values[:j], values[j] + step, *values[j + 1 :]))
+        own, *others = self._moved([(effect, trial) for trial in trials])
+        course = self._column(own)
+        a = np.stack([course, *(self._column(other) - course for other in others)], axis=1)
+        size = np.sqrt(np.sum(a**2, axis=0)) + 1e-12
+        if not np.all(np.isfinite(size)):
+            return found
+        x = np.linalg.lstsq(a / size, -self.left, rcond=1e-6)[0] / size
+        rest = self.left + a @ x
+        more = float(np.dot(self.left, self.left) - np.dot(rest, rest))
+        if x[0] <= 0.0 or more <= gain:
+            return found
+        start = list(values)
+        for j, step, change in zip(shape, steps, x[1:], strict=True):
+            p = effect.parameters[j]
+            start[j] = float(np.clip(values[j] + step * change, p.low, p.high))
+        return more, tuple(start), effect
 
 
 class Search:
@@ -242,10 +278,17 @@ class Search:
     def rough(self, parent: Fit, course: Course) -> Fit | None:
         """Fit of an effect in windows before their edges are moved over local minima."""
         terms = [windows(course), self._of_course(Locator(self.close, parent), course)]
+        starts = [(parent, t) for t in terms if t is not None]
+        own = bool(course.effect.extra.get("trials"))  # its pulses are not its real form
+        found = None
+        if level(parent) > LINEAR and not own:
+            found = sparse_course(self.close, parent, course.effect)
+        if found is not None:
+            term = windows(found[0])
+            starts += [(found[1], term)] if term is not None else []
         fits = [
-            self.close.run(Fit((*parent.terms, t), parent.nuisance, parent.shift), 6, free=1)
-            for t in terms
-            if t is not None
+            self.close.run(Fit((*parent.terms, t), s.nuisance, s.shift), 6, free=1)
+            for s, t in starts
         ]
         return min(fits, key=lambda f: f.chi2, default=None)
 
@@ -413,21 +456,33 @@ class Search:
             e for e in self.effects if (e.id, e.component) not in taken and e.id not in in_windows
         ]
         near = self.close.run(parent, 6)
-        found = self._windowed(near, [e for e in open_ if e.windowed]) if windowed else []
-        constant = [e for e in open_ if not e.windowed]
-        far = not self.releases or level(parent) > LINEAR
-        under = self.constants(self.close, near, constant) if far else []
-        free = self.constants(self.judge, parent, constant) if self.releases else []
-        polished = self.judge.side_by_side(self.released, [*found, *under[:POLISHED]])
-        fits = _best_of_each([*polished, *free])
-        if fits and fits[0].chi2 < BENT * parent.chi2:
-            fits = _best_of_each([*fits, *self._from_rest(fits)])
+        fits = self._constants(near, parent, [e for e in open_ if not e.windowed])
+        settled = level(parent) > REMAINS and bool(fits) and explained(parent, fits[0])
+        if windowed and not settled:
+            found = self._windowed(near, [e for e in open_ if e.windowed])
+            polished = self.judge.side_by_side(self.released, found)
+            fits = _best_of_each([*fits, *self._unbent(polished, parent)])
         candidates = [Candidate(f, parent) for f in fits if np.isfinite(f.chi2)]
         if candidates:
             least = min(candidates, key=lambda c: c.fit.chi2)
             self.noise = min(self.noise, inflation(residuals(self.judge, least.fit)))
         self.tried += candidates
         return sorted(map(self.weighed, candidates), key=lambda c: -c.evidence)
+
+    def _constants(self, near: Fit, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
+        """Effects without windows, found under the observer and free of it, best first."""
+        far = not self.releases or level(parent) > LINEAR
+        under = self.constants(self.close, near, effects) if far else []
+        free = self.constants(self.judge, parent, effects) if self.releases else []
+        polished = self.judge.side_by_side(self.released, under[:POLISHED])
+        return self._unbent([*polished, *free], parent)
+
+    def _unbent(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
+        """The best of each, and once more from rest where they take away much of the misfit."""
+        best = _best_of_each(fits)
+        if best and best[0].chi2 < BENT * parent.chi2:
+            best = _best_of_each([*best, *self._from_rest(best)])
+        return best
 
     def _from_rest(self, fits: Sequence[Fit]) -> list[Fit]:
         """The best fits once more from the vehicle as believed.

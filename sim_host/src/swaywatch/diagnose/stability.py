@@ -58,7 +58,7 @@ def stability(problem: Problem, fit: Fit, reached: float) -> dict[str, Any]:
     costs = weigh(base, causes, speed, joint[np.ix_(places, places)])
     believed = weigh(
         replace(base, values=np.zeros(len(at))), (), speed,
-        np.asarray(np.linalg.inv(_prior(problem))[np.ix_(at, at)], dtype=np.float64),
+        np.asarray(np.linalg.inv(problem.beliefs.weight)[np.ix_(at, at)], dtype=np.float64),
         costs.swings_rad_s[1:2],
     )  # fmt: skip
     by_name = {term.effect.name: term for term in terms}
@@ -144,7 +144,7 @@ def _covariance(problem: Problem, fit: Fit, fewer: float) -> Array:
     values, shifts = sum(len(t.values) for t in fit.terms), fit.shift.size
     joint = np.zeros((values + shifts, values + shifts))
     own = np.arange(values + shifts)
-    joint[values:, values:] = np.linalg.inv(_prior(problem))
+    joint[values:, values:] = np.linalg.inv(problem.beliefs.weight)
     for block, rows, columns in (
         (fit.covariance, own[:values], own[:values]),
         (fit.cross, own[:values], own[values:]),
@@ -153,8 +153,8 @@ def _covariance(problem: Problem, fit: Fit, fewer: float) -> Array:
     ):
         if block.shape == (rows.size, columns.size):
             joint[np.ix_(rows, columns)] = block
-    prior = np.zeros((values + shifts, values + shifts))
-    prior[values:, values:] = _prior(problem)
+    prior = np.zeros_like(joint)
+    prior[values:, values:] = problem.beliefs.weight
     scale = np.sqrt(np.maximum(np.diag(joint), 1e-300))
     said = np.linalg.pinv(joint / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
     said = (said - prior) / fewer + prior
@@ -162,12 +162,6 @@ def _covariance(problem: Problem, fit: Fit, fewer: float) -> Array:
     value, vector = np.linalg.eigh(0.5 * (said + said.T))
     kept = np.maximum(value, 1e-9)
     return np.asarray((vector / kept) @ vector.T * np.outer(scale, scale))
-
-
-def _prior(problem: Problem) -> Array:
-    """Information that is believed of the shifts before a recording, shape (shifts, shifts)."""
-    weight = problem.beliefs.weight
-    return weight if weight.ndim == 2 else np.asarray(np.diag(weight))
 
 
 def _speeds(figures: Sequence[Figure]) -> list[dict[str, float] | None]:

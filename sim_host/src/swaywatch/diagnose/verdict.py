@@ -241,7 +241,9 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         word, fit, base, search.problem, equivalents, confidence, ranked[:8], noise,
         max(best.evidence - plain.evidence, 0.0),
     )  # fmt: skip
-    if not explained(base, fit):
+    # beside the user's own simulation our plant is a correction, and what it leaves is said beside
+    # the claim
+    if search.problem.free_start and not explained(base, fit):
         result.word = "unexplained"
     return result
 

@@ -78,7 +78,7 @@ EFFECTS = [
         equation="phi'' + 2 z w phi' + factor w^2 phi = M: load transfer and slip follow the roll",
         source="balance of roll moments",
         parameters=(
-            Parameter("factor", "-", 1.0, 0.3, 4.0, (1.2, 0.85), 0.02, 0.05),
+            Parameter("factor", "-", 1.0, 0.1, 4.0, (1.2, 0.85), 0.02, 0.05),
             Parameter("moved_share", "-", 0.0, -0.9, 0.9, (0.0,), 0.002, 1e9),
             *ROLL_PARAMETERS,
             Parameter("hitch_in_phase", "-", 0.0, -1.0, 1.0, (0.0,), 1e-3, 1e9),
