@@ -475,23 +475,28 @@ class Search:
         under = self.constants(self.close, near, effects) if far else []
         free = self.constants(self.judge, parent, effects) if self.releases else []
         polished = self.judge.side_by_side(self.released, under[:POLISHED])
-        return self._unbent([*polished, *free], parent)
+        return self._unbent([*polished, *free], parent, under[:POLISHED])
 
-    def _unbent(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
-        """The best of each, and once more from rest where they take away much of the misfit."""
+    def _unbent(self, fits: Sequence[Fit], parent: Fit, watched: Sequence[Fit] = ()) -> list[Fit]:
+        """The best of each, and once more from rest where they take away much of the misfit.
+
+        Near the critical speed what starts from a bent vehicle may not reach free simulation at
+        all: the best of those `watched` by the observer start from rest too.
+        """
         best = _best_of_each(fits)
         if best and best[0].chi2 < BENT * parent.chi2:
-            best = _best_of_each([*best, *self._from_rest(best)])
+            again = _best_of_each([*best[:BEAM], *watched])
+            best = _best_of_each([*best, *self._from_rest(again)])
         return best
 
     def _from_rest(self, fits: Sequence[Fit]) -> list[Fit]:
-        """The best fits once more from the vehicle as believed.
+        """Fits once more from the vehicle as believed.
 
         A parent that lacks the effect has bent the believed values to make up for it; a fit that
         starts from them may not find back.
         """
         start = self.close.start()
-        again = [replace(f, shift=start.shift, nuisance=start.nuisance) for f in fits[:BEAM]]
+        again = [replace(f, shift=start.shift, nuisance=start.nuisance) for f in fits]
         near = self.close.side_by_side(lambda f: self.close.run(f, 12), again)
         return self.judge.side_by_side(self.released, near)
 

@@ -22,11 +22,14 @@ from swaywatch.diagnose.evidence import (
 )
 from swaywatch.diagnose.fit import Fit, Problem
 from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.search import Candidate, Progress, Search, level
+from swaywatch.diagnose.road_vehicle import WITHIN
+from swaywatch.diagnose.search import BENT, Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
 
+#: Misfit, over that of a vehicle on springs, up to which one effect on a rigid one is enough.
+ALONE = 1.1
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
@@ -195,9 +198,38 @@ def decide(planar: Sequence[Search], springs: Search | None, progress: Progress)
     return replace(_verdict(paths), paths=paths)
 
 
+def _alone(paths: Sequence[Path], chosen: Path) -> Path | None:
+    """The rigid vehicle with one effect that every road vehicle has, where that one is enough.
+
+    A vehicle on springs has all of them within its beliefs and explains the recording too; but who
+    knows a rigid one wants to hear which one it lacks.
+    """
+    if chosen.best.fit.terms:
+        return None
+    for path in paths:
+        if path is chosen:
+            continue
+        ones = [c for c in path.search.tried if len(c.fit.terms) == 1]
+        ones = [c for c in ones if _of_the_road(c.fit.terms[0])]
+        best = min(ones, key=lambda c: c.fit.chi2, default=None)
+        if best is None or best.fit.chi2 > ALONE * chosen.base.fit.chi2:
+            continue
+        if best.fit.chi2 < BENT * path.base.fit.chi2 and explained(path.base.fit, best.fit):
+            return replace(path, best=best)
+    return None
+
+
+def _of_the_road(term: Term) -> bool:
+    """A noticeable effect that every road vehicle has."""
+    return term.effect.id in WITHIN and noticeable(term)
+
+
 def _verdict(paths: Sequence[Path]) -> Verdict:
-    plain = max((p.search.weighed(p.base) for p in paths), key=lambda c: c.evidence)
     chosen = max(paths, key=lambda p: p.search.weighed(p.best).evidence)
+    alone = _alone(paths, chosen)
+    if alone is not None:
+        chosen, paths = alone, [alone]
+    plain = max((p.search.weighed(p.base) for p in paths), key=lambda c: c.evidence)
     search, noise = chosen.search, chosen.search.noise
     best = search.weighed(chosen.best)
     every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
