@@ -126,7 +126,10 @@ def effects_table(result: Mapping[str, Any]) -> str:
     head = [
         "", "what", "where", "when", "line", "confidence", "would do as well", "model",
     ]  # fmt: skip
-    return table(head, rows) if rows else "<p>No effect is claimed.</p>"
+    if rows:
+        return table(head, rows)
+    law = "; the law below is" if result.get("discovered") else ""
+    return f"<p>No effect of the library is claimed{law}.</p>"
 
 
 def amounts(result: Mapping[str, Any]) -> str:

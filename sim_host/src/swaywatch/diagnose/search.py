@@ -23,6 +23,7 @@ from swaywatch.diagnose.locate import (
     widened,
     windows,
 )
+from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.sparse_course import sparse_course
 from swaywatch.diagnose.term import Term
 
@@ -43,6 +44,7 @@ MOST_WINDOWS = 40
 RELEASED = (0.5, 0.0)
 BENT = 0.8  # an effect that takes more of the misfit away has bent the values of its parent
 LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
+TRAILER_FRONT = BODY.index("trailer.front_cornering_stiffness")
 SHAPING = 1e6  # a value whose least claim is beyond it only shapes its effect
 FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
@@ -230,7 +232,7 @@ class Search:
         self.releases = [Fitter(replace(problem, observer=o)) for o in RELEASED] if own else []
         self.effects = [
             e
-            for e in effects
+            for e in _told_apart(effects, problem)
             if all(n in problem.runs[0].channels for n in e.needs)
             and (not own or not e.extra.get("needs_simulation"))
         ]
@@ -531,6 +533,18 @@ class Search:
     def _by_chance(course: Course) -> float:
         """What a course of so many pulses gains by chance."""
         return float(2 * sum(a.size for a in course.amplitude))
+
+
+def _told_apart(effects: Sequence[Effect], problem: Problem) -> list[Effect]:
+    """Effects without those at an axle of a trailer that has only one: it is the trailer's."""
+    if problem.body[TRAILER_FRONT] > 0.0:
+        return list(effects)
+    whole = {e.id for e in effects if e.component == "trailer"}
+    return [
+        e
+        for e in effects
+        if e.component != "trailer_front" and not (e.component == "trailer_rear" and e.id in whole)
+    ]
 
 
 def _window_worth(fit: Fit) -> float:
