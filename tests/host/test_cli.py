@@ -346,10 +346,14 @@ sys.exit(cli.main(["roles"]))
 
 def _interrupted(words: list[str], cwd: Path, sign: str) -> tuple[int, float]:
     """Exit code, and seconds from Ctrl-C (sent when `sign` is printed) to the end."""
-    with subprocess.Popen(
+    # a shell hands a job in the background an ignored Ctrl-C, which its children would inherit
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    process = subprocess.Popen(
         words, cwd=cwd, env={**os.environ, "PYTHONUNBUFFERED": "1"}, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    ) as process:  # fmt: skip
+    )  # fmt: skip
+    signal.signal(signal.SIGINT, before)
+    with process:
         assert process.stdout is not None
         while sign not in (line := process.stdout.readline()):
             assert line, f"ended before {sign!r}"
