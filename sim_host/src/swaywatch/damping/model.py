@@ -108,6 +108,7 @@ def load_model(text: str) -> LinearModel:
     if suffix == ".mat":
         try:
             content = scipy.io.loadmat(path)
+        # scipy says so of the HDF5 format of MATLAB 7.3
         except (ValueError, NotImplementedError, OSError) as error:
             raise ModelError(f"{path}: not a MAT file that can be read ({error})") from error
         return _from_arrays(path, content)

@@ -239,6 +239,8 @@ class Search:
         self.progress = progress
         self.noise = 1.0
         self.tried: list[Candidate] = []
+        #: By the identity of a parent: itself, under the observer, and its fits with one effect.
+        self._found: dict[int, tuple[Fit, Fit, list[Fit]]] = {}
 
     def baseline(self) -> Candidate:
         """The calibrated vehicle, nothing missing."""
@@ -457,8 +459,7 @@ class Search:
         open_ = [
             e for e in self.effects if (e.id, e.component) not in taken and e.id not in in_windows
         ]
-        near = self.close.run(parent, 6)
-        fits = self._constants(near, parent, [e for e in open_ if not e.windowed])
+        near, fits = self._lasting(parent, [e for e in open_ if not e.windowed])
         settled = level(parent) > REMAINS and bool(fits) and explained(parent, fits[0])
         if windowed and not settled:
             found = self._windowed(near, [e for e in open_ if e.windowed])
@@ -471,13 +472,21 @@ class Search:
         self.tried += candidates
         return sorted(map(self.weighed, candidates), key=lambda c: -c.evidence)
 
-    def _constants(self, near: Fit, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
-        """Effects without windows, found under the observer and free of it, best first."""
+    def _lasting(self, parent: Fit, effects: Sequence[Effect]) -> tuple[Fit, list[Fit]]:
+        """The parent under the observer; effects without windows, found there and free of it.
+
+        Best first. Asked again about the same parent it answers what it found before.
+        """
+        if id(parent) in self._found:
+            return self._found[id(parent)][1:]
+        near = self.close.run(parent, 6)
         far = not self.releases or level(parent) > LINEAR
         under = self.constants(self.close, near, effects) if far else []
         free = self.constants(self.judge, parent, effects) if self.releases else []
         polished = self.judge.side_by_side(self.released, under[:POLISHED])
-        return self._unbent([*polished, *free], parent, under[:POLISHED])
+        fits = self._unbent([*polished, *free], parent, under[:POLISHED])
+        self._found[id(parent)] = parent, near, fits
+        return near, fits
 
     def _unbent(self, fits: Sequence[Fit], parent: Fit, watched: Sequence[Fit] = ()) -> list[Fit]:
         """The best of each, and once more from rest where they take away much of the misfit.

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.fit import NUISANCES, Background, Fit, Fitter, Trial
-from swaywatch.diagnose.locate import PULSE_S, Course
+from swaywatch.diagnose.fit import NUISANCES, Fit, Fitter, Trial
+from swaywatch.diagnose.locate import PULSE_S, Course, joined
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
@@ -93,30 +93,15 @@ class _Sparse:
         """Cost of the pulses' own priors."""
         return level * float(np.dot(self.weight, self.flat(point.pulses) ** 2))
 
-    def background(self, point: _Point) -> Background:
-        """Derivatives to beliefs, offsets and start values of all runs."""
-        runs = range(len(point.pulses))
-        asked = []
-        for r in runs:
-            terms = (*self.parent.terms, self.term(point.pulses[r], r))
-            fit = Fit(terms, point.nuisance, point.shift)
-            asked.append(self.fitter.background_trials(r, fit))
-        moved = self.fitter.evaluate_all([t for trials in asked for t in trials])
-        found: Background = {}
-        first = 0
-        for r, trials in enumerate(asked):
-            columns = self.fitter.background(r, point.errors[r], moved[first : first + len(trials)])
-            first += len(trials)
-            found[r] = columns, columns.T @ columns
-        return found
-
     def normal(self, point: _Point, level: float) -> tuple[Array, Array]:
         """J'J and J'e, with all priors."""
         b, runs = len(self.beliefs), range(len(point.pulses))
         own = NUISANCES if self.fitter.problem.free_start else 0
         size = self.n + b + own * len(point.pulses)
         hessian, gradient = np.zeros((size, size)), np.zeros(size)
-        backgrounds = self.background(point)
+        terms = joined([self.term(point.pulses[r], r) for r in runs])
+        whole = Fit((*self.parent.terms, terms), point.nuisance, point.shift)
+        backgrounds = self.fitter.backgrounds(whole, runs, point.errors)
         first = 0
         for r in runs:
             trials = []
