@@ -15,16 +15,19 @@ from swaywatch.models.multibody_vehicle import (
     Combination,
     Damper,
     reference_combination,
-    static_loads,
 )
 
 Array = NDArray[np.float64]
-DURATION_S = {"run1": 38.3, "run2": 36.3, "run3": 28.3}
+#: After it the manoeuvres of a run are driven again.
+PATTERN_S = 38.3
 RATE_HZ = 500.0
 
 
 def draw_combination(rng: Generator) -> Combination:
-    """The reference combination, or a variation of it that is about as stable."""
+    """The reference combination, or a variation of it that is about as stable.
+
+    For cases beside a user's simulation, whose caravan has two axles with wheel force rims.
+    """
     whole = reference_combination()
     if rng.random() < 0.5:
         return whole
@@ -96,40 +99,15 @@ def with_suspension(whole: Combination) -> Combination:
     return replace(whole, car=body(whole.car, car), trailer=body(whole.trailer, trailer))
 
 
-def vehicle_toml(whole: Combination) -> str:
-    """Vehicle file of a combination."""
-    lines = ["# What the user believes of this combination (SI units)."]
-    loads = static_loads(whole)
-    for number, (name, body) in enumerate((("car", whole.car), ("trailer", whole.trailer))):
-        values = {
-            "mass": body.mass_kg,
-            "yaw_inertia": body.yaw_inertia_kgm2,
-            "front_axle_to_cog": abs(body.front.to_cog_m),
-            "rear_axle_to_cog": abs(body.rear.to_cog_m),
-            "hitch_to_cog": body.hitch_to_cog_m,
-        }
-        if name == "car":
-            values["steering_ratio"] = whole.steering_ratio
-        values |= {
-            "front_cornering_stiffness": body.front.cornering_stiffness_n_rad,
-            "rear_cornering_stiffness": body.rear.cornering_stiffness_n_rad,
-            "front_axle_load": loads[2 * number],
-            "rear_axle_load": loads[2 * number + 1],
-        }
-        lines.append(f"[{name}]")
-        lines += [f"{key} = {float(f'{value:.6g}')}" for key, value in values.items()]
-    return "\n".join(lines) + "\n"
-
-
-def signals_toml(whole: Combination, dbc: str, hidden: tuple[str, ...], *, trailer: bool) -> str:
-    """Roles of the signals; hidden ones are left out."""
+def signals_toml(rear_m: float, dbc: str, hidden: tuple[str, ...], *, trailer: bool) -> str:
+    """Roles of the signals; hidden ones are left out. `rear_m`: where LatAccRear1 is believed."""
     rows = [
         ("steering_wheel_angle", '"SteeringWheelAngle"'),
         ("speed", '"VehicleSpeed"'),
         ("car_yaw_rate", '"YawRate1"'),
         (
             "car_lateral_acceleration",
-            f'{{ signal = "LatAccRear1", position = {whole.car.rear.to_cog_m} }}',
+            f'{{ signal = "LatAccRear1", position = {rear_m:.4f} }}',
         ),
         ("trailer_yaw_rate", '"YawRate2"'),
         ("trailer_lateral_acceleration", '{ signal = "LatAcc2", position = 0.0 }'),
@@ -151,9 +129,9 @@ def signals_toml(whole: Combination, dbc: str, hidden: tuple[str, ...], *, trail
     return "\n".join(lines) + "\n"
 
 
-def times(run: str) -> Array:
+def times(length_s: float) -> Array:
     """Times of a run's inputs."""
-    return np.arange(0.0, DURATION_S[run], 1.0 / RATE_HZ)
+    return np.arange(0.0, length_s, 1.0 / RATE_HZ)
 
 
 def _pulse(time: Array, start: float, length: float) -> Array:
@@ -179,7 +157,7 @@ def _slalom(time: Array, rng: Generator) -> Array:
     start, change = 2.0, 18.0 + rng.uniform(-0.5, 0.5)
     rise = np.clip((time - start) / 2.0, 0.0, 1.0)
     first = 0.55 * rise * np.sin(2 * np.pi * low * (time - start))
-    second = np.sin(2 * np.pi * high * (time - change))
+    second = np.sin(2 * np.pi * high * (time - change)) * (time < PATTERN_S)
     return np.where(time < start, 0.0, np.where(time < change, first, second))
 
 
@@ -194,18 +172,20 @@ def _lane_change(time: Array, rng: Generator) -> Array:
 SHAPES = {"run1": _impulses, "run2": _slalom, "run3": _lane_change}
 
 
-def steering(run: str, size_deg: float, seed: int) -> Array:
+def steering(run: str, length_s: float, size_deg: float, seed: int) -> Array:
     """Steering wheel angle of a run, rad; the same seed gives the same shape at any size."""
     rng = np.random.default_rng(seed)
-    time = times(run)
+    time = times(length_s)
     shape = SHAPES[run](time, rng)
+    for start in np.arange(PATTERN_S, length_s - 10.0, PATTERN_S):
+        shape = shape + rng.uniform(0.6, 1.0) * SHAPES[run](time - start, rng) * (time > start)
     return np.asarray(np.radians(size_deg * shape + _restless(time, rng, 0.28)))
 
 
-def speed(run: str, mean_m_s: float, seed: int) -> Array:
+def speed(length_s: float, mean_m_s: float, seed: int) -> Array:
     """Speed of a run, m/s: two slow waves about the mean."""
     rng = np.random.default_rng(seed)
-    time = times(run)
+    time = times(length_s)
     total = np.full_like(time, mean_m_s)
     for period, size in ((rng.uniform(9.0, 12.0), 0.13), (rng.uniform(14.0, 20.0), 0.1)):
         total += size * np.sin(2 * np.pi * (time / period + rng.random()))

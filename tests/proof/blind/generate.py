@@ -13,15 +13,17 @@ import json
 import multiprocessing
 import shutil
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import drives
 import effects
+import knowledge
 import numpy as np
 import recorder
 from effects import Draw
+from knowledge import Knowledge
 from numpy.random import Generator
 from numpy.typing import NDArray
 
@@ -36,6 +38,7 @@ Plants = tuple[Multibody, Multibody]
 SUFFIXES = (".blf", ".mf4", ".asc", ".log")
 KINDS = ("clean", "planar", "simulation", "clean_simulation", "pair", "outside", "fault")
 SHARES = (0.12, 0.48, 0.18, 0.04, 0.09, 0.05, 0.04)
+FASTEST_M_S = 37.0
 NOT_OF_THE_CASES = ("score.py", "diagnose_all.py", "calibrate.py", "table.py")
 
 
@@ -47,6 +50,8 @@ class Case:
     draws: list[Draw]
     healthy: Combination
     base: Physics
+    known: Knowledge
+    always: dict[str, dict[str, Any]] = field(default_factory=dict)
     hidden: tuple[str, ...] = ()
     noise_factor: float = 1.0
     seeds: dict[str, Any] = field(default_factory=dict)
@@ -59,7 +64,7 @@ class Case:
 
     def sensors(self) -> dict[str, dict[str, Any]]:
         """Sensor faults of all effects, by signal."""
-        out: dict[str, dict[str, Any]] = {}
+        out = {name: dict(fault) for name, fault in self.always.items()}
         for draw in self.draws:
             for signal, fault in draw.sensors.items():
                 out[signal] = out.get(signal, {}) | fault
@@ -77,14 +82,15 @@ class Case:
 
     def inputs(self, run: str, mean_m_s: float, size_deg: float, *, healthy: bool) -> Inputs:
         """Inputs of a run, with what the effects put in."""
-        time = drives.times(run)
+        length = self.known.lengths_s[run]
+        time = drives.times(length)
         extra: dict[str, Any] = {}
         for draw in [] if healthy else self.draws:
             extra |= draw.inputs(run, time)
         return Inputs(
             time,
-            drives.steering(run, size_deg, self.seeds["steer"] + int(run[3])),
-            drives.speed(run, mean_m_s, self.seeds["speed"] + int(run[3])),
+            drives.steering(run, length, size_deg, self.seeds["steer"] + int(run[3])),
+            drives.speed(length, mean_m_s, self.seeds["speed"] + int(run[3])),
             **extra,
         )
 
@@ -97,35 +103,60 @@ def full_physics() -> Physics:
     )  # fmt: skip
 
 
-def draw_kind(rng: Generator, index: int) -> tuple[str, list[Draw]]:
-    """Kind of the case and its effects; strengths are spread evenly."""
+#: What tier F has in any case: it is not what is concealed there.
+ALWAYS_THERE = (
+    effects.tyre_relaxation, effects.tyre_saturation, effects.tyre_load_sensitivity,
+    effects.sensor_roll_gravity,
+)  # fmt: skip
+
+
+def road_physics(rng: Generator) -> Physics:
+    """Bodies on springs, tyres that saturate, relax and are sensitive to load."""
+    front, rear = map(float, rng.uniform(0.15, 0.35, 2))
+    return Physics(
+        full=True, tyre_law="magic_formula", peak_friction=float(rng.uniform(0.95, 1.15)),
+        load_degression=float(rng.uniform(0.03, 0.08)), relaxation_m=(front, front, rear, rear),
+        drag_area_m2=(0.7, 2.0),
+    )  # fmt: skip
+
+
+def draw_kind(rng: Generator, index: int) -> tuple[str, list[Draw], Knowledge]:
+    """Kind of the case, its effects, what is known; strengths are spread evenly."""
     kind = str(rng.choice(KINDS, p=SHARES))
     strength = float(rng.uniform(0.0, 1.0))
+    known = knowledge.draw(rng, tier="A" if "simulation" in kind else None)
 
     def make(function: Any, u: float) -> Draw:
         draw: Draw = function(rng, u)
         draw.strength = u
         return draw
 
+    def open_to(functions: tuple[Any, ...]) -> list[Any]:
+        return [f for f in functions if not (known.sprung and f in ALWAYS_THERE)]
+
+    draws = []
     if kind == "planar":
-        return kind, [make(effects.PLANAR[index % len(effects.PLANAR)], strength)]
-    if kind == "simulation":
-        return kind, [make(rng.choice(np.array(effects.WITH_SIMULATION)), strength)]
-    if kind == "pair":
-        first, second = rng.choice(np.array(effects.PAIRS), 2, replace=False)
-        return kind, [make(f, float(rng.uniform(0.45, 1.0))) for f in (first, second)]
-    if kind == "outside":
-        return kind, [make(rng.choice(np.array(effects.OUTSIDE)), strength)]
-    if kind == "fault":
-        return kind, [make(effects.outside_sensor, strength)]
-    return kind, []
+        among = open_to(effects.PLANAR)
+        draws = [make(among[index % len(among)], strength)]
+    elif kind == "simulation":
+        draws = [make(rng.choice(np.array(effects.WITH_SIMULATION)), strength)]
+    elif kind == "pair":
+        first, second = rng.choice(np.array(open_to(effects.PAIRS)), 2, replace=False)
+        draws = [make(f, float(rng.uniform(0.45, 1.0))) for f in (first, second)]
+    elif kind == "outside":
+        draws = [make(rng.choice(np.array(effects.OUTSIDE)), strength)]
+    elif kind == "fault":
+        draws = [make(effects.outside_sensor, strength)]
+    if any(draw.windows for draw in draws) or "simulation" in kind:
+        known = replace(known, lengths_s=knowledge.USUAL_S)
+    return kind, draws, known
 
 
-def draw_hidden(rng: Generator, draws: list[Draw]) -> tuple[str, ...]:
-    """Now and then some channels are missing, never one that is faulty itself."""
+def draw_hidden(rng: Generator, draws: list[Draw], known: Knowledge) -> tuple[str, ...]:
+    """What the tier lacks, now and then another channel; never one that is faulty itself."""
     groups = (("FzFL", "FzFR", "FzRL", "FzRR"), ("HitchFx", "HitchFy"), ("LatAcc2",))
-    hidden: tuple[str, ...] = ()
-    if rng.random() < 0.15:
+    hidden = known.hidden
+    if not hidden and rng.random() < 0.15:
         hidden = groups[int(rng.integers(len(groups)))]
     used = {name for draw in draws for name in draw.sensors}
     return () if used & set(hidden) else hidden
@@ -134,17 +165,24 @@ def draw_hidden(rng: Generator, draws: list[Draw]) -> tuple[str, ...]:
 def draw_case(seed: int, index: int) -> Case:
     """Case number `index` of a seed."""
     rng = np.random.default_rng((seed, index))
-    kind, draws = draw_kind(rng, index)
-    whole = drives.draw_combination(rng)
-    base = Physics()
+    kind, draws, known = draw_kind(rng, index)
+    base, always = Physics(), {}
     if "simulation" in kind:
-        whole, base = drives.with_suspension(whole), full_physics()
+        whole, base = drives.with_suspension(drives.draw_combination(rng)), full_physics()
+    else:
+        whole = knowledge.draw_combination(rng)
+    if known.sprung:
+        whole, base = knowledge.on_springs(whole), road_physics(rng)
+        sees = float(rng.random() < 0.5)
+        always = {name: {"roll_gravity": sees} for name in ("LatAccRear1", "LatAcc2") if sees}
     return Case(
         kind,
         draws,
         whole,
         base,
-        hidden=draw_hidden(rng, draws),
+        known,
+        always,
+        hidden=draw_hidden(rng, draws, known),
         noise_factor=float(rng.uniform(0.8, 1.3)),
         suffix=SUFFIXES[index % len(SUFFIXES)],
         seeds={name: int(rng.integers(2**31)) for name in ("steer", "speed", "noise")},
@@ -171,18 +209,25 @@ def bus_signals(motion: Motion, case: Case, run: str, *, healthy: bool) -> dict[
         out[f"Fy{name}"], out[f"Fz{name}"] = motion.wheel_fy_n[i], motion.wheel_fz_n[i]
     if case.simulated:
         out["HitchFz"] = motion.hitch_z_n
+    _tilt(out, motion, case.always)
     if healthy:
         return out
-    time = drives.times(run)
+    time = drives.times(case.known.lengths_s[run])
     for draw in case.draws:
+        _tilt(out, motion, draw.sensors)
         for name, fault in draw.sensors.items():
-            if "roll_gravity" in fault:
-                roll = motion.roll_rad if name == "LatAccRear1" else motion.trailer_roll_rad
-                out[name] = out[name] + GRAVITY * np.sin(fault["roll_gravity"] * roll)
             if "bank" in fault:
                 bank = np.interp(motion.time_s, time, draw.inputs(run, time)["bank_rad"])
                 out[name] = out[name] + GRAVITY * np.sin(bank)
     return out
+
+
+def _tilt(out: dict[str, Array], motion: Motion, sensors: dict[str, dict[str, Any]]) -> None:
+    """Gravity in accelerometers that roll with their body."""
+    for name, fault in sensors.items():
+        if "roll_gravity" in fault:
+            roll = motion.roll_rad if name == "LatAccRear1" else motion.trailer_roll_rad
+            out[name] = out[name] + GRAVITY * np.sin(fault["roll_gravity"] * roll)
 
 
 def _peak(motion: Motion) -> float:
@@ -304,7 +349,9 @@ def _answer(case: Case, name: str, truths: dict[str, Any]) -> dict[str, Any]:
         "hidden_channels": list(case.hidden),
         "noise_factor": round(case.noise_factor, 3),
         "simulation": case.simulated,
-        "varied_vehicle": case.healthy.car.mass_kg != 1955.0,
+        "tier": case.known.tier,
+        "lengths_s": case.known.lengths_s,
+        "single_axle": knowledge.single_axle(case.healthy),
         **truths,
     }
 
@@ -335,6 +382,7 @@ def make_run(case: Case, plants: Plants, run: str, mean_m_s: float, place: Path)
 
 def make_runs(case: Case, plants: Plants, top: float, out: Path, answers: Path) -> Json:
     """Write the three runs of a case, the fastest near the speed `top`; the truth of each."""
+    top = min(top, FASTEST_M_S)
     speeds = {"run1": top, "run2": min(25.0, 0.8 * top), "run3": 0.94 * top}
     if case.simulated:
         speeds["run1"] = 0.96 * top
@@ -366,9 +414,10 @@ def make_case(seed: int, index: int, out: Path, answers: Path) -> str:
             top *= 0.9
     dbc = "measurement_trailer.dbc" if case.simulated else "measurement.dbc"
     user = {key: factor for draw in case.draws for key, factor in draw.user.items()}
-    vehicle = drives.vehicle_toml(drives.believed(case.healthy, user))
+    vehicle = knowledge.vehicle_toml(case.healthy, case.known, user)
     (out / name / "vehicle.toml").write_text(vehicle)
-    roles = drives.signals_toml(case.healthy, dbc, case.hidden, trailer=case.simulated)
+    rear = case.healthy.car.rear.to_cog_m + case.known.shift_m["car"]
+    roles = drives.signals_toml(rear, dbc, case.hidden, trailer=case.simulated)
     (out / name / "signals.toml").write_text(roles)
     kept.write_text(json.dumps(_answer(case, name, truths), indent=1, default=float))
     return name

@@ -131,10 +131,13 @@ class Linear:
     def _projected(self, column: Array) -> Array:
         return np.asarray(column - self.q @ (self.q.T @ column))
 
-    def best(self, effects: Sequence[Effect]) -> list[tuple[float, tuple[float, ...], Effect]]:
+    def best(
+        self, effects: Sequence[Effect], *, shaped: bool = True
+    ) -> list[tuple[float, tuple[float, ...], Effect]]:
         """Of each effect the largest drop of chi2 that a start promises, and values to begin with.
 
-        Those that promise nothing are left out; best first.
+        Those that promise nothing are left out; best first. Not `shaped`: values that only shape
+        an effect stay where they start.
         """
         tried = [(e, values) for e in effects for values in _starts(e)]
         moved = self._moved(tried)
@@ -144,7 +147,7 @@ class Linear:
             key = form_of(effect)
             if gain > found.get(key, (0.0,))[0]:
                 found[key] = gain, tuple(float(x) for x in toward), effect
-        known = [self._with_form(f) for f in found.values()]
+        known = [self._with_form(f) if shaped else f for f in found.values()]
         return sorted(known, key=lambda f: -f[0])
 
     def _moved(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> list[Array]:

@@ -22,9 +22,18 @@ from swaywatch.diagnose.evidence import APART, CLAIMED, DISCREPANCY, inflation, 
 from swaywatch.diagnose.fit import Fit, Fitter, predict_run
 from swaywatch.diagnose.holdout import carried, start_values
 from swaywatch.diagnose.judge import errors, nrmse
+from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.search import Candidate, Linear, Progress, Search
 from swaywatch.diagnose.term import Term
-from swaywatch.discover.grammar import FREQUENCIES_HZ, ID, Law, effect_of, grammar, refined
+from swaywatch.discover.grammar import (
+    BODIES,
+    FREQUENCIES_HZ,
+    ID,
+    Law,
+    effect_of,
+    grammar,
+    refined,
+)
 
 Array = NDArray[np.float64]
 
@@ -32,6 +41,9 @@ SHORT_LIST = 12  # laws that are fitted under the observer
 POLISHED = 2  # of them in free simulation, beside each parent, ...
 MOST_POLISHED = 4  # ... and of all
 NEAR = 1.15  # misfit under the observer, over the least, up to which a law is followed
+SWING_HZ = (0.6, 0.8, 1.0, 1.4)  # where a swinging mass is looked for in the vehicle as believed
+SWING_SHARE = 0.07  # of the body's mass, to begin with
+SEVERAL = 2  # library effects that may be one law
 #: Share of the misfit that is left by which a law has to lower it beside library effects.
 BESIDE_KNOWN = 0.03
 #: Error of a left-out run with the law over that with the library: better, not only as good.
@@ -117,7 +129,8 @@ class Hunt:
         near = self.search.close.run(parent, 6)
         course = Linear(self.search.close, near)
         best: dict[tuple[str, int], tuple[float, tuple[float, ...], Effect]] = {}
-        for row in course.best(grammar()):
+        # a frequency is not to be extrapolated: each start keeps its own
+        for row in course.best(grammar(), shaped=False):
             best.setdefault((row[2].component, _band(row[2])), row)
         ranked = sorted(best.values(), key=lambda row: -row[0])[:SHORT_LIST]
         starts = [replace(near, terms=(*near.terms, Term(e, v))) for _, v, e in ranked]
@@ -125,7 +138,32 @@ class Hunt:
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
         least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
+        found = [Candidate(f, parent) for f in fits if f.chi2 < least]
+        return found if parent.terms else [*found, *self._swinging(parent, least)]
+
+    def _swinging(self, parent: Fit, least: float) -> list[Candidate]:
+        """Swinging masses in the vehicle as believed, where the library is not plain.
+
+        Near the frequency of the sway such a mass changes the whole motion; a vehicle bent to make
+        up for it is too far from the true one for the mass to be found beside it.
+        """
+        if self.path.clean and len(self.path.best.fit.terms) < SEVERAL:
+            return []
+        close = self.search.close
+        start = close.start()
+        effects = [effect_of(Law(body, "swing"), hz) for body in BODIES for hz in SWING_HZ]
+        masses = {body: close.problem.body[BODY.index(f"{body}.mass")] for body in BODIES}
+        starts = [
+            replace(start, terms=(Term(e, self._at_start(e, SWING_SHARE * masses[body])),))
+            for e, body in zip(effects, np.repeat(BODIES, len(SWING_HZ)), strict=True)
+        ]
+        fits = close.side_by_side(lambda f: close.run(f, 10), starts)
         return [Candidate(f, parent) for f in fits if f.chi2 < least]
+
+    @staticmethod
+    def _at_start(effect: Effect, mass_kg: float) -> tuple[float, ...]:
+        """Values of a swinging mass of a size."""
+        return (mass_kg, *(p.starts[0] for p in effect.parameters[1:]))
 
     def polish(self, candidates: Sequence[Candidate]) -> None:
         """Fits in free simulation, from the parent's values or from the vehicle as believed.
