@@ -191,6 +191,122 @@ def test_rate_and_format_of_the_file_do_not_matter(tmp_path: Path, suffix: str) 
         assert point.damping_ratio.value == pytest.approx(truth, abs=0.01)
 
 
+# --- short recordings, controllers, other people's files ------------------------------------------
+
+
+def dutch_roll(gain: float, rate_hz: float, rows: int, seed: int) -> tuple[Array, Array, float]:
+    """Sideslip, roll and yaw rate of an aeroplane after a rudder doublet at 5 s; rudder; truth.
+
+    `gain`: of a yaw damper on the rudder, which is in the rudder's signal.
+    """
+    a = np.array([[-0.12, 0, -1, 0.054], [-9, -1.6, 0.5, 0], [3, -0.06, -0.25, 0], [0, 1, 0, 0]])
+    b = np.array([[0.02], [1.0], [-1.8], [0.0]])
+    closed = a + b @ np.array([[0.0, 0.0, gain, 0.0]])
+    gust = np.array([[0.3], [0.2], [0.2], [0.0]])
+    time = np.arange(rows) / rate_hz
+    pilot = 0.05 * (((time >= 5) & (time < 5.8)) * 1.0 - ((time >= 5.8) & (time < 6.6)) * 1.0)
+    rng = np.random.default_rng(seed)
+    system = signal.StateSpace(closed, np.hstack([b, gust]), np.eye(4), np.zeros((4, 2)))
+    _, state, _ = signal.lsim(system, np.column_stack([pilot, rng.normal(0, 0.004, rows)]), time)
+    poles = np.linalg.eigvals(closed)
+    pole = poles[np.argmax(poles.imag)]
+    value = state[:, :3] + rng.normal(0, 0.0008, (rows, 3))
+    return value, (pilot + gain * state[:, 2])[:, None], float(-pole.real / abs(pole))
+
+
+def test_dutch_roll_with_and_without_its_damper() -> None:
+    """The swing without the damper fills a record of 25 s; the damper moves the rudder."""
+    estimator = Estimator()
+    inside, points = [], {}
+    for gain in (0.0, 0.5):
+        for seed in range(6):
+            value, rudder, truth = dutch_roll(gain, 20.0, 500, seed)
+            found = find(a_run(value, 0.05, rudder), BAND, estimator)
+            own = points_of(found)[:1]
+            assert own, (gain, seed)
+            assert own[0].start_s > 5.8
+            assert any(event.followed_by for event in found.events) == (gain > 0.0)
+            points.setdefault(gain, []).append(own[0])
+            inside.append(abs(own[0].damping_ratio.value - truth) <= own[0].damping_ratio.half)
+    assert sum(inside) >= 10
+    both = compare_groups(points[0.0], points[0.5], ("off", "on"))
+    assert both is not None
+    assert both.p_value < 1e-3
+
+
+def test_short_recordings_hold_their_truth() -> None:
+    """4 to 20 cycles with one swing: found, and no surer than the motion meanwhile allows."""
+    rng = np.random.default_rng(11)
+    estimator = Estimator()
+    inside: list[bool] = []
+    for ratio in (0.02, 0.05, 0.15, 0.35):
+        for cycles, before in ((4, 0.0), (8, 0.0), (8, 1.5), (20, 2.0)):
+            for _ in range(3):
+                value = disturbed_swing(rng, 1.0, ratio, 40.0, 0.02)
+                period = 16 if ratio > 0.1 else 40
+                first = int((period - before) * 40.0)
+                part = value[first : first + cycles * 40]
+                points = points_of(find(a_run(part, 0.025), BAND, estimator))
+                assert points, (ratio, cycles, before)
+                truth = abs(points[0].damping_ratio.value - ratio)
+                inside.append(truth <= points[0].damping_ratio.half)
+    assert np.mean(inside) >= 0.8, np.mean(inside)
+
+
+def test_short_recordings_of_nothing_are_nothing() -> None:
+    rng = np.random.default_rng(3)
+    estimator = Estimator()
+    free, windows = 0, 0.0
+    for ratio in (0.05, 0.15, 0.4):
+        for cycles in (6, 12, 30):
+            for _ in range(4):
+                value = disturbed_swing(rng, 1.0, ratio, 40.0, 1e3)[: cycles * 40]
+                points = points_of(find(a_run(value, 0.025), BAND, estimator))
+                free += sum(point.determinable for point in points)
+                windows += cycles / 2.0
+    assert free <= 0.02 * windows
+
+
+def test_units_separators_and_an_unnamed_input(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two groups of CSV files with units in the head, a decimal comma; the pilot is not named."""
+    for name, gain in (("off", 0.0), ("on", 0.5)):
+        value, rudder, _ = dutch_roll(gain, 20.0, 800, 1)
+        rows = np.column_stack([np.arange(800) / 20.0, np.degrees(value), np.degrees(rudder)])
+        lines = ["Time (s);beta (deg);p (deg/s);r (deg/s);rudder (deg);TAS (kt)"]
+        for row in rows:
+            lines.append(";".join(f"{one:.4f}".replace(".", ",") for one in (*row, 350.0)))
+        (tmp_path / f"{name}.csv").write_text("\n".join(lines) + "\n")
+    (tmp_path / "m.csv").write_text("Speed (m/s),zeta,f_hz\n170,0.052,0.289\n190,0.052,0.289\n")
+    arguments = ["damping", str(tmp_path / "off.csv"), "--compare", str(tmp_path / "on.csv")]
+    assert main([*arguments, "--names", "off", "on", "--out", str(tmp_path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "In the files that could be rudder" in said
+    assert "The damping ratio of off is lower than that of on" in said
+    model = [*arguments[:2], "--model", str(tmp_path / "m.csv"), "--input", "rudder"]
+    assert main([*model, "--out", str(tmp_path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "of m.csv and as measured agree" in said
+
+
+def test_a_model_of_one_condition_needs_no_speed(tmp_path: Path) -> None:
+    (tmp_path / "m.csv").write_text("damping_ratio,frequency_hz\n0.1,1.0\n")
+    scipy.io.savemat(tmp_path / "m.mat", {"A": np.array([[0.0, 1.0], [-40.0, -1.0]])})
+    points = [_point(math.nan, 0.1 + 0.002 * k) for k in (-1, 0, 1)]
+    against = compare_model(points, load_model(str(tmp_path / "m.csv")))
+    assert against is not None
+    assert against.p_value > 0.1
+    assert load_model(str(tmp_path / "m.mat")).pole(math.nan, 6j).imag == pytest.approx(
+        6.305, abs=0.01
+    )
+    (tmp_path / "k.csv").write_text("speed_kmh,zeta,f_hz\n36,0.1,1.0\n72,0.3,1.0\n")
+    model = load_model(str(tmp_path / "k.csv")).over("m/s")
+    pole = model.pole(15.0, 6j)
+    assert pole is not None
+    assert -pole.real / abs(pole) == pytest.approx(0.2, abs=0.005)
+
+
 # --- the bicycle --------------------------------------------------------------------------------
 
 

@@ -121,10 +121,11 @@ def compare_groups(
 def compare_model(points: Sequence[Point], model: LinearModel) -> Comparison | None:
     """A linear model (first) with the measurement (second) at the places that were driven."""
     x = np.array([point.against for point in points])
-    if not len(x) or not np.isfinite(x).all():
+    placed = bool(np.isfinite(x).all())
+    if not len(x) or not (placed or model.anywhere):
         return None
     at: list[Difference] = []
-    for group in levels(x):
+    for group in levels(x) if placed else [np.arange(len(x))]:
         part = [points[i] for i in group]
         place = float(np.mean(x[group]))
         means = {name: mean_of([getattr(point, name) for point in part]) for name in QUANTITIES}

@@ -53,6 +53,10 @@ of them on springs with relaxing tyres, over 10 to 35 km/h that end 5 to 30 km/h
 speed of 85 to 180 km/h: -0.40 (95 % -0.63 to -0.12) planar, -0.31 (two thirds -0.50 to 0.04) on
 springs."""
 
+_OWN_FREEDOM = 4.0
+"""Repeats that the points' own errors are worth (two windows alone would have an interval of 12.7
+standard errors)."""
+
 _REACH = 2.0
 """Zeros are looked for up to this many spans beyond what was driven."""
 
@@ -304,6 +308,10 @@ def mean_of(values: Sequence[Value]) -> Value:
     weight /= np.sum(weight)
     mean = float(np.sum(weight * y))
     spread = float(np.sum(weight * (y - mean) ** 2)) / (len(y) - 1)
-    # the scatter as it is; not below half of what the errors say
     own = float(np.sum(weight**2 * error**2))
-    return Value(mean, math.sqrt(max(spread, 0.25 * own)), float(len(y) - 1))
+    freedom = float(len(y) - 1)
+    if spread > own * float(stats.chi2.ppf(0.95, freedom)) / freedom:
+        return Value(mean, math.sqrt(spread), freedom)
+    # no more than the errors say: both tell the same, so few repeats are not all that is known
+    both = (_OWN_FREEDOM * own + freedom * spread) / (_OWN_FREEDOM + freedom)
+    return Value(mean, math.sqrt(max(spread, both)), _OWN_FREEDOM + freedom)

@@ -40,6 +40,11 @@ _SWINGS = re.compile(
 _SPEED = re.compile(
     r"(?:^|_|\b)(?:speed|velocity|airspeed|tas|cas|ias|vx|v_x|v)(?:$|_|\b)|speed$", re.IGNORECASE
 )
+_INPUT_LIKE = re.compile(
+    r"rudder|aileron|pedal|stick|delta_?[ar]\b|wheel_?angle|hand_?wheel|hand_?angle|handle|torque|"
+    r"steer(?!.*rate)|push|force",
+    re.IGNORECASE,
+)
 _DRIVER_NAME = re.compile(r"steer(ing)?_?wheel_?angle|hand_?wheel", re.IGNORECASE)
 
 
@@ -61,6 +66,8 @@ class Run:
         What the driver or pilot does.
     against : shape (n,) or None
         What damping is drawn over: speed, or what the user names.
+    may_drive
+        Other signals of the file whose names are those of an input.
     """
 
     name: str
@@ -76,6 +83,7 @@ class Run:
     against: FloatArray | None
     against_name: str
     against_unit: str
+    may_drive: tuple[str, ...] = ()
 
     @property
     def duration_s(self) -> float:
@@ -257,6 +265,11 @@ def _run(path: Path, signals: dict[str, Series], choice: Choice) -> Run:
         None if against is None else _on(time_s, [against], first)[:, 0],
         choice.against or "",
         "" if against is None else against.unit,
+        tuple(
+            name
+            for name in signals
+            if _INPUT_LIKE.search(name) and name not in (*choice.channels, *choice.inputs)
+        ),
     )
 
 

@@ -3,10 +3,10 @@
 A free oscillation comes on top of what the vehicle does anyway (road, wind, its own control). That
 part is the same before and behind, so the quiet windows of the recording say what it does to the
 fit: the fit's sensitivity applied to each of them gives the scatter of growth and frequency. Where
-there is no quiet time the core's own error (white noise) stands alone. What the estimate moves by
-when the window ends sooner or later is added. What it moves by when the window begins later is
-another thing: the same in every repeat (damping that depends on amplitude, a second motion that
-dies out beside this one), so it is kept apart as ``later``.
+there is too little quiet time, what the line leaves within its own band tells it (``ambient.py``).
+What the estimate moves by when the window ends sooner or later is added. What it moves by when the
+window begins later is another thing: the same in every repeat (damping that depends on amplitude, a
+second motion that dies out beside this one), so it is kept apart as ``later``.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
+from swaywatch.damping.ambient import ambient_covariance
 from swaywatch.damping.find import Event, Found, Window, quiet_starts
 from swaywatch.damping.window import Line, damping_error, sensitivity
 
@@ -74,6 +75,9 @@ class Point:
     later : shape (3,)
         By what damping ratio, frequency and growth change if the window begins an eighth of a
         cycle later; NaN where it cannot.
+    quiet_known
+        The recording was quiet for long enough to say what the quiet motion does to the fit; else
+        that is inferred from what the line leaves.
     """
 
     run: str
@@ -88,6 +92,7 @@ class Point:
     cycles: float
     share: float
     later: FloatArray
+    quiet_known: bool = True
 
     @property
     def determinable(self) -> bool:
@@ -136,6 +141,7 @@ def _point(found: Found, event: Event, window: Window, number: int) -> Point:
         line.cycles,
         event.share,
         _later(window),
+        len(_quiet_windows(found, line)) >= FEWEST_QUIET,
     )
 
 
@@ -150,14 +156,21 @@ def _later(window: Window) -> FloatArray:
     )
 
 
+def _quiet_windows(found: Found, line: Line) -> npt.NDArray[np.int64]:
+    """First rows of quiet windows as long as the line's."""
+    return quiet_starts(found.quiet, max(8, round(line.length_s / found.run.step_s)))
+
+
 def _covariance(found: Found, line: Line) -> tuple[FloatArray, float]:
     """Of growth and omega, and its degrees of freedom."""
     white = np.diag([line.growth_se_1_s**2, line.omega_se_rad_s**2])
     run = found.run
     rows = max(8, round(line.length_s / run.step_s))
-    starts = quiet_starts(found.quiet, rows)
+    starts = _quiet_windows(found, line)
     if len(starts) < FEWEST_QUIET:
-        return white, max(4.0, 2.0 * line.cycles * len(line.amplitude))
+        first = max(0, min(round(line.start_s / run.step_s), len(run.value) - rows))
+        meanwhile = ambient_covariance(run.value[first : first + rows], run.step_s, line)
+        return white + meanwhile, max(4.0, 2.0 * line.cycles)
     starts = starts[np.linspace(0, len(starts) - 1, min(len(starts), _MOST_QUIET)).astype(int)]
     moves = sensitivity(line, rows, run.step_s)
     shifts = np.array(

@@ -8,7 +8,11 @@
 3. Forced or free: what an input of the driver adds to the swing within the window, against what it
    had given before it (both turned back by the line: the share of its own mode).
 
-A recording without any quiet time (one decay, cut out by hand) is taken as it is.
+A recording without any quiet time (one decay, cut out by hand) is taken as it is; one so short that
+a swing fills most of it is measured by its quietest cycle, and asked for more.
+
+An input that falls with the swing, by the swing's own line, follows it: a damper or controller (or
+the driver's own answer), which belongs to what is measured. A driver who forces a swing does not.
 """
 
 from __future__ import annotations
@@ -51,6 +55,15 @@ EXPLAINED = 0.95
 
 FORCED_SHARE = 0.25
 """Part of the swing that the driver may add within the window."""
+
+FOLLOWS = 0.9
+"""Share of an input's power that the swing's own line explains where it follows the swing."""
+
+SCARCE = 40.0
+"""Cycles of a recording up to which a swing may fill most of it."""
+
+SCARCE_RISE, SCARCE_CYCLES = 5.0, 2.0
+"""Rise over the quietest cycle, and cycles that one line has to explain, in such a recording."""
 
 _QUIET_PERCENTILE = 25.0
 _QUIET_POWER = 0.288
@@ -95,6 +108,8 @@ class Event:
         Part of the swing that the inputs added within the first window; 0 without any.
     limit_s
         Where the next event begins.
+    followed_by
+        The input that follows it, or "".
     """
 
     peak_s: float
@@ -103,6 +118,7 @@ class Event:
     forced_by: str = ""
     share: float = 0.0
     limit_s: float = math.inf
+    followed_by: str = ""
 
 
 @dataclass(frozen=True)
@@ -198,27 +214,24 @@ class _Finder:
     # --- events ------------------------------------------------------------------------------
 
     def found(self) -> Found:
-        distance = max(1, round(1.2 / (self.frequency * self.run.step_s)))
-        peaks, _ = signal.find_peaks(
-            np.log(np.maximum(self.rise, 1e-6)),
-            height=math.log(RISE), distance=distance, prominence=math.log(1.4),
-        )  # fmt: skip
-        edge = self._edge_peaks()
-        peaks = np.unique(np.concatenate([peaks, edge])).astype(np.int64)
+        peaks = self._peaks(RISE)
         events = self._events(peaks) if len(peaks) else self._whole()
+        if not any(event.windows for event in events):
+            events = self._scarce() or events
         events = self._judged(events)
         return Found(self.run, tuple(events), self.quiet, self.level, self.frequency, self.band)
 
-    def _edge_peaks(self) -> IntArray:
-        """Begin and end of the recording where it begins or ends in a swing."""
-        cycle = round(1.0 / (self.frequency * self.run.step_s))
-        last = len(self.rise) - 1
-        ends = []
-        for at, inner in ((0, slice(0, 2 * cycle)), (last, slice(max(0, last - 2 * cycle), None))):
-            part = self.rise[inner]
-            if len(part) and self.rise[at] >= RISE and self.rise[at] >= 0.999 * float(part.max()):
-                ends.append(at)
-        return np.array(ends, dtype=np.int64)
+    def _peaks(self, height: float) -> IntArray:
+        """Rows where the energy is highest, each that many times above the quiet level.
+
+        Nothing is before the recording or behind it, so it may begin or end in a swing.
+        """
+        distance = max(1, round(1.2 / (self.frequency * self.run.step_s)))
+        energy = np.pad(np.log(np.maximum(self.rise, 1e-6)), 1, constant_values=-20.0)
+        peaks, _ = signal.find_peaks(
+            energy, height=math.log(height), distance=distance, prominence=math.log(1.4)
+        )
+        return np.asarray(peaks - 1, dtype=np.int64)
 
     def _events(self, peaks: IntArray) -> list[Event]:
         events: list[Event] = []
@@ -422,6 +435,28 @@ class _Finder:
             return []
         return [Event(windows[0].line.start_s, 0.0, tuple(windows))]
 
+    def _scarce(self) -> list[Event]:
+        """A short recording that a swing fills: by its quietest cycle; no quiet level is known."""
+        if self.run.duration_s * self.frequency > SCARCE or not self.run.valid.all():
+            return []
+        rows = max(3, round(1.0 / (self.frequency * self.run.step_s)))
+        power = ndimage.uniform_filter1d(self.smooth**2, rows, axis=0, mode="nearest")
+        most = np.maximum(power.max(axis=0), 1e-300)
+        kept = self.level, self.rise, self.quiet
+        quietest = int(np.argmin(np.sum(power / most, axis=1)))
+        self.level = np.sqrt(np.maximum(power[quietest], 1e-8 * most))
+        self.rise = np.sqrt(np.max(power / self.level**2, axis=1))
+        self.quiet = np.zeros_like(self.quiet)
+        self._rests.clear()
+        events = self._events(self._peaks(SCARCE_RISE))
+        cycles = [sum(window.line.cycles for window in event.windows) for event in events]
+        if len(events) != 1 or cycles[0] < SCARCE_CYCLES:  # several are what goes on all the time
+            events = []
+        if not events:
+            self.level, self.rise, self.quiet = kept
+            self._rests.clear()
+        return events
+
     # --- forced or free ----------------------------------------------------------------------
 
     def _judged(self, events: list[Event]) -> list[Event]:
@@ -445,8 +480,11 @@ class _Finder:
     def _after_the_input(
         self, event: Event, known: Sequence[_Drive], share: float, which: int
     ) -> Event:
-        """The same swing from later on, where the driver is still by then; else it is forced."""
+        """The same swing from later on, where the input is still or follows it; else forced."""
         line = event.windows[0].line
+        name = self.run.input_names[which]
+        if self._follows(line, which):
+            return replace(event, followed_by=name)
         for cycles in (0.25, 0.5, 0.75, 1.0, 1.5, 2.0):
             begin = line.start_s + cycles / line.frequency_hz
             windows = self._chain(begin, min(event.limit_s, self.run.duration_s), line.frequency_hz)
@@ -457,7 +495,25 @@ class _Finder:
             rest, _ = self._share(drive, known)
             if rest <= FORCED_SHARE:
                 return replace(later, share=rest)
-        return replace(event, forced_by=self.run.input_names[which], share=share)
+            if self._follows(later.windows[0].line, which):
+                return replace(later, followed_by=name)
+        return replace(event, forced_by=name, share=share)
+
+    def _follows(self, line: Line, which: int) -> bool:
+        """An input falls within a window as the swing does, by the swing's own line.
+
+        A swing that does not fall tells nothing here: a driver who goes on and on looks the same.
+        """
+        if -line.growth_1_s * line.length_s < 1.0:
+            return False
+        rows = self.run.rows(line.start_s, line.start_s + line.length_s)
+        part = self.run.inputs[rows, which]
+        part = part - part.mean()
+        time = self.run.time_s[rows] - line.mid_s
+        wave = np.exp((line.growth_1_s + 1j * line.omega_rad_s) * time)
+        columns = np.stack([wave.real, wave.imag, np.ones(len(time))], axis=1)
+        rest = part - columns @ np.linalg.lstsq(columns, part, rcond=None)[0]
+        return float(rest @ rest) <= (1.0 - FOLLOWS) * float(part @ part)
 
     def _drive(self, event: Event, whole: Event) -> _Drive | None:
         """What each input gave to the mode before and within the first window.

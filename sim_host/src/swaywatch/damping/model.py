@@ -3,22 +3,26 @@
 ``.csv``
     A speed column and ``growth``/``sigma`` with ``omega`` (or ``real``, ``imag``; or
     ``frequency_hz`` with ``damping_ratio``/``zeta``). Several rows at a speed are several modes; a
-    text column tells variants apart: ``FILE.csv:NAME``.
+    text column tells variants apart: ``FILE.csv:NAME``. A unit may stand behind a name in brackets;
+    a speed in another one than the recording's is converted.
 ``.mat``, ``.npz``
     ``speed`` (k) with ``eigenvalues`` (k, modes), or ``A`` (k, n, n) or (n, n, k), or ``M``, ``C``,
     ``K`` of M q'' + C q' + K q = 0 in the same shapes.
 ``.py``
     A function ``system(speed)`` that gives a python-control StateSpace or TransferFunction, a
     matrix A, or a list of eigenvalues.
+
+Without any speed (one flight condition, one load) the eigenvalues hold wherever it was driven.
 """
 
 from __future__ import annotations
 
 import csv
 import math
+import re
 import runpy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +36,21 @@ FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
 _COLUMNS = {
-    "speed": ("speed", "speed_m_s", "v", "v_mps", "v_m_s", "velocity", "x"),
-    "real": ("growth", "growth_1_s", "sigma", "real", "re"),
-    "imag": ("omega", "omega_rad_s", "imag", "im"),
+    "speed": (
+        "speed", "speed_m_s", "speed_mps", "speed_kmh", "speed_km_h", "speed_kph", "speed_kt", "v",
+        "v_mps", "v_m_s", "v_kmh", "v_km_h", "velocity", "airspeed", "tas", "u", "x",
+    ),
+    "real": ("growth", "growth_1_s", "sigma", "sigma_1_s", "real", "re"),
+    "imag": ("omega", "omega_rad_s", "omega_d", "imag", "im"),
     "frequency": ("frequency_hz", "f_hz", "f", "frequency"),
     "ratio": ("damping_ratio", "zeta", "damping"),
-}
+}  # fmt: skip
+
+_UNITS_M_S = {
+    "m/s": 1.0, "mps": 1.0, "m_s": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "km_h": 1 / 3.6,
+    "kph": 1 / 3.6, "mph": 0.44704, "kt": 0.514444, "kts": 0.514444, "kn": 0.514444,
+    "knots": 0.514444, "ft/s": 0.3048,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -50,17 +63,36 @@ class LinearModel:
         Rising; empty where `function` gives the eigenvalues at any speed.
     poles : tuple of complex arrays
         Those with a positive imaginary part, at each speed.
+    speed_unit
+        As the model says, or "".
+    anywhere
+        The model has no speed: `poles` holds one array, for every place.
     """
 
     name: str
     speed: FloatArray
     poles: tuple[ComplexArray, ...]
     function: Callable[[float], ComplexArray] | None = None
+    speed_unit: str = ""
+    anywhere: bool = False
+
+    def over(self, unit: str) -> LinearModel:
+        """The same over a speed in the unit of a recording, where both units are known."""
+        own, theirs = _UNITS_M_S.get(self.speed_unit), _UNITS_M_S.get(unit.strip().lower())
+        if own is None or theirs is None or own == theirs:
+            return self
+        return replace(self, speed=self.speed * own / theirs, speed_unit=unit)
+
+    def range_words(self) -> str:
+        """Of its speeds: `` (2 to 5 m/s)``; nothing where it has none."""
+        if not len(self.speed):
+            return ""
+        return f" ({self.speed[0]:.3g} to {self.speed[-1]:.3g} {self.speed_unit}".rstrip() + ")"
 
     def pole(self, speed: float, near: complex) -> complex | None:
         """Eigenvalue of the mode near `near` at a speed; None outside the model's speeds."""
-        if self.function is not None:
-            return _nearest(self.function(speed), near)
+        if self.anywhere or self.function is not None:
+            return _nearest(self.function(speed) if self.function else self.poles[0], near)
         if not len(self.speed):
             return None
         margin = 0.05 * max(float(np.ptp(self.speed)), abs(float(self.speed[0])))
@@ -121,8 +153,22 @@ def load_model(text: str) -> LinearModel:
 
 
 def _column(names: Sequence[str], kind: str) -> str | None:
-    lower = {name.strip().lower(): name for name in names}
+    lower = {_UNIT.sub("", name).strip().lower(): name for name in names}
     return next((lower[one] for one in _COLUMNS[kind] if one in lower), None)
+
+
+_UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
+
+
+def _unit_of(name: str) -> str:
+    """Unit of a speed column: in brackets behind its name, or the end of the name."""
+    found = _UNIT.search(name)
+    if found:
+        return found[1].strip().lower()
+    tail = name.strip().lower().partition("_")[2]
+    return {"m_s": "m/s", "mps": "m/s", "kmh": "km/h", "km_h": "km/h", "kph": "km/h"}.get(
+        tail, tail
+    )
 
 
 def _from_csv(path: Path, variant: str) -> LinearModel:
@@ -134,19 +180,22 @@ def _from_csv(path: Path, variant: str) -> LinearModel:
     rows = _of_variant(path, rows, names, variant)
     columns = {kind: _column(names, kind) for kind in _COLUMNS}
     speed = columns["speed"]
-    if speed is None:
-        raise ModelError(f"{path}: no column `speed`; columns there: {', '.join(names)}")
     poles: dict[float, list[complex]] = {}
     for number, row in enumerate(rows, 2):
         try:
-            poles.setdefault(float(row[speed]), []).append(_pole_of(path, row, columns))
-        except ValueError as error:
+            place = 0.0 if speed is None else float(row[speed])
+            poles.setdefault(place, []).append(_pole_of(path, row, columns))
+        except (TypeError, ValueError) as error:
             raise ModelError(f"{path}: row {number}: {error}") from error
+    name = f"{path.name}:{variant}" if variant else path.name
+    if speed is None:
+        return LinearModel(name, np.zeros(0), (_swinging(poles[0.0]),), anywhere=True)
     order = sorted(poles)
     return LinearModel(
-        f"{path.name}:{variant}" if variant else path.name,
+        name,
         np.array(order),
         tuple(_swinging(poles[place]) for place in order),
+        speed_unit=_unit_of(speed),
     )
 
 
@@ -192,9 +241,14 @@ def _pole_of(path: Path, row: dict[str, str], columns: dict[str, str | None]) ->
 def _from_arrays(path: Path, content: dict[str, Any]) -> LinearModel:
     arrays = {name: np.asarray(value) for name, value in content.items() if name[:2] != "__"}
     key = _column(list(arrays), "speed")
-    if key is None:
-        raise ModelError(f"{path}: no array `speed`; there are {', '.join(arrays) or 'none'}")
-    speed = np.asarray(arrays[key], dtype=np.float64).ravel()
+    known = [name for name in ("eigenvalues", "A", "M", "C", "K") if name in arrays]
+    if key is None and any(arrays[name].ndim > 2 for name in known):
+        raise ModelError(f"{path}: no array `speed`; there are {', '.join(arrays)}")
+    if key is None:  # one condition: every array is that of it
+        arrays |= {name: arrays[name][None] for name in known if arrays[name].ndim}
+        if "eigenvalues" in arrays:
+            arrays["eigenvalues"] = arrays["eigenvalues"].reshape(1, -1)
+    speed = np.zeros(1) if key is None else np.asarray(arrays[key], dtype=np.float64).ravel()
     count = len(speed)
     if "eigenvalues" in arrays:
         values = arrays["eigenvalues"].astype(np.complex128)
@@ -209,8 +263,11 @@ def _from_arrays(path: Path, content: dict[str, Any]) -> LinearModel:
         poles = [_second_order(*matrices) for matrices in zip(*parts, strict=True)]
     else:
         raise ModelError(f"{path}: needs `eigenvalues`, or `A`, or `M`, `C` and `K`")
+    if key is None:
+        return LinearModel(path.name, np.zeros(0), tuple(poles), anywhere=True)
     order = np.argsort(speed)
-    return LinearModel(path.name, speed[order], tuple(poles[k] for k in order))
+    ordered = tuple(poles[k] for k in order)
+    return LinearModel(path.name, speed[order], ordered, speed_unit=_unit_of(key))
 
 
 def _stack(path: Path, arrays: dict[str, Any], name: str, count: int) -> list[FloatArray]:

@@ -131,7 +131,9 @@ def evaluate(
         groups = compare_groups(study.points, second.points, names)
         study = replace(study, compared=second, groups=groups)
     if model is not None:
-        if not any(math.isfinite(point.against) for point in study.points):
+        model = model.over(study.against_unit)
+        placed = any(math.isfinite(point.against) for point in study.points)
+        if study.points and not placed and not model.anywhere:
             raise SignalError(
                 "the model needs a speed: name the channel with --against, or one number for each "
                 "recording with --against-values"

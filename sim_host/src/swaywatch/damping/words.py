@@ -10,6 +10,7 @@ import numpy as np
 from swaywatch.damping.compare import Comparison, Difference
 from swaywatch.damping.course import Zero
 from swaywatch.damping.doubt import Value
+from swaywatch.damping.model import LinearModel
 from swaywatch.damping.study import Place, Study, kind_of
 
 _NAMES = {
@@ -71,18 +72,40 @@ def _none(study: Study) -> str:
 def sentences(study: Study) -> list[str]:
     """What else is to be said."""
     texts = [
-        _counts(study), _forced(study), _zero(study), _iso9815(study), _weak(study), _later(study)
+        _counts(study), _forced(study), _followed(study), _unquiet(study), _zero(study),
+        _iso9815(study), _weak(study), _later(study),
     ]  # fmt: skip
     if study.groups is not None:
         texts += comparison_words(study, study.groups, model=False)
     elif study.compared is not None:
-        texts.append("The two groups have no speed in common: nothing can be compared.")
+        texts.append(_not_compared(study))
     if study.against_model is not None:
         texts += comparison_words(study, study.against_model, model=True)
     elif study.model is not None:
-        texts.append(f"{study.model.name} has no oscillating mode at the speeds that were driven.")
+        texts.append(_no_model(study, study.model))
     said = verdict(study)[1]
     return [text for text in texts if text and text != said]
+
+
+def _no_model(study: Study, model: LinearModel) -> str:
+    """Why the model is not beside the measurement."""
+    if not study.points:
+        return f"{model.name}: nothing measured to compare it with."
+    return (
+        f"{model.name} has no oscillating mode at the speeds that were driven{model.range_words()}."
+    )
+
+
+def _not_compared(study: Study) -> str:
+    """Why there is no difference to tell."""
+    assert study.compared is not None
+    without = [
+        name for name, one in (("first", study), ("second", study.compared)) if not one.points
+    ]
+    if without:
+        which = " and the ".join(without)
+        return f"Nothing can be compared: no free oscillation in the {which} group."
+    return f"The two groups have no {study.against_name or 'speed'} in common: nothing to compare."
 
 
 def _counts(study: Study) -> str:
@@ -103,11 +126,35 @@ def _forced(study: Study) -> str:
         which = ", ".join(f"{count} by {name}" for name, count in inputs.items())
         return f"Forced, and left out: {which}. Their decay says nothing about the damping."
     if not any(found.run.input_names for found in study.found):
+        there = dict.fromkeys(name for found in study.found for name in found.run.may_drive)
+        could = f" In the files that could be {', '.join(list(there)[:6])}." if there else ""
         return (
-            "No input of the driver was named (--input): that the swings are free is assumed, not "
-            "seen."
+            "No input of the driver or pilot was named (--input): that the swings are free is "
+            f"assumed, not seen.{could}"
         )
     return ""
+
+
+def _followed(study: Study) -> str:
+    inputs = Counter(e.followed_by for found in study.found for e in found.events if e.followed_by)
+    if not inputs:
+        return ""
+    which = ", ".join(f"{name} in {count}" for name, count in inputs.items())
+    return (
+        f"Follows the swing and dies out with it: {which}. A damper, a controller or the driver's "
+        "own answer does so; the damping is that of the vehicle with it."
+    )
+
+
+def _unquiet(study: Study) -> str:
+    """Windows whose errors could not be seen in quiet motion."""
+    names = dict.fromkeys(point.run for point in study.points if not point.quiet_known)
+    if not names:
+        return ""
+    return (
+        f"Too little quiet time in {', '.join(names)} to see what wind, road or rider do to the "
+        "vehicle anyway: the intervals there infer it from what the swing leaves, and are rough."
+    )
 
 
 def _zero_words(study: Study, zero: Zero) -> str:
