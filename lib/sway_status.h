@@ -48,7 +48,11 @@ typedef enum {
     SWAY_QUALITY_EQUAL_SPLIT = 1 << 11,     ///< trailer axle forces from the user's stiffness ratio
     SWAY_QUALITY_USER_INERTIA = 1 << 12,    ///< a yaw inertia in the model is the user's
     SWAY_QUALITY_MISFIT = 1 << 13,          ///< not one damped line: a step, an onset, a gust
-    SWAY_QUALITY_BITS = 14
+    SWAY_QUALITY_HITCH = 1 << 14, ///< something rubs at the ball: v_crit is that of a large swing
+    SWAY_QUALITY_SMALL_SWING = 1 << 15,     ///< v_crit stands on smaller swings than the limit
+    SWAY_QUALITY_RELATION_BROKEN = 1 << 16, ///< v_crit stands on relations of which one breaks
+    SWAY_QUALITY_UNEXPLAINED = 1 << 17,     ///< an inertia is complex: its error was made larger
+    SWAY_QUALITY_BITS = 18
 } sway_quality_t;
 
 typedef enum {
@@ -200,7 +204,8 @@ typedef struct {
     int32_t v_crit_kind; ///< sway_vcrit_t
     int32_t v_crit_mm_s;
     int32_t v_crit_se_mm_s;
-    int32_t margin_mm_s;                            ///< v_crit - v
+    int32_t v_crit_swing_urad_s; ///< trailer yaw rate of the largest swing that v_crit stands on
+    int32_t margin_mm_s;         ///< v_crit - v
     int32_t sensitivity_mm_s[SWAY_PARAMETER_COUNT]; ///< change of v_crit for +1 %, Eq. 3.44
 
     int32_t understeer_gradient_urad;             ///< K_u of the car alone, Eq. 3.20

@@ -118,6 +118,7 @@ static void put_critical(sway_status_t *status, const sway_publish_t *from)
     const sway_margin_model_t *const model = from->model;
     status->v_crit_mm_s = integer(model->v_crit_m_s, 1000);
     status->v_crit_se_mm_s = integer(model->v_crit_se_m_s, 1000);
+    status->v_crit_swing_urad_s = integer(model->swing_rad_s, 1000000);
     for (int i = 0; i < (int)SWAY_PARAMETER_COUNT; i++) {
         status->sensitivity_mm_s[i] = integer(model->sensitivity_m_s[i], 1000);
     }

@@ -192,14 +192,21 @@ static sway_phasor_t yaw_moment(const sway_identify_t *id, sway_from_t yaw_rate,
     return moment;
 }
 
+/* Of the trailer against the car. */
+static sway_phasor_t articulation_rate(const sway_identify_t *id)
+{
+    const sway_phasor_t car = measured(id, SWAY_FROM_CAR_YAW_RATE);
+    sway_phasor_t rate = measured(id, SWAY_FROM_TRAILER_YAW_RATE);
+    sway_phasor_add_scaled(&rate, &car, sway_real_int(-1));
+    return rate;
+}
+
 /* Lateral part of the pull along the car's axis as the trailer sees it: Fx theta. */
 static sway_phasor_t pull_sideways(const sway_identify_t *id)
 {
     sway_phasor_t angle = measured(id, SWAY_FROM_ARTICULATION);
     if (!angle.known) {
-        const sway_phasor_t car = measured(id, SWAY_FROM_CAR_YAW_RATE);
-        angle = measured(id, SWAY_FROM_TRAILER_YAW_RATE);
-        sway_phasor_add_scaled(&angle, &car, sway_real_int(-1));
+        angle = articulation_rate(id);
         sway_phasor_divide(&angle, &id->s);
     }
     if (!angle.known || !has_channel(id->line, SWAY_CHANNEL_HITCH_FX)) {
@@ -224,12 +231,13 @@ static bool measures_force(const sway_identify_t *id, sway_axle_t axle)
 
 static bool car_forces_measured(const sway_identify_t *id)
 {
-    return measures_force(id, SWAY_AXLE_CAR_FRONT) && measures_force(id, SWAY_AXLE_CAR_REAR);
+    return SWAY_IDENTIFY_FORCES && measures_force(id, SWAY_AXLE_CAR_FRONT) &&
+           measures_force(id, SWAY_AXLE_CAR_REAR);
 }
 
 static bool trailer_forces_measured(const sway_identify_t *id)
 {
-    return measures_force(id, SWAY_AXLE_TRAILER_REAR) &&
+    return SWAY_IDENTIFY_FORCES && measures_force(id, SWAY_AXLE_TRAILER_REAR) &&
            (id->vehicle->trailer.axles == 1 || measures_force(id, SWAY_AXLE_TRAILER_FRONT));
 }
 
@@ -385,6 +393,12 @@ static void car_forces(sway_identify_t *id)
     const sway_phasor_t total = difference(&inertia, &id->hitch_on_car);
     sway_phasor_t moment = yaw_moment(id, SWAY_FROM_CAR_YAW_RATE, car->yaw_inertia_gm2);
     sway_phasor_add_scaled(&moment, &id->hitch_on_car, metre(car->hitch_to_cog_um));
+    if (SWAY_IDENTIFY_FORCES && id->rubs) {
+        const sway_phasor_t rate = articulation_rate(id);
+        sway_phasor_add_scaled(&moment, &rate, NEG(id->damping_nms));
+        const sway_real_t unsure = MUL(id->damping_se_nms, sway_complex_abs(rate.value));
+        id->unsure_force_n = MUL(unsure, by_base);
+    }
     *front = moment;
     sway_phasor_add_scaled(front, &total, l_r);
     sway_phasor_scale(front, by_base);
@@ -432,11 +446,10 @@ static bool force_is_derived(const sway_identify_t *id, sway_axle_t axle)
     return !(axle <= SWAY_AXLE_CAR_REAR ? car_forces_measured(id) : trailer_forces_measured(id));
 }
 
-static void add_unseen_force(sway_estimate_t *stiffness, sway_complex_t slip)
+static void add_unseen_force(sway_estimate_t *stiffness, sway_complex_t slip, sway_real_t force_n)
 {
-    const sway_real_t unseen = sway_real_int(UNSEEN_FORCE_N * UNSEEN_FORCE_N);
     const sway_real_t variance =
-        ADD(MUL(stiffness->se, stiffness->se), DIV(unseen, sway_complex_norm(slip)));
+        ADD(MUL(stiffness->se, stiffness->se), DIV(MUL(force_n, force_n), sway_complex_norm(slip)));
     stiffness->se = sway_real_sqrt(variance);
 }
 
@@ -447,7 +460,9 @@ static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
     sway_phasor_divide(&stiffness, &estimate->slip);
     estimate->stiffness = estimate_of(id, &stiffness);
     if (force_is_derived(id, axle) && !has_channel(id->line, SWAY_CHANNEL_HITCH_FY)) {
-        add_unseen_force(&estimate->stiffness, estimate->slip.value);
+        add_unseen_force(&estimate->stiffness, estimate->slip.value, sway_real_int(UNSEEN_FORCE_N));
+    } else if (force_is_derived(id, axle) && axle <= SWAY_AXLE_CAR_REAR) {
+        add_unseen_force(&estimate->stiffness, estimate->slip.value, id->unsure_force_n);
     }
     const bool certain =
         stiffness.known && (is_certain(&estimate->stiffness) || is_none(&estimate->stiffness));
@@ -497,20 +512,92 @@ static void axle_load(sway_identify_t *id, sway_axle_t axle)
 
 /* --- yaw inertias ----------------------------------------------------------------------------- */
 
-/* moment / (s r), marked valid where its error is below a fifth of it. */
-static sway_estimate_t inertia_from(sway_identify_t *id, const sway_phasor_t *moment,
-                                    sway_from_t yaw_rate, uint32_t bit)
+/* Divides by s r of a body. A moment becomes kg m2, real where nothing but the body's inertia takes
+ * it up. */
+static void over_yaw_acceleration(const sway_identify_t *id, sway_phasor_t *moment,
+                                  sway_from_t yaw_rate)
 {
     sway_phasor_t turn = measured(id, yaw_rate);
     sway_phasor_multiply(&turn, &id->s);
-    sway_phasor_t inertia = *moment;
-    sway_phasor_divide(&inertia, &turn);
-    const sway_estimate_t estimate = estimate_of(id, &inertia);
-    const sway_real_t bound = DIV(inertia.value.re, sway_real_int(5));
-    if (inertia.known && sway_real_less(estimate.se, bound)) {
+    sway_phasor_divide(moment, &turn);
+}
+
+/* Marked valid where its error is below a fifth of it. */
+static sway_estimate_t inertia_from(sway_identify_t *id, const sway_phasor_t *inertia, uint32_t bit)
+{
+    const sway_estimate_t estimate = estimate_of(id, inertia);
+    const sway_real_t bound = DIV(inertia->value.re, sway_real_int(5));
+    if (inertia->known && sway_real_less(estimate.se, bound)) {
         id->valid |= bit;
     }
     return estimate;
+}
+
+/* An imaginary part beyond three of its errors is something that acts on the body and is not in its
+ * balance: that much the real part may be wrong, too. */
+static void add_unexplained(sway_identify_t *id, sway_estimate_t *inertia)
+{
+    const sway_real_t variance = sway_real_square(inertia->se);
+    const sway_real_t beyond =
+        SUB(sway_real_square(inertia->value.im), sway_real_scale(variance, 3));
+    if (sway_real_sign(beyond) > 0) {
+        inertia->se = sway_real_sqrt(ADD(variance, beyond));
+        id->quality |= SWAY_QUALITY_UNEXPLAINED;
+    }
+}
+
+/* Share of the trailer's inertia that looks like something at the ball and is not: roll, places of
+ * sensors. */
+#define LOOKS_LIKE_RUBBING_MILLI 20
+
+/* The trailer's inertia without what rubs or damps at the ball. A moment c times the articulation
+ * rate looks like an inertia of c g, g = rate / (s r); of the inertia itself only the real part is
+ * there, so the imaginary part gives c. That holds for dry friction, too: in a swing it acts like
+ * a damper of 4 M / (pi rate), which a larger swing has less of. A moment that drives is not
+ * friction. */
+static void free_trailer(sway_identify_t *id, sway_phasor_t *inertia)
+{
+    sway_estimate_t *const freed = &id->freed_inertia[1];
+    *freed = id->trailer_inertia;
+    sway_phasor_t by = articulation_rate(id);
+    over_yaw_acceleration(id, &by, SWAY_FROM_TRAILER_YAW_RATE);
+    if (by.known && sway_real_sign(by.value.im) != 0) {
+        const sway_real_t by_im = sway_real_abs(by.value.im);
+        const sway_real_t c = DIV(inertia->value.im, by.value.im);
+        const sway_real_t im = MUL(c, by_im);
+        sway_phasor_add_scaled(inertia, &by, NEG(c));
+        const sway_estimate_t estimate = estimate_of(id, inertia);
+        const sway_real_t like =
+            MUL(estimate.value.re, sway_real_ratio(LOOKS_LIKE_RUBBING_MILLI, 1000));
+        if (sway_real_less(sway_real_scale(ADD(estimate.se, like), 1), im)) {
+            id->quality |= SWAY_QUALITY_HITCH;
+        }
+        if (sway_real_less(NEG(sway_real_scale(estimate.se, 1)), im)) {
+            id->rubs = true;
+            id->damping_nms = c;
+            id->damping_se_nms = DIV(estimate.se, by_im);
+            /* What is left is real; its error is that of both parts. */
+            freed->value = estimate.value;
+            freed->se = MUL(estimate.se, DIV(sway_complex_abs(by.value), by_im));
+        }
+    }
+    add_unexplained(id, freed);
+}
+
+/* The car's, with the trailer's c. */
+static void free_car(sway_identify_t *id, sway_phasor_t *inertia)
+{
+    sway_estimate_t *const freed = &id->freed_inertia[0];
+    *freed = id->car_inertia;
+    if (id->rubs) {
+        sway_phasor_t by = articulation_rate(id);
+        over_yaw_acceleration(id, &by, SWAY_FROM_CAR_YAW_RATE);
+        sway_phasor_add_scaled(inertia, &by, id->damping_nms);
+        *freed = estimate_of(id, inertia);
+        const sway_real_t unsure = MUL(id->damping_se_nms, sway_complex_abs(by.value));
+        freed->se = sway_real_sqrt(ADD(sway_real_square(freed->se), sway_real_square(unsure)));
+    }
+    add_unexplained(id, freed);
 }
 
 static void car_inertia(sway_identify_t *id)
@@ -524,11 +611,14 @@ static void car_inertia(sway_identify_t *id)
     sway_phasor_add_scaled(&moment, &id->axle[SWAY_AXLE_CAR_REAR].force,
                            metre(-car->rear_axle_to_cog_um));
     sway_phasor_add_scaled(&moment, &id->hitch_on_car, metre(-car->hitch_to_cog_um));
-    id->car_inertia = inertia_from(id, &moment, SWAY_FROM_CAR_YAW_RATE, SWAY_VALID_CAR_INERTIA);
+    over_yaw_acceleration(id, &moment, SWAY_FROM_CAR_YAW_RATE);
+    id->car_inertia = inertia_from(id, &moment, SWAY_VALID_CAR_INERTIA);
+    free_car(id, &moment);
 }
 
-static sway_estimate_t trailer_inertia_from(sway_identify_t *id, const sway_phasor_t *front,
-                                            const sway_phasor_t *rear, uint32_t bit)
+/* With these forces of the axles. */
+static sway_phasor_t trailer_inertia_with(const sway_identify_t *id, const sway_phasor_t *front,
+                                          const sway_phasor_t *rear)
 {
     const sway_trailer_t *const trailer = &id->vehicle->trailer;
     sway_phasor_t moment = id->hitch;
@@ -537,13 +627,14 @@ static sway_estimate_t trailer_inertia_from(sway_identify_t *id, const sway_phas
     if (trailer->axles == 2) {
         sway_phasor_add_scaled(&moment, front, metre(trailer->front_axle_to_cog_um));
     }
-    return inertia_from(id, &moment, SWAY_FROM_TRAILER_YAW_RATE, bit);
+    over_yaw_acceleration(id, &moment, SWAY_FROM_TRAILER_YAW_RATE);
+    return moment;
 }
 
 /* The hitch force was made with the user's inertia: it cannot give it back. */
 static bool trailer_inertia_is_open(const sway_identify_t *id)
 {
-    return id->vehicle->trailer.axles > 0 &&
+    return SWAY_IDENTIFY_FORCES && id->vehicle->trailer.axles > 0 &&
            (has_channel(id->line, SWAY_CHANNEL_HITCH_FY) || car_forces_measured(id) ||
             trailer_forces_measured(id));
 }
@@ -551,9 +642,10 @@ static bool trailer_inertia_is_open(const sway_identify_t *id)
 static void trailer_inertia(sway_identify_t *id)
 {
     if (trailer_inertia_is_open(id)) {
-        id->trailer_inertia = trailer_inertia_from(id, &id->axle[SWAY_AXLE_TRAILER_FRONT].force,
-                                                   &id->axle[SWAY_AXLE_TRAILER_REAR].force,
-                                                   SWAY_VALID_TRAILER_INERTIA);
+        sway_phasor_t inertia = trailer_inertia_with(id, &id->axle[SWAY_AXLE_TRAILER_FRONT].force,
+                                                     &id->axle[SWAY_AXLE_TRAILER_REAR].force);
+        id->trailer_inertia = inertia_from(id, &inertia, SWAY_VALID_TRAILER_INERTIA);
+        free_trailer(id, &inertia);
     }
 }
 
@@ -568,8 +660,8 @@ static void trailer_inertia_method_1(sway_identify_t *id)
     if (trailer_inertia_is_open(id) && id->vehicle->trailer.axles == 2) {
         sway_phasor_t half = trailer_total(id);
         sway_phasor_scale(&half, sway_real_scale(sway_real_int(1), -1));
-        id->trailer_inertia_1 =
-            trailer_inertia_from(id, &half, &half, SWAY_VALID_TRAILER_INERTIA_1);
+        const sway_phasor_t inertia = trailer_inertia_with(id, &half, &half);
+        id->trailer_inertia_1 = inertia_from(id, &inertia, SWAY_VALID_TRAILER_INERTIA_1);
     }
 }
 
@@ -582,8 +674,8 @@ static void trailer_inertia_method_2(sway_identify_t *id)
         sway_phasor_t front;
         sway_phasor_t rear;
         share_force(id, &total, static_loads, &front, &rear);
-        id->trailer_inertia_2 =
-            trailer_inertia_from(id, &front, &rear, SWAY_VALID_TRAILER_INERTIA_2);
+        const sway_phasor_t inertia = trailer_inertia_with(id, &front, &rear);
+        id->trailer_inertia_2 = inertia_from(id, &inertia, SWAY_VALID_TRAILER_INERTIA_2);
     }
 }
 
@@ -605,9 +697,9 @@ static const struct {
     {trailer_slips, 25},
     {find_hitch, 44},
     {trailer_forces, 40},
+    {trailer_inertia, 44},
     {car_forces, 40},
-    {car_inertia, 40},
-    {trailer_inertia, 40},
+    {car_inertia, 44},
     {trailer_inertia_method_1, 44},
     {trailer_inertia_method_2, 44},
 };

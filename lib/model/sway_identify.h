@@ -10,7 +10,8 @@
 ///     the ratio of the user's stiffnesses times the measured slips (better than the equal forces
 ///     of Eq. 4.8; equal stiffnesses where the user's are not known);
 ///   - car axles: wheel forces; else the car's lateral and yaw balances (the user's yaw inertia).
-/// An inertia is identified only where no force was derived from it.
+/// An inertia is identified only where no force was derived from it. Where the trailer's is, so is
+/// what rubs or damps at the ball: it makes that inertia complex.
 #ifndef SWAY_IDENTIFY_H
 #define SWAY_IDENTIFY_H
 
@@ -35,6 +36,9 @@ typedef struct {
     sway_phasor_t force;            ///< N, both wheels
 } sway_axle_estimate_t;
 
+/// Whether the build has any channel of a force: without, no inertia can be identified.
+#define SWAY_IDENTIFY_FORCES (SWAY_CHANNELS > 7)
+
 typedef struct {
     uint8_t step;
     uint32_t valid;   ///< SWAY_VALID_* of what is identified
@@ -46,6 +50,11 @@ typedef struct {
     sway_estimate_t trailer_inertia;   ///< Eq. 4.19 with the forces of `axle`
     sway_estimate_t trailer_inertia_1; ///< method 1, Eq. 4.20: equal axle forces
     sway_estimate_t trailer_inertia_2; ///< method 2, Eq. 4.23: stiffness in proportion to load
+    sway_estimate_t freed_inertia[2];  ///< car, trailer: without what rubs or damps at the ball
+    bool rubs;                         ///< the next two are known:
+    sway_real_t damping_nms;           ///< moment at the ball over articulation rate in this swing
+    sway_real_t damping_se_nms;
+    sway_real_t unsure_force_n; ///< what its error puts into forces of the car that are derived
     sway_sources_t sources;
     sway_phasor_t s;
     sway_phasor_t hitch;        ///< force of the car on the trailer, trailer axes

@@ -237,6 +237,90 @@ static void effective_load_for_every_phase(void)
     }
 }
 
+static void errors_of_all(double amplitude_se)
+{
+    for (int c = 0; c < (int)SWAY_CHANNELS; c++) {
+        line.channel[c].amplitude_se = real(amplitude_se);
+    }
+}
+
+/* A moment of 4 M / (pi rate) times the articulation rate is what friction does to a line. It comes
+ * back, and the inertias as they are without it; Eq. 4.18-4.19 as they stand are far off. */
+static void what_rubs_at_the_ball_is_no_inertia(void)
+{
+    const double complex s[] = {4.2 * I, -0.5 + 4.2 * I, 0.3 + 4 * I};
+    for (unsigned i = 0; i < sizeof s / sizeof s[0]; i++) {
+        test_plant_t plant = reference_plant(100);
+        plant.s = s[i];
+        plant.friction = 6000;
+        plant_line(&plant, &vehicle, &line);
+        identify();
+        TEST_ASSERT_DOUBLE_WITHIN(0.1, 6000, value(id.damping_nms));
+        TEST_ASSERT_DOUBLE_WITHIN(0.1, 2690, value(id.freed_inertia[0].value.re));
+        TEST_ASSERT_DOUBLE_WITHIN(0.5, 10350, value(id.freed_inertia[1].value.re));
+        TEST_ASSERT_TRUE(cabs(cvalue(id.car_inertia.value) - 2690) > 1000);
+        TEST_ASSERT_TRUE(cabs(cvalue(id.trailer_inertia.value) - 10350) > 1000);
+        TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_HITCH, id.quality);
+        drop(SWAY_CHANNEL_CAR_FRONT_FY); // then it is in the forces of the car's axles
+        drop(SWAY_CHANNEL_CAR_REAR_FY);
+        identify();
+        expect_stiffness(plant.stiffness, 15, 1e-5);
+    }
+}
+
+/* Its error is in the inertias and in forces that are made with it. */
+static void the_error_of_what_rubs_is_in_all_that_is_freed_of_it(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    errors_of_all(0);
+    line.channel[SWAY_CHANNEL_TRAILER_REAR_FY].amplitude_se = real(50);
+    identify();
+    TEST_ASSERT_TRUE(value(id.freed_inertia[1].se) > 1.001 * value(id.trailer_inertia.se));
+    TEST_ASSERT_TRUE(value(id.freed_inertia[1].se) < 2 * value(id.trailer_inertia.se));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0, value(id.car_inertia.se));
+    TEST_ASSERT_TRUE(value(id.freed_inertia[0].se) > 10);
+    TEST_ASSERT_BITS_LOW(SWAY_QUALITY_HITCH, id.quality);
+    drop(SWAY_CHANNEL_CAR_FRONT_FY);
+    drop(SWAY_CHANNEL_CAR_REAR_FY);
+    identify();
+    const double slip = cabs(cvalue(id.axle[SWAY_AXLE_CAR_FRONT].slip.value));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * value(id.unsure_force_n), value(id.unsure_force_n),
+                              slip * value(id.axle[SWAY_AXLE_CAR_FRONT].stiffness.se));
+}
+
+/* A moment that drives is nothing that rubs: the inertias stay as they are, and their error grows
+ * by what they cannot have. Without the car's yaw rate nobody knows. */
+static void what_is_not_friction_is_an_error(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant.friction = -3000;
+    plant_line(&plant, &vehicle, &line);
+    errors_of_all(1e-5);
+    identify();
+    TEST_ASSERT_FALSE(id.rubs);
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_UNEXPLAINED, id.quality);
+    TEST_ASSERT_BITS_LOW(SWAY_QUALITY_HITCH, id.quality);
+    TEST_ASSERT_DOUBLE_WITHIN(1, value(id.trailer_inertia.value.re),
+                              value(id.freed_inertia[1].value.re));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs(value(id.trailer_inertia.value.im)),
+                              fabs(value(id.trailer_inertia.value.im)),
+                              value(id.freed_inertia[1].se));
+    plant.friction = 0;
+    plant_line(&plant, &vehicle, &line);
+    errors_of_all(1e-5);
+    identify();
+    TEST_ASSERT_BITS_LOW(SWAY_QUALITY_UNEXPLAINED, id.quality);
+    drop(SWAY_CHANNEL_CAR_YAW_RATE);
+    identify();
+    TEST_ASSERT_FALSE(id.rubs);
+    TEST_ASSERT_DOUBLE_WITHIN(1, 10350, value(id.freed_inertia[1].value.re));
+    plant_line(&plant, &vehicle, &line); // a ball that does not turn tells nothing
+    line.channel[SWAY_CHANNEL_CAR_YAW_RATE] = line.channel[SWAY_CHANNEL_TRAILER_YAW_RATE];
+    identify();
+    TEST_ASSERT_FALSE(id.rubs);
+}
+
 static void bad_lines_are_refused(void)
 {
     test_plant_t plant = reference_plant(100);
@@ -403,6 +487,9 @@ int main(void)
     RUN_TEST(accelerometers_may_sit_anywhere);
     RUN_TEST(missing_sensors_switch_off_exactly_what_needs_them);
     RUN_TEST(effective_load_for_every_phase);
+    RUN_TEST(what_rubs_at_the_ball_is_no_inertia);
+    RUN_TEST(the_error_of_what_rubs_is_in_all_that_is_freed_of_it);
+    RUN_TEST(what_is_not_friction_is_an_error);
     RUN_TEST(bad_lines_are_refused);
     RUN_TEST(no_slip_gives_no_stiffness);
     RUN_TEST(standard_errors_are_those_of_the_scatter);

@@ -264,6 +264,7 @@ static void a_critical_speed_is_told_of_every_kind_that_has_one(void)
     from.model = &model;
     model.v_crit_m_s = real(34567);
     model.v_crit_se_m_s = real(1234);
+    model.swing_rad_s = real(0.123456);
     for (int i = 0; i < SWAY_PARAMETER_COUNT; i++) {
         model.sensitivity_m_s[i] = real(5000 + i);
     }
@@ -278,6 +279,7 @@ static void a_critical_speed_is_told_of_every_kind_that_has_one(void)
         TEST_ASSERT_EQUAL_UINT32(has ? SWAY_VALID_CRITICAL_SPEED : 0, status.valid);
         TEST_ASSERT_EQUAL_INT32(has ? 34567000 : 0, status.v_crit_mm_s);
         TEST_ASSERT_EQUAL_INT32(has ? 1234000 : 0, status.v_crit_se_mm_s);
+        TEST_ASSERT_EQUAL_INT32(has ? 123456 : 0, status.v_crit_swing_urad_s);
         for (int i = 0; i < SWAY_PARAMETER_COUNT; i++) {
             TEST_ASSERT_EQUAL_INT32(has ? 5000000 + 1000 * i : 0, status.sensitivity_mm_s[i]);
         }

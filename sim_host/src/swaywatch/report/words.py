@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -64,6 +66,10 @@ FLAG_WORDS = {
     "model_disagrees": "model and signals disagree about the damping",
     "equal_split": "trailer forces shared out by the user's stiffness ratio",
     "user_inertia": "yaw inertia of the trailer is the user's",
+    "hitch": "friction or damping at the ball, taken out of the critical speed",
+    "small_swing": "the critical speed stands on smaller swings than the limit",
+    "relation_broken": "a relation between the inputs breaks",
+    "unexplained": "an inertia has a part that no inertia has: its error is larger",
 }
 
 
@@ -196,6 +202,7 @@ def sentences(result: DriveResult) -> list[str]:
             _missing_physics(result),
             _damping(result),
             _source(result),
+            _swing(result),
             _stiffness(result),
             _changes(result),
             _load_harmonics(result),
@@ -271,6 +278,26 @@ def _source(result: DriveResult) -> str:
             "of the vehicle.toml."
         )
     return "The critical speed rests on the vehicle.toml alone: no tyre could be identified."
+
+
+def _swing(result: DriveResult) -> str:
+    """For which swings the critical speed holds."""
+    estimates = result.estimates
+    mask = estimates.has("critical_speed") & (estimates.status["v_crit_swing_urad_s"] > 0)
+    if "v_crit_m_s" not in result.values or not mask.any():
+        return ""
+    seen = math.degrees(float(estimates["v_crit_swing_rad_s"][mask].max()))
+    body = "car" if result.vehicle.trailer is None else "trailer"
+    text = (
+        f"The tyres were seen in swings of the {body} up to {seen:.1f} deg/s; in larger ones they "
+        "may hold less, and the critical speed be lower."
+    )
+    if flag_share(estimates).get("hitch", 0.0) > 0.1:
+        text += (
+            " Something at the ball rubs or damps. It holds small swings and lets large ones go: "
+            "the critical speed is told without it."
+        )
+    return text
 
 
 def _stiffness(result: DriveResult) -> str:
