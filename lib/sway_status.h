@@ -49,10 +49,9 @@ typedef enum {
     SWAY_QUALITY_USER_INERTIA = 1 << 12,    ///< a yaw inertia in the model is the user's
     SWAY_QUALITY_MISFIT = 1 << 13,          ///< not one damped line: a step, an onset, a gust
     SWAY_QUALITY_HITCH = 1 << 14, ///< something rubs at the ball: v_crit is that of a large swing
-    SWAY_QUALITY_SMALL_SWING = 1 << 15,     ///< v_crit stands on smaller swings than the limit
-    SWAY_QUALITY_RELATION_BROKEN = 1 << 16, ///< v_crit stands on relations of which one breaks
-    SWAY_QUALITY_UNEXPLAINED = 1 << 17,     ///< an inertia is complex: its error was made larger
-    SWAY_QUALITY_BITS = 18
+    SWAY_QUALITY_SMALL_SWING = 1 << 15, ///< v_crit stands on smaller swings than the limit
+    SWAY_QUALITY_UNEXPLAINED = 1 << 16, ///< an inertia is complex: its error was made larger
+    SWAY_QUALITY_BITS = 17
 } sway_quality_t;
 
 typedef enum {

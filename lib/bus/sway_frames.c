@@ -375,7 +375,6 @@ static void encode_quality(const sway_status_t *s, uint8_t *data)
         .quality_misfit = bit(s->quality, SWAY_QUALITY_MISFIT),
         .quality_hitch = bit(s->quality, SWAY_QUALITY_HITCH),
         .quality_small_swing = bit(s->quality, SWAY_QUALITY_SMALL_SWING),
-        .quality_relation_broken = bit(s->quality, SWAY_QUALITY_RELATION_BROKEN),
         .quality_unexplained = bit(s->quality, SWAY_QUALITY_UNEXPLAINED),
         .window_length = (uint16_t)clip(s->window_ms, 0, UINT16_MAX),
         .estimate_number = (uint16_t)(s->sequence & 0xFFFFU),

@@ -99,7 +99,6 @@ static void supervise_publish(sway_core_t *core)
     const sway_relation_state_t state = sway_supervise_relation(
         supervise, (sway_relation_t)relation, &status->relation_ppm, &status->relation_se_ppm);
     status->relation = (int32_t)relation + 256 * (int32_t)state;
-    status->quality |= sway_supervise_quality(supervise);
 }
 
 #define SUPERVISE_INIT(core)                                                                       \

@@ -290,16 +290,6 @@ sway_relation_state_t sway_supervise_relation(const sway_supervise_t *su, sway_r
     return (sway_relation_state_t)held->state;
 }
 
-uint32_t sway_supervise_quality(const sway_supervise_t *su)
-{
-    const uint32_t inputs = su->doubted_mask | su->offset_mask | su->refuted_mask;
-    bool broken = inputs != 0U || su->finding.code != (int32_t)SWAY_FINDING_NONE;
-    for (uint32_t i = 0; i < SWAY_RELATION_COUNT; i++) {
-        broken = broken || su->held[i].state == (uint8_t)SWAY_RELATION_BREAKS;
-    }
-    return broken ? (uint32_t)SWAY_QUALITY_RELATION_BROKEN : 0U;
-}
-
 /* The next harmonic of a relation, or the first one of the next relation that is allowed. */
 static void next_relation(sway_supervise_t *su)
 {

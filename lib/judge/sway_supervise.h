@@ -108,9 +108,6 @@ sway_relation_state_t sway_supervise_relation(const sway_supervise_t *supervise,
                                               sway_relation_t relation, int32_t *size_ppm,
                                               int32_t *deviation_ppm);
 
-/// SWAY_QUALITY_RELATION_BROKEN where any relation breaks or anything is doubted or found, else 0.
-uint32_t sway_supervise_quality(const sway_supervise_t *supervise);
-
 /// One slice of at most SWAY_SLICE_COST; false: nothing is to be done.
 bool sway_supervise_run(sway_supervise_t *supervise);
 

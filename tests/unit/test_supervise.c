@@ -399,29 +399,6 @@ static void a_window_that_comes_too_early_is_left_out(void)
     TEST_ASSERT_EQUAL(1, supervise.rounds);
 }
 
-static void the_quality_says_that_something_is_broken(void)
-{
-    memset(&supervise, 0, sizeof supervise);
-    TEST_ASSERT_EQUAL_UINT32(0, sway_supervise_quality(&supervise));
-    uint32_t *const masks[] = {&supervise.doubted_mask, &supervise.offset_mask,
-                               &supervise.refuted_mask};
-    for (unsigned i = 0; i < 3; i++) {
-        *masks[i] = 2U;
-        TEST_ASSERT_EQUAL_UINT32(SWAY_QUALITY_RELATION_BROKEN, sway_supervise_quality(&supervise));
-        *masks[i] = 0;
-    }
-    supervise.finding.code = SWAY_FINDING_FRICTION;
-    TEST_ASSERT_EQUAL_UINT32(SWAY_QUALITY_RELATION_BROKEN, sway_supervise_quality(&supervise));
-    supervise.finding.code = SWAY_FINDING_NONE;
-    for (unsigned i = 0; i < SWAY_RELATION_COUNT; i++) {
-        supervise.held[i].state = SWAY_RELATION_HOLDS;
-        TEST_ASSERT_EQUAL_UINT32(0, sway_supervise_quality(&supervise));
-        supervise.held[i].state = SWAY_RELATION_BREAKS;
-        TEST_ASSERT_EQUAL_UINT32(SWAY_QUALITY_RELATION_BROKEN, sway_supervise_quality(&supervise));
-        supervise.held[i].state = SWAY_RELATION_NOT_ASKED;
-    }
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -440,7 +417,6 @@ int main(void)
     RUN_TEST(changed_tyres_of_one_axle_are_told);
     RUN_TEST(a_wrong_speed_is_told_with_its_size);
     RUN_TEST(absurd_values_do_no_harm);
-    RUN_TEST(the_quality_says_that_something_is_broken);
     RUN_TEST(a_window_that_comes_too_early_is_left_out);
     return UNITY_END();
 }

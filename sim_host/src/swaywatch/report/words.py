@@ -68,7 +68,6 @@ FLAG_WORDS = {
     "user_inertia": "yaw inertia of the trailer is the user's",
     "hitch": "friction or damping at the ball, taken out of the critical speed",
     "small_swing": "the critical speed stands on smaller swings than the limit",
-    "relation_broken": "a relation between the inputs breaks",
     "unexplained": "an inertia has a part that no inertia has: its error is larger",
 }
 
