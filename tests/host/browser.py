@@ -32,6 +32,9 @@ FORMS = {  # form: width, height, mobile, colour scheme
     "phone": (390, 844, True, "light"),
     "dark": (1280, 900, False, "dark"),
 }
+PAPER = (703, 1000)
+"""A4 less its margins, CSS pixels."""
+LOOKS = (*FORMS, "print")
 
 
 class Browser:
@@ -136,13 +139,15 @@ class Browser:
 
     def open(self, page: Path, form: str = "desktop", limit_s: float = 60.0) -> None:
         """Load a page in a form and wait until all its plots are drawn."""
-        width, height, mobile, scheme = FORMS[form]
+        paper = form == "print"
+        width, height, mobile, scheme = (*PAPER, False, "light") if paper else FORMS[form]
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=1, mobile=mobile,
         )  # fmt: skip
         self.call(
             "Emulation.setEmulatedMedia",
+            media="print" if paper else "screen",
             features=[{"name": "prefers-color-scheme", "value": scheme}],
         )
         self.call("Page.navigate", url="about:blank")
@@ -157,15 +162,21 @@ class Browser:
             if self.complaints or time.monotonic() > end:
                 raise RuntimeError(f"{page} in form {form}: not drawn: {self.complaints}")
             time.sleep(0.05)
+        if paper:
+            self.evaluate("window.dispatchEvent(new Event('beforeprint')), 1")
 
     def picture(self, path: Path) -> None:
+        """The whole page into a PNG file."""
+        path.write_bytes(self.taken())
+
+    def taken(self) -> bytes:
         """The whole page as PNG."""
         size = self.call("Page.getLayoutMetrics")["cssContentSize"]
         answer = self.call(
             "Page.captureScreenshot", format="png", captureBeyondViewport=True,
             clip={"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1},
         )  # fmt: skip
-        path.write_bytes(base64.b64decode(answer["data"]))
+        return base64.b64decode(answer["data"])
 
     def printed(self, path: Path) -> None:
         """The page as PDF on A4."""
@@ -183,7 +194,7 @@ def main(words: list[str]) -> None:
     with Browser() as browser:
         for word in words[1:]:
             page = Path(word)
-            for form in FORMS:
+            for form in LOOKS:
                 browser.open(page, form)
                 browser.picture(out / f"{page.stem}-{form}.png")
             browser.printed(out / f"{page.stem}-print.pdf")

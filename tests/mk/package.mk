@@ -8,3 +8,8 @@ package: setup
 .PHONY: foreign
 foreign: setup
 	@$(PY) tests/host/foreign.py 400 1
+
+# `make first-hour`: what a new user ran into, before and now, each by a command; some minutes.
+.PHONY: first-hour
+first-hour: setup
+	@tests/tools/first-hour

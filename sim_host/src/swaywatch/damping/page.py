@@ -338,7 +338,9 @@ def _method() -> str:
         "same in all channels, explains the motion; it ends after two time constants, or where the "
         "swing sinks into the quiet signal, or after six cycles. Frequency and growth are "
         "estimated by swaywatch's core. Intervals hold what the quiet signal of the same recording "
-        "would have done to this fit, what another end of the window does, and, in means and "
-        "courses, the scatter of the repeats. Forced: the driver's input, turned back by the line, "
-        "adds a quarter of the swing or more within the window.</p>"
+        "would have done to this fit (where too little of it is quiet: what the same vehicle under "
+        "random forces of the size that the line leaves would have done), what another end of the "
+        "window does, and, in means and courses, the scatter of the repeats. Forced: an input, "
+        "turned back by the line, adds a quarter of the swing or more within the window, and does "
+        "not die out with it as a damper's does.</p>"
     )

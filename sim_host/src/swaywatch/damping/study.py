@@ -296,6 +296,7 @@ def _run_json(found: Found) -> dict[str, Any]:
                 "times_the_quiet_level": event.rise,
                 "kind": kind_of(found, k),
                 "forced_by": event.forced_by or None,
+                "followed_by": event.followed_by or None,
                 "input_share": event.share,
             }
             for k, event in enumerate(found.events)
@@ -321,6 +322,7 @@ def _point_json(point: Point) -> dict[str, Any]:
         "cycles": point.cycles,
         "determinable": point.determinable,
         "input_share": point.share,
+        "quiet_known": point.quiet_known,
         "amplitude": [float(a) for a in point.amplitude],
         **{name: _value_json(getattr(point, name)) for name in QUANTITIES},
         "begun_later_changes": {
