@@ -7,7 +7,9 @@ import pytest
 
 from swaywatch.diagnose.effect import RISE, Effect, Parameter, Window, library
 from swaywatch.diagnose.locate import Course, reformed, simplified, windows
+from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
 from swaywatch.diagnose.modules.sensor_roll_gravity import EFFECTS as GRAVITY_EFFECTS
+from swaywatch.diagnose.plant import BODY, PlantInput
 from swaywatch.diagnose.roll import lag, seen
 from swaywatch.diagnose.runs import Run
 from swaywatch.diagnose.term import Term
@@ -69,7 +71,7 @@ def test_windows_that_overlap_stay_and_those_that_touch_are_one() -> None:
 def test_another_form_keeps_the_windows_and_begins_what_it_adds() -> None:
     box, ramped = (_effect("crosswind_gust:car", form) for form in ("box", "ramped"))
     other = reformed(Term(box, (2.0, 4.0, 300.0), (1,)), ramped, 1)
-    assert other.values == (2.0, 4.0, 300.0, RISE.starts[1])
+    assert other.values == (2.0, 4.0, 300.0, RISE.starts[1], 0.0)
     assert other.window_runs == (1,)
 
 
@@ -106,3 +108,39 @@ def test_gravity_in_an_accelerometer_follows_the_centre_of_gravity() -> None:
     effect.observe(outputs, run, values)
     expected = measured + 9.81 * 0.01 * lag(of_the_body, 40.0, 0.4)
     assert outputs[channel] == pytest.approx(expected, abs=1e-9)
+
+
+def _plant(time: np.ndarray) -> PlantInput:
+    none = np.zeros(time.size)
+    return PlantInput(0.01, none + 25.0, none, none, np.ones(len(BODY)))
+
+
+def test_a_gust_turns_the_body_by_its_force_at_the_centre_of_pressure() -> None:
+    time = np.arange(0.0, 8.0, 0.01)
+    plant, run = _plant(time), Run("run1", time, {}, {}, 16.0)
+    values = {"force_n": -800.0, "rise_s": 0.5, "arm_m": 0.6}
+    _effect("crosswind_gust:trailer", "ramped").act(plant, run, {}, [Window(3.0, 5.0, values)])
+    force, moment = plant.series["force_trailer"], plant.series["moment_trailer"]
+    assert force.min() == pytest.approx(-800.0)
+    assert moment == pytest.approx(0.6 * force)
+    simple = _plant(time)
+    box = Window(3.0, 5.0, {"force_n": 500.0})
+    _effect("crosswind_gust:trailer", "box").act(simple, run, {}, [box])
+    assert not np.any(simple.series["moment_trailer"])
+
+
+def test_the_load_made_by_the_motion_has_the_gain_as_amplitude_whatever_the_offset() -> None:
+    time = np.arange(0.0, 40.0, 0.01)
+    rate = 0.02 * np.sin(2.0 * np.pi * 0.7 * time)
+    found = []
+    for offset in (0.0, 0.002):
+        plant = _plant(time)
+        run = Run("run1", time, {"car_yaw_rate": rate + offset}, {}, 16.0)
+        window = Window(15.0, 25.0, {"gain_n": 600.0, "delay_s": 0.2})
+        generator_effect("car_rear").act(plant, run, {}, [window])
+        found.append(plant.series["load_car_rear"])
+    load = found[0][(time > 16.0) & (time < 24.0)]
+    # a mean over a second lets nearly all of the double frequency pass
+    assert load.max() == pytest.approx(600.0, rel=0.05)
+    assert load.min() == pytest.approx(-600.0, rel=0.05)
+    assert found[1] == pytest.approx(found[0], abs=6.0)

@@ -110,9 +110,9 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
         return [found, path(first, base, part.next())]
     if _hopeless(first, base, found):
         return [found]
-    # two effects more than what explains everything are no simpler a vehicle
-    most = len(found.best.fit.terms) + 1
-    return [found, path(first, base, part.next(), most)]
+    # effects by the dozen make no simpler a vehicle than springs do
+    rival = Rival(len(found.best.fit.terms) + 1, springs.weighed(found.best).evidence)
+    return [found, path(first, base, part.next(), rival)]
 
 
 def _hopeless(rigid: Search, base: Candidate, other: Path) -> bool:
@@ -131,11 +131,21 @@ def _exact(path: Path) -> bool:
     return bool(shift.size and np.median(shift) < EXACT)
 
 
-def path(search: Search, base: Candidate, progress: Progress, most: int = MOST_EFFECTS) -> Path:
-    """At most so many effects, as long as the evidence grows by more than a claim needs."""
+@dataclass(frozen=True)
+class Rival:
+    """Another explanation: more effects than `most` only where they already do better than it."""
+
+    most: int
+    evidence: float
+
+
+def path(search: Search, base: Candidate, progress: Progress, rival: Rival | None = None) -> Path:
+    """More effects, as long as the evidence grows by more than a claim needs."""
     beam = [base]
     best = base
-    for depth in range(1, min(most, MOST_EFFECTS) + 1):
+    for depth in range(1, MOST_EFFECTS + 1):
+        if rival and depth > rival.most and search.weighed(best).evidence < rival.evidence:
+            break
         found: list[Candidate] = []
         for index, parent in enumerate(beam):
             progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)

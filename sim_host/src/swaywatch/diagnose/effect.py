@@ -54,6 +54,10 @@ class Window:
         return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(inside, 0.0, 1.0)))
 
 
+#: A least claim beyond which a value only shapes its effect.
+SHAPING = 1e6
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One free number of an effect.
@@ -82,6 +86,11 @@ class Parameter:
     starts: tuple[float, ...]
     scale: float
     minimum: float = 0.0
+
+    @property
+    def shapes(self) -> bool:
+        """A value that no claim rests on: it only shapes its effect."""
+        return self.minimum >= SHAPING
 
 
 #: Duration of the ramps of a window of the form "ramped": reported, never a claim by itself.

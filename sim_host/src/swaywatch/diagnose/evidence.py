@@ -45,6 +45,8 @@ BOUND = math.sqrt(3.0)
 SPREAD = 20.0
 #: Prior spread of an edge of a window, s.
 EDGE_S = 12.0
+#: A value that only shapes its effect is a typical one more often than not: Student's t.
+TAILS = 4.0
 LAGS = 20  # blocks, two seconds: longer than a period of sway
 #: Logarithm of the prior odds against an effect that a combination may as well not have.
 RARE = 1.0
@@ -115,6 +117,12 @@ def prior_spread(parameter: Parameter) -> float:
     return usual
 
 
+def _unusual(parameter: Parameter, value: float) -> float:
+    """Price of a shape that is far from the typical one."""
+    off = (value - parameter.neutral) / prior_spread(parameter)
+    return 0.5 * (TAILS + 1.0) * math.log1p(off * off / TAILS)
+
+
 def log_evidence(fitter: Fitter, fit: Fit, noise: float, choices: int) -> float:
     """Logarithm of the marginal likelihood of a fit, up to what all fits of a problem share.
 
@@ -131,6 +139,8 @@ def log_evidence(fitter: Fitter, fit: Fit, noise: float, choices: int) -> float:
     volume += 2.0 * sum(math.log(prior_spread(p)) for p in values)
     volume -= len(values) * math.log(noise)
     prior = sum(RARE + math.log(choices) - plausible(t) for t in fit.terms)
+    shapes = [(t.parameter(j), v) for t in fit.terms for j, v in enumerate(t.values)]
+    prior += sum(_unusual(p, v) for p, v in shapes if p.shapes)
     return -0.5 * fit.chi2 / noise - 0.5 * max(volume, 0.0) - prior
 
 

@@ -299,7 +299,7 @@ def _sizes(term: Term) -> list[list[float]]:
         parts = [
             float(value - p.neutral)
             for value, p in zip(row[2:], term.effect.parameters, strict=True)
-            if p.name not in ("delay_s", "rise_s")
+            if p.name not in ("delay_s", "rise_s", "arm_m")
         ]
         found.append([float(row[0]), float(row[1]), *parts])
     return found

@@ -45,7 +45,6 @@ RELEASED = (0.5, 0.0)
 BENT = 0.8  # an effect that takes more of the misfit away has bent the values of its parent
 LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
 TRAILER_FRONT = BODY.index("trailer.front_cornering_stiffness")
-SHAPING = 1e6  # a value whose least claim is beyond it only shapes its effect
 FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
 
@@ -192,7 +191,7 @@ class Linear:
         its main value alone it promises too little.
         """
         gain, values, effect = found
-        shape = [j for j, p in enumerate(effect.parameters) if p.minimum >= SHAPING]
+        shape = [j for j, p in enumerate(effect.parameters) if p.shapes]
         if not shape:
             return found
         steps = [effect.parameters[j].scale for j in shape]
@@ -293,6 +292,10 @@ class Search:
         if found is not None:
             term = windows(found[0])
             starts += [(found[1], term)] if term is not None else []
+        if level(parent) > LINEAR and not parent.terms:
+            # the parent's vehicle is bent to make up for what these windows explain
+            rest = self.close.start()
+            starts += [(rest, t) for _, t in starts]
         fits = [
             self.close.run(Fit((*parent.terms, t), s.nuisance, s.shift), 6, free=1)
             for s, t in starts

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import hilbert, lfilter
 
 from swaywatch.diagnose.effect import Array, Effect, Parameter, Values, Window
@@ -19,7 +18,8 @@ from swaywatch.diagnose.term import Term
 
 LARGEST_N = 3000.0  # beyond it a wheel would leave the road
 LONGEST_DELAY_S = 1.2  # tried in a search; a fit may go further
-MEAN_TIME_S = 1.2  # of the running mean in the generator
+LEAST_YAW = 1e-7  # (rad/s)^2, below it there is no load
+MEAN_TIME_S = 1.0  # of the running mean that the generator takes away
 
 
 def force_phase(run: Run, axle: str) -> Array:
@@ -62,21 +62,28 @@ def _act(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], Non
     return act
 
 
-def _generator(run: Run, delay: float) -> Array:
-    """Normalised generator (Eq. 6.1-6.2): square of the yaw rate over its running mean, less 1."""
+def _generator(run: Run, delay: float, window: Window) -> Array:
+    """The generator's load for a gain of one (Eq. 6.1): square of the yaw rate, less its mean.
+
+    Over the mean of the square in the window, so that the gain is the load's amplitude there.
+    """
     if "_square" not in run.simulated:
-        q = low_pass(run.channels["car_yaw_rate"], 6.0) ** 2
+        rate = low_pass(run.channels["car_yaw_rate"], 6.0)
+        q = (rate - np.median(rate)) ** 2  # straight ahead for most of the time: its offset
         step = 1.0 / (RATE_HZ * MEAN_TIME_S)
-        mean = lfilter([step], [1.0, step - 1.0], q) + 1e-6
-        run.simulated["_square"] = q / mean - 1.0
-    return np.interp(run.time - delay, run.time, run.simulated["_square"])
+        run.simulated["_square"] = q
+        run.simulated["_high_pass"] = q - lfilter([step], [1.0, step - 1.0], q)
+    inside = window.mask(run.time)
+    size = float(np.dot(inside, run.simulated["_square"]) / max(float(np.sum(inside)), 1.0))
+    late = np.interp(run.time - delay, run.time, run.simulated["_high_pass"])
+    return np.asarray(late / (size + LEAST_YAW))
 
 
 def _act_generator(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
         for window in windows:
-            load = window.values["gain_n"] * _generator(run, window.values["delay_s"])
+            load = window.values["gain_n"] * _generator(run, window.values["delay_s"], window)
             plant.add_series(f"load_{axle}", load * window.mask(run.time))
 
     return act
@@ -88,7 +95,7 @@ def generator_effect(axle: str) -> Effect:
         id="axle_load_harmonic",
         component=axle,
         kind="physics",
-        equation="F_z = F_z0 + gain (q/mean(q) - 1)(t - delay), q: square of the yaw rate",
+        equation="F_z = F_z0 + gain (q - mean(q))(t - delay) / mean(q), q: yaw rate squared",
         source="Eq. 6.1 and 6.2, Fig. 6-3",
         parameters=(
             Parameter("gain_n", "N", 0.0, 0.0, LARGEST_N, (500.0,), 20.0, 40.0),
@@ -112,7 +119,7 @@ def _describe(run: Run, axle: str, window: Window) -> dict[str, float]:
     inside = window.mask(run.time) > 0.5
     f = frequency(run, axle, window)
     if "gain_n" in window.values:
-        load = window.values["gain_n"] * _generator(run, window.values["delay_s"])[inside]
+        load = window.values["gain_n"] * _generator(run, window.values["delay_s"], window)[inside]
         phase = 2.0 * force_phase(run, axle)[inside]
         columns = np.stack([np.cos(phase), -np.sin(phase), np.ones(phase.size)], axis=1)
         a, b, _ = np.linalg.lstsq(columns, load, rcond=None)[0]
@@ -125,15 +132,14 @@ def _describe(run: Run, axle: str, window: Window) -> dict[str, float]:
     }
 
 
-def _as_generator(
-    run: Run, axle: str, inside: NDArray[np.bool_], load: Array
-) -> tuple[float, float]:
+def _as_generator(run: Run, axle: str, window: Window, load: Array) -> tuple[float, float]:
     """Gain and delay of the generator whose load is nearest to some course of it."""
+    inside = (run.time >= window.start) & (run.time <= window.stop)
     phase = 2.0 * force_phase(run, axle)[inside]
     best = (np.inf, 0.0, 0.0)
     turn = (run.time[inside][-1] - run.time[inside][0]) / max(float(np.ptp(phase)), 1e-6)
     for delay in np.arange(0.0, 2.0 * np.pi * turn, 0.02):
-        g = _generator(run, delay)[inside]
+        g = _generator(run, float(delay), window)[inside]
         gain = float(np.dot(g, load) / (np.dot(g, g) + 1e-12))
         rest = float(np.sum((load - gain * g) ** 2))
         if gain > 0.0 and rest < best[0]:
@@ -153,7 +159,7 @@ def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
             return None
         phase = 2.0 * force_phase(run, axle)[inside]
         load = a * np.cos(phase) - b * np.sin(phase)
-        values += [start, stop, *_as_generator(run, axle, inside, load)]
+        values += [start, stop, *_as_generator(run, axle, Window(start, stop, {}), load)]
     return Term(generator_effect(axle), tuple(values), term.window_runs)
 
 

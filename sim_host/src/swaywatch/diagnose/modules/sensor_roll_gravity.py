@@ -48,7 +48,7 @@ EFFECTS = [
                 "roll_per_acceleration", "rad per m/s2", 0.0, -0.05, 0.05, (0.008,), 0.0005, 0.001
             ),
             Parameter("roll_frequency_rad_s", "rad/s", 13.0, 4.0, 40.0, (13.0, 8.0), 0.2, 1e9),
-            Parameter("roll_damping", "-", 0.112, 0.03, 1.5, (0.112, 0.3), 0.02, 1e9),
+            Parameter("roll_damping", "-", 0.112, 0.05, 1.5, (0.112, 0.3), 0.02, 1e9),
         ),
         observe=_observe(channel),
         decided_by="an inertial unit with a roll rate",
