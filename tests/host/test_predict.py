@@ -143,7 +143,7 @@ def test_a_model_survives_the_way_through_json() -> None:
     friction = _effect("hitch_friction:hitch")
     terms = (
         Term(friction, tuple(p.starts[0] for p in friction.parameters)),  # type: ignore[attr-defined,arg-type]
-        Term(_effect("crosswind_gust:car", "half_sine"), (3.0, 6.0, 500.0), (1,)),  # type: ignore[arg-type]
+        Term(_effect("crosswind_gust:car", "half_sine"), (3.0, 6.0, 500.0, 0.4), (1,)),  # type: ignore[arg-type]
     )
     problem = synthetic((), seed=7)
     fit = Fit(terms, np.zeros((2, 5)), np.zeros(0))
@@ -154,6 +154,10 @@ def test_a_model_survives_the_way_through_json() -> None:
     ]
     assert back[1].effect.extra["form"] == "half_sine"
     assert block["runs"][1]["duration_s"] == pytest.approx(24.99)
+    # windows of an older model have no centre of pressure: it was the centre of gravity
+    gust = block["terms"][1] | {"values": [3.0, 6.0, 500.0]}
+    (old,) = terms_of([gust], library())
+    assert old.values == (3.0, 6.0, 500.0, 0.0)
 
 
 def test_the_mapping_travels_inside_the_model(tmp_path: Path) -> None:

@@ -101,9 +101,13 @@ def _values(effect: Effect, entry: dict[str, Any]) -> tuple[float, ...]:
     values = [float(v) for v in entry["values"]]
     want = len(effect.parameters)
     if effect.windowed:
-        if len(values) != (2 + want) * len(entry["window_runs"]):
+        count = len(entry["window_runs"])
+        stride = len(values) // max(count, 1)
+        if stride * count != len(values) or not 3 <= stride <= 2 + want:
             raise SwaywatchError(f"the model's windows of {effect.name} do not fit the library")
-        return tuple(values)
+        gained = [p.neutral for p in effect.parameters[stride - 2 :]]
+        rows = [values[w * stride : (w + 1) * stride] for w in range(count)]
+        return tuple(v for row in rows for v in (*row, *gained))
     if len(values) > want:
         raise SwaywatchError(
             f"the model holds {len(values)} values of {effect.name}; the library knows {want}"
