@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +71,11 @@ def add_parser(subparsers: Any) -> None:
         "--send", action="store_true", help="send the status frames to the bus, as the ECU does"
     )
     parser.add_argument(
+        "--page", type=int, nargs="?", const=0, metavar="PORT",
+        help="also as a page in a browser of this machine, the report's figures as they grow; the "
+        "address is printed (PORT: a free one)",
+    )  # fmt: skip
+    parser.add_argument(
         "--duration", type=float, default=math.inf, metavar="S", help="end after this time"
     )
 
@@ -99,14 +106,38 @@ def run(args: argparse.Namespace) -> int:
         )
         bus = _open(args)
     console = Console(highlight=False)
-    with bus:
+    with ExitStack() as stack:
+        stack.enter_context(bus)
+        note = _page(args, vehicle, console, stack)
         if console.is_terminal:
-            with Live(console=console, screen=False, auto_refresh=False) as live:
-                _watch(bus, feed, args, 0.2, lambda: live.update(picture(feed, args), refresh=True))
+            live = stack.enter_context(Live(console=console, screen=False, auto_refresh=False))
+            _watch(
+                bus, feed, args, 0.2, lambda: live.update(picture(feed, args), refresh=True), note
+            )
         else:
-            _watch(bus, feed, args, 1.0, lambda: console.print(line(feed), soft_wrap=True))
+            _watch(bus, feed, args, 1.0, lambda: console.print(line(feed), soft_wrap=True), note)
     console.print(line(feed), soft_wrap=True)
     return 0
+
+
+def _page(
+    args: argparse.Namespace, vehicle: Vehicle, console: Console, stack: ExitStack
+) -> Callable[[Any], None] | None:
+    """With --page: serve it until the command ends; what is called with each status."""
+    if args.page is None:
+        return None
+    from swaywatch.report.live import LivePage, Server
+
+    if not 0 <= args.page <= 65535:
+        raise SwaywatchError(f"--page {args.page}: expected a port, 1024 to 65535, or 0 for any")
+    page = LivePage(vehicle, _place(args))
+    server = stack.enter_context(Server(page, args.page))
+    console.print(server.address, soft_wrap=True)
+    return page.note
+
+
+def _place(args: argparse.Namespace) -> str:
+    return str(args.recording) if args.recording else f"{args.interface} {args.channel}"
 
 
 def _open(args: argparse.Namespace) -> can.BusABC:
@@ -145,7 +176,8 @@ def _watch(
     feed: NodeFeed | RoleFeed,
     args: argparse.Namespace,
     every_s: float,
-    show: Any,
+    show: Callable[[], None],
+    note: Callable[[Any], None] | None,
 ) -> None:
     """Receive, and show every so often."""
     end = time.monotonic() + args.duration
@@ -158,12 +190,9 @@ def _watch(
                     break
                 continue
             if message is not None:
-                for identifier, data in feed.receive(message):
-                    if args.send:
-                        assert not isinstance(bus, Playback)
-                        bus.send(
-                            can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
-                        )
+                _take(bus, feed, args, message)
+                if note:
+                    note(feed.status())
             else:
                 feed.advance(time.time())
             if time.monotonic() >= due:
@@ -173,6 +202,19 @@ def _watch(
         pass
     except can.CanError as error:
         raise SwaywatchError(f"the bus {args.channel} failed: {error}") from None
+
+
+def _take(
+    bus: can.BusABC | Playback,
+    feed: NodeFeed | RoleFeed,
+    args: argparse.Namespace,
+    message: can.Message,
+) -> None:
+    """One frame; with --send what the ECU answers goes to the bus."""
+    for identifier, data in feed.receive(message):
+        if args.send:
+            assert not isinstance(bus, Playback)
+            bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
 
 
 def _values(feed: NodeFeed | RoleFeed) -> tuple[Any, dict[str, float]]:
@@ -291,6 +333,5 @@ def picture(feed: NodeFeed | RoleFeed, args: argparse.Namespace) -> Panel:
         f"frames, {feed.counts.rate_hz:.0f}/s; faults: {', '.join(faults) or 'none'}",
         style="dim",
     )
-    place = args.recording if args.recording is not None else f"{args.interface} {args.channel}"
-    title = f"swaywatch  {place}"
+    title = f"swaywatch  {_place(args)}"
     return Panel(Group(head, table, foot), title=title, title_align="left")

@@ -221,7 +221,12 @@
       }
     }, 150);
   });
-  window.swaywatch = { plots, tableOf };
+  const show = (name, content) => { // another content for the plot of that name
+    const plot = plots.find((other) => other.holder.dataset.name === name);
+    Object.assign(plot, { data: numbers(content.data), layout: numbers(content.layout) });
+    return draw(plot);
+  };
+  window.swaywatch = { plots, tableOf, show };
   start().catch((error) => {
     const text = typeof DecompressionStream === "undefined"
       ? "The plots need a browser of 2023 or newer." : `The plots could not be drawn: ${error}`;

@@ -35,8 +35,8 @@ def make_report(results: list[DriveResult], signals: Path | None = None) -> str:
     signals
         The ``signals.toml`` they were read with, for the list of sources.
     """
-    parts = [_verdict(result, several=len(results) > 1) for result in results]
-    parts += ["<h2>In figures</h2>", _numbers(results)]
+    parts = [verdict_box(result, several=len(results) > 1) for result in results]
+    parts += ["<h2>In figures</h2>", key_figures(results)]
     parts.append("<h2>Margin against speed</h2>")
     parts.append(
         _figure(
@@ -69,14 +69,15 @@ def _title(results: list[DriveResult]) -> str:
     return ", ".join(path.name for result in results for path in result.drive.files)
 
 
-def _verdict(result: DriveResult, several: bool) -> str:
+def verdict_box(result: DriveResult, *, several: bool = False) -> str:
+    """The conclusion of a drive, with its name where there are `several`."""
     kind, sentence = verdict(result)
     lead = f"<div class='note'>{html.escape(result.drive.name)}</div>" if several else ""
     items = "".join(f"<li>{html.escape(text)}</li>" for text in sentences(result))
     return f"<div class='verdict {kind}'>{lead}<p>{html.escape(sentence)}</p><ul>{items}</ul></div>"
 
 
-def _numbers(results: list[DriveResult]) -> str:
+def key_figures(results: list[DriveResult]) -> str:
     """The key figures of all drives side by side."""
     rows: list[tuple[str, str, list[str]]] = [
         ("speed at the estimates", "km/h", [f"{speed_used_m_s(r) * KMH:.1f}" for r in results]),

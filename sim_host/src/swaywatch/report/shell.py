@@ -33,6 +33,9 @@ POLICY = (
 )
 """Content security policy: what is in the page runs, nothing is loaded, nothing is sent."""
 
+LIVE_POLICY = POLICY.replace("connect-src 'none'", "connect-src 'self'")
+"""Of a page that asks the very program that served it for what is new."""
+
 FONT = {"family": "Helvetica, Arial, sans-serif", "size": 13, "color": "#1f2937"}
 _HOST = re.compile(r"https?://(?!www\.w3\.org)(?:[A-Za-z0-9-]+\.)+[A-Za-z]{2,}")
 _UNIT = re.compile(r"\[([^\]]*)\]|,\s*([^,\[\]]{1,12})$")
@@ -69,10 +72,7 @@ def plot(figure: go.Figure, *, run: str = "", name: str = "plot", least_width: i
     least_width
         Pixels below which the plot scrolls instead of shrinking.
     """
-    figure.update_layout(template=None, font=FONT)
-    figure.update_layout(width=None)
-    _units_in_hovers(figure)
-    content = gzip.compress(_compact(figure).to_json().encode("utf-8"), 9, mtime=0)
+    content = gzip.compress(figure_json(figure).encode("utf-8"), 9, mtime=0)
     attributes = {"run": run, "name": re.sub(r"\W+", "_", name), "x": "time [s]" if run else ""}
     data = "".join(f" data-{k}='{html.escape(v, quote=True)}'" for k, v in attributes.items() if v)
     least = f" data-least='{least_width}'" if least_width else ""
@@ -83,6 +83,14 @@ def plot(figure: go.Figure, *, run: str = "", name: str = "plot", least_width: i
         f"<div class='scroll'><div class='draw' style='min-height:{height}px'></div></div>"
         "<figcaption><button type='button'>CSV of this plot</button></figcaption></figure>"
     )
+
+
+def figure_json(figure: go.Figure) -> str:
+    """A figure as the page's script draws it."""
+    figure.update_layout(template=None, font=FONT)
+    figure.update_layout(width=None)
+    _units_in_hovers(figure)
+    return str(_compact(figure).to_json())
 
 
 def _compact(figure: go.Figure) -> go.Figure:
@@ -132,7 +140,8 @@ def _library() -> str:
 
 
 @cache
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Content of a file beside this one."""
     return resources.files("swaywatch.report").joinpath(name).read_text(encoding="utf-8")
 
 
@@ -142,6 +151,8 @@ def document(
     *,
     meta: str = "",
     sources: Mapping[str, Sequence[Path | str]] | None = None,
+    policy: str = POLICY,
+    script: str = "",
 ) -> str:
     """The page around its parts.
 
@@ -156,6 +167,10 @@ def document(
     sources
         Files by what they are (``recording``, ``vehicle``, ``signals``): listed with their
         SHA-256 at the end of the page.
+    policy
+        Content security policy.
+    script
+        JavaScript behind the page's own.
     """
     body, contents = _with_anchors("\n".join([*parts, _sources(sources or {})]))
     line = " · ".join(
@@ -163,20 +178,20 @@ def document(
             None, (meta, f"swaywatch {__version__}", f"{datetime.now(tz=UTC):%Y-%m-%d %H:%M} UTC")
         )
     )
-    script = ""
+    scripts = f"<script>{script}</script>" if script else ""
     if "<figure class='plot'" in body:
-        script = (
+        scripts = (
             f"<script id='library' type='text/plain'>{_library()}</script>"
-            f"<script>{_asset('page.js')}</script>"
+            f"<script>{asset('page.js')}</script>{scripts}"
         )
     return (
         "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>"
         "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
         "<meta name='referrer' content='no-referrer'>"
-        f"<title>{html.escape(title)}</title><style>{_asset('page.css')}</style></head><body><main>"
+        f"<title>{html.escape(title)}</title><style>{asset('page.css')}</style></head><body><main>"
         f"<h1>{html.escape(title)}</h1><div class='meta'>{html.escape(line)}</div>"
-        f"{contents}{body}</main>{script}</body></html>\n"
+        f"{contents}{body}</main>{scripts}</body></html>\n"
     )
 
 
