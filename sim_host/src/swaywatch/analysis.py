@@ -531,6 +531,33 @@ def flag_share(estimates: Estimates) -> dict[str, float]:
     return dict(sorted(((n, s) for n, s in shares.items() if s > 0.0), key=lambda item: -item[1]))
 
 
+def believed_value(vehicle: Vehicle, name: str) -> float | None:
+    """What ``vehicle.toml`` says of a measured value, in its unit; None where it says nothing."""
+    if name == "v_crit_m_s":
+        return _believed_critical_m_s(vehicle)
+    body, _, inertia = name.partition("_yaw_inertia")
+    if inertia:
+        found = getattr(getattr(vehicle, body, None), "yaw_inertia", None)
+    elif name.endswith(".cornering_stiffness_n_per_rad"):
+        body, _, which = name.partition(".")[0].partition("_")
+        found = getattr(getattr(vehicle, body, None), f"{which}_cornering_stiffness", None)
+    else:
+        return None
+    return None if found is None else float(found)
+
+
+def _believed_critical_m_s(vehicle: Vehicle) -> float | None:
+    """Speed at which the damping of the vehicle as believed first falls below zero."""
+    speed = np.linspace(*SEARCHED_M_S, 241)
+    damping, _ = model_damping(vehicle, speed)
+    after = np.flatnonzero((damping[1:] <= 0.0) & (damping[:-1] > 0.0))
+    if not len(after):
+        return None
+    k = int(after[0])
+    share = damping[k] / (damping[k] - damping[k + 1])
+    return float(speed[k] + share * (speed[k + 1] - speed[k]))
+
+
 def as_json(result: DriveResult) -> dict[str, Any]:
     """The result as plain types, SI units."""
     return {
@@ -546,7 +573,12 @@ def as_json(result: DriveResult) -> dict[str, Any]:
         "conclusion": result.sentences,
         "window_oscillations": result.window_oscillations,
         "values": {
-            name: {"value": v.value, "standard_error": v.error, "estimates": v.count}
+            name: {
+                "value": v.value,
+                "standard_error": v.error,
+                "estimates": v.count,
+                "believed": believed_value(result.vehicle, name),
+            }
             for name, v in result.values.items()
         },
         "critical_speed": {"kind": result.critical_kind, "searched_m_s": list(SEARCHED_M_S)},

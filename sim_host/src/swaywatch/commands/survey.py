@@ -17,14 +17,17 @@ def add_parser(subparsers: Any) -> None:
         description="Analyse and diagnose every recording below a folder, and those of a "
         "combination that disagree together. A vehicle.toml and a signals.toml beside a recording "
         "(or above it) are taken before those given here. Started again, it goes on where it "
-        "was. Exit code 1: done, but some runs failed; the page says why.",
+        "was. survey.parquet has a row for each run, survey.html the worst first and what is "
+        "unlike the rest of the fleet. Exit code 1: done, but some runs failed; the page says "
+        "why.",
     )
     parser.add_argument("folder", type=Path, help="folder with recordings, at any depth")
     parser.add_argument("--vehicle", type=Path, metavar="TOML", help="where none is nearer")
     parser.add_argument("--signals", type=Path, metavar="TOML", help="where none is nearer")
     parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-survey"), metavar="DIR",
-        help="folder for survey.html, survey.json and the pages (default: %(default)s)",
+        help="folder for survey.html, survey.parquet, survey.jsonl and the pages "
+        "(default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--exclude", action="append", default=None, metavar="PATTERN",
@@ -33,6 +36,16 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, metavar="N",
         help="processes at a time (default: one a core)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS",
+        help="of a dask cluster whose workers do the work, such as tcp://host:8786; they need the "
+        "same swaywatch, the folder and --out (pip install distributed)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--diagnose", choices=("all", "outliers", "none"), default="all",
+        help="which runs; outliers: for a fleet, analyse all of them and diagnose those that are "
+        "unlike the others (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--limit", type=float, default=1800.0, metavar="S",
@@ -44,9 +57,11 @@ def run(args: argparse.Namespace) -> int:
     """Survey, tell each run as it comes, write the page."""
     from swaywatch.errors import SwaywatchError
     from swaywatch.recording.guard import must_exist, whole_file
+    from swaywatch.survey.outcome import Outcome
     from swaywatch.survey.page import count_words, make_page
     from swaywatch.survey.plan import find_runs
-    from swaywatch.survey.work import Outcome, survey
+    from swaywatch.survey.work import survey
+    from swaywatch.survey.workers import workers
 
     if args.jobs < 1:
         raise SwaywatchError(f"--jobs {args.jobs}; expected 1 or more")
@@ -55,17 +70,22 @@ def run(args: argparse.Namespace) -> int:
             must_exist(path, "TOML file")
     exclude = ["simulation*"] if args.exclude is None else args.exclude
     out = args.out.resolve()
-    runs = find_runs(args.folder.resolve(), args.vehicle, args.signals, exclude, out)
+    folder = args.folder.resolve()
+    given = [None if path is None else path.resolve() for path in (args.vehicle, args.signals)]
+    runs = find_runs(folder, given[0], given[1], exclude, out)
     start, done = time.monotonic(), 0
 
     def told(outcome: Outcome) -> None:
         nonlocal done
         done += 1
         reason = f": {outcome.line()}" if outcome.why else ""
-        place = f"{done}/{len(runs)}" if done <= len(runs) else "together"
+        place = f"{done}/{len(runs)}" if done <= len(runs) else "then"
         print(f"[{place}] {outcome.name}  {outcome.state}{reason}", flush=True)
 
-    alone, together = survey(runs, out, jobs=args.jobs, limit_s=args.limit, told=told)
+    with workers(args.jobs, args.scheduler, folder, out) as executor:
+        alone, together = survey(
+            runs, out, executor, diagnose=args.diagnose, limit_s=args.limit, told=told
+        )
     took = f"{(time.monotonic() - start) / 60.0:.0f} min"
     page = args.out / "survey.html"
     with whole_file(page) as temporary:

@@ -6,10 +6,22 @@ import html
 from collections import Counter
 from collections.abc import Sequence
 
-from swaywatch.report.shell import document, wide
-from swaywatch.survey.work import STATES, Outcome
+import numpy as np
+import plotly.graph_objects as go
 
-_COLOUR = {"disagrees": "bad", "agrees": "good", "cannot say": "near", "failed": "near"}
+from swaywatch.report.shell import document, plot, wide
+from swaywatch.survey.fleet import NAMES, Comparison, compare, limit, strength
+from swaywatch.survey.outcome import STATES, Outcome
+
+MOST_ROWS = 1000
+"""Of a table; a browser gets slow beyond, and nobody reads them."""
+MOST_POINTS = 400
+"""Of a value near the median, in the picture."""
+
+_COLOUR = {
+    "disagrees": "bad", "agrees": "good", "cannot say": "near", "not diagnosed": "near",
+    "failed": "near",
+}  # fmt: skip
 
 
 def count_words(outcomes: Sequence[Outcome]) -> str:
@@ -17,17 +29,24 @@ def count_words(outcomes: Sequence[Outcome]) -> str:
     number = Counter(outcome.state for outcome in outcomes)
     text = f"{number['disagrees']} of {len(outcomes)} runs disagree with the model"
     for state, words in (
-        ("agrees", "agree"), ("cannot say", "cannot be judged"), ("failed", "failed"),
+        ("agrees", "agree"), ("cannot say", "cannot be judged"),
+        ("not diagnosed", "were analysed only"), ("failed", "failed"),
     ):  # fmt: skip
         if number[state]:
             text += f", {number[state]} {words}"
+    if unlike := sum(bool(outcome.stands_out) for outcome in outcomes):
+        text += f"; {unlike} {'is' if unlike == 1 else 'are'} unlike the rest of the fleet"
     return text
 
 
 def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome], took: str) -> str:
     """HTML of a survey."""
-    order = sorted(alone, key=lambda o: (STATES.index(o.state), -(o.mismatch or 0.0), o.name))
-    kind = "bad" if any(o.state == "disagrees" for o in alone) else "good"
+    order = sorted(
+        alone,
+        key=lambda o: (STATES.index(o.state), not o.stands_out, -(o.mismatch or 0.0), o.name),
+    )
+    unlike = any(outcome.stands_out for outcome in alone)
+    kind = "bad" if unlike or any(o.state == "disagrees" for o in alone) else "good"
     often = Counter(name for outcome in alone for name in outcome.effects).most_common(8)
     items = "".join(
         f"<li>{html.escape(name)}: {count} run{'s' if count > 1 else ''}</li>"
@@ -36,8 +55,10 @@ def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome]
     parts = [
         f"<div class='verdict {kind}'><p>{html.escape(count_words(alone))}.</p>"
         f"<ul>{items}</ul></div>",
+        *_fleet(alone),
         "<h2>Runs</h2>",
-        _table(order),
+        _table(order[:MOST_ROWS]),
+        _left_out(len(order)),
         "<div class='note'>Mismatch: rest of the fit in units of the measurement's noise, of the "
         "model as it is and with what was found; about 1 is noise. Each run is judged by itself; "
         "the link leads to the maps, signals and figures behind it.</div>",
@@ -51,6 +72,76 @@ def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome]
         ]
     title = "Which runs disagree with the model, where, and why"
     return document(title, parts, meta=f"{folder}, made in {took}")
+
+
+def _left_out(count: int) -> str:
+    if count <= MOST_ROWS:
+        return ""
+    return (
+        f"<div class='note'>The first {MOST_ROWS} of {count} runs; all of them are in "
+        "survey.parquet.</div>"
+    )
+
+
+def _fleet(alone: Sequence[Outcome]) -> list[str]:
+    """What is unlike the other runs; nothing where there are too few to say so."""
+    comparisons = compare(alone)
+    if not comparisons:
+        return []
+    most = strength(comparisons, len(alone))
+    unlike = sorted(
+        (place for place, outcome in enumerate(alone) if outcome.stands_out),
+        key=lambda place: -most[place],
+    )
+    rows = "".join(_unlike_row(alone[place]) for place in unlike[:MOST_ROWS])
+    head = "<tr><th>run</th><th>what is unlike the others</th><th>alarm</th><th></th></tr>"
+    found = wide(f"<table>{head}{rows}</table>") if unlike else "<p>No run stands out.</p>"
+    return [
+        "<h2>Unlike the rest of the fleet</h2>",
+        found,
+        plot(_picture(comparisons, alone), name="fleet"),
+        "<div class='note'>Each measured value against what vehicle.toml says, compared with the "
+        "same of all other runs. Zero is the median; one is the scatter of the fleet and the "
+        f"value's own standard error together. Beyond {limit(comparisons):.1f} (dashed) one normal "
+        "fleet in a hundred has a run. Of those within 2.5 only some are drawn.</div>",
+    ]
+
+
+def _unlike_row(outcome: Outcome) -> str:
+    cells = [html.escape(outcome.name), _lines(outcome.stands_out), outcome.alarm, _links(outcome)]
+    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
+
+def _picture(comparisons: Sequence[Comparison], alone: Sequence[Outcome]) -> go.Figure:
+    """Distance of every run from the fleet, a row of points for each value."""
+    figure = go.Figure()
+    far = limit(comparisons)
+    for row, entry in enumerate(comparisons):
+        inside = np.flatnonzero(np.abs(entry.distance) < 2.5)
+        thin = inside[:: max(1, len(inside) // MOST_POINTS)]
+        shown = np.concatenate([thin, np.flatnonzero(np.abs(entry.distance) >= 2.5)])
+        beyond = np.abs(entry.distance[shown]) > far
+        figure.add_scatter(
+            x=entry.distance[shown],
+            y=row + 0.35 * np.sin(shown * 2.399963),  # spread, the same each time
+            text=[html.escape(alone[entry.runs[k]].name) for k in shown],
+            mode="markers",
+            marker={
+                "size": np.where(beyond, 10, 5),
+                "color": np.where(beyond, "#dc2626", "#2563eb"),
+                "opacity": 0.7,
+            },
+            hovertemplate="%{text}: %{x:.1f}<extra></extra>",
+            showlegend=False,
+        )
+    for side in (-far, far):
+        figure.add_vline(x=side, line={"dash": "dash", "width": 1, "color": "#9ca3af"})
+    figure.update_xaxes(title_text="distance from the fleet [scatter]")
+    figure.update_yaxes(
+        tickvals=list(range(len(comparisons))), ticktext=[NAMES[c.name] for c in comparisons]
+    )
+    figure.update_layout(height=140 + 60 * len(comparisons), margin={"l": 230})
+    return figure
 
 
 def _table(outcomes: Sequence[Outcome]) -> str:
@@ -73,12 +164,16 @@ def _row(outcome: Outcome) -> str:
         if outcome.v_crit_kmh is None
         else f"{outcome.v_crit_kmh:.1f} ± {outcome.v_crit_se_kmh:.1f}",
         outcome.alarm,
-        " ".join(
-            f"<a href='{html.escape(path, quote=True)}'>{title}</a>"
-            for title, path in outcome.pages.items()
-        ),
+        _links(outcome),
     ]
     return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
+
+def _links(outcome: Outcome) -> str:
+    return " ".join(
+        f"<a href='{html.escape(path, quote=True)}'>{title}</a>"
+        for title, path in outcome.pages.items()
+    )
 
 
 def _lines(texts: Sequence[str]) -> str:

@@ -1,77 +1,55 @@
 """The work of a survey: each run analysed and diagnosed in processes of their own.
 
 A run that cannot be read, crashes or takes too long costs only itself. What is done is written at
-once, and kept when the survey is started again.
+once, and kept when the survey is started again. Who does the work, threads of this process or the
+workers of a cluster, is the executor's affair (:mod:`swaywatch.survey.workers`).
 """
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, field
+from concurrent.futures import CancelledError, Executor, Future, as_completed
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from swaywatch.diagnose.words import how_much, named, part, when
 from swaywatch.errors import SwaywatchError
-from swaywatch.recording.guard import must_exist, whole_file
+from swaywatch.recording.guard import must_exist
+from swaywatch.survey.outcome import Journal, Outcome
 from swaywatch.survey.plan import Run, groups
+from swaywatch.survey.warm import Ran, Warm
 
-STATES = ("disagrees", "agrees", "cannot say", "failed")
-"""What a survey says of a run, the urgent first."""
+DIAGNOSED = ("all", "outliers", "none")
+"""Which runs a survey diagnoses."""
 TOGETHER_MOST = 4
 """Runs that are diagnosed together at most: those that disagree most."""
 
 
-@dataclass
-class Outcome:
-    """What a survey found on a run, or on several runs together.
+@dataclass(frozen=True)
+class Order:
+    """What a worker is asked for beside the run.
 
     Attributes
     ----------
-    state : one of :data:`STATES`
-    verdict : of the diagnosis
-    mismatch : rest of the fit of the model, in its noise; about 1 where nothing is missing
-    why : sentences: the effects, or what stood in the way
-    where : windows and lines of each effect
-    v_crit_kmh, v_crit_se_kmh, speed_kmh : of the analysis
-    alarm : the highest state
-    pages : what there is to open: title -> path below the survey's folder
+    out : folder of the results
+    limit_s : of one analysis or diagnosis
+    whole : diagnosis and pages too, not only the analysis
     """
 
-    name: str
-    key: str
-    state: str = "failed"
-    verdict: str = ""
-    mismatch: float | None = None
-    mismatch_after: float | None = None
-    why: list[str] = field(default_factory=list)
-    where: list[str] = field(default_factory=list)
-    effects: list[str] = field(default_factory=list)
-    v_crit_kmh: float | None = None
-    v_crit_se_kmh: float | None = None
-    conclusion: str = ""
-    alarm: str = ""
-    pages: dict[str, str] = field(default_factory=dict)
-
-    def line(self) -> str:
-        """What was found in one line: what and where, when, how much."""
-        count = len(self.effects)
-        found = [
-            f"{what} [{where}]" if where else what
-            for what, where in zip(self.why[:count], self.where, strict=False)
-        ]
-        return "; ".join([*found, *self.why[len(found) :]])
+    out: Path
+    limit_s: float
+    whole: bool
 
 
 def survey(
     runs: Sequence[Run],
     out: Path,
+    executor: Executor,
     *,
-    jobs: int,
+    diagnose: str = "all",
     limit_s: float,
     told: Callable[[Outcome], None] = lambda outcome: None,
 ) -> tuple[list[Outcome], list[Outcome]]:
@@ -81,7 +59,8 @@ def survey(
     ----------
     runs : from :func:`swaywatch.survey.plan.find_runs`
     out : folder of the results
-    jobs : processes at a time
+    executor : runs functions of this module, here or on other machines that have the same files
+    diagnose : one of :data:`DIAGNOSED`; ``outliers``: those that are unlike the others
     limit_s : of one analysis or diagnosis
     told : called with each outcome as it comes
 
@@ -90,37 +69,54 @@ def survey(
     alone, together : outcomes of the runs, in their order, and of combinations of which several
         runs disagree, diagnosed together
     """
-    kept = _kept(out)
+    from swaywatch.survey.fleet import mark  # not in the workers, which need neither
+    from swaywatch.survey.table import write_table
+
+    journal = Journal(out)
     done: dict[str, Outcome] = {}
 
-    def all_of(jobs_left: dict[Future[Outcome], str]) -> list[Outcome]:
+    def all_of(left: dict[Future[Outcome], str]) -> list[Outcome]:
         """Take outcomes as they come; only this thread writes them down."""
-        for future in as_completed(jobs_left):
-            name = jobs_left[future]
-            error = future.exception()
-            if error is not None and not isinstance(error, Exception):
-                raise error
-            outcome = future.result() if error is None else _broken(name, error)
+        for future in as_completed(left):
+            name = left[future]
+            try:
+                outcome = future.result()
+            except CancelledError:
+                raise SwaywatchError(
+                    "the workers are gone; started again, the survey goes on where it was"
+                ) from None
+            except Exception as error:
+                outcome = _broken(name, error)
             done[name] = outcome
-            _write(out, [*done.values(), *(o for n, o in kept.items() if n not in done)])
+            if outcome is not journal.kept.get(name):
+                journal.add(outcome)
             told(outcome)
-        return [done[name] for name in jobs_left.values()]
+        return [done[name] for name in left.values()]
 
-    with ThreadPoolExecutor(jobs) as pool:
-        try:
-            alone = all_of({pool.submit(_one, r, out, limit_s, kept): r.name for r in runs})
-            several = [
-                members
-                for group in groups(runs).values()
-                if len(members := _worst([(r, done[r.name]) for r in group])) > 1
-            ]
-            together = all_of(
-                {pool.submit(_several, m, out, limit_s, kept): _together(m) for m in several}
-            )
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    _write(out, [*alone, *together])
+    def each(of: Sequence[Run], whole: bool) -> None:
+        order, kept = Order(out, limit_s, whole), journal.kept
+        all_of({executor.submit(one, run, order, kept.get(run.name)): run.name for run in of})
+
+    each(runs, diagnose == "all")
+    mark([done[run.name] for run in runs])
+    if diagnose == "outliers":
+        each([run for run in runs if done[run.name].stands_out], True)
+        mark([done[run.name] for run in runs])
+    several = [
+        members
+        for group in groups(runs).values()
+        if len(members := _worst([(r, done[r.name]) for r in group])) > 1
+    ]
+    order = Order(out, limit_s, True)
+    together = all_of(
+        {
+            executor.submit(several_of, m, order, journal.kept.get(_together(m))): _together(m)
+            for m in several
+        }
+    )
+    alone = [done[run.name] for run in runs]
+    journal.write([*alone, *together])
+    write_table(out / "survey.parquet", alone)
     return alone, together
 
 
@@ -130,6 +126,8 @@ def _broken(name: str, error: Exception) -> Outcome:
         text = f"{error.filename or name}: cannot be read: {error.strerror or error}"
     elif isinstance(error, SwaywatchError):
         text = str(error)
+    elif type(error).__name__ == "KilledWorker":
+        text = "every worker that tried it died: too little memory there, most likely"
     else:
         text = f"its results cannot be read ({type(error).__name__}: {error})"
     return Outcome(name, "", why=[text])
@@ -145,66 +143,86 @@ def _worst(members: list[tuple[Run, Outcome]]) -> list[Run]:
     return sorted((r for r, _ in out[:TOGETHER_MOST]), key=lambda run: run.name)
 
 
-def _one(run: Run, out: Path, limit_s: float, kept: dict[str, Outcome]) -> Outcome:
+def one(run: Run, order: Order, kept: Outcome | None) -> Outcome:
+    """Analyse one run, and diagnose it where that is ordered; `kept` where nothing has changed."""
     must_exist(run.recording)
-    outcome = Outcome(run.name, run.key())
+    outcome = Outcome(run.name, run.key(), whole=order.whole, vehicle=str(run.vehicle or ""))
     if run.vehicle is None or run.signals is None:
         lacking = "vehicle.toml" if run.vehicle is None else "signals.toml"
         outcome.why.append(
             f"no {lacking} beside it or above it; give one with --{lacking.partition('.')[0]}"
         )
         return outcome
-    if run.name in kept and kept[run.name].key == outcome.key:
-        return kept[run.name]
-    place = out / run.place
+    if kept is not None and kept.key == outcome.key and kept.whole >= order.whole:
+        return kept
+    place = order.out / run.place
     common = ["--vehicle", str(run.vehicle), "--signals", str(run.signals)]
-    problem = _command(["analyze", str(run.recording), *common, "--separate"], place, limit_s)
+    words = ["analyze", str(run.recording), *common, "--separate"]
+    problem = _noted(outcome, _command(
+        words if order.whole else [*words, "--no-report"], place, order.limit_s
+    ))  # fmt: skip
     if not problem:
         _read_analysis(outcome, place, run.place)
+    if not order.whole:
+        outcome.state = "failed" if problem else "not diagnosed"
+        outcome.why += [problem] if problem else []
+        return outcome
     # signals that allow no analysis may still be put right by the diagnosis, which says so
-    second = _command(["diagnose", str(run.recording), *common], place / "diagnosis", limit_s)
+    words = ["diagnose", str(run.recording), *common]
+    second = _noted(outcome, _command(words, place / "diagnosis", order.limit_s))
     _read_diagnosis(outcome, place / "diagnosis", f"{run.place}/diagnosis", second)
     if problem and problem != second:
         outcome.why.append(f"no margin: {problem}")
     return outcome
 
 
-def _several(members: list[Run], out: Path, limit_s: float, kept: dict[str, Outcome]) -> Outcome:
+def several_of(members: list[Run], order: Order, kept: Outcome | None) -> Outcome:
+    """Diagnose several runs of a combination together."""
     name = _together(members)
     outcome = Outcome(name, "".join(run.key()[:16] for run in members))
-    if name in kept and kept[name].key == outcome.key:
-        return kept[name]
+    if kept is not None and kept.key == outcome.key:
+        return kept
     folder = Path(members[0].place).parent
     place = folder / ("together_" + "_".join(Path(run.place).name for run in members))
     command = [
         "diagnose", *(str(run.recording) for run in members),
         "--vehicle", str(members[0].vehicle), "--signals", str(members[0].signals),
     ]  # fmt: skip
-    problem = _command(command, out / place, limit_s)
-    _read_diagnosis(outcome, out / place, place.as_posix(), problem)
+    problem = _noted(outcome, _command(command, order.out / place, order.limit_s))
+    _read_diagnosis(outcome, order.out / place, place.as_posix(), problem)
     return outcome
 
 
-def _command(words: list[str], place: Path, limit_s: float) -> str:
-    """Run ``swaywatch`` with --out `place`; what went wrong, or nothing."""
-    # -P: a plotly.py in the folder of recordings is no module of ours
-    command = [sys.executable, "-P", "-m", "swaywatch.cli", *words, "--out", str(place)]
+_mine = threading.local()
+
+
+def _command(words: list[str], place: Path, limit_s: float) -> Ran:
+    """Run ``swaywatch`` with --out `place`, in this thread's own warm process."""
+    if not hasattr(_mine, "warm"):
+        _mine.warm = Warm()
     try:
-        done = subprocess.run(
-            command, capture_output=True, text=True, timeout=limit_s, check=False,
-            stdin=subprocess.DEVNULL, errors="replace",
-        )  # fmt: skip
+        ran: Ran = _mine.warm.run([*words, "--out", str(place)], limit_s)
     except OSError as error:
-        return f"{words[0]} could not be started: {error.strerror or error}"
-    except subprocess.TimeoutExpired:
-        return f"{words[0]} took longer than {limit_s:.0f} s; --limit allows more"
-    if done.returncode in (0, 3):  # 3: the logger lost frames, which the analysis says too
-        return ""
-    said = [line.strip() for line in done.stderr.strip().splitlines() if line.strip()]
-    named = f"swaywatch {words[0]}: "
-    at = max((i for i, line in enumerate(said) if line.startswith(named)), default=len(said) - 1)
-    text = " ".join(said[max(at, 0) :]) or f"{words[0]} ended with exit code {done.returncode}"
-    return text.removeprefix(named)
+        text = error.strerror or str(error)
+        return Ran(1, f"{words[0]} could not be done: {text}")
+    if ran.late:
+        return replace(
+            ran, said=f"{words[0]} took longer than {limit_s:.0f} s; --limit allows more"
+        )
+    if ran.code in (0, 3):  # 3: the logger lost frames, which the analysis says too
+        return replace(ran, said="")
+    said = [line.strip() for line in ran.said.strip().splitlines() if line.strip()]
+    name = f"swaywatch {words[0]}: "
+    at = max((i for i, line in enumerate(said) if line.startswith(name)), default=len(said) - 1)
+    text = " ".join(said[max(at, 0) :]).removeprefix(name)
+    return replace(ran, said=text or f"{words[0]} ended with exit code {ran.code}")
+
+
+def _noted(outcome: Outcome, ran: Ran) -> str:
+    """Cost of a command put to its run; what went wrong, or nothing."""
+    outcome.cpu_s = round(outcome.cpu_s + ran.cpu_s, 3)
+    outcome.memory_mb = max(outcome.memory_mb, ran.memory_mb)
+    return ran.said
 
 
 def _read_analysis(outcome: Outcome, place: Path, link: str) -> None:
@@ -214,10 +232,16 @@ def _read_analysis(outcome: Outcome, place: Path, link: str) -> None:
     if critical is not None:
         outcome.v_crit_kmh = critical["value"] * 3.6
         outcome.v_crit_se_kmh = critical["standard_error"] * 3.6
+    outcome.values = {
+        name: [entry["value"], entry["standard_error"], entry.get("believed")]
+        for name, entry in drive["values"].items()
+    }
+    outcome.duration_s = drive["duration_s"]
     order = ("normal", "notice", "warning", "critical")
     states = [alarm["state"] for alarm in drive["alarms"]]
     outcome.alarm = max(states, key=lambda s: order.index(s) if s in order else -1, default="")
-    outcome.pages["margin"] = f"{link}/report.html"
+    if outcome.whole:
+        outcome.pages["margin"] = f"{link}/report.html"
 
 
 def _read_diagnosis(outcome: Outcome, place: Path, link: str, problem: str) -> None:
@@ -255,19 +279,3 @@ def _why(effect: dict[str, Any]) -> str:
     if effect["equivalent"]:
         text += f"; cannot be told from {', '.join(effect['equivalent'])}"
     return text
-
-
-def _write(out: Path, outcomes: list[Outcome]) -> None:
-    content = {"format": 1, "runs": [asdict(outcome) for outcome in outcomes]}
-    with whole_file(out / "survey.json") as temporary:
-        temporary.write_text(json.dumps(content, indent=1), encoding="utf-8")
-
-
-def _kept(out: Path) -> dict[str, Outcome]:
-    """Outcomes of an earlier survey into the same folder; what failed is tried again."""
-    try:
-        content = json.loads((out / "survey.json").read_text(encoding="utf-8"))
-        found = [Outcome(**entry) for entry in content["runs"]]
-    except (OSError, ValueError, TypeError, KeyError):
-        return {}
-    return {outcome.name: outcome for outcome in found if outcome.state != "failed"}
