@@ -203,7 +203,7 @@ typedef struct {
     int32_t v_crit_kind; ///< sway_vcrit_t
     int32_t v_crit_mm_s;
     int32_t v_crit_se_mm_s;
-    int32_t v_crit_swing_urad_s; ///< trailer yaw rate of the largest swing that v_crit stands on
+    int32_t v_crit_swing_urad_s; ///< amplitude of the largest swing that a tyre was seen in
     int32_t margin_mm_s;         ///< v_crit - v
     int32_t sensitivity_mm_s[SWAY_PARAMETER_COUNT]; ///< change of v_crit for +1 %, Eq. 3.44
 

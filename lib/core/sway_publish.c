@@ -118,7 +118,9 @@ static void put_critical(sway_status_t *status, const sway_publish_t *from)
     const sway_margin_model_t *const model = from->model;
     status->v_crit_mm_s = integer(model->v_crit_m_s, 1000);
     status->v_crit_se_mm_s = integer(model->v_crit_se_m_s, 1000);
-    status->v_crit_swing_urad_s = integer(model->swing_rad_s, 1000000);
+    if (status->v_crit_swing_urad_s < from->alarm->config.limit_amplitude_urad_s) {
+        status->quality |= SWAY_QUALITY_SMALL_SWING;
+    }
     for (int i = 0; i < (int)SWAY_PARAMETER_COUNT; i++) {
         status->sensitivity_mm_s[i] = integer(model->sensitivity_m_s[i], 1000);
     }
@@ -149,6 +151,10 @@ static uint32_t put_model(sway_status_t *status, const sway_publish_t *from)
     return valid;
 }
 
+#define TYRES                                                                                      \
+    ((uint32_t)SWAY_VALID_CAR_FRONT | (uint32_t)SWAY_VALID_CAR_REAR |                              \
+     (uint32_t)SWAY_VALID_TRAILER_FRONT | (uint32_t)SWAY_VALID_TRAILER_REAR)
+
 /* No line is held: what came out of it is not to be used, however it looks. */
 #define NOTHING_HELD ((uint32_t)SWAY_QUALITY_NO_OSCILLATION | (uint32_t)SWAY_QUALITY_SEEKING)
 
@@ -169,6 +175,9 @@ void sway_publish(sway_status_t *status, const sway_publish_t *from)
     }
     if (from->identify != NULL && (from->judgement->quality & NOTHING_HELD) == 0U) {
         valid |= from->identify->valid;
+        if ((valid & TYRES) != 0U && status->amplitude_urad_s > status->v_crit_swing_urad_s) {
+            status->v_crit_swing_urad_s = status->amplitude_urad_s;
+        }
     }
     if (from->model != NULL) {
         valid |= put_model(status, from);

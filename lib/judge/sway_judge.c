@@ -238,15 +238,6 @@ static uint32_t quality_of(const sway_judge_t *judge, const sway_judge_evidence_
     return quality;
 }
 
-/* Whether the critical speed stands on smaller swings than the limit. */
-static bool is_small_swing(const sway_judge_t *judge, const sway_judge_evidence_t *evidence)
-{
-    const sway_margin_model_t *const model = evidence->model;
-    const sway_real_t limit = sway_real_micro(judge->alarm.config.limit_amplitude_urad_s);
-    return evidence->modelled && sway_judge_has_limit(model) &&
-           sway_real_sign(model->swing_rad_s) > 0 && sway_real_less(model->swing_rad_s, limit);
-}
-
 static int32_t millimetre(sway_real_t metre)
 {
     return sway_real_to_int(metre, 1000, 0, INT32_MAX);
@@ -297,7 +288,6 @@ void sway_judge_take(sway_judge_t *judge, const sway_judge_evidence_t *evidence,
         sway_evidence_combine(&model, &judgement->signal, &judgement->combined, &disagrees);
     judgement->quality = quality_of(judge, evidence);
     judgement->quality |= disagrees ? (uint32_t)SWAY_QUALITY_MODEL_DISAGREES : 0U;
-    judgement->quality |= is_small_swing(judge, evidence) ? (uint32_t)SWAY_QUALITY_SMALL_SWING : 0U;
     judgement->missing_mask = missing_inputs(evidence);
     learn(judge, evidence, &seen, &judgement->combined);
     raise_alarm(judge, evidence, &seen, judgement);

@@ -446,11 +446,15 @@ static bool force_is_derived(const sway_identify_t *id, sway_axle_t axle)
     return !(axle <= SWAY_AXLE_CAR_REAR ? car_forces_measured(id) : trailer_forces_measured(id));
 }
 
+/* Error of a sum. */
+static sway_real_t both(sway_real_t a, sway_real_t b)
+{
+    return sway_real_sqrt(ADD(MUL(a, a), MUL(b, b)));
+}
+
 static void add_unseen_force(sway_estimate_t *stiffness, sway_complex_t slip, sway_real_t force_n)
 {
-    const sway_real_t variance =
-        ADD(MUL(stiffness->se, stiffness->se), DIV(MUL(force_n, force_n), sway_complex_norm(slip)));
-    stiffness->se = sway_real_sqrt(variance);
+    stiffness->se = both(stiffness->se, DIV(force_n, sway_complex_abs(slip)));
 }
 
 static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
@@ -459,10 +463,12 @@ static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
     sway_phasor_t stiffness = estimate->force;
     sway_phasor_divide(&stiffness, &estimate->slip);
     estimate->stiffness = estimate_of(id, &stiffness);
-    if (force_is_derived(id, axle) && !has_channel(id->line, SWAY_CHANNEL_HITCH_FY)) {
-        add_unseen_force(&estimate->stiffness, estimate->slip.value, sway_real_int(UNSEEN_FORCE_N));
-    } else if (force_is_derived(id, axle) && axle <= SWAY_AXLE_CAR_REAR) {
-        add_unseen_force(&estimate->stiffness, estimate->slip.value, id->unsure_force_n);
+    if (force_is_derived(id, axle)) {
+        const bool hitch = has_channel(id->line, SWAY_CHANNEL_HITCH_FY);
+        const bool car = axle <= SWAY_AXLE_CAR_REAR;
+        add_unseen_force(&estimate->stiffness, estimate->slip.value,
+                         !hitch ? sway_real_int(UNSEEN_FORCE_N)
+                                : (car ? id->unsure_force_n : sway_real_zero()));
     }
     const bool certain =
         stiffness.known && (is_certain(&estimate->stiffness) || is_none(&estimate->stiffness));
@@ -537,18 +543,17 @@ static sway_estimate_t inertia_from(sway_identify_t *id, const sway_phasor_t *in
  * balance: that much the real part may be wrong, too. */
 static void add_unexplained(sway_identify_t *id, sway_estimate_t *inertia)
 {
-    const sway_real_t variance = sway_real_square(inertia->se);
-    const sway_real_t beyond =
-        SUB(sway_real_square(inertia->value.im), sway_real_scale(variance, 3));
-    if (sway_real_sign(beyond) > 0) {
-        inertia->se = sway_real_sqrt(ADD(variance, beyond));
+    const sway_real_t im = sway_real_abs(inertia->value.im);
+    if (sway_real_less(ADD(sway_real_scale(inertia->se, 1), inertia->se), im)) {
+        inertia->se = im;
         id->quality |= SWAY_QUALITY_UNEXPLAINED;
     }
+    inertia->value.im = sway_real_zero();
 }
 
-/* Share of the trailer's inertia that looks like something at the ball and is not: roll, places of
- * sensors. */
-#define LOOKS_LIKE_RUBBING_MILLI 20
+/* Share of the trailer's inertia that looks like something at the ball and is not (roll, places of
+ * sensors): 3 %, as a power of 2. */
+#define LOOKS_LIKE_RUBBING (-5)
 
 /* The trailer's inertia without what rubs or damps at the ball. A moment c times the articulation
  * rate looks like an inertia of c g, g = rate / (s r); of the inertia itself only the real part is
@@ -567,9 +572,8 @@ static void free_trailer(sway_identify_t *id, sway_phasor_t *inertia)
         const sway_real_t im = MUL(c, by_im);
         sway_phasor_add_scaled(inertia, &by, NEG(c));
         const sway_estimate_t estimate = estimate_of(id, inertia);
-        const sway_real_t like =
-            MUL(estimate.value.re, sway_real_ratio(LOOKS_LIKE_RUBBING_MILLI, 1000));
-        if (sway_real_less(sway_real_scale(ADD(estimate.se, like), 1), im)) {
+        const sway_real_t like = sway_real_scale(estimate.value.re, LOOKS_LIKE_RUBBING);
+        if (sway_real_less(ADD(sway_real_scale(estimate.se, 1), like), im)) {
             id->quality |= SWAY_QUALITY_HITCH;
         }
         if (sway_real_less(NEG(sway_real_scale(estimate.se, 1)), im)) {
@@ -578,7 +582,7 @@ static void free_trailer(sway_identify_t *id, sway_phasor_t *inertia)
             id->damping_se_nms = DIV(estimate.se, by_im);
             /* What is left is real; its error is that of both parts. */
             freed->value = estimate.value;
-            freed->se = MUL(estimate.se, DIV(sway_complex_abs(by.value), by_im));
+            freed->se = MUL(id->damping_se_nms, sway_complex_abs(by.value));
         }
     }
     add_unexplained(id, freed);
@@ -595,7 +599,7 @@ static void free_car(sway_identify_t *id, sway_phasor_t *inertia)
         sway_phasor_add_scaled(inertia, &by, id->damping_nms);
         *freed = estimate_of(id, inertia);
         const sway_real_t unsure = MUL(id->damping_se_nms, sway_complex_abs(by.value));
-        freed->se = sway_real_sqrt(ADD(sway_real_square(freed->se), sway_real_square(unsure)));
+        freed->se = both(freed->se, unsure);
     }
     add_unexplained(id, freed);
 }

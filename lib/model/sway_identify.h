@@ -41,20 +41,21 @@ typedef struct {
 
 typedef struct {
     uint8_t step;
+    bool rubs;        ///< something rubs or damps at the ball: damping_nms and its error are known
     uint32_t valid;   ///< SWAY_VALID_* of what is identified
     uint32_t quality; ///< SWAY_QUALITY_*
     const sway_vehicle_t *vehicle;
     const sway_line_t *line;
     sway_real_t speed_m_s;
-    sway_estimate_t car_inertia;       ///< Eq. 4.18
-    sway_estimate_t trailer_inertia;   ///< Eq. 4.19 with the forces of `axle`
-    sway_estimate_t trailer_inertia_1; ///< method 1, Eq. 4.20: equal axle forces
-    sway_estimate_t trailer_inertia_2; ///< method 2, Eq. 4.23: stiffness in proportion to load
-    sway_estimate_t freed_inertia[2];  ///< car, trailer: without what rubs or damps at the ball
-    bool rubs;                         ///< the next two are known:
-    sway_real_t damping_nms;           ///< moment at the ball over articulation rate in this swing
+    sway_real_t damping_nms; ///< moment at the ball over articulation rate in this swing
     sway_real_t damping_se_nms;
     sway_real_t unsure_force_n; ///< what its error puts into forces of the car that are derived
+    sway_estimate_t
+        freed_inertia[2];            ///< car, trailer: real, without what rubs or damps at the ball
+    sway_estimate_t car_inertia;     ///< Eq. 4.18
+    sway_estimate_t trailer_inertia; ///< Eq. 4.19 with the forces of `axle`
+    sway_estimate_t trailer_inertia_1; ///< method 1, Eq. 4.20: equal axle forces
+    sway_estimate_t trailer_inertia_2; ///< method 2, Eq. 4.23: stiffness in proportion to load
     sway_sources_t sources;
     sway_phasor_t s;
     sway_phasor_t hitch;        ///< force of the car on the trailer, trailer axes

@@ -40,14 +40,6 @@ void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle)
 /* Windows with missing samples or that are not one damped line are taken, too: their standard
  * errors are larger for it, and hold (seen with the warning campaign). */
 
-/* Amplitude of the trailer's yaw rate, of a car alone its own. */
-static sway_real_t swing_of(const sway_margin_t *margin, const sway_identify_t *id)
-{
-    const sway_channel_t yaw = margin->vehicle.trailer.axles > 0 ? SWAY_CHANNEL_TRAILER_YAW_RATE
-                                                                 : SWAY_CHANNEL_CAR_YAW_RATE;
-    return sway_complex_abs(id->line->channel[yaw].amplitude);
-}
-
 static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
 {
     const sway_complex_t s = id->s.value;
@@ -56,15 +48,12 @@ static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
         const sway_axle_estimate_t *const estimate = &id->axle[axle];
         if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle)) != 0U) {
             sway_quantity_take(&margin->stiffness[axle], &estimate->stiffness, s_by_v);
-            margin->swing_rad_s = sway_real_max(margin->swing_rad_s, swing_of(margin, id));
         }
     }
     const uint32_t bit[2] = {SWAY_VALID_CAR_INERTIA, SWAY_VALID_TRAILER_INERTIA};
     for (int body = 0; body < 2; body++) {
         if ((id->valid & bit[body]) != 0U) {
-            sway_estimate_t real_part = id->freed_inertia[body];
-            real_part.value.im = sway_real_zero();
-            sway_quantity_take(&margin->inertia[body], &real_part, s_by_v);
+            sway_quantity_take(&margin->inertia[body], &id->freed_inertia[body], s_by_v);
         }
     }
 }
@@ -157,7 +146,6 @@ sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *ide
     }
     memset(&margin->next, 0, sizeof margin->next);
     margin->next.source = source_of(margin);
-    margin->next.swing_rad_s = margin->swing_rad_s;
     margin->speed_m_s = speed_m_s;
     margin->step = 0;
     margin->count = 0;

@@ -8,8 +8,7 @@
 ///
 /// Dry friction at the ball holds small swings and lets large ones go, so the model has none: the
 /// inertias are taken without it, and the critical speed is that of a swing which friction does not
-/// hold, the lowest of all sizes. Tyres, on the other hand, are known at the swings that were
-/// driven: `swing_rad_s` says up to which.
+/// hold, the lowest of all sizes.
 #ifndef SWAY_MARGIN_H
 #define SWAY_MARGIN_H
 
@@ -32,7 +31,6 @@ typedef struct {
     sway_real_t omega_crit_rad_s;
     sway_real_t sensitivity_m_s[SWAY_PARAMETER_COUNT];
     sway_stm_static_t steady;
-    sway_real_t swing_rad_s; ///< largest swing that a stiffness was seen at; 0: none, or unknown
 } sway_margin_model_t;
 
 typedef struct {
@@ -56,7 +54,6 @@ typedef struct {
     sway_margin_model_t model; ///< latest finished
     sway_quantity_t stiffness[SWAY_AXLE_COUNT];
     sway_quantity_t inertia[2];
-    sway_real_t swing_rad_s;
     sway_vehicle_t vehicle;
 } sway_margin_t;
 

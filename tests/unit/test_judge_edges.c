@@ -262,34 +262,12 @@ static void the_swing_is_carried_on_from_the_middle_of_its_window(void)
                            judge.alarm.time_to_limit_ms);
 }
 
-static void a_limit_of_small_swings_is_said(void)
-{
-    static const struct {
-        bool modelled;
-        sway_vcrit_t kind;
-        double swing_deg_s;
-        bool said;
-    } cases[] = {
-        {true, SWAY_VCRIT_FOUND, 14.9, true},      {true, SWAY_VCRIT_FOUND, 15.1, false},
-        {true, SWAY_VCRIT_FOUND, 0, false},        {true, SWAY_VCRIT_DIVERGENCE, 3, true},
-        {true, SWAY_VCRIT_BEYOND_RANGE, 3, false}, {false, SWAY_VCRIT_FOUND, 3, false},
-    };
-    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        evidence.modelled = cases[i].modelled;
-        model.kind = cases[i].kind;
-        model.swing_rad_s = real(cases[i].swing_deg_s * M_PI / 180);
-        take();
-        TEST_ASSERT_EQUAL(cases[i].said, (judgement.quality & SWAY_QUALITY_SMALL_SWING) != 0U);
-    }
-}
-
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_swing_is_the_best_that_is_known_of_the_trailer);
     RUN_TEST(a_hand_that_is_seen_and_not_understood_takes_the_signal);
     RUN_TEST(only_a_model_of_this_estimate_is_below_its_range);
-    RUN_TEST(a_limit_of_small_swings_is_said);
     RUN_TEST(quality_is_that_of_the_estimate_and_of_the_judgement);
     RUN_TEST(a_motion_stands_in_by_what_was_learnt_of_it);
     RUN_TEST(a_speed_is_remembered);
