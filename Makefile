@@ -25,10 +25,16 @@ help:
 	@echo "make run | diagnosis | test | setup | quick | lint | bench | hil | firmware-test | proof | clean"
 
 # --- what the machine must have -------------------------------------------------------------------
-SYSTEM_RUN := gcc=gcc /usr/include/stdio.h=libc6-dev ar=binutils python3=python3 \
-    py:ensurepip=python3-venv py:Python.h=python3-dev dpkg-source=dpkg-dev xz=xz-utils \
+SYSTEM_CODEC := python3=python3 py:ensurepip=python3-venv \
     /etc/ssl/certs/ca-certificates.crt=ca-certificates
+SYSTEM_RUN := $(SYSTEM_CODEC) gcc=gcc /usr/include/stdio.h=libc6-dev ar=binutils \
+    py:Python.h=python3-dev dpkg-source=dpkg-dev xz=xz-utils
 SYSTEM_TEST := clang=clang g++=g++ clang-format=clang-format cppcheck=cppcheck git=git
+
+$(STAMP)/system-codec: Makefile
+	@mkdir -p $(@D)
+	@tests/tools/need $(SYSTEM_CODEC)
+	@touch $@
 
 $(STAMP)/system-run: Makefile
 	@mkdir -p $(@D)
@@ -57,9 +63,13 @@ $(B)/third_party/ntpsec/tests/unity/unity.h: | $(STAMP)/system-run
 REQUIREMENTS := sim_host/requirements
 PIP := $(PY) -m pip install --quiet --disable-pip-version-check --no-input
 
-$(VENV)/stamp-run: $(REQUIREMENTS)/run.lock | $(STAMP)/system-run
+$(VENV)/stamp-codec: $(REQUIREMENTS)/codec.lock | $(STAMP)/system-codec
+	@[ -x $(PY) ] || "$(or $(PYTHON),python3)" -m venv $(VENV)
+	@$(PIP) --require-hashes -r $<
+	@touch $@
+
+$(VENV)/stamp-run: $(REQUIREMENTS)/run.lock | $(STAMP)/system-run $(VENV)/stamp-codec
 	@echo "setting up Python packages"
-	@"$(or $(PYTHON),python3)" -m venv $(VENV)
 	@$(PIP) --require-hashes -r $<
 	@touch $@
 
@@ -83,7 +93,7 @@ endif
 
 lock:
 	@rm -rf $(B)/uv && $(or $(PYTHON),python3) -m venv $(B)/uv && $(B)/uv/bin/pip install -q uv
-	@cd $(REQUIREMENTS) && for set in test run; do UV_CUSTOM_COMPILE_COMMAND="make lock" \
+	@cd $(REQUIREMENTS) && for set in test run codec; do UV_CUSTOM_COMPILE_COMMAND="make lock" \
 	    $(abspath $(B))/uv/bin/uv pip compile --quiet --universal --python-version 3.11 \
 	    --generate-hashes $${set}.in -o $$set.lock $(LOCK_FLAGS) \
 	    $$([ $$set = test ] || echo -c test.lock); done
@@ -91,7 +101,7 @@ lock:
 # --- the codec, generated from the bus description ------------------------------------------------
 CODEC := $(B)/codec/swaywatch_dbc
 codec: $(CODEC).c
-$(CODEC).c: dbc/swaywatch.dbc | $(VENV)/stamp-run
+$(CODEC).c: dbc/swaywatch.dbc | $(VENV)/stamp-codec
 	@mkdir -p $(@D)
 	@$(VENV)/bin/cantools generate_c_source --no-floating-point-numbers \
 	    --database-name swaywatch_dbc --output-directory $(@D) $< >/dev/null

@@ -1,4 +1,4 @@
-"""The documentation, built from the repository: tutorials, theory, reference.
+"""The documentation, built from the repository: tutorials, theory, reference. ``make docs``.
 
 Pages beside this file are copied; the reference is made from the sources: commands from the
 parser, frames from the DBC, ranges from the core, C from the comments of the headers, Python from

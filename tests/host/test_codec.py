@@ -7,6 +7,7 @@ decode, and what the core packs, cantools must decode, to half a step of the sig
 from __future__ import annotations
 
 import re
+import subprocess
 from fractions import Fraction
 from pathlib import Path
 
@@ -414,3 +415,20 @@ def test_crc_and_counter_of_every_identifier(message: Message) -> None:
         assert lib.sway_e2e_check(message.frame_id, data)
         assert not lib.sway_e2e_check(message.frame_id ^ 0x100, data)
         counter = lib.sway_e2e_next(counter)
+
+
+def test_the_codec_needs_its_generator_only(tmp_path: Path) -> None:
+    """`make codec` installs cantools and what that needs, in the versions of everything else."""
+    said = subprocess.run(
+        ["make", "-n", "codec", f"VENV={tmp_path}/venv", f"B={tmp_path}/build"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    assert re.findall(r"-r (\S+)", said) == ["sim_host/requirements/codec.lock"]
+    assert "gcc" not in said
+
+    def pinned(name: str) -> set[str]:
+        text = (ROOT / "sim_host" / "requirements" / name).read_text()
+        return set(re.findall(r"^([a-z0-9-]+==\S+)", text, re.MULTILINE))
+
+    assert pinned("codec.lock") < pinned("run.lock")
+    assert len(pinned("codec.lock")) < 12

@@ -19,6 +19,7 @@ PACKAGES = (
 
 EXTRAS = {
     "numba": "mujoco", "mujoco": "mujoco", "objective_rating_metrics": "diagnosis",
+    "distributed": "cluster",
 }  # fmt: skip
 """Module that may be missing to the extra of the package that brings it."""
 

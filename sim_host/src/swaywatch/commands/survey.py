@@ -40,7 +40,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--scheduler", metavar="ADDRESS",
         help="of a dask cluster whose workers do the work, such as tcp://host:8786; they need the "
-        "same swaywatch, the folder and --out (pip install distributed)",
+        "same swaywatch, the folder and --out (pip install 'swaywatch[cluster]')",
     )  # fmt: skip
     parser.add_argument(
         "--diagnose", choices=("all", "outliers", "none"), default="all",

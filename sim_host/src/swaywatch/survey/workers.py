@@ -1,7 +1,7 @@
 """Who does a survey's work: threads here, each with a process, or a dask cluster by its address.
 
-Both are executors of :mod:`concurrent.futures`, so a survey knows no difference. dask is
-installed by those who want it: on one machine it would do no more than the threads, for 19 packages
+Both are executors of :mod:`concurrent.futures`, so a survey knows no difference. dask comes with
+``swaywatch[cluster]`` only: on one machine it would do no more than the threads, for 19 packages
 and some seconds at each start.
 """
 
