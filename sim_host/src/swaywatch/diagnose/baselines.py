@@ -222,6 +222,9 @@ def noticeable(term: Term) -> bool:
 
 def _inside(term: Term) -> bool:
     """No value that is worth a claim lies at a bound, where no effect of its kind could be."""
+    possible = term.effect.extra.get("possible")
+    if callable(possible) and not possible(term.as_dict()):
+        return False
     for index, value in enumerate(term.values):
         p = term.parameter(index)
         if 0.0 < p.minimum < 1e6 and p.neutral not in (p.low, p.high):

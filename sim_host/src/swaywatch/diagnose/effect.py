@@ -143,7 +143,8 @@ class Effect:
     plausibility
         Log prior weight among explanations of equal fit.
     extra
-        What only some have: "form", "refine", "undo", ...; "follows_motion" where `act` makes it
+        What only some have: "form", "refine", "undo", "possible" (of values: no such effect can
+        be stronger), ...; "follows_motion" where `act` makes it
         of the run's own signals.
     """
 

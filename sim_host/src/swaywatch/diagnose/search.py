@@ -135,8 +135,9 @@ class Linear:
     ) -> list[tuple[float, tuple[float, ...], Effect]]:
         """Of each effect the largest drop of chi2 that a start promises, and values to begin with.
 
-        Those that promise nothing are left out; best first. Not `shaped`: values that only shape
-        an effect stay where they start.
+        Those that promise nothing are left out; best first. `shaped`: values that only shape an
+        effect are moved too, and those best with them and best without take turns, so that effects
+        with many such values do not crowd out a plain one.
         """
         tried = [(e, values) for e in effects for values in _starts(e)]
         moved = self._moved(tried)
@@ -146,8 +147,13 @@ class Linear:
             key = form_of(effect)
             if gain > found.get(key, (0.0,))[0]:
                 found[key] = gain, tuple(float(x) for x in toward), effect
-        known = [self._with_form(f) if shaped else f for f in found.values()]
-        return sorted(known, key=lambda f: -f[0])
+        plain = sorted(found.values(), key=lambda f: -f[0])
+        if not shaped:
+            return plain
+        moved_too = {id(f[2]): self._with_form(f) for f in plain}
+        by_form = sorted(moved_too.values(), key=lambda f: -f[0])
+        turns = [id(f[2]) for pair in zip(by_form, plain, strict=True) for f in pair]
+        return [moved_too[name] for name in dict.fromkeys(turns)]
 
     def _moved(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> list[Array]:
         """Residuals of all runs with each effect at its values, one after the other."""

@@ -45,9 +45,17 @@ def _observe(axle: str) -> Callable[[dict[str, Array], Run, Values], None]:
     return observe
 
 
+def _size(values: Values) -> float:
+    """Asymmetry a: at 1 the damper gives no force at all one way."""
+    return float(np.hypot(values["in_phase_s"], values["quadrature_s"])) / ROLL_DAMPING_S
+
+
+def _possible(values: Values) -> bool:
+    return _size(values) < 1.0
+
+
 def _report(values: Values) -> dict[str, float]:
-    size = float(np.hypot(values["in_phase_s"], values["quadrature_s"])) / ROLL_DAMPING_S
-    size = min(size, 0.9)
+    size = min(_size(values), 0.9)
     return {"ratio": (1.0 + size) / (1.0 - size)}
 
 
@@ -75,7 +83,7 @@ EFFECTS = [
         needs=("wheel_vertical_load_fl", "hitch_vertical_force"),
         decided_by="damper force or suspension travel",
         report=_report,
-        extra={"needs_simulation": True, "follows_motion": True},
+        extra={"needs_simulation": True, "follows_motion": True, "possible": _possible},
     )
     for axle in OTHER
 ]
