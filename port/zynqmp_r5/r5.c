@@ -41,7 +41,7 @@ static void protect(void)
     uint32_t control;
     region(0U, 0xFFFC0000U, REGION_SIZE(18U), READ_WRITE_DATA);
     region(1U, 0xFFFC0000U, REGION_SIZE(16U), READ_ONLY);
-    region(2U, 0xFFFD0000U, REGION_SIZE(14U), READ_ONLY);
+    region(2U, 0xFFFD0000U, REGION_SIZE(15U), READ_ONLY);
     region(3U, 0xFFFF0000U, REGION_SIZE(8U), READ_ONLY);
     region(4U, 0U, REGION_SIZE(12U), NO_ACCESS);
     region(5U, (uint32_t)(uintptr_t)stack_guard, REGION_SIZE(8U), NO_ACCESS);
