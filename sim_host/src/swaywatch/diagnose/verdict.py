@@ -39,6 +39,12 @@ SUREST = 0.99
 TWINS = (
     ("steering_compliance:car_front", "parameter_error:car.front_cornering_stiffness"),
     ("sensor_gain:steering_wheel_angle", "parameter_error:car.steering_ratio"),
+    # a stiffness that differs all the time is a value of the file or what has become of the tyre
+    *(
+        (f"parameter_error:{body}.{end}_cornering_stiffness", f"tyre_stiffness_change:{body}_{end}")
+        for body in ("car", "trailer")
+        for end in ("front", "rear")
+    ),
 )
 
 
@@ -297,7 +303,9 @@ def _equivalents(term: Term, terms: Sequence[Term], equals: Sequence[Candidate])
 
 
 def _possible_twin(term: Term, other: str) -> bool:
-    """Compliance can only soften the front axle."""
+    """Compliance can only soften the front axle; a change in windows is no value of the file."""
+    if term.effect.windowed:
+        return False
     if other.startswith("steering_compliance"):
         return term.values[0] < 1.0
     return True
