@@ -1,9 +1,9 @@
-/// fmu_model: the core of swaywatch as a co-simulation model: what both versions of FMI call.
+/// fmu_model: what both versions of FMI call of a model: the core (fmu_core.c), the plant
+/// (fmu_plant.c).
 ///
-/// Every variable is a number in SI units with one reference: the time, inputs (what sensors
-/// measure), parameters (the vehicle), outputs (the newest status). A step takes the inputs as they
-/// are at its beginning as one sample of each. An input counts from when it is first set: what is
-/// never set is a sensor that is not there. No heap: instances come from a fixed number of them.
+/// Every variable is a number in SI units with one reference: the time, inputs, parameters,
+/// outputs. A step takes the inputs as they are at its beginning. No heap: instances come from a
+/// fixed number of them.
 #ifndef FMU_MODEL_H
 #define FMU_MODEL_H
 
@@ -16,9 +16,6 @@
 #define FMU_INPUTS 1U
 #define FMU_PARAMETERS 100U
 #define FMU_OUTPUTS 200U
-/// Lengths of a step, s: the core's inputs come every 1 to 100 ms.
-#define FMU_SHORTEST_STEP_S 0.001
-#define FMU_LONGEST_STEP_S 0.1
 
 typedef struct fmu_model fmu_model_t;
 
@@ -45,7 +42,8 @@ bool fmu_start(fmu_model_t *model, const char **message);
 /// False: no such variable, or not to be set (parameters once it has started).
 bool fmu_set(fmu_model_t *model, uint32_t reference, double value);
 bool fmu_get(const fmu_model_t *model, uint32_t reference, double *value);
-/// One step from `time_s` on; false: not started, a length out of range, time runs back.
+/// One step from `time_s` on; false: not started, a length out of range, time runs back, or the
+/// motion has left all bounds.
 bool fmu_step(fmu_model_t *model, double time_s, double step_s);
 
 #endif

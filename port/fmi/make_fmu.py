@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""make_fmu.py VERSION HEADERS LIST LIBRARY OUT: the core as an FMU of FMI 2 or 3.
+"""make_fmu.py VERSION MODEL HEADERS LIST OUT ARGUMENTS...: a model as an FMU of FMI 2 or 3.
 
-`VERSION` is 2 or 3, `HEADERS` a folder with the standard's headers, `LIST` what fmu_list prints,
-`LIBRARY` libsway.a built as position independent code, `OUT` the .fmu to write. CC names the
-compiler. The standard wants every function to be there: what port/fmi does not implement becomes
-a stub that answers with an error, made from the header's own declaration.
+`VERSION` is 2 or 3, `MODEL` core or plant, `HEADERS` a folder with the standard's headers, `LIST`
+what fmu_list prints, `OUT` the .fmu to write, `ARGUMENTS` the model's sources, objects and options
+for the compiler, which CC names. The standard wants every function to be there: what port/fmi does
+not implement becomes a stub that answers with an error, made from the header's own declaration.
 """
 
 from __future__ import annotations
@@ -20,13 +20,19 @@ from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 HERE = Path(__file__).resolve().parent
-NAME = "swaywatch"
+MODELS = {
+    "core": ("swaywatch", "How far a car-trailer combination is from yaw instability"),
+    "plant": ("swaywatch_plant", "A car with a trailer, both rolling on springs"),
+}
+"""Name and description."""
 PLATFORM = {"2": "linux64", "3": "x86_64-linux"}
 UNITS = {
     "rad": {"rad": 1}, "m/s": {"m": 1, "s": -1}, "rad/s": {"rad": 1, "s": -1},
     "m/s2": {"m": 1, "s": -2}, "N": {"kg": 1, "m": 1, "s": -2}, "kg": {"kg": 1},
     "kg.m2": {"kg": 1, "m": 2}, "m": {"m": 1}, "s": {"s": 1}, "Hz": {"s": -1}, "1/s": {"s": -1},
-    "N/rad": {"kg": 1, "m": 1, "s": -2, "rad": -1},
+    "N/rad": {"kg": 1, "m": 1, "s": -2, "rad": -1}, "m2": {"m": 2}, "rad/s2": {"rad": 1, "s": -2},
+    "N.m": {"kg": 1, "m": 2, "s": -2}, "N.m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1},
+    "N.m.s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
 }  # fmt: skip
 
 
@@ -59,10 +65,11 @@ def _units(parent: Xml.Element, names: set[str]) -> None:
         Xml.SubElement(unit, "BaseUnit", {k: str(v) for k, v in UNITS[name].items()})
 
 
-def _variable(parent: Xml.Element, version: str, row: list[str]) -> None:
+def _variable(parent: Xml.Element, version: str, model: str, row: list[str]) -> None:
     kind, reference, name, unit, start = row
     entry = {"name": name, "valueReference": reference, "causality": kind}
-    entry["variability"] = {"parameter": "fixed", "input": "continuous"}.get(kind, "discrete")
+    of_outputs = "continuous" if model == "plant" else "discrete"
+    entry["variability"] = {"parameter": "fixed", "input": "continuous"}.get(kind, of_outputs)
     typed = {} if unit == "-" else {"unit": unit}
     if kind != "output":
         typed["start"] = start
@@ -86,15 +93,16 @@ def _structure(parent: Xml.Element, version: str, rows: list[list[str]]) -> None
                 Xml.SubElement(listed, tag, valueReference=reference)
 
 
-def description(version: str, rows: list[list[str]], token: str) -> bytes:
+def description(version: str, model: str, rows: list[list[str]], token: str) -> bytes:
     """modelDescription.xml."""
+    name, words = MODELS[model]
     root = Xml.Element(
-        "fmiModelDescription", fmiVersion={"2": "2.0", "3": "3.0"}[version], modelName=NAME,
-        description="How far a car-trailer combination is from yaw instability",
+        "fmiModelDescription", fmiVersion={"2": "2.0", "3": "3.0"}[version], modelName=name,
+        description=words,
         **{"guid" if version == "2" else "instantiationToken": token},
     )  # fmt: skip
     Xml.SubElement(
-        root, "CoSimulation", modelIdentifier=NAME, canHandleVariableCommunicationStepSize="true"
+        root, "CoSimulation", modelIdentifier=name, canHandleVariableCommunicationStepSize="true"
     )
     _units(root, {row[3] for row in rows})
     Xml.SubElement(root, "DefaultExperiment", startTime="0", stepSize="0.01")
@@ -105,36 +113,38 @@ def description(version: str, rows: list[list[str]], token: str) -> bytes:
             variability="continuous",
         )  # fmt: skip
     for row in rows:
-        _variable(variables, version, row)
+        _variable(variables, version, model, row)
     _structure(root, version, rows)
     Xml.indent(root)
     return Xml.tostring(root, encoding="UTF-8", xml_declaration=True)
 
 
-def main(version: str, headers: str, listing: str, library: str, out: str) -> None:
+def main(version: str, model: str, headers: str, listing: str, out: str, *given: str) -> None:
     """Compile, describe, pack."""
+    name = MODELS[model][0]
     rows = [line.split() for line in Path(listing).read_text().splitlines()]
-    sources = [HERE / f"fmu_fmi{version}.c", HERE / "fmu_model.c"]
+    own = HERE / f"fmu_fmi{version}.c"
+    sources = [own, *(Path(g) for g in given if g.endswith(".c"))]
     token = hashlib.sha256(
         Path(listing).read_bytes() + b"".join(s.read_bytes() for s in sources)
     ).hexdigest()[:32]
     with tempfile.TemporaryDirectory() as folder:
-        stub, binary = Path(folder) / "stubs.c", Path(folder) / f"{NAME}.so"
+        stub, binary = Path(folder) / "stubs.c", Path(folder) / f"{name}.so"
         stub.write_text(stubs(version, Path(headers)))
         subprocess.run(
             [os.environ.get("CC", "gcc"), "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC",
-             "-shared", "-isystem", headers, f"-I{HERE}", f"-I{HERE.parents[1] / 'lib'}",
-             f'-DFMU_TOKEN="{token}"', *map(str, sources), str(stub), library, "-lm",
-             "-Wl,-Bsymbolic", "-o", str(binary)],
+             "-shared", "-isystem", headers, f"-I{HERE}", f'-DFMU_TOKEN="{token}"',
+             str(own), str(stub), *given, "-lm", "-Wl,-Bsymbolic", "-o", str(binary)],
             check=True,
         )  # fmt: skip
         with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as packed:
-            packed.writestr("modelDescription.xml", description(version, rows, token))
-            packed.write(binary, f"binaries/{PLATFORM[version]}/{NAME}.so")
+            text = description(version, model, rows, token)
+            packed.writestr("modelDescription.xml", text)
+            packed.write(binary, f"binaries/{PLATFORM[version]}/{name}.so")
             packed.write(HERE.parents[1] / "LICENSE", "documentation/licenses/license.txt")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 6 or sys.argv[1] not in PLATFORM:
+    if len(sys.argv) < 7 or sys.argv[1] not in PLATFORM or sys.argv[2] not in MODELS:
         sys.exit(__doc__)
     main(*sys.argv[1:])

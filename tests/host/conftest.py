@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
 
 DATA = Path(__file__).resolve().parent.parent / "data"
+
+
+def built_fmu(name: str) -> Path:
+    """One of our FMUs, built."""
+    root = DATA.parents[1]
+    path = root / "build" / "fmu" / f"{name}.fmu"
+    subprocess.run(["make", "-s", "-C", str(root), str(path.relative_to(root))], check=True)
+    return path
 
 
 class Clock:

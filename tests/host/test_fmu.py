@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DATA
+from conftest import DATA, built_fmu
 from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 
@@ -18,7 +17,6 @@ from swaywatch.drive import Drive, load_drive
 from swaywatch.roles import CHANNELS
 from swaywatch.vehicle import Vehicle, load_vehicle
 
-ROOT = Path(__file__).resolve().parents[2]
 P01 = DATA / "practice" / "p01"
 CAR_ACC = "car_lateral_acceleration"
 STEP_S = 0.01
@@ -28,9 +26,7 @@ SECONDS = 12.0
 @pytest.fixture(scope="module", params=["2", "3"])
 def fmu(request: pytest.FixtureRequest) -> Path:
     """The FMU of one version."""
-    path = ROOT / "build" / "fmu" / f"swaywatch_fmi{request.param}.fmu"
-    subprocess.run(["make", "-s", "-C", str(ROOT), str(path.relative_to(ROOT))], check=True)
-    return path
+    return built_fmu(f"swaywatch_fmi{request.param}")
 
 
 NAMES = (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -213,6 +213,36 @@ def load_signals(path: Path) -> tuple[list[Mapping], list[Path]]:
     table = content.get("signals")
     if not isinstance(table, dict) or not table:
         raise SignalError(f'{path}: no [signals] table; e.g. speed = "VehicleSpeed"')
+    mappings = read_mappings(path, table)
+    dbc = content.get("dbc", [])
+    names = [dbc] if isinstance(dbc, str) else dbc
+    if not isinstance(names, list) or not all(isinstance(n, str) and n.strip() for n in names):
+        raise SignalError(f"{path}: dbc must be a path or a list of paths, got {repr(dbc)[:60]}")
+    return mappings, [path.parent / name for name in names]
+
+
+def read_mappings(
+    path: Path, table: Any, name: str = "signals", known: Collection[str] | None = None
+) -> list[Mapping]:
+    """Mappings of a table of roles.
+
+    Parameters
+    ----------
+    path, name
+        File and table, for messages.
+    table
+        Its content.
+    known
+        Names of roles beyond the four of a wheel role (default: those of a recording).
+
+    Raises
+    ------
+    SignalError
+        An unknown role, a wheel role without four signals, ...
+    """
+    roles = SINGLE_ROLES if known is None else known
+    if not isinstance(table, dict):
+        raise SignalError(f"{path}: [{name}] must be a table of roles")
     mappings: list[Mapping] = []
     for role, entry in table.items():
         if role in WHEEL_ROLES:
@@ -224,16 +254,12 @@ def load_signals(path: Path) -> tuple[list[Mapping], list[Path]]:
             for wheel, part in zip(WHEELS, entry, strict=True):
                 if part not in ("", None):
                     mappings.append(_mapping(path, f"{role}_{wheel}", part))
-        elif role in CHANNELS:
+        elif role in CHANNELS or role in roles:
             mappings.append(_mapping(path, role, entry))
         else:
-            roles = ", ".join((*SINGLE_ROLES, *WHEEL_ROLES))
-            raise SignalError(f"{path}: unknown role {role!r}; known: {roles}")
-    dbc = content.get("dbc", [])
-    names = [dbc] if isinstance(dbc, str) else dbc
-    if not isinstance(names, list) or not all(isinstance(n, str) and n.strip() for n in names):
-        raise SignalError(f"{path}: dbc must be a path or a list of paths, got {repr(dbc)[:60]}")
-    return mappings, [path.parent / name for name in names]
+            listed = ", ".join((*roles, *WHEEL_ROLES))
+            raise SignalError(f"{path}: unknown role {role!r}; known: {listed}")
+    return mappings
 
 
 def _mapping(path: Path, channel: str, entry: Any) -> Mapping:
@@ -248,7 +274,8 @@ def _mapping(path: Path, channel: str, entry: Any) -> Mapping:
     numbers = _mapping_numbers(path, channel, entry)
     unit = entry.get("unit")
     if unit is not None and not isinstance(unit, str):
-        options = ", ".join(UNITS[CHANNELS[channel].unit])
+        kind = CHANNELS.get(channel)
+        options = ", ".join(UNITS[kind.unit]) if kind else "a unit such as N"
         raise SignalError(f"{path}: {channel}: unit = {unit!r} must be one of: {options}")
     return Mapping(
         channel,

@@ -6,6 +6,7 @@ Exception
     ├── SignalError          a signals.toml, a DBC or a signal that does not fit the recording
     ├── VehicleError         a vehicle.toml with a value missing or out of range
     ├── ModelError           a linear model that cannot be read, or lacks something
+    ├── FmuError             an FMU that cannot be run, or whose variables do not fit the roles
     └── ScenarioError        a scenario for the simulator that does not make sense
 """
 
@@ -32,3 +33,7 @@ class ScenarioError(SwaywatchError):
 
 class ModelError(SwaywatchError):
     """A linear model of the user cannot be read, or lacks something."""
+
+
+class FmuError(SwaywatchError):
+    """An FMU cannot be opened or run, or its variables do not fit the roles."""

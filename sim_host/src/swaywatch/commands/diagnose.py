@@ -24,7 +24,13 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--signals", required=True, type=Path, help="signals.toml")
     parser.add_argument(
         "--simulation", nargs="*", type=Path, default=[],
-        help="your own simulation of the runs, in their order (default: our own model)",
+        help="your own simulation of the runs, in their order, or one FMU, which is driven with "
+        "the recorded steering and speed (default: our own model)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--simulation-signals", type=Path, metavar="TOML",
+        help="roles of the simulation, if they are others than the recording's; for an FMU see "
+        "swaywatch.cosim.mapping",
     )  # fmt: skip
     parser.add_argument(
         "--physics", nargs="+", type=Path, default=[], metavar="FILE",
@@ -58,6 +64,7 @@ def run(args: argparse.Namespace) -> int:
     with LateProgress() as progress:
         result = diagnose(
             args.recording, args.vehicle, args.signals, simulations=args.simulation,
+            simulation_signals=args.simulation_signals,
             extra=read_physics(args.physics), report=report, progress=progress.stage,
         )  # fmt: skip
     write(result, args.out / "diagnosis.json")

@@ -27,7 +27,13 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--simulation", type=Path, default=None,
-        help="your own simulation of this run; the diagnosed physics is a correction to it",
+        help="your own simulation of this run, or an FMU; the diagnosed physics is a correction "
+        "to it",
+    )  # fmt: skip
+    parser.add_argument(
+        "--simulation-signals", type=Path, metavar="TOML",
+        help="roles of the simulation, if they are others than the recording's; for an FMU see "
+        "swaywatch.cosim.mapping",
     )  # fmt: skip
     parser.add_argument("--out", required=True, type=Path, help="JSON file for the scores")
 
@@ -37,7 +43,9 @@ def run(args: argparse.Namespace) -> int:
     from swaywatch.diagnose.engine import write
     from swaywatch.diagnose.predict import predict
 
-    result = predict(args.model, args.recording, args.signals, args.simulation)
+    result = predict(
+        args.model, args.recording, args.signals, args.simulation, args.simulation_signals
+    )
     output.folder(args.out.parent)
     write(result, args.out)
     output.result(args, result)

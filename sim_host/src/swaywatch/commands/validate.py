@@ -32,11 +32,13 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--signals", type=Path, required=True, metavar="TOML")
     parser.add_argument(
         "--simulation", type=Path, nargs="+", default=[], metavar="FILE",
-        help="your own simulation of each recording, in the same order, instead of ours",
+        help="your own simulation of each recording, in the same order, or one FMU, instead of "
+        "ours",
     )  # fmt: skip
     parser.add_argument(
         "--simulation-signals", type=Path, metavar="TOML",
-        help="signals.toml of the simulations (default: that of the recordings)",
+        help="roles of the simulations (default: those of the recordings); for an FMU see "
+        "swaywatch.cosim.mapping",
     )  # fmt: skip
     parser.add_argument(
         "--write", type=Path, metavar="TOML", help="write the corrected vehicle.toml there"

@@ -45,6 +45,7 @@ def diagnose(
     signals: Path,
     *,
     simulations: Sequence[Path] = (),
+    simulation_signals: Path | None = None,
     extra: Sequence[Effect] = (),
     progress: Progress = _silent,
     report: Path | None = None,
@@ -56,7 +57,9 @@ def diagnose(
     recordings, vehicle, signals
         Files.
     simulations
-        The user's own simulation of the runs; none: our own model.
+        The user's own simulation of the runs, or one FMU; none: our own model.
+    simulation_signals
+        The roles of the simulations, where they are others.
     extra
         Effects beyond those of the library.
     progress
@@ -77,26 +80,31 @@ def diagnose(
             )
         return diagnose_solo(recordings, believed, signals, progress, report)
     with threadpool_limits(1):  # small matrices: threads would wait for each other
-        return _combination(recordings, vehicle, signals, simulations, extra, progress, report)
+        return _combination(
+            recordings, vehicle, signals, (simulations, simulation_signals), extra, progress, report
+        )
 
 
 def _combination(
     recordings: Sequence[Path],
     vehicle: Path,
     signals: Path,
-    simulations: Sequence[Path],
+    simulated: tuple[Sequence[Path], Path | None],
     extra: Sequence[Effect],
     progress: Progress,
     report: Path | None,
 ) -> dict[str, Any]:
-    """`diagnose` of a car with a trailer."""
+    """`diagnose` of a car with a trailer; `simulated` are simulations and their roles."""
+    simulations, simulation_signals = simulated
     loaded = load(recordings, vehicle, signals)
     if loaded.problem is None:
         return _cannot(loaded)
     problem = loaded.problem
     cares: tuple[float, ...] = CARES
     if simulations:
-        _, problem, notes = attach(problem, simulations, signals)
+        _, problem, notes = attach(
+            problem, simulations, signals, simulation_signals=simulation_signals
+        )
         loaded.checks += notes
         cares = CARES[:1]
     effects = library(extra)

@@ -43,6 +43,7 @@ def predict(
     recording: Path,
     signals: Path | None = None,
     simulation: Path | None = None,
+    simulation_signals: Path | None = None,
 ) -> dict[str, Any]:
     """Baseline and diagnosed model against one run.
 
@@ -55,7 +56,10 @@ def predict(
     signals
         Its role mapping (default: see `model.signals_for`).
     simulation
-        The user's own simulation of this run; the diagnosed physics is then a correction to it.
+        The user's own simulation of this run, or an FMU; the diagnosed physics is then a
+        correction to it.
+    simulation_signals
+        The roles of the simulation, where they are others.
 
     Returns
     -------
@@ -72,7 +76,9 @@ def predict(
             raise SwaywatchError(f"{model_file}: a car alone: --simulation is not for it")
         return predict_solo(content, recording, signals)
     with signals_for(content, recording, signals) as (source, words):
-        problem, notes = _problem(content["model"], recording, source, simulation)
+        problem, notes = _problem(
+            content["model"], recording, source, simulation, simulation_signals
+        )
     if not problem.channels(problem.runs[0]):
         raise SwaywatchError(
             f"{recording}: only steering and speed are recorded: nothing to score against"
@@ -100,7 +106,11 @@ def predict(
 
 
 def _problem(
-    model: dict[str, Any], recording: Path, signals: Path, simulation: Path | None
+    model: dict[str, Any],
+    recording: Path,
+    signals: Path,
+    simulation: Path | None,
+    simulation_signals: Path | None,
 ) -> tuple[Problem, list[str]]:
     """The run with the model's constants, and its simulation or the calibration to one."""
     body = np.array([model["vehicle"][name] for name in BODY])
@@ -110,7 +120,7 @@ def _problem(
     known = model.get("calibration")
     calibration = terms_of(known["terms"], library()) if known else ()
     if simulation is not None:
-        free, _, checks = attach(problem, [simulation], signals, calibration)
+        free, _, checks = attach(problem, [simulation], signals, calibration, simulation_signals)
         return free, notes + checks
     if known:
         # without the user's simulation of this run, the plant calibrated to his others is nearest

@@ -14,6 +14,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from swaywatch.cosim import is_fmu
+from swaywatch.cosim.fmu import Fmu
+from swaywatch.cosim.mapping import wire
+from swaywatch.cosim.twin import drive_fmu, remarks
 from swaywatch.diagnose.beliefs import TYPICAL, Belief, Beliefs
 from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, predict_run
 from swaywatch.diagnose.modules.parameter_error import EFFECTS as PARAMETERS
@@ -23,10 +27,12 @@ from swaywatch.diagnose.modules.tyre_saturation import EFFECTS as SATURATION
 from swaywatch.diagnose.plant import SCALARS, neutral
 from swaywatch.diagnose.runs import RATE_HZ, Run, low_pass
 from swaywatch.diagnose.term import Term
-from swaywatch.drive import load_drives
+from swaywatch.drive import load_drives, load_signals
 from swaywatch.errors import RecordingError
 
 Array = NDArray[np.float64]
+Pair = tuple[Run, dict[str, Array]]
+"""A run and the channels of its simulation on its time."""
 
 TRANSFER = ("transfer_car_front", "transfer_car_rear")
 CALIBRATED = (
@@ -62,13 +68,16 @@ def attach(
     simulations: Sequence[Path],
     signals: Path,
     calibration: Sequence[Term] = (),
+    simulation_signals: Path | None = None,
 ) -> tuple[Problem, Problem, list[str]]:
     """Pair each run with its simulation and make it the baseline.
 
     Parameters
     ----------
     problem, simulations, signals
-        The runs and the simulations of them, in any order.
+        The runs and the simulations of them, in any order; or one FMU, which is driven with each.
+    simulation_signals
+        The roles of the simulations, where they are others (`cosim.mapping` for an FMU).
     calibration
         What fits the plant to simulations of this combination, if that is known already; else it
         is fitted to these.
@@ -83,11 +92,48 @@ def attach(
     checks
         Sentences for the report.
     """
+    if any(is_fmu(path) for path in simulations):
+        pairs, checks = _driven(problem, simulations, signals, simulation_signals)
+    else:
+        pairs, checks = _paired(problem, simulations, simulation_signals or signals)
+    return _corrected(problem, pairs, checks, calibration)
+
+
+def _driven(
+    problem: Problem, simulations: Sequence[Path], signals: Path, simulation_signals: Path | None
+) -> tuple[list[Pair], list[str]]:
+    """Each run with what an FMU makes of its inputs."""
+    if len(simulations) != 1:
+        raise RecordingError(
+            f"{len(simulations)} simulations, an FMU among them; one FMU is driven with every run"
+        )
+    recorded = {m.channel: m.signals[0] for m in load_signals(signals)[0]}
+    path, pairs = simulations[0], []
+    with Fmu(path) as fmu:
+        wiring = wire(fmu.description, path, simulation_signals, recorded)
+        checks = remarks(path, wiring)
+        for run in problem.runs:
+            inputs = dict(run.channels)
+            inputs["steering_wheel_angle"] = run.steer * run.steering_ratio
+            inputs["speed"] = run.speed
+            made = drive_fmu(fmu, wiring, run.time, inputs, run.positions)
+            channels = {name: value for name, value in made.items() if name in run.channels}
+            if not {"car_yaw_rate", "trailer_yaw_rate"} & set(channels):
+                raise RecordingError(f"{path}: no output for car_yaw_rate or trailer_yaw_rate; "
+                                     "without one it cannot be compared")  # fmt: skip
+            pairs.append((run, channels))
+    return pairs, checks
+
+
+def _paired(
+    problem: Problem, simulations: Sequence[Path], signals: Path
+) -> tuple[list[Pair], list[str]]:
+    """Each run with the simulation that has its steering."""
     checks: list[str] = []
     drives = []
     for path in simulations:
         drives += load_drives([path], signals)
-    pairs: list[tuple[Run, dict[str, Array], float]] = []
+    pairs: list[Pair] = []
     for run in problem.runs:
         best = (-1.0, 0.0, -1)
         for index, drive in enumerate(drives):
@@ -107,8 +153,8 @@ def attach(
             name: np.interp(run.time + shift, c.time_s, c.value)
             for name, c in drives[best[2]].channels.items()
         }
-        pairs.append((run, channels, shift))
-    return _corrected(problem, pairs, checks, calibration)
+        pairs.append((run, channels))
+    return pairs, checks
 
 
 def roll_rates(channels: dict[str, Array]) -> dict[str, Array]:
@@ -126,12 +172,12 @@ def roll_rates(channels: dict[str, Array]) -> dict[str, Array]:
 
 def _corrected(
     problem: Problem,
-    pairs: Sequence[tuple[Run, dict[str, Array], float]],
+    pairs: Sequence[Pair],
     checks: list[str],
     calibration: Sequence[Term],
 ) -> tuple[Problem, Problem, list[str]]:
     simulated = []
-    for run, channels, _ in pairs:
+    for run, channels in pairs:
         twin = Run(
             run.name, run.time, dict(channels), run.positions, run.steering_ratio,
             noise=dict(run.noise),
@@ -147,7 +193,7 @@ def _corrected(
     free = _calibrated(twin_problem, close.terms, fixed=bool(calibration))
     runs = []
     share = []
-    for index, (run, channels, _) in enumerate(pairs):
+    for index, (run, channels) in enumerate(pairs):
         own = predict_run(twin_problem, index, free.terms, free.nuisance[index], free.shift)
         run.correction = {name: channels[name] - own[name] for name in own if name in channels}
         own = predict_run(watched, index, close.terms, close.nuisance[index], close.shift)

@@ -150,7 +150,7 @@ class Trace(Mapping[str, Array]):
         """
         acceleration = self.channels[f"{body}_acceleration_y"]
         felt = GRAVITY * np.sin(self.channels["bank"])
-        if body == "trailer":
+        if body == "trailer" and "articulation" in self.channels:
             felt = felt * np.cos(self.channels["articulation"])
         return acceleration + position_m * self.channels[f"{body}_yaw_acceleration"] + felt
 
@@ -235,6 +235,24 @@ def ramp(time: Array, start: float, stop: float, rise: float) -> Array:
     return np.where(inside, 0.5 - 0.5 * np.cos(np.pi * edge), 0.0)
 
 
+def channel_columns(has_trailer: bool) -> dict[str, int]:
+    """Channel of a trace -> column of what the plant gives; accelerations by place are made."""
+    found = {
+        name: _COLUMN[column]
+        for name, column in _CHANNELS.items()
+        if has_trailer or not name.startswith(("trailer_", "articulation", "hitch_"))
+    }
+    for axle in range(4 if has_trailer else 2):
+        prefix = "" if axle < 2 else "trailer_"
+        for side in range(2):
+            wheel = WHEELS[2 * (axle % 2) + side]
+            for channel, quantity in (("lateral_force", "lateral"), ("vertical_load", "vertical")):
+                column = _COLUMN[_wheel(axle, quantity)] + side
+                found[f"{prefix}wheel_{channel}_{wheel}"] = column
+            found[f"{prefix}wheel_slip_{wheel}"] = _COLUMN[_SLIP_ANGLES[axle]]
+    return found
+
+
 class Stepper:
     """A simulation that goes on sample by sample (:meth:`DoubleTrack.stepper`).
 
@@ -245,9 +263,10 @@ class Stepper:
     """
 
     def __init__(
-        self, work: _Work, spacing_s: float, sub: int, steering: float, speed: float
-    ) -> None:
-        self._work, self._spacing = work, spacing_s
+        self, model: DoubleTrack, work: _Work, spacing_s: float, sub: int, steering: float,
+        speed: float,
+    ) -> None:  # fmt: skip
+        self._model, self._work, self._spacing = model, work, spacing_s
         self._part = np.arange(sub + 1) / sub
         self._count = 0
         self._steering, self._speed, self._rate = steering, speed, 0.0
@@ -276,6 +295,20 @@ class Stepper:
         self._steering, self._speed, self._rate = steering_wheel_angle_rad, speed_m_s, rate
         self._count += 1
         return self.sample
+
+    @property
+    def is_whole(self) -> bool:
+        """False once the motion has left all bounds."""
+        return bool(np.isfinite(self.sample[0]))
+
+    def trace(self, steering_rad: float) -> Trace:
+        """The last sample's channels; `steering_rad` is the steering-wheel angle there."""
+        return self._model.trace(
+            np.array([self.time_s]), np.array([steering_rad]), self.sample[None, :]
+        )
+
+    def close(self) -> None:
+        """Nothing is held."""
 
     def value(self, name: str) -> float:
         """A quantity of the last sample by the name of its channel."""
@@ -382,7 +415,7 @@ class DoubleTrack:
             raise ValueError(f"speed falls to {speed.min():.2f} m/s; the model needs 0.5 m/s")
         rate = np.gradient(speed, spacing) if speed.size > 1 else np.zeros(1)
         sub = self._substeps(spacing, step_s, float(speed.max()))
-        setup = self._setup(float(speed[0]), initial, speed_control)
+        setup = self.setup(float(speed[0]), initial, speed_control)
         work = _Work(self, setup, spacing / sub, float(steering[0]))
         fine = np.arange((time_s.size - 1) * sub + 1) / sub
         whole = np.arange(time_s.size)
@@ -404,9 +437,9 @@ class DoubleTrack:
     ) -> Stepper:
         """Simulate sample by sample, for what closes a loop: a driver, a brake, an ECU."""
         sub = self._substeps(spacing_s, step_s, speed_m_s)
-        setup = self._setup(speed_m_s, initial, speed_control)
+        setup = self.setup(speed_m_s, initial, speed_control)
         work = _Work(self, setup, spacing_s / sub, steering_wheel_angle_rad)
-        return Stepper(work, spacing_s, sub, steering_wheel_angle_rad, speed_m_s)
+        return Stepper(self, work, spacing_s, sub, steering_wheel_angle_rad, speed_m_s)
 
     def _substeps(self, spacing: float, step_s: float, speed: float) -> int:
         return max(1, math.ceil(spacing / self._step(step_s, speed) - 1e-9))
@@ -417,10 +450,13 @@ class DoubleTrack:
         lag = self._p[P["suspension_lag"]] or math.inf
         return min(step_s, 1.5 * shortest / speed, 1.5 * lag)
 
-    def _setup(
-        self, speed: float, initial: Mapping[str, float] | None, control: SpeedControl | None
+    def setup(
+        self,
+        speed: float,
+        initial: Mapping[str, float] | None = None,
+        control: SpeedControl | None = None,
     ) -> Setup:
-        """The plant's numbers for this vehicle with its physics."""
+        """The plant's numbers for this vehicle with its physics, as :meth:`stepper` starts it."""
         p, axles = self._p, self._axles
         setup = Setup(_body_constants(p, axles))
         for name, value in _scalars(p, axles).items():
@@ -519,20 +555,8 @@ class DoubleTrack:
         """Channels from rows of outputs, (n, len(COLUMNS)), as :class:`Stepper` gives them."""
         channels: dict[str, Array] = {"steering_wheel_angle": steering}
         has_trailer = self.vehicle.trailer is not None
-        for name, column in _CHANNELS.items():
-            if has_trailer or not name.startswith(("trailer_", "articulation", "hitch_")):
-                channels[name] = raw[:, _COLUMN[column]]
-        for axle in range(4 if has_trailer else 2):
-            for side in range(2):
-                wheel = WHEELS[2 * (axle % 2) + side]
-                prefix = "" if axle < 2 else "trailer_"
-                channels[f"{prefix}wheel_lateral_force_{wheel}"] = raw[
-                    :, _COLUMN[_wheel(axle, "lateral")] + side
-                ]
-                channels[f"{prefix}wheel_vertical_load_{wheel}"] = raw[
-                    :, _COLUMN[_wheel(axle, "vertical")] + side
-                ]
-                channels[f"{prefix}wheel_slip_{wheel}"] = raw[:, _COLUMN[_SLIP_ANGLES[axle]]]
+        for name, column in channel_columns(has_trailer).items():
+            channels[name] = raw[:, column]
         trace = Trace(time_s, channels)
         channels["car_lateral_acceleration"] = trace.lateral_acceleration(
             "car", self.car_position_m

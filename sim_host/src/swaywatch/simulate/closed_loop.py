@@ -11,6 +11,12 @@ of the scenario says what its alarm does to the drive::
     force_n = 3000.0           # trailer_brake: at the trailer's axles; needs speed_control = true
     deceleration_m_s2 = 2.5    # slow_down: of the speed that the driver wants
     until_kmh = 70.0           # not below this speed
+
+With ``model = "fmu"`` the plant is the user's own, FMI 2 or 3 (:mod:`swaywatch.cosim.mapping`)::
+
+    [fmu]
+    file = "my_combination.fmu"
+    signals = "my_combination.toml"   # its roles; without it they are found by name
 """
 
 from __future__ import annotations
@@ -18,6 +24,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -26,10 +33,12 @@ import numpy as np
 from swaywatch._core import ffi, lib
 from swaywatch.bus import MESSAGES, database
 from swaywatch.core import ALARM
+from swaywatch.cosim.plant import FmuPlant
 from swaywatch.errors import RecordingError, ScenarioError
-from swaywatch.models.double_track import DoubleTrack, SpeedControl, Stepper
+from swaywatch.models.double_track import DoubleTrack, SpeedControl
 from swaywatch.simulate.driver import make_driver
 from swaywatch.simulate.feed import FeedResult, send, wait_until
+from swaywatch.simulate.plant import Plant
 from swaywatch.simulate.scenario import Scenario
 from swaywatch.simulate.sensors import Sensor, available, quantity, read_sensors
 from swaywatch.simulate.table import Table
@@ -129,7 +138,7 @@ class Reaction:
         slowed = meant_m_s - self._deceleration * (now_s - self.since_s)
         return max(slowed, min(self._until, meant_m_s))
 
-    def act(self, plant: Stepper) -> None:
+    def act(self, plant: Plant) -> None:
         """Brake the trailer, or stop braking it."""
         wanted = (
             self.kind == "trailer_brake"
@@ -144,20 +153,23 @@ class Reaction:
 class Sensors:
     """The sensors of a scenario, one sample at a time; see :mod:`swaywatch.simulate.sensors`."""
 
-    def __init__(self, scenario: Scenario, model: DoubleTrack, plant: Stepper) -> None:
-        self._model, self._rear = model, scenario.vehicle.car.rear_axle_to_cog
+    def __init__(self, scenario: Scenario, plant: Plant) -> None:
+        self._rear = scenario.vehicle.car.rear_axle_to_cog
         place = f"{scenario.name} [sensors]"
-        first = model.trace(np.zeros(1), np.zeros(1), plant.sample[None, :])
+        first = plant.trace(0.0)
         self.sensors = read_sensors(Table(scenario.sensors, place), available(first))
+        for name, sensor in self.sensors.items():
+            if sensor.roll_gravity and f"{name.partition('_')[0]}_roll" not in first:
+                raise ScenarioError(f"{place}: {name}: this plant tells no roll for roll_gravity")
         self._random = np.random.default_rng(scenario.seed)
         self._past: dict[str, deque[tuple[float, float]]] = {
             name: deque() for name, sensor in self.sensors.items() if _remembers(sensor)
         }
 
-    def measure(self, plant: Stepper, steering_rad: float) -> dict[str, float]:
+    def measure(self, plant: Plant, steering_rad: float) -> dict[str, float]:
         """Channel -> value at this moment."""
         now = np.array([plant.time_s])
-        trace = self._model.trace(now, np.array([steering_rad]), plant.sample[None, :])
+        trace = plant.trace(steering_rad)
         return {name: self._one(name, sensor, trace, now) for name, sensor in self.sensors.items()}
 
     def _one(self, name: str, sensor: Sensor, trace: Any, now: Any) -> float:
@@ -229,7 +241,7 @@ def drive_closed_loop(
 
     Parameters
     ----------
-    scenario : with the double track as model
+    scenario : with the double track or an FMU as model
     bus : a python-can bus, or anything with its ``send`` and ``recv``
     clock, sleep : for tests
     result : counted into, so that an interrupted drive still knows what it did
@@ -241,22 +253,40 @@ def drive_closed_loop(
     RecordingError
         A frame could not be sent.
     """
-    if scenario.model != "double_track":
+    if scenario.model not in ("double_track", "fmu"):
         raise ScenarioError(f"{scenario.name}: model = {scenario.model!r}; the loop closes with "
-                            "'double_track' only")  # fmt: skip
+                            "'double_track' or 'fmu'")  # fmt: skip
     result = result if result is not None else LoopResult()
-    loop = _Loop(scenario, result)
-    start = clock()
-    for cycle in range(loop.cycles):
-        wait_until(start + cycle * loop.period, clock, sleep)
-        late = max(clock() - start - cycle * loop.period, 0.0)
-        for identifier, data in loop.cycle(cycle):
-            send(_message(identifier, data), bus, 1.0, clock, sleep, result.feed)
-            result.feed.sent += 1
-        result.feed.lateness_s.append(late)
-        while (message := bus.recv(timeout=0.0)) is not None:
-            loop.hear(message)
+    period = 1.0 / scenario.timing.rate_hz
+    with closing(make_plant(scenario, period)) as plant:
+        loop = _Loop(scenario, plant, period, result)
+        start = clock()
+        for cycle in range(loop.cycles):
+            wait_until(start + cycle * period, clock, sleep)
+            late = max(clock() - start - cycle * period, 0.0)
+            for identifier, data in loop.cycle(cycle):
+                send(_message(identifier, data), bus, 1.0, clock, sleep, result.feed)
+                result.feed.sent += 1
+            result.feed.lateness_s.append(late)
+            while (message := bus.recv(timeout=0.0)) is not None:
+                loop.hear(message)
     return result
+
+
+def make_plant(scenario: Scenario, period_s: float) -> Plant:
+    """The plant of a scenario, sample by sample."""
+    plan = scenario.plan
+    speed = float(plan.speed_m_s[0])
+    if scenario.fmu is not None:
+        return FmuPlant(
+            *scenario.fmu, period_s, speed, has_trailer=scenario.vehicle.trailer is not None,
+            rear_axle_m=scenario.vehicle.car.rear_axle_to_cog,
+        )  # fmt: skip
+    control = SpeedControl() if scenario.speed_control else None
+    model = DoubleTrack(
+        scenario.vehicle, [*scenario.physics, *plan.effects], sprung=scenario.sprung
+    )
+    return model.stepper(period_s, speed, speed_control=control)
 
 
 def _message(identifier: int, data: bytes) -> Any:
@@ -268,24 +298,21 @@ def _message(identifier: int, data: bytes) -> Any:
 class _Loop:
     """Plant, driver, sensors and reaction of one drive."""
 
-    def __init__(self, scenario: Scenario, result: LoopResult) -> None:
-        self.scenario, self.result = scenario, result
-        self.period = 1.0 / scenario.timing.rate_hz
+    def __init__(
+        self, scenario: Scenario, plant: Plant, period_s: float, result: LoopResult
+    ) -> None:
+        self.scenario, self.plant, self.result = scenario, plant, result
+        self.period = period_s
         self.cycles = int(scenario.duration_s * scenario.timing.rate_hz)
-        plan = scenario.plan
-        control = SpeedControl() if scenario.speed_control else None
-        model = DoubleTrack(
-            scenario.vehicle, [*scenario.physics, *plan.effects], sprung=scenario.sprung
-        )
-        self.plant = model.stepper(self.period, float(plan.speed_m_s[0]), speed_control=control)
         self.driver = make_driver(
             Table(scenario.driver, f"{scenario.name} [driver]"), self.period,
             scenario.vehicle.car.steering_ratio,
         )  # fmt: skip
         self.reaction = Reaction(
-            Table(scenario.reaction, f"{scenario.name} [reaction]"), scenario.speed_control
+            Table(scenario.reaction, f"{scenario.name} [reaction]"),
+            scenario.speed_control or scenario.fmu is not None,
         )
-        self.sensors = Sensors(scenario, model, self.plant)
+        self.sensors = Sensors(scenario, plant)
         self.encoder = Encoder(list(self.sensors.sensors))
         self._alarm = database().messages[ALARM_MESSAGE]
         self._swing = "car_yaw_rate" if scenario.vehicle.trailer is None else "trailer_yaw_rate"
@@ -300,7 +327,7 @@ class _Loop:
         if cycle > 0:
             self.reaction.act(self.plant)
             self.plant.advance(steering, speed)
-        if not np.isfinite(self.plant.sample[0]):
+        if not self.plant.is_whole:
             raise ScenarioError(
                 f"{self.scenario.name}: after {now:.1f} s the motion left all bounds; a lower "
                 "speed_kmh or an earlier reaction keeps it on the road"

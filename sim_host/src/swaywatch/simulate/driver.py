@@ -11,14 +11,14 @@ import math
 from collections import deque
 from typing import Protocol
 
-from swaywatch.models.double_track import Stepper
+from swaywatch.simulate.plant import Plant
 from swaywatch.simulate.table import Table
 
 
 class Driver(Protocol):
     """A driver is asked once per sample for the angle at the next one."""
 
-    def steer(self, meant_rad: float, plant: Stepper) -> float:
+    def steer(self, meant_rad: float, plant: Plant) -> float:
         """Steering-wheel angle in rad for the next sample."""
 
 
@@ -38,7 +38,7 @@ class LetsGo:
         self._spacing, self._ratio = spacing_s, steering_ratio
         self._angle, self._rate = 0.0, 0.0
 
-    def steer(self, meant_rad: float, plant: Stepper) -> float:
+    def steer(self, meant_rad: float, plant: Plant) -> float:
         """The plan while the hands are on, then the free wheel."""
         if plant.time_s < self._from:
             self._rate = (meant_rad - self._angle) / self._spacing
@@ -67,7 +67,7 @@ class OverCorrects:
         self._spacing = spacing_s
         self._correction = 0.0
 
-    def steer(self, meant_rad: float, plant: Stepper) -> float:
+    def steer(self, meant_rad: float, plant: Plant) -> float:
         """The plan plus the late correction."""
         self._seen.append(plant.value("car_yaw_rate"))
         wanted = -self._gain * self._seen.popleft() if plant.time_s >= self._from else 0.0

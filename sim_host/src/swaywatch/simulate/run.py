@@ -64,6 +64,8 @@ def simulate_plant(scenario: Scenario) -> Trace:
             scenario.vehicle, scenario.multibody, scenario.name,
             plan.time_s, plan.steering_rad, plan.speed_m_s,
         )  # fmt: skip
+    if scenario.model == "fmu":
+        raise ScenarioError(f"{scenario.name}: model = 'fmu' is the plant of `swaywatch hil`")
     model = DoubleTrack(
         scenario.vehicle, [*scenario.physics, *plan.effects], sprung=scenario.sprung
     )

@@ -6,7 +6,7 @@
     seed = 1
     duration_s = 38.0
     speed_kmh = 107.9
-    model = "double_track"          # or "single_track", "multibody" (simulate/multibody.py)
+    model = "double_track"          # or "single_track", "multibody" (simulate/multibody.py), "fmu"
     speed_control = false           # true: longitudinal dynamics under the controller of 5.2.5
 
     [[manoeuvre]]
@@ -57,7 +57,7 @@ from swaywatch.simulate.timing import Timing, read_timing
 from swaywatch.toml_file import load_toml
 from swaywatch.vehicle import Vehicle, load_vehicle
 
-MODELS = ("double_track", "single_track", "multibody")
+MODELS = ("double_track", "single_track", "multibody", "fmu")
 PLANT_RATE_HZ = 200.0
 
 
@@ -70,6 +70,7 @@ class Scenario:
     plan : steering, speed, wind and road over time, on the plant's time axis
     physics : effects that act all along
     sprung : values of the sprung plant; None: roll follows the motion and does not act back
+    fmu : the FMU and its roles where that is the model (simulate/closed_loop.py)
     driver, sensors, reaction, expect : tables that are read when the plant is known
     """
 
@@ -83,6 +84,7 @@ class Scenario:
     physics: tuple[Effect, ...]
     speed_control: bool
     sprung: dict[str, float] | None
+    fmu: tuple[Path, Path | None] | None
     multibody: dict[str, Any] = field(repr=False)
     driver: dict[str, Any] = field(repr=False)
     sensors: dict[str, Any] = field(repr=False)
@@ -145,6 +147,7 @@ def read_scenario(
         physics=tuple(_effect(entry) for entry in table.tables("physics")),
         speed_control=table.flag("speed_control", False),
         sprung=_sprung(table, vehicle) if table.has("sprung") else None,
+        fmu=_fmu(table.table("fmu"), folder) if table.has("fmu") else None,
         multibody=table.raw("multibody", {}),
         driver=table.raw("driver", {}),
         sensors=table.raw("sensors", {}),
@@ -155,19 +158,34 @@ def read_scenario(
     table.done()
     if scenario.model == "single_track":
         _check_single_track(scenario, place)
-    if scenario.model == "multibody":
-        _check_multibody(scenario, place)
-    elif scenario.multibody:
-        raise ScenarioError(f"{place}: [multibody] needs model = 'multibody'")
+    if scenario.model in ("multibody", "fmu"):
+        _check_own_physics(scenario, place)
+    own = (("multibody", bool(scenario.multibody)), ("fmu", scenario.fmu is not None))
+    for model, given in own:
+        if given and scenario.model != model:
+            raise ScenarioError(f"{place}: [{model}] needs model = {model!r}")
+    if scenario.model == "fmu" and scenario.fmu is None:
+        raise ScenarioError(f"{place}: model = 'fmu' needs [fmu] with file = \"my.fmu\"")
     return scenario
 
 
-def _check_multibody(scenario: Scenario, place: str) -> None:
-    if scenario.physics or scenario.plan.effects:
+def _check_own_physics(scenario: Scenario, place: str) -> None:
+    if scenario.physics or scenario.plan.effects or (scenario.fmu and scenario.sprung):
+        its = "[multibody]" if scenario.model == "multibody" else "the FMU"
         raise ScenarioError(
-            f"{place}: model = 'multibody' has no [[physics]], wind or road; its own physics is in "
-            "[multibody]"
+            f"{place}: model = {scenario.model!r} has no [[physics]], [sprung], wind or road; its "
+            f"own physics is in {its}"
         )
+
+
+def _fmu(table: Table, folder: Path) -> tuple[Path, Path | None]:
+    """The FMU and its roles, relative to the scenario."""
+    files = [table.raw(key) for key in ("file", "signals")]
+    table.done()
+    if not isinstance(files[0], str) or not isinstance(files[1], (str, type(None))):
+        raise ScenarioError(f'{table.place}: expected file = "my.fmu" and, if wanted, signals = '
+                            '"my.toml"')  # fmt: skip
+    return folder / files[0], None if files[1] is None else folder / files[1]
 
 
 def _check_single_track(scenario: Scenario, place: str) -> None:

@@ -10,6 +10,8 @@ import numpy as np
 
 from swaywatch.analysis import DriveResult, analyze, conclude, usable
 from swaywatch.core import analyze_drive
+from swaywatch.cosim import is_fmu
+from swaywatch.cosim.twin import twin_of
 from swaywatch.drive import Drive
 from swaywatch.errors import RecordingError
 from swaywatch.validate.compare import CRITERION, Line, compare
@@ -128,10 +130,10 @@ def validate(
     recordings, vehicle_path, signals_path
         As for an analysis.
     simulations
-        The user's own, one for each recording in the same order, on the same clock; without them
-        our plant is driven with the recorded steering and speed.
+        The user's own, one for each recording in the same order, on the same clock, or one FMU,
+        which is driven with the recorded steering and speed, as our plant is without them.
     simulation_signals
-        Their signals.toml, where it is another one.
+        Their signals.toml, where it is another one (`cosim.mapping` for an FMU).
     rounds
         Most turns of the loop.
     strict
@@ -154,10 +156,17 @@ def validate(
     )
     vehicle = results[0].vehicle
     if simulations:
-        theirs = analyze(
-            simulations, vehicle_path, simulation_signals or signals_path,
-            join=False, strict=False, progress=progress,
-        )  # fmt: skip
+        if len(simulations) == 1 and is_fmu(simulations[0]):
+            tell("driving the FMU", 0.0, 1.0)
+            theirs = [
+                _again(twin_of(r.drive, simulations[0], simulation_signals), vehicle)
+                for r in results
+            ]
+        else:
+            theirs = analyze(
+                simulations, vehicle_path, simulation_signals or signals_path,
+                join=False, strict=False, progress=progress,
+            )  # fmt: skip
         if len(theirs) != len(results):
             raise RecordingError(
                 f"{len(results)} recordings and {len(theirs)} simulations; expected one "

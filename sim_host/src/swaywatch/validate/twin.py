@@ -44,16 +44,8 @@ def simulate_twin(
     SignalError
         Steering or speed was not recorded.
     """
-    missing = [name for name in INPUTS if name not in drive.channels]
-    if missing:
-        raise SignalError(
-            f"{drive.name}: no signal for the role(s) {', '.join(missing)}; a simulation of the "
-            "same drive cannot be driven without"
-        )
-    count = int(np.floor(drive.duration_s * PLANT_RATE_HZ)) + 1
-    time_s = np.arange(count) / PLANT_RATE_HZ
-    steering = _input(drive, "steering_wheel_angle", time_s, STEERING_CUTOFF_HZ)
-    speed = np.maximum(_input(drive, "speed", time_s, SPEED_CUTOFF_HZ), LEAST_SPEED_M_S)
+    time_s, inputs = twin_inputs(drive)
+    steering, speed = (inputs[name] for name in INPUTS)
     content: dict[str, Any] = {
         "vehicle": "-", "duration_s": float(time_s[-1]), "speed_kmh": 3.6 * float(speed[0]),
         "sensors": {"preset": "perfect"}, "timing": {"jitter_s": 0.0, "latency_s": 0.0},
@@ -69,6 +61,27 @@ def simulate_twin(
     twin, trace = simulate_scenario(scenario)
     kept = {name: twin.channels[name] for name in available(trace) if name in drive.channels}
     return dataclasses.replace(twin, channels=kept)
+
+
+def twin_inputs(drive: Drive) -> tuple[Array, dict[str, Array]]:
+    """What drives a simulation of a drive: its time axis, and the inputs on it by role.
+
+    Raises
+    ------
+    SignalError
+        Steering or speed was not recorded.
+    """
+    missing = [name for name in INPUTS if name not in drive.channels]
+    if missing:
+        raise SignalError(
+            f"{drive.name}: no signal for the role(s) {', '.join(missing)}; a simulation of the "
+            "same drive cannot be driven without"
+        )
+    count = int(np.floor(drive.duration_s * PLANT_RATE_HZ)) + 1
+    time_s = np.arange(count) / PLANT_RATE_HZ
+    steering = _input(drive, "steering_wheel_angle", time_s, STEERING_CUTOFF_HZ)
+    speed = np.maximum(_input(drive, "speed", time_s, SPEED_CUTOFF_HZ), LEAST_SPEED_M_S)
+    return time_s, {"steering_wheel_angle": steering, "speed": speed}
 
 
 def _input(drive: Drive, name: str, time_s: Array, cutoff_hz: float) -> Array:

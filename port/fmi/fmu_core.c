@@ -1,3 +1,6 @@
+/* The core as a model: inputs are what sensors measure, parameters the vehicle, outputs the newest
+ * status. A step takes the inputs as one sample of each; what is never set is a sensor that is not
+ * there. */
 #include "fmu_model.h"
 
 #include <math.h>
@@ -76,6 +79,10 @@ static const output_t outputs[] = {
     {"time_to_limit_s", "s", OF(time_to_limit_ms), 1e-3},
 };
 #define OUTPUT_COUNT (sizeof outputs / sizeof outputs[0])
+
+/// Lengths of a step, s: the core's inputs come every 1 to 100 ms.
+#define SHORTEST_STEP_S 0.001
+#define LONGEST_STEP_S 0.1
 
 struct fmu_model {
     bool is_used;
@@ -281,8 +288,8 @@ static void feed(fmu_model_t *model, size_t index)
 bool fmu_step(fmu_model_t *model, double time_s, double step_s)
 {
     const double us = nearbyint(time_s * 1e6);
-    if (!model->is_started || !(step_s >= FMU_SHORTEST_STEP_S * 0.999) ||
-        !(step_s <= FMU_LONGEST_STEP_S * 1.001) || !(us > (double)model->time_us) || !(us < 4e15)) {
+    if (!model->is_started || !(step_s >= SHORTEST_STEP_S * 0.999) ||
+        !(step_s <= LONGEST_STEP_S * 1.001) || !(us > (double)model->time_us) || !(us < 4e15)) {
         return false;
     }
     model->time_us = (int64_t)us;
