@@ -212,6 +212,12 @@ static bool is_staged_good(const sway_ecu_t *ecu)
     return sway_block_offender(&ecu->staged) == SWAY_BLOCK_WORDS;
 }
 
+void sway_ecu_listen(sway_ecu_t *ecu, sway_ecu_listen_t listen, void *context)
+{
+    ecu->listen = listen;
+    ecu->listen_context = context;
+}
+
 sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_retained_t *retained,
                             const uint8_t *block, size_t block_size)
 {
@@ -443,6 +449,8 @@ static void take(sway_ecu_t *ecu, const sway_port_frame_t *frame)
     ecu->frames_received += 1U;
     if (frame->id == ID_REQUEST) {
         answer(ecu, frame);
+    } else if (ecu->state == SWAY_ECU_RUNNING && ecu->listen != NULL) {
+        ecu->listen(ecu->listen_context, &ecu->node, frame);
     } else if (ecu->state == SWAY_ECU_RUNNING) {
         (void)sway_node_receive(&ecu->node, frame->time_us, frame->id, frame->dlc, frame->data);
     }
