@@ -23,6 +23,7 @@ def ramp(shape: str) -> tuple[Parameter, ...]:
     return (RISE,) if shape == "ramped" else ()
 
 
+LEAST_N = 150.0  # a breeze of 4 m/s on the side of a caravan (12 m2): every road has it
 #: Centre of pressure ahead of the centre of gravity: nobody knows it, and a trailer's axle, close
 #: behind its centre of gravity, holds a force there without much yaw.
 ARM = Parameter("arm_m", "m", 0.0, -2.5, 2.5, (0.0,), 0.1, 1e9)
@@ -47,7 +48,7 @@ EFFECTS = [
         equation=f"side force at the centre of pressure, {shape.replace('_', ' ')} in time",
         source="external force",
         parameters=(
-            Parameter("force_n", "N", 0.0, -2e4, 2e4, (300.0,), 10.0, 30.0),
+            Parameter("force_n", "N", 0.0, -2e4, 2e4, (300.0,), 10.0, LEAST_N),
             *ramp(shape),
             *((ARM,) if shape != "box" else ()),
         ),
