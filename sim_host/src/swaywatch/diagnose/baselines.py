@@ -110,7 +110,7 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
         return [found, path(first, base, part.next())]
     if _hopeless(first, base, found):
         return [found]
-    # effects by the dozen make no simpler a vehicle than springs do
+    # beyond one effect more, a rigid vehicle has to do better than this one to be searched on
     rival = Rival(len(found.best.fit.terms) + 1, springs.weighed(found.best).evidence)
     return [found, path(first, base, part.next(), rival)]
 
@@ -227,7 +227,7 @@ def _inside(term: Term) -> bool:
         return False
     for index, value in enumerate(term.values):
         p = term.parameter(index)
-        if 0.0 < p.minimum < 1e6 and p.neutral not in (p.low, p.high):
+        if p.minimum > 0.0 and not p.shapes and p.neutral not in (p.low, p.high):
             room = 1e-3 * (p.high - p.low)
             if not p.low + room < value < p.high - room:
                 return False

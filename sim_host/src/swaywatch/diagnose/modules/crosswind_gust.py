@@ -23,7 +23,7 @@ def ramp(shape: str) -> tuple[Parameter, ...]:
     return (RISE,) if shape == "ramped" else ()
 
 
-LEAST_N = 150.0  # a breeze of 4 m/s on the side of a caravan (12 m2): every road has it
+LEAST_N = 150.0  # a breeze of 4 m/s on the side of a caravan (12 m2), which every road has
 #: Centre of pressure ahead of the centre of gravity: nobody knows it, and a trailer's axle, close
 #: behind its centre of gravity, holds a force there without much yaw.
 ARM = Parameter("arm_m", "m", 0.0, -2.5, 2.5, (0.0,), 0.1, 1e9)
