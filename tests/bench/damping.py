@@ -18,7 +18,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +26,7 @@ from damping_methods import NOTHING, Array, Swing, on_windows, ssi, ssi_whole
 from scipy import signal
 
 from swaywatch.damping.data import Choice, Run, load_runs
-from swaywatch.damping.doubt import Point, points_of
+from swaywatch.damping.doubt import Point, point_of, points_of
 from swaywatch.damping.find import Event, Found, Window, find
 from swaywatch.damping.window import Estimator, Line
 
@@ -125,8 +125,7 @@ def given(
     length = end_s - start_s
     beside = [line(start_s, start_s + length * times) for times in (0.85, 1.15)]
     window = Window(middle, tuple(one for one in beside if one is not None), None, math.nan)
-    (point,) = points_of(replace(found, events=(Event(start_s, 1.0, (window,)),)))
-    return point
+    return point_of(found, Event(start_s, 1.0, (window,)), window, 1)
 
 
 def said(point: Point | None) -> tuple[Swing, float]:

@@ -119,6 +119,80 @@ def test_slalom_is_forced_and_the_swing_after_it_free() -> None:
         assert abs(point.damping_ratio.value - 0.1) <= point.damping_ratio.half + 0.01
 
 
+def steered(
+    rng: np.random.Generator, ratio: float, rate_hz: float, wheel: Array, share: float
+) -> Array:
+    """Mode of 1 Hz that a wheel drives under process noise; rate and angle.
+
+    `share`: of process noise in the largest swing.
+    """
+    omega = 2 * math.pi
+    system = signal.StateSpace(
+        [[0.0, 1.0], [-(omega**2), -2 * ratio * omega]], [[0.0], [1.0]], np.eye(2), np.zeros((2, 1))
+    )
+    time = np.arange(len(wheel)) / rate_hz
+    _, driven, _ = signal.lsim(system, wheel, time)
+    _, ambient, _ = signal.lsim(system, rng.normal(0.0, 1.0, len(wheel)), time)
+    largest = np.abs(driven).max(axis=0)
+    value = driven / largest + share * ambient / ambient.std(axis=0)
+    return np.asarray(value + rng.normal(0.0, 0.003, value.shape))
+
+
+def test_swings_that_do_not_die_out_are_found_by_what_began_them() -> None:
+    """Two pulses of the wheel in 38 s, weakly damped: there is no quiet time after the first."""
+    rng = np.random.default_rng(20)
+    estimator = Estimator()
+    rate, inside = 40.0, []
+    time = np.arange(0.0, 38.0, 1.0 / rate)
+    for ratio in (0.003, 0.01, 0.02, 0.03):
+        for _ in range(4):
+            starts = (float(rng.uniform(4, 6)), float(rng.uniform(20, 24)))
+            wheel = rng.normal(0.0, 0.02, len(time))
+            for start in starts:
+                inside_pulse = (time >= start) & (time < start + 0.5)
+                wheel += np.where(inside_pulse, np.sin(2 * math.pi * (time - start)), 0.0)
+            value = steered(rng, ratio, rate, wheel, 0.02)
+            points = points_of(find(a_run(value, 1 / rate, wheel[:, None]), BAND, estimator))
+            assert {point.number for point in points} == {1, 2}, ratio
+            for start in starts:
+                assert not any(p.start_s < start + 0.4 and p.end_s > start + 0.1 for p in points)
+            mean = mean_of([point.damping_ratio for point in points])
+            inside.append(abs(mean.value - ratio) <= mean.half)
+            assert abs(mean.value - ratio) < 0.01
+    assert np.mean(inside) >= 0.8, np.mean(inside)
+
+
+def test_a_hand_that_is_never_still_begins_no_swing() -> None:
+    """Motion from the road under a nervous hand: nothing is determinable."""
+    rng = np.random.default_rng(21)
+    estimator = Estimator()
+    free, windows = 0, 0.0
+    rate = 40.0
+    for ratio in (0.02, 0.05, 0.15):
+        for _ in range(6):
+            hand = rng.normal(0.0, 1.0, 2400)
+            hand = signal.sosfiltfilt(signal.butter(2, 0.5, fs=rate, output="sos"), hand)
+            value = steered(rng, ratio, rate, hand, 1.0)
+            points = points_of(find(a_run(value, 1 / rate, hand[:, None]), BAND, estimator))
+            free += sum(point.determinable for point in points)
+            windows += 30.0
+    assert free <= 0.01 * windows, free
+
+
+def test_slalom_at_any_frequency_is_forced() -> None:
+    rng = np.random.default_rng(22)
+    estimator = Estimator()
+    rate = 40.0
+    time = np.arange(0.0, 40.0, 1.0 / rate)
+    for ratio in (0.02, 0.1, 0.2):
+        for frequency in (0.5, 0.7, 0.85, 1.0, 1.2):
+            wheel = np.where((time > 5) & (time < 36), np.sin(2 * math.pi * frequency * time), 0.0)
+            wheel += rng.normal(0.0, 0.01, len(time))
+            value = steered(rng, ratio, rate, wheel, 0.01)
+            for point in points_of(find(a_run(value, 1 / rate, wheel[:, None]), BAND, estimator)):
+                assert point.start_s > 35.5, (ratio, frequency, point)
+
+
 def test_practice_agrees_with_analyze(tmp_path: Path) -> None:
     case = PRACTICE / "p01"
     arguments = ["damping", str(case / "run1.blf"), "--signals", str(case / "signals.toml")]

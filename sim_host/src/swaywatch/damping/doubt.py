@@ -12,7 +12,7 @@ second motion that dies out beside this one), so it is kept apart as ``later``.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -105,14 +105,42 @@ def points_of(found: Found) -> list[Point]:
     points = []
     number = 0
     for event in found.events:
-        if not event.windows or event.forced_by:
+        if event.forced_by:
             continue
-        number += 1
-        points += [_point(found, event, window, number) for window in event.windows]
+        own = [point_of(found, event, window, number + 1) for window in event.windows]
+        own = [point for point in own if _swings(event, point)]
+        number += bool(own)
+        points += own
     return points
 
 
-def _point(found: Found, event: Event, window: Window, number: int) -> Point:
+def _swings(event: Event, point: Point) -> bool:
+    """It is surely an oscillation (95 %).
+
+    What rises into the peak without growing for certain was pushed there; what may as well grow as
+    creep back is any motion. A decay that may as well be steady stays: leaving out those that come
+    out below zero would bias the mean.
+    """
+    ratio = point.damping_ratio
+    if 0.5 * (point.start_s + point.end_s) < event.peak_s and ratio.high >= 0.0:
+        return False
+    return not (ratio.low < 0.0 and ratio.high > 1.0)
+
+
+def sure(found: Found) -> Found:
+    """The same without windows that are not surely an oscillation."""
+    events = [
+        replace(
+            event,
+            windows=tuple(w for w in event.windows if _swings(event, point_of(found, event, w, 1))),
+        )
+        for event in found.events
+    ]
+    return replace(found, events=tuple(events))
+
+
+def point_of(found: Found, event: Event, window: Window, number: int) -> Point:
+    """A window with its doubt; `number`: of its oscillation."""
     line = window.line
     run = found.run
     covariance, freedom = _covariance(found, line)

@@ -9,7 +9,9 @@
    had given before it (both turned back by the line: the share of its own mode).
 
 A recording without any quiet time (one decay, cut out by hand) is taken as it is; one so short that
-a swing fills most of it is measured by its quietest cycle, and asked for more.
+a swing fills most of it is measured by its quietest cycle, and asked for more. Where the driver is
+recorded and his own pulses begin the swings, these tell where each begins, however weakly they are
+damped: no quiet time is needed then.
 
 An input that falls with the swing, by the swing's own line, follows it: a damper or controller (or
 the driver's own answer), which belongs to what is measured. A driver who forces a swing does not.
@@ -21,11 +23,13 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage, signal
 
+from swaywatch.damping.acts import Act, acts_of
 from swaywatch.damping.data import Run
 from swaywatch.damping.window import NO_OSCILLATION, Estimator, Line
 
@@ -36,12 +40,21 @@ IntArray = npt.NDArray[np.int64]
 RISE = 3.0
 """RMS over one cycle in units of the quiet RMS, all channels together, that makes an event."""
 
+VISIBLE = 2.0
+"""RMS of a swing in units of the quiet RMS, at the larger end of a window."""
+
 SHORTEST, LONGEST = 1.0, 6.0
 """Length of a window in cycles."""
+
+LOCAL = 3.0
+"""Cycles of a window where no longer one is one damped line."""
 
 SHORT = 2.5
 """Windows of one channel with fewer cycles are fitted without a slope, which would take part of
 the swing; where several channels share the line, that does not happen."""
+
+EIGHTH = 0.125
+"""Of a cycle: by which windows are moved to see what the choice does."""
 
 FADED = math.exp(-2.0)
 """Part of its first amplitude at which a window ends: two time constants, which hold nearly all
@@ -154,6 +167,14 @@ def find(run: Run, band_hz: tuple[float, float], estimator: Estimator) -> Found:
     return _Finder(run, band_hz, estimator).found()
 
 
+class _Measure(NamedTuple):
+    """By what a swing is measured: quiet RMS of every channel, rise over it, quiet rows."""
+
+    level: FloatArray
+    rise: FloatArray
+    quiet: BoolArray
+
+
 class _Finder:
     """One run on its way through the three steps."""
 
@@ -173,6 +194,7 @@ class _Finder:
             self.level, self.rise = self._energy(self.frequency)
         self._rests: dict[int, FloatArray] = {}
         self.quiet = self._quiet_rows()
+        self.acts = acts_of(run, self.frequency)
 
     # --- energy ------------------------------------------------------------------------------
 
@@ -214,12 +236,49 @@ class _Finder:
     # --- events ------------------------------------------------------------------------------
 
     def found(self) -> Found:
+        events = self._behind_acts() or self._by_energy()
+        events = self._judged(events)
+        return Found(self.run, tuple(events), self.quiet, self.level, self.frequency, self.band)
+
+    def _by_energy(self) -> list[Event]:
         peaks = self._peaks(RISE)
         events = self._events(peaks) if len(peaks) else self._whole()
         if not any(event.windows for event in events):
             events = self._scarce() or events
-        events = self._judged(events)
-        return Found(self.run, tuple(events), self.quiet, self.level, self.frequency, self.band)
+        return events
+
+    def _behind_acts(self) -> list[Event]:
+        """Swings that the driver's pulses began, where one goes on into the next.
+
+        Only where what counts as quiet is a swing itself; of each swing more is asked than of one
+        that stands out of quiet time.
+        """
+        quietest = self._quietest()
+        if quietest is None or not self.acts:
+            return []
+        if np.min(self.level / quietest) < SCARCE_RISE:
+            return []
+        kept = self._measure_by(quietest)
+        ends = [act.start_s for act in self.acts[1:]] + [self.run.duration_s]
+        found = [self._behind(act, end) for act, end in zip(self.acts, ends, strict=True)]
+        events = [event for event in found if event is not None]
+        if not events:
+            self._measure_again(kept)
+        return events
+
+    def _behind(self, act: Act, limit_s: float) -> Event | None:
+        """The swing between two acts of the driver."""
+        rows = self.run.rows(act.end_s, min(limit_s, act.end_s + 3.0 / self.frequency))
+        if rows.stop - rows.start < 8:
+            return None
+        seed = self._seed(rows.start, rows.stop - 1)
+        windows = self._chain(act.end_s, limit_s, seed)
+        if sum(window.line.cycles for window in windows) < SCARCE_CYCLES:
+            return None
+        rise = self._size(windows[0].line, windows[0].line.start_s)
+        if rise < SCARCE_RISE:
+            return None
+        return Event(windows[0].line.start_s, rise, tuple(windows), limit_s=limit_s)
 
     def _peaks(self, height: float) -> IntArray:
         """Rows where the energy is highest, each that many times above the quiet level.
@@ -332,11 +391,21 @@ class _Finder:
         while first is not None:
             windows.append(self._with_beside(first, limit))
             start = first.start_s + first.length_s
-            if first.frequency_hz * (limit - start) < SHORTEST or self._size(first, start) < 2.0:
+            if (
+                first.frequency_hz * (limit - start) < SHORTEST
+                or self._size(first, start) < VISIBLE
+            ):
                 break
-            line = self._sized(start, limit, first.frequency_hz)
-            first = line if self.accepts(line) else None
+            first = self._next(start, limit, first.frequency_hz)
         return windows
+
+    def _next(self, start_s: float, limit_s: float, seed_hz: float) -> Line | None:
+        """The window that begins where the one before ends, if it is one damped line."""
+        for longest in (math.inf, LOCAL):
+            line = self._sized(start_s, min(limit_s, start_s + longest / seed_hz), seed_hz)
+            if self.accepts(line):
+                return line
+        return None
 
     def _limit(self, high: int) -> float:
         """Up to where the swing is alone: the mean energy begins to rise half a cycle early."""
@@ -372,11 +441,18 @@ class _Finder:
         return float(self.run.time_s[first + int(np.min(np.argmax(size, axis=0)[clear]))])
 
     def _first(self, begin_s: float, limit_s: float, seed_hz: float) -> Line | None:
-        """The earliest start within a cycle from which one damped line goes on."""
-        for start in begin_s + np.arange(0.0, 1.01, 0.0625) / seed_hz:
-            line = self._sized(float(start), limit_s, seed_hz)
-            if line is not None and self.accepts(line):
-                return line
+        """The earliest start within a cycle from which one damped line goes on.
+
+        Where none does, for a few cycles only: damping that depends on the amplitude (friction,
+        free play) is one line over a short part of the decay.
+        """
+        starts = begin_s + np.arange(0.0, 1.01, 0.0625) / seed_hz
+        for longest in (math.inf, LOCAL):
+            for start in starts:
+                limit = min(limit_s, float(start) + longest / seed_hz)
+                line = self._sized(float(start), limit, seed_hz)
+                if line is not None and self.accepts(line):
+                    return line
         return None
 
     def _with_beside(self, line: Line, limit_s: float) -> Window:
@@ -388,7 +464,7 @@ class _Finder:
             other = self._other(line, line.start_s, length, limit_s)
             if other is not None:
                 beside.append(other)
-        later = self._other(line, line.start_s + 0.125 * cycle, line.length_s, limit_s)
+        later = self._other(line, line.start_s + EIGHTH * cycle, line.length_s, limit_s)
         return Window(line, tuple(beside), later, self.rest_of(line))
 
     def _other(self, line: Line, start_s: float, length_s: float, limit_s: float) -> Line | None:
@@ -437,25 +513,40 @@ class _Finder:
 
     def _scarce(self) -> list[Event]:
         """A short recording that a swing fills: by its quietest cycle; no quiet level is known."""
-        if self.run.duration_s * self.frequency > SCARCE or not self.run.valid.all():
+        quietest = self._quietest()
+        if self.run.duration_s * self.frequency > SCARCE or quietest is None:
             return []
-        rows = max(3, round(1.0 / (self.frequency * self.run.step_s)))
-        power = ndimage.uniform_filter1d(self.smooth**2, rows, axis=0, mode="nearest")
-        most = np.maximum(power.max(axis=0), 1e-300)
-        kept = self.level, self.rise, self.quiet
-        quietest = int(np.argmin(np.sum(power / most, axis=1)))
-        self.level = np.sqrt(np.maximum(power[quietest], 1e-8 * most))
-        self.rise = np.sqrt(np.max(power / self.level**2, axis=1))
-        self.quiet = np.zeros_like(self.quiet)
-        self._rests.clear()
+        kept = self._measure_by(quietest)
         events = self._events(self._peaks(SCARCE_RISE))
         cycles = [sum(window.line.cycles for window in event.windows) for event in events]
         if len(events) != 1 or cycles[0] < SCARCE_CYCLES:  # several are what goes on all the time
             events = []
         if not events:
-            self.level, self.rise, self.quiet = kept
-            self._rests.clear()
+            self._measure_again(kept)
         return events
+
+    def _quietest(self) -> FloatArray | None:
+        """RMS of each channel in the quietest cycle; None where there are gaps."""
+        if not self.run.valid.all():
+            return None
+        rows = max(3, round(1.0 / (self.frequency * self.run.step_s)))
+        power = ndimage.uniform_filter1d(self.smooth**2, rows, axis=0, mode="nearest")
+        most = np.maximum(power.max(axis=0), 1e-300)
+        at = int(np.argmin(np.sum(power / most, axis=1)))
+        return np.asarray(np.sqrt(np.maximum(power[at], 1e-8 * most)), dtype=np.float64)
+
+    def _measure_by(self, level: FloatArray) -> _Measure:
+        """Take this as the quiet level, and no row as quiet; gives what it was."""
+        kept = _Measure(self.level, self.rise, self.quiet)
+        rows = max(3, round(1.0 / (self.frequency * self.run.step_s)))
+        power = ndimage.uniform_filter1d(self.smooth**2, rows, axis=0, mode="nearest")
+        rise = np.sqrt(np.max(power / level**2, axis=1))
+        self._measure_again(_Measure(level, rise, np.zeros_like(self.quiet)))
+        return kept
+
+    def _measure_again(self, kept: _Measure) -> None:
+        self.level, self.rise, self.quiet = kept
+        self._rests.clear()
 
     # --- forced or free ----------------------------------------------------------------------
 
@@ -471,11 +562,20 @@ class _Finder:
                 judged.append(event)
                 continue
             share, which = self._share(drive, known)
-            if share > FORCED_SHARE:
+            act = self._act_within(event)
+            if act is not None or share > FORCED_SHARE:
+                which = which if act is None else act.which
                 judged.append(self._after_the_input(event, known, share, which))
             else:
                 judged.append(replace(event, share=share))
         return judged
+
+    def _act_within(self, event: Event) -> Act | None:
+        """An act of the driver that reaches into the first window by more than EIGHTH cycle."""
+        line = event.windows[0].line
+        margin = EIGHTH / line.frequency_hz
+        begin, end = line.start_s + margin, line.start_s + line.length_s - margin
+        return next((a for a in self.acts if a.end_s > begin and a.start_s < end), None)
 
     def _after_the_input(
         self, event: Event, known: Sequence[_Drive], share: float, which: int
@@ -493,7 +593,7 @@ class _Finder:
             if drive is None:
                 break
             rest, _ = self._share(drive, known)
-            if rest <= FORCED_SHARE:
+            if rest <= FORCED_SHARE and self._act_within(later) is None:
                 return replace(later, share=rest)
             if self._follows(later.windows[0].line, which):
                 return replace(later, followed_by=name)
@@ -527,6 +627,8 @@ class _Finder:
         cycle = 1.0 / line.frequency_hz
         length = min(line.length_s, 2.0 * cycle)
         rows = max(4, round(length / self.run.step_s))
+        # what is driven grows because it is driven: there late input counts as early input does
+        s = complex(min(s.real, 0.0), s.imag)
         noise = [self._modal(k * self.run.step_s, length, s) for k in self.quiet_starts(rows)[:40]]
         first = whole.windows[0].line.start_s - 2.0 * cycle
         return _Drive(
@@ -539,7 +641,11 @@ class _Finder:
     def _modal(
         self, start_s: float, length_s: float, s: complex, backward: bool = False
     ) -> FloatArray:
-        """|integral of the input times e^(-s (t - t0))|, t0 where before and within meet."""
+        """Largest |integral of the input times e^(-s (t - t0))| over a cycle; t0: where both meet.
+
+        Of one cycle, so that an input that goes on (a slalom) gives as much within as before,
+        however long each is.
+        """
         rows = self.run.rows(max(0.0, start_s), start_s + length_s)
         part = self.run.inputs[rows]
         if len(part) < 4:
@@ -549,7 +655,11 @@ class _Finder:
         if backward:
             time = time - time[-1]
         wave = np.exp(np.clip(-s.real * time, -3.0, 3.0) - 1j * s.imag * time)
-        return np.asarray(np.abs(wave @ part) * self.run.step_s, dtype=np.float64)
+        rising = np.cumsum(wave[:, None] * part, axis=0)
+        sums = np.concatenate([np.zeros((1, part.shape[1])), rising])
+        cycle = min(len(part), max(4, round(2 * math.pi / (s.imag * self.run.step_s))))
+        most = np.abs(sums[cycle:] - sums[:-cycle]).max(axis=0)
+        return np.asarray(most * self.run.step_s, dtype=np.float64)
 
     def _share(self, drive: _Drive, others: Sequence[_Drive]) -> tuple[float, int]:
         """The largest share of an input in the swing, and which input."""

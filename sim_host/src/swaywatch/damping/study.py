@@ -23,7 +23,7 @@ from swaywatch.damping.course import (
     mean_of,
 )
 from swaywatch.damping.data import Choice, Run, load_runs
-from swaywatch.damping.doubt import QUANTITIES, Point, Value, points_of
+from swaywatch.damping.doubt import QUANTITIES, Point, Value, points_of, sure
 from swaywatch.damping.find import Found, find
 from swaywatch.damping.model import LinearModel
 from swaywatch.damping.window import Estimator
@@ -175,7 +175,7 @@ def study_of(
     for number, run in enumerate(runs):
         if progress:
             progress(f"evaluating {run.name}", number, len(runs))
-        found.append(find(run, _band(run, plan.band_hz), estimator))
+        found.append(sure(find(run, _band(run, plan.band_hz), estimator)))
     points = tuple(point for one in found for point in points_of(one))
     course = fit_course(points, bend=Bend.TOWED if plan.iso9815 else Bend.ANY)
     return Study(
