@@ -63,6 +63,15 @@
 #error "SWAY_SUPERVISION: 0, or 1 with 16 channels"
 #endif
 
+/// 1: an ECU can hear a car's own bus (sway_map, sway_ecu_listen()); 0: it hears frames of
+/// dbc/swaywatch.dbc only.
+#ifndef SWAY_MAP
+#define SWAY_MAP 1
+#endif
+#if SWAY_MAP != 0 && SWAY_MAP != 1
+#error "SWAY_MAP: 0 or 1"
+#endif
+
 /// Most work in one call of sway_core_run(), in thousands of instructions of a Cortex-M0+ (about;
 /// other processors take fewer): 60 are 1.3 ms at 48 MHz.
 #ifndef SWAY_SLICE_COST

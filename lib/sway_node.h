@@ -109,6 +109,13 @@ sway_error_t sway_node_init(sway_node_t *node, const sway_core_config_t *config)
 sway_error_t sway_node_receive(sway_node_t *node, int64_t time_us, uint32_t can_id, uint8_t dlc,
                                const uint8_t *data);
 
+/// One sample that did not come in a frame of ours (sway_map), as sway_node_receive() otherwise.
+/// The message that would carry it counts as received, the frame as used.
+sway_error_t sway_node_sample(sway_node_t *node, int64_t time_us, const sway_sample_t *sample);
+
+/// Counts a fault of a frame that is not ours.
+void sway_node_refuse(sway_node_t *node, int64_t time_us, sway_frame_fault_t kind);
+
 /// One slice of the work that the last frame has made due; false: nothing was.
 bool sway_node_run(sway_node_t *node);
 

@@ -212,6 +212,25 @@ static bool is_staged_good(const sway_ecu_t *ecu)
     return sway_block_offender(&ecu->staged) == SWAY_BLOCK_WORDS;
 }
 
+#if SWAY_MAP
+void sway_ecu_listen(sway_ecu_t *ecu, sway_ecu_listen_t listen, void *context)
+{
+    ecu->listen = listen;
+    ecu->listen_context = context;
+}
+#endif
+
+static void hear(sway_ecu_t *ecu, const sway_port_frame_t *frame)
+{
+#if SWAY_MAP
+    if (ecu->listen != NULL) {
+        ecu->listen(ecu->listen_context, &ecu->node, frame);
+        return;
+    }
+#endif
+    (void)sway_node_receive(&ecu->node, frame->time_us, frame->id, frame->dlc, frame->data);
+}
+
 sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_retained_t *retained,
                             const uint8_t *block, size_t block_size)
 {
@@ -444,7 +463,7 @@ static void take(sway_ecu_t *ecu, const sway_port_frame_t *frame)
     if (frame->id == ID_REQUEST) {
         answer(ecu, frame);
     } else if (ecu->state == SWAY_ECU_RUNNING) {
-        (void)sway_node_receive(&ecu->node, frame->time_us, frame->id, frame->dlc, frame->data);
+        hear(ecu, frame);
     }
 }
 

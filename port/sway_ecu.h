@@ -55,6 +55,10 @@ typedef struct {
     uint32_t check;
 } sway_ecu_retained_t;
 
+/// What frames other than parameter requests mean: sway_node_receive(), or a port's own
+/// sway_map_receive().
+typedef void (*sway_ecu_listen_t)(void *context, sway_node_t *node, const sway_port_frame_t *frame);
+
 typedef struct {
     bool outgoing_waits;
     bool reply_waits;
@@ -82,6 +86,10 @@ typedef struct {
     sway_port_frame_t reply;    ///< waits for `outgoing`
     sway_core_config_t staged;  ///< being changed over CAN; those in use: sway_ecu_config()
     sway_node_t node;
+#if SWAY_MAP
+    sway_ecu_listen_t listen; ///< NULL: frames of dbc/swaywatch.dbc only
+    void *listen_context;
+#endif
     uint32_t canary;
 } sway_ecu_t;
 
@@ -91,6 +99,11 @@ typedef struct {
 /// not an error of the call, it is the safe state.
 sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_retained_t *retained,
                             const uint8_t *block, size_t block_size);
+
+#if SWAY_MAP
+/// Listens to a car's own bus from now on: `listen` gets every frame but the parameter requests.
+void sway_ecu_listen(sway_ecu_t *ecu, sway_ecu_listen_t listen, void *context);
+#endif
 
 /// Enters the safe state for a fault that the port's own start-up checks found.
 void sway_ecu_fail(sway_ecu_t *ecu, sway_ecu_cause_t cause);

@@ -66,7 +66,13 @@ def make_builder() -> cffi.FFI:
         "SWAYWATCH_CODEC_DIR", WITHIN / "codec" if own else ROOT / "build/codec", "swaywatch_dbc.h"
     )  # fmt: skip
     include = [LIB, codec, FEED.parent, kissfft]
-    headers = ["sway_node.h", "model/sway_margin.h", "model/sway_stm.h", f"{FEED.name}.h"]
+    headers = [
+        "sway_node.h",
+        "bus/sway_map.h",
+        "model/sway_margin.h",
+        "model/sway_stm.h",
+        f"{FEED.name}.h",
+    ]
     includes = "".join(f'#include "{header}"\n' for header in headers)
     builder = cffi.FFI()
     builder.cdef(_declarations(headers, include))

@@ -5,7 +5,7 @@
 
 #define TURN (SWAY_E2E_COUNTER_MAX + 1)
 
-static uint8_t crc_byte(uint8_t crc, uint8_t byte)
+uint8_t sway_e2e_crc_byte(uint8_t crc, uint8_t byte)
 {
     /* remainders of four bits and as many zeros */
     static const uint8_t table[16] = {0x00, 0x1D, 0x3A, 0x27, 0x74, 0x69, 0x4E, 0x53,
@@ -17,10 +17,10 @@ static uint8_t crc_byte(uint8_t crc, uint8_t byte)
 
 uint8_t sway_e2e_crc(uint32_t can_id, const uint8_t *data)
 {
-    uint8_t crc = crc_byte(0xFFU, (uint8_t)(can_id & 0xFFU));
-    crc = crc_byte(crc, (uint8_t)((can_id >> 8) & 0xFFU));
+    uint8_t crc = sway_e2e_crc_byte(0xFFU, (uint8_t)(can_id & 0xFFU));
+    crc = sway_e2e_crc_byte(crc, (uint8_t)((can_id >> 8) & 0xFFU));
     for (uint32_t i = 1U; i < SWAY_E2E_LENGTH; i++) {
-        crc = crc_byte(crc, data[i]);
+        crc = sway_e2e_crc_byte(crc, data[i]);
     }
     return (uint8_t)(crc ^ 0xFFU);
 }

@@ -26,6 +26,9 @@ typedef struct {
     bool started;
 } sway_e2e_t;
 
+/// One byte more under CRC-8 of polynomial 0x1D. Constant time.
+uint8_t sway_e2e_crc_byte(uint8_t crc, uint8_t byte);
+
 /// CRC of a frame of 8 bytes; byte 0 is not looked at. Constant time.
 uint8_t sway_e2e_crc(uint32_t can_id, const uint8_t *data);
 

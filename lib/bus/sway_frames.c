@@ -122,6 +122,24 @@ uint32_t sway_frames_input_id(sway_message_t message)
     return input_id[message];
 }
 
+sway_message_t sway_frames_message_of(sway_input_t input)
+{
+    static const uint8_t of_motion[] = {SWAY_MESSAGE_STEERING,       SWAY_MESSAGE_CAR_MOTION,
+                                        SWAY_MESSAGE_CAR_MOTION,     SWAY_MESSAGE_TRAILER_MOTION,
+                                        SWAY_MESSAGE_TRAILER_MOTION, SWAY_MESSAGE_ARTICULATION,
+                                        SWAY_MESSAGE_HITCH_FORCES,   SWAY_MESSAGE_HITCH_FORCES};
+    if (input == SWAY_INPUT_SPEED) {
+        return SWAY_MESSAGE_SPEED;
+    }
+    if (input < SWAY_INPUT_CAR_FY_FL) {
+        return (sway_message_t)of_motion[input];
+    }
+    const uint32_t number = (uint32_t)input - (uint32_t)SWAY_INPUT_CAR_FY_FL;
+    const uint32_t first = input < SWAY_INPUT_TRAILER_FY_FL ? SWAY_MESSAGE_CAR_WHEEL_FL
+                                                            : SWAY_MESSAGE_TRAILER_WHEEL_FL;
+    return (sway_message_t)(first + number % 4U);
+}
+
 /* --- what comes in -----------------------------------------------------------------------------
  */
 

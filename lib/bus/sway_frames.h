@@ -109,6 +109,9 @@ sway_message_t sway_frames_find(uint32_t can_id);
 /// The identifier of a message.
 uint32_t sway_frames_input_id(sway_message_t message);
 
+/// The message that carries an input.
+sway_message_t sway_frames_message_of(sway_input_t input);
+
 /// The signals of a frame of 8 bytes; returns how many (1 or SWAY_FRAME_SAMPLES_MAX). CRC and
 /// counter are not looked at. Constant time.
 uint32_t sway_frames_decode(sway_message_t message, const uint8_t *data, sway_sample_t *samples);

@@ -241,13 +241,11 @@ static sway_error_t feed(sway_node_t *node, int64_t time_us, const sway_sample_t
     return sway_core_input(&node->core, sample->input, time_us, sample->value);
 }
 
-static sway_error_t use(sway_node_t *node, sway_message_t message, int64_t time_us,
-                        const uint8_t *data)
+/* Uses samples of a message; `frozen`: so is a sensor of it that is not among them. */
+static sway_error_t take(sway_node_t *node, sway_message_t message, int64_t time_us,
+                         const sway_sample_t *samples, uint32_t length, bool frozen)
 {
-    sway_sample_t samples[SWAY_FRAME_SAMPLES_MAX];
-    const uint32_t length = sway_frames_decode(message, data, samples);
     sway_error_t result = SWAY_OK;
-    bool frozen = false;
     for (uint32_t i = 0U; i < length; i++) {
         const uint32_t place = sway_input_place(samples[i].input);
         if (place == SWAY_INPUT_PLACES) {
@@ -262,6 +260,14 @@ static sway_error_t use(sway_node_t *node, sway_message_t message, int64_t time_
     count(&node->accepted, 1U);
     node->is_due = true;
     return result;
+}
+
+static sway_error_t use(sway_node_t *node, sway_message_t message, int64_t time_us,
+                        const uint8_t *data)
+{
+    sway_sample_t samples[SWAY_FRAME_SAMPLES_MAX];
+    const uint32_t length = sway_frames_decode(message, data, samples);
+    return take(node, message, time_us, samples, length, false);
 }
 
 static sway_error_t judge(sway_node_t *node, int64_t time_us, uint32_t can_id, uint8_t dlc,
@@ -295,6 +301,37 @@ sway_error_t sway_node_receive(sway_node_t *node, int64_t time_us, uint32_t can_
     const sway_error_t result = judge(node, time_us, can_id, dlc, data);
     find_news(node);
     return result;
+}
+
+/* Another sensor of the message that would carry `input`. */
+static bool is_frozen_beside(const sway_node_t *node, sway_input_t input)
+{
+    const sway_message_t message = sway_frames_message_of(input);
+    bool frozen = false;
+    for (uint32_t place = 0U; place < SWAY_INPUT_PLACES; place++) {
+        const sway_input_t other =
+            place == SWAY_PLACE_OF_SPEED ? SWAY_INPUT_SPEED : (sway_input_t)place;
+        frozen = frozen || (node->watch[place].frozen && other != input &&
+                            sway_frames_message_of(other) == message);
+    }
+    return frozen;
+}
+
+sway_error_t sway_node_sample(sway_node_t *node, int64_t time_us, const sway_sample_t *sample)
+{
+    while (sway_node_run(node)) {
+    }
+    advance(node, time_us);
+    const sway_error_t result = take(node, sway_frames_message_of(sample->input), time_us, sample,
+                                     1U, is_frozen_beside(node, sample->input));
+    find_news(node);
+    return result;
+}
+
+void sway_node_refuse(sway_node_t *node, int64_t time_us, sway_frame_fault_t kind)
+{
+    sway_node_time(node, time_us);
+    fault(node, kind);
 }
 
 /* --- frames out --------------------------------------------------------------------------------

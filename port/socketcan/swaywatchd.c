@@ -16,6 +16,7 @@
 #include "can_bus.h"
 #include "candump.h"
 #include "log_file.h"
+#include "map_file.h"
 #include "sway_version.h"
 #include "sway_xcp.h"
 #include "swaywatch_dbc.h"
@@ -41,6 +42,8 @@ static const char usage[] =
     "                      car.lateral_acceleration_position=-1.383 (m ahead of the centre\n"
     "                      of gravity), or core.window_oscillations=2.0 (1.5 to 6, else 1.7):\n"
     "                      longer windows are less noisy, and later\n"
+    "  --map FILE          read a car's own bus, as `swaywatch map` says of it; frames of\n"
+    "                      swaywatch.dbc are still read\n"
     "  --replay LOG        read a candump log instead of a bus (- : standard input);\n"
     "                      status frames go to the standard output\n"
     "  --candump-out FILE  write the status frames there, as candump lines (- : standard\n"
@@ -61,6 +64,7 @@ typedef struct {
     const char *candump_out;
     const char *interface;
     const char *key;
+    const char *map;
     bool has_xcp;
     char *settings[SETTINGS_MAX];
     size_t setting_count;
@@ -71,6 +75,8 @@ static can_bus_t bus;
 static log_file_t recording;
 static sway_ecu_t ecu;
 static sway_xcp_t xcp;
+static sway_map_t map; ///< of the car's own bus, --map
+static sway_map_listen_t listening = {.map = &map};
 static uint8_t key[SWAY_SIPHASH_KEY];
 static FILE *candump_out;
 static uint64_t output_lost;
@@ -260,13 +266,21 @@ static bool read_block(const options_t *options, uint8_t *block)
     return true;
 }
 
-static bool start(const sway_port_t *port, const uint8_t *block)
+static void hear(void *context, sway_node_t *node, const sway_port_frame_t *frame)
+{
+    (void)sway_map_receive(context, node, frame->time_us, frame->id, frame->dlc, frame->data);
+}
+
+static bool start(const options_t *options, const sway_port_t *port, const uint8_t *block)
 {
     static sway_ecu_retained_t retained;
     if (sway_ecu_start(&ecu, port, &retained, block, SWAY_BLOCK_SIZE) != SWAY_OK ||
         ecu.state != SWAY_ECU_RUNNING) {
         fprintf(stderr, "swaywatchd: the core refuses the parameters\n");
         return false;
+    }
+    if (options->map != NULL) {
+        sway_ecu_listen(&ecu, hear, &listening);
     }
     return true;
 }
@@ -354,7 +368,7 @@ static int run_live(const options_t *options, const uint8_t *block)
                                       : strerror(errno));
         return EXIT_FAILURE;
     }
-    if (!start(&port, block)) {
+    if (!start(options, &port, block)) {
         return EXIT_FAILURE;
     }
     if (options->has_xcp) {
@@ -392,7 +406,7 @@ static int run_replay(const options_t *options, const uint8_t *block)
         return EXIT_FAILURE;
     }
     recording.wants_end = &wants_end;
-    if (!start(&port, block)) {
+    if (!start(options, &port, block)) {
         return EXIT_FAILURE;
     }
     while (wants_end == 0 && output_lost == 0U && sway_ecu_poll(&ecu)) {
@@ -401,8 +415,8 @@ static int run_replay(const options_t *options, const uint8_t *block)
     print_replay_counts();
     if (!is_read || ecu.node.accepted == 0U) {
         fprintf(stderr, "swaywatchd: %s: %s\n", options->replay,
-                is_read ? "no frame of swaywatch.dbc in it; swaywatch convert makes such a log "
-                          "from any recording"
+                is_read ? "no frame of swaywatch.dbc in it, nor of a --map; swaywatch convert "
+                          "makes such a log from any recording"
                         : "cannot be read to its end");
         return EXIT_FAILURE;
     }
@@ -456,6 +470,9 @@ static bool read_option(int option, options_t *options)
     case 'k':
         options->key = optarg;
         return true;
+    case 'm':
+        options->map = optarg;
+        return true;
     case 'x':
         options->has_xcp = true;
         return true;
@@ -477,6 +494,7 @@ static bool read_options(int argc, char **argv, options_t *options)
                                           {"candump-out", required_argument, NULL, 'o'},
                                           {"set", required_argument, NULL, 's'},
                                           {"key", required_argument, NULL, 'k'},
+                                          {"map", required_argument, NULL, 'm'},
                                           {"xcp", no_argument, NULL, 'x'},
                                           {"help", no_argument, NULL, 'h'},
                                           {"version", no_argument, NULL, 'V'},
@@ -496,7 +514,7 @@ static bool read_options(int argc, char **argv, options_t *options)
 /* Opening a file to write it empties it. */
 static bool is_input(const options_t *options, const char *path)
 {
-    const char *inputs[] = {options->vehicle, options->replay};
+    const char *inputs[] = {options->vehicle, options->replay, options->map};
     struct stat output;
     for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++) {
         struct stat input;
@@ -542,7 +560,8 @@ int main(int argc, char **argv)
     sigaction(SIGHUP, &action, NULL);
     signal(SIGPIPE, SIG_IGN); // write() says so
     uint8_t block[SWAY_BLOCK_SIZE];
-    if (options.key != NULL && !read_key(options.key)) {
+    if ((options.key != NULL && !read_key(options.key)) ||
+        (options.map != NULL && !map_file_read(options.map, &map))) {
         return EXIT_FAILURE;
     }
     if (!read_block(&options, block) || !open_output(&options)) {

@@ -37,15 +37,15 @@ FW_LINK_x86 := -lm
 
 # The trailer from the car's own sensors (SWAY_TRAILER) does not fit into 64 KiB of flash and RAM
 # beside the rest, nor does the supervision of the relations (SWAY_SUPERVISION); the M7 and the hosts
-# have both, the R5 (128 KiB for all) the first.
-FW_LEAN := -DSWAY_TRAILER=0 -DSWAY_SUPERVISION=0
+# have both, the R5 (128 KiB for all) the first. A car's own bus (SWAY_MAP) is left out with them.
+FW_LEAN := -DSWAY_TRAILER=0 -DSWAY_SUPERVISION=0 -DSWAY_MAP=0
 FW_CPU_m0plus := -mcpu=cortex-m0plus $(FW_LEAN)
 FW_CPU_m3 := -mcpu=cortex-m3 $(FW_LEAN)
 FW_CPU_m4f := $(FW_LEAN) -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 FW_CPU_m7 := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard
 # The small one: steering, yaw rate and acceleration of the car, yaw rate of the trailer; rows at
 # 50 Hz, the last 2.5 s of them. On the host, too, to compare with.
-FW_SIZES_small := -DSWAY_TRAILER=0 -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8
+FW_SIZES_small := -DSWAY_TRAILER=0 -DSWAY_MAP=0 -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8
 FW_CPU_small := -mcpu=cortex-m0plus $(FW_SIZES_small) -DMAILBOX_FRAMES=8
 FW_CC_x86small := gcc
 FW_FLAGS_x86small := $(FW_FLAGS_x86) $(FW_SIZES_small)

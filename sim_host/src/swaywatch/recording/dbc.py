@@ -92,7 +92,7 @@ class Database:
         rows, short = _carrying(frames, rows, message, signal)
         raw = _raw(frames.data, rows, signal)
         value = raw.astype(np.float64) * signal.scale + signal.offset
-        invalid = np.isin(raw, _invalid_codes(signal))
+        invalid = np.isin(raw, invalid_codes(signal))
         low, high = signal.minimum, signal.maximum
         if low is not None and high is not None and low < high:
             margin = 0.5 * abs(signal.scale)
@@ -312,7 +312,7 @@ def _raw_limits(signal: Any) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def _invalid_codes(signal: Any) -> list[int]:
+def invalid_codes(signal: Any) -> list[int]:
     """Raw values that the value table calls not valid."""
     choices = signal.choices or {}
     return [int(code) for code, name in choices.items() if _INVALID_NAME.search(str(name))]
