@@ -81,11 +81,23 @@ static void frames_of_what_is_dropped_are_good_frames(void)
     TEST_ASSERT_EQUAL_UINT32(SWAY_MESSAGE_COUNT, node.accepted);
 }
 
+static void samples_of_what_is_dropped_are_good_samples(void)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_node_init(&node, &config));
+    for (int i = 0; i < (int)SWAY_INPUT_COUNT; i++) {
+        const sway_sample_t sample = {.input = (sway_input_t)i, .valid = true};
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_node_sample(&node, 1000000, &sample));
+    }
+    TEST_ASSERT_EQUAL_UINT32(SWAY_INPUT_COUNT, node.accepted);
+    TEST_ASSERT_EQUAL_INT(SWAY_MESSAGE_GOOD, sway_node_message_state(&node, SWAY_MESSAGE_SPEED));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(the_swing_is_estimated_and_forces_are_dropped);
     RUN_TEST(the_range_of_what_is_dropped_is_checked_all_the_same);
     RUN_TEST(frames_of_what_is_dropped_are_good_frames);
+    RUN_TEST(samples_of_what_is_dropped_are_good_samples);
     return UNITY_END();
 }

@@ -83,9 +83,14 @@ static sway_error_t send(uint32_t id, uint8_t dlc)
     return sway_map_receive(&listening, &node, now, id, dlc, data);
 }
 
+static uint32_t place_of(sway_input_t input)
+{
+    return sway_input_place(input);
+}
+
 static int32_t heard(sway_input_t input)
 {
-    const sway_node_watch_t *w = &node.watch[sway_input_place(input)];
+    const sway_node_watch_t *w = &node.watch[place_of(input)];
     TEST_ASSERT_TRUE(w->started);
     return w->value;
 }
@@ -121,7 +126,7 @@ static void what_its_sender_has_not_is_not_heard(void)
     map.signal[2].raw_low = 5;
     memset(data, 0, sizeof data);
     TEST_ASSERT_EQUAL(SWAY_OK, send(SPEED_ID, 2));
-    TEST_ASSERT_FALSE(node.watch[sway_input_place(SWAY_INPUT_SPEED)].started);
+    TEST_ASSERT_FALSE(node.watch[place_of(SWAY_INPUT_SPEED)].started);
     TEST_ASSERT_EQUAL(2, sway_core_status(&node.core)->fault_count[SWAY_FAULT_INVALID]);
 }
 
@@ -154,8 +159,8 @@ static void a_value_beyond_all_is_refused_by_the_core(void)
 /* One sensor of a message that is frozen marks it, also where the other one comes apart. */
 static void a_frozen_sensor_is_seen_beside_the_other(void)
 {
-    node.watch[sway_input_place(SWAY_INPUT_CAR_LATERAL_ACC)].frozen = true;
-    node.watch[sway_input_place(SWAY_INPUT_TRAILER_YAW_RATE)].frozen = true;
+    node.watch[place_of(SWAY_INPUT_CAR_LATERAL_ACC)].frozen = true;
+    node.watch[place_of(SWAY_INPUT_TRAILER_YAW_RATE)].frozen = true;
     sway_sample_t sample = {.input = SWAY_INPUT_CAR_YAW_RATE, .value = 1, .valid = true};
     TEST_ASSERT_EQUAL(SWAY_OK, sway_node_sample(&node, 5000, &sample));
     TEST_ASSERT_EQUAL(SWAY_MESSAGE_STUCK, sway_node_message_state(&node, SWAY_MESSAGE_CAR_MOTION));
