@@ -168,7 +168,8 @@ static void place_parameters(fmu_model_t *model)
     }
     double *const drive = model->whole.drive;
     if (!(drive[D_FREE_SPEED] > 0.0)) { // a speed that is prescribed needs no drag
-        drive[D_CAR_DRAG_AREA] = drive[D_TRAILER_DRAG_AREA] = drive[D_ROLLING_RESISTANCE] = 0.0;
+        drive[D_ROLLING_RESISTANCE] = 0.0;
+        model->scalars[E_DRAG_AREA_CAR] = model->scalars[E_DRAG_AREA_TRAILER] = 0.0;
     }
     static const int tracks[] = {E_TRACK_CAR_FRONT, E_TRACK_CAR_REAR, E_TRACK_TRAILER,
                                  E_TRACK_TRAILER};
@@ -187,7 +188,7 @@ static void start_state(fmu_model_t *model)
     state[X_SPEED] = speed;
     if (drive[D_FREE_SPEED] > 0.0) {
         const double weight = (model->body[P_CAR_MASS] + model->body[P_TRAILER_MASS]) * GRAVITY;
-        const double area = drive[D_CAR_DRAG_AREA] + drive[D_TRAILER_DRAG_AREA];
+        const double area = model->scalars[E_DRAG_AREA_CAR] + model->scalars[E_DRAG_AREA_TRAILER];
         state[X_DRIVE] =
             0.5 * AIR_DENSITY * speed * speed * area + drive[D_ROLLING_RESISTANCE] * weight;
     }

@@ -35,10 +35,11 @@ SCALAR_PARAMETERS = (
     ("hitch.friction", "N.m", "hitch_friction", False),
     ("hitch.damping", "N.m.s/rad", "hitch_damping", False),
     ("steering.stiffness", "N/rad", "steering_flexibility", True),
+    ("drag.car_area", "m2", "drag_area_car", False),
+    ("drag.trailer_area", "m2", "drag_area_trailer", False),
 )
 DRIVE_PARAMETERS = (
-    ("speed_control", "", "free_speed"), ("drag.car_area", "m2", "car_drag_area"),
-    ("drag.trailer_area", "m2", "trailer_drag_area"),
+    ("speed_control", "", "free_speed"),
     ("rolling_resistance", "", "rolling_resistance"),
 )  # fmt: skip
 UNITS = {
@@ -89,7 +90,9 @@ def parameters(vehicle: Vehicle, setup: Setup) -> list[str]:
             index = SCALARS.index(belief.name)
             add(f"sprung.{belief.name}", unit, "TO_SCALAR", index, setup.scalars[index])
     for name, unit, slot, inverse in SCALAR_PARAMETERS:
-        add(name, unit, "TO_SCALAR", SCALARS.index(slot), 0.0, 0.0, inverse)
+        index = SCALARS.index(slot)
+        start = 0.0 if inverse else setup.scalars[index]
+        add(name, unit, "TO_SCALAR", index, start, 0.0, inverse)
     for axle, axle_name in enumerate(AXLES):
         for name, unit, slot, inverse in AXLE_PARAMETERS:
             index = axle * len(AXLE) + AXLE.index(slot)

@@ -84,13 +84,13 @@ def springs(whole: Combination) -> dict[str, float]:
         "track_trailer": whole.trailer.front.track_m,
     }  # fmt: skip
     for name, body in (("car", whole.car), ("trailer", whole.trailer)):
-        stiffness, damping, carried = [], 0.0, 0.0
+        stiffness, damping, carried = [], [], 0.0
         for axle in (body.front, body.rear):
             half = 0.5 * axle.track_m**2
             spring = axle.spring_n_m + 2.0 * axle.roll_bar_n_m
             share = axle.tyre_vertical_stiffness_n_m / (axle.tyre_vertical_stiffness_n_m + spring)
             stiffness.append(half * spring * share)
-            damping += half * axle.damper.coefficient_ns_m * share**2
+            damping.append(half * axle.damper.coefficient_ns_m * share**2)
             carried += half * axle.unsprung_mass_kg
         values |= {
             f"sprung_mass_{name}": body.mass_kg,
@@ -98,11 +98,48 @@ def springs(whole: Combination) -> dict[str, float]:
             f"ball_height_{name}": whole.ball_height_m,
             f"roll_inertia_{name}": body.roll_inertia_kgm2 - carried,
             f"roll_stiffness_{name}": sum(stiffness),
-            f"roll_damping_rate_{name}": damping,
+            f"roll_damping_rate_{name}": sum(damping),
+            f"roll_damping_share_{name}": damping[0] / sum(damping),
             f"roll_axis_height_{name}": 0.0,
             f"roll_front_share_{name}": stiffness[0] / sum(stiffness),
             f"sensor_height_{name}": body.cog_height_m,
         }
+    return values
+
+
+def harder(whole: Combination, ratio: float) -> Combination:
+    """The same with dampers whose rebound is so many times as hard as their compression."""
+
+    def axle(old: Axle) -> Axle:
+        return replace(old, damper=Damper("bilinear", old.damper.coefficient_ns_m, ratio=ratio))
+
+    def body(old: Body) -> Body:
+        return replace(old, front=axle(old.front), rear=axle(old.rear))
+
+    return replace(whole, car=body(whole.car), trailer=body(whole.trailer))
+
+
+def bounce(whole: Combination) -> dict[str, float]:
+    """Slots of bodies that their dampers and the lean of their wheels lift and drop."""
+    loads = static_loads(whole)
+    values = {}
+    for number, (name, body) in enumerate((("car", whole.car), ("trailer", whole.trailer))):
+        omega = []
+        for axle, load in zip((body.front, body.rear), loads[2 * number :], strict=False):
+            tyre = axle.tyre_vertical_stiffness_n_m
+            spring = 2.0 * axle.spring_n_m * tyre / (axle.spring_n_m + tyre)
+            omega.append(float(np.sqrt(spring * 9.81 / load)))
+        damper = body.front.damper
+        both_axles = damper.coefficient_ns_m + body.rear.damper.coefficient_ns_m
+        values |= {
+            f"damper_asymmetry_{name}": (damper.ratio - 1.0) / (damper.ratio + 1.0),
+            f"heave_damping_{name}": both_axles / (float(np.mean(omega)) * body.mass_kg),
+            f"jacking_{name}": 1.0,
+        }
+        if name == "car":
+            values["heave_frequency_car_front"], values["heave_frequency_car_rear"] = omega
+        else:
+            values["heave_frequency_trailer"] = float(np.mean(omega))
     return values
 
 

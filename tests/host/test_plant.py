@@ -38,7 +38,7 @@ FEATURES = [
     {"sprung_mass_car": 1400.0, "sprung_mass_trailer": 1300.0, "peak_friction_inverse": 1.2},
 ]
 SPRUNG = {"sprung_height": 0.5, "roll_inertia": 500.0, "roll_stiffness": 9e4,
-          "roll_damping_rate": 4e3, "roll_front_share": 0.6}  # fmt: skip
+          "roll_damping_rate": 4e3, "roll_front_share": 0.6, "roll_damping_share": 0.6}  # fmt: skip
 
 
 def plant(samples: int, seed: int, steer: float = 0.02, **scalars: float) -> PlantInput:

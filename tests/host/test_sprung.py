@@ -50,6 +50,59 @@ def test_random_vehicles_move_as_the_judge_says(seed: int) -> None:
     assert far["trailer_yaw_rate"] > 3.0 * off["trailer_yaw_rate"]
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_drag_pulls_the_trailer_straight_and_loads_the_rear(seed: int) -> None:
+    """Air drag is a pull at the ball and moves load to the rear axle; the drive steers."""
+    pytest.importorskip("mujoco")
+    from sprung_pairs import both, differences, drawn, manoeuvre
+
+    from swaywatch.models.multibody_vehicle import Physics, static_loads
+
+    whole = drawn(seed)
+    slots = {
+        "drag_area_car": 0.7, "drag_area_trailer": 2.0, "front_drive": 1.0,
+        "pitch_transfer": 1.0,
+        "wind_height_car": whole.car.cog_height_m,
+        "wind_height_trailer": whole.trailer.cog_height_m,
+    }  # fmt: skip
+    physics = Physics(full=True, drag_area_m2=(0.7, 2.0))
+    drive = manoeuvre("impulse", 6.0, 8.0)
+    motion, found = both(whole, physics, slots, drive, 26.0)
+    off = differences(motion, found)
+    still = differences(*both(whole, physics, {}, drive, 26.0))
+    for name in ("trailer_yaw_rate", "hitch_y", "car_yaw_rate"):
+        assert off[name] < 0.05
+        assert still[name] > 3.0 * off[name]
+    for axle, first in (("f", 0), ("r", 2)):
+        judge = np.mean(motion.wheel_fz_n[first : first + 2].sum(axis=0)[-300:])
+        ours = np.mean((found[f"vertical_{axle}l"] + found[f"vertical_{axle}r"])[-300:])
+        moved = judge - static_loads(whole)[first // 2]
+        assert abs(moved) > 50.0
+        assert ours - static_loads(whole)[first // 2] == pytest.approx(moved, rel=0.15)
+
+
+def test_hard_rebound_and_leaning_struts_bounce_a_rolling_car() -> None:
+    """Dampers harder in rebound, and side forces of a leaning body, load an axle at twice f.
+
+    Each axle bounces for itself here, while MuJoCo's body pitches too: half of the variance.
+    """
+    pytest.importorskip("mujoco")
+    from sprung_pairs import both, bounce, drawn, harder, manoeuvre
+
+    from swaywatch.models.multibody_vehicle import Physics
+
+    drive = manoeuvre("slalom", 9.0, 8.0)
+    rest = whole = 0.0
+    for seed in range(6):
+        vehicle = harder(drawn(seed), 2.5)
+        motion, found = both(vehicle, Physics(full=True), bounce(vehicle), drive, 24.0)
+        for axle, first in (("f", 0), ("r", 2)):
+            judge = motion.wheel_fz_n[first : first + 2].sum(axis=0)
+            ours = found[f"vertical_{axle}l"] + found[f"vertical_{axle}r"]
+            whole, rest = whole + np.var(judge), rest + np.var(judge - ours)
+    assert rest < 0.5 * whole
+
+
 def alone(body: np.ndarray) -> np.ndarray:
     """The same car without its trailer."""
     return np.where([name.startswith("trailer") for name in NAMES], 0.0, body)

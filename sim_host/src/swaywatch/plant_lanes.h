@@ -7,15 +7,16 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 93
+#define PLANT_SCALARS 108
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
 #define PLANT_AXLE 13
-#define PLANT_DRIVE 11
+#define PLANT_DRIVE 9
 #define PLANT_GENERATOR_WINDOW 6
 #define PLANT_STATES_OF_A_FIT 16
-#define PLANT_STATES_OF_A_LAW 21
+#define PLANT_STATES_OF_HEAVE 24
+#define PLANT_STATES_OF_A_LAW 29
 #define PLANT_STATES 37
 #define PLANT_LAW_STATES 9
 #define PLANT_BLOCK 10
@@ -90,6 +91,8 @@ enum plant_scalar {
     E_ROLL_AXIS_HEIGHT_TRAILER,
     E_ROLL_FRONT_SHARE_CAR,
     E_ROLL_FRONT_SHARE_TRAILER,
+    E_ROLL_DAMPING_SHARE_CAR,
+    E_ROLL_DAMPING_SHARE_TRAILER,
     E_TRACK_CAR_FRONT,
     E_TRACK_CAR_REAR,
     E_TRACK_TRAILER,
@@ -137,6 +140,19 @@ enum plant_scalar {
     E_MODE_PLACE_TRAILER,
     E_SENSOR_AHEAD_CAR,
     E_SENSOR_AHEAD_TRAILER,
+    E_DRAG_AREA_CAR,
+    E_DRAG_AREA_TRAILER,
+    E_FRONT_DRIVE,
+    E_PITCH_TRANSFER,
+    E_DAMPER_ASYMMETRY_CAR,
+    E_DAMPER_ASYMMETRY_TRAILER,
+    E_HEAVE_FREQUENCY_CAR_FRONT,
+    E_HEAVE_FREQUENCY_CAR_REAR,
+    E_HEAVE_FREQUENCY_TRAILER,
+    E_HEAVE_DAMPING_CAR,
+    E_HEAVE_DAMPING_TRAILER,
+    E_JACKING_CAR,
+    E_JACKING_TRAILER,
 };
 /// Slots that are functions of time.
 enum plant_series {
@@ -253,8 +269,6 @@ enum plant_drive {
     D_FEED_FORWARD,
     D_CONTROL_LAG,
     D_FORCE_MAX,
-    D_CAR_DRAG_AREA,
-    D_TRAILER_DRAG_AREA,
     D_ROLLING_RESISTANCE,
     D_SUSPENSION_LAG,
     D_SHAPE,
@@ -281,11 +295,11 @@ enum plant_state {
     X_TRANSFER_RATE = 10,
     X_ROLL = 12, ///< rad; without springs m/s2, what the roll that steers follows
     X_ROLL_RATE = 14,
-    X_LAW = 16,  ///< N, Nm or rad, of a law behind its lag
-    X_MODE = 17, ///< m, to the left, of what swings in the bodies
-    X_MODE_RATE = 19,
-    X_HEAVE = 21, ///< m, over the four axles
-    X_HEAVE_RATE = 25,
+    X_HEAVE = 16, ///< m, over the four axles
+    X_HEAVE_RATE = 20,
+    X_LAW = 24,  ///< N, Nm or rad, of a law behind its lag
+    X_MODE = 25, ///< m, to the left, of what swings in the bodies
+    X_MODE_RATE = 27,
     X_LAG = 29,       ///< N, Nm: the car's side force and moment behind the suspension's lag
     X_SPEED = 31,     ///< m/s
     X_SPEED_INTEGRAL, ///< m

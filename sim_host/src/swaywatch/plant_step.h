@@ -142,9 +142,10 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
         to->hitch *= k->towed;
     }
     const V fc = f[0] * cosine;
-    to->side[0] = fc + f[1];
-    to->yaw[0] = p[P_CAR_FRONT_AXLE_TO_COG] * fc - p[P_CAR_REAR_AXLE_TO_COG] * f[1];
-    to->along[0] = (V){0}, to->along[1] = m2 * slips->sine * to->tilt;
+    const V driven = has->whole ? fc : fc + e[E_FRONT_DRIVE] * slips->drive * sine;
+    to->side[0] = driven + f[1];
+    to->yaw[0] = p[P_CAR_FRONT_AXLE_TO_COG] * driven - p[P_CAR_REAR_AXLE_TO_COG] * f[1];
+    to->along[0] = (V){0}, to->along[1] = m2 * slips->sine * to->tilt - slips->drag[1];
     if (has->whole) {
         NAME(along)(x, ser, k, slips, w, sine, to);
         NAME(lag_forces)(x, k, &to->side[0], &to->yaw[0], dx);
@@ -380,7 +381,7 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
         NAME(travel)(x, now, p, k, &slips, &rates, dx);
     }
     if (has->heaves) {
-        NAME(heave)(x, e, k, has, &dampers, dx);
+        NAME(heave)(x, e, k, has, &dampers, w, dx);
     }
     if (store) {
         const V own[2] = {ay1, a2y};
@@ -389,6 +390,14 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
             NAME(whole_outputs)(x, now, p, e, k, has, &slips, &by, &rates, out);
         }
     }
+}
+
+/// What the front one of a body's axles takes of `share`: an axle that is not there carries
+/// nothing.
+INLINE V NAME(front)(const CONSTANTS *k, int front, V share)
+{
+    const V kept = NAME(choose)(k->per_load[front + 1] > 0.0, share, NAME(all)(1.0));
+    return NAME(where)(k->per_load[front], kept);
 }
 
 /// Springs, dampers and inertias of the bodies; one without sprung mass does not roll.
@@ -410,15 +419,15 @@ INLINE void NAME(springs)(const V *p, const V *e, CONSTANTS *k)
         // the wheels' own weight is carried over at their centres
         const V arm =
             axis + (1.0 - sprung / NAME(most)(mass, NAME(all)(1.0))) * (e[E_WHEEL_RADIUS] - axis);
-        // an axle that is not there carries nothing
-        const V front = NAME(where)(k->per_load[2 * body],
-                                    NAME(choose)(k->per_load[2 * body + 1] > 0.0,
-                                                 e[E_ROLL_FRONT_SHARE_CAR + body], NAME(all)(1.0)));
-        for (int a = 2 * body; a < 2 * body + 2; a++) {
-            const V share = a == 2 * body ? front : 1.0 - front;
+        const int f = 2 * body;
+        const V sprung_front = NAME(front)(k, f, e[E_ROLL_FRONT_SHARE_CAR + body]);
+        const V damped_front = NAME(front)(k, f, e[E_ROLL_DAMPING_SHARE_CAR + body]);
+        for (int a = f; a < f + 2; a++) {
+            const V share = a == f ? sprung_front : 1.0 - sprung_front;
+            const V damped = a == f ? damped_front : 1.0 - damped_front;
             const V per_track = NAME(where)(sprung, 1.0 / e[E_TRACK_CAR_FRONT + (a < 3 ? a : 2)]);
             k->spring[a] = share * k_roll * per_track;
-            k->damper[a] = share * c_roll * per_track;
+            k->damper[a] = damped * c_roll * per_track;
             k->geometric[a] = NAME(where)(k->per_load[a], arm * per_track);
         }
     }
@@ -426,6 +435,31 @@ INLINE void NAME(springs)(const V *p, const V *e, CONSTANTS *k)
     k->pull = m2 * e2 - k->lever[1];
     k->inertia[0] += m2 * e1 * e1;
     k->inertia[1] += e2 * (m2 * e2 - 2.0 * k->lever[1]);
+}
+
+/// Dampers of a body whose rebound is harder than their compression: its roll lifts and drops it.
+INLINE void NAME(bouncing)(const plant_lane_t *lane, double *to)
+{
+    const double *s = lane->scalars;
+    for (int a = 0; a < 4; a++, to += PLANT_AXLE) {
+        const int body = a / 2, group = a < 3 ? a : 2;
+        const double asymmetry = s[E_DAMPER_ASYMMETRY_CAR + body];
+        const double load = lane->body[P_CAR_FRONT_AXLE_LOAD + a];
+        if (asymmetry == 0.0 || !(load > 0.0)) {
+            continue;
+        }
+        const double beside = lane->body[P_CAR_FRONT_AXLE_LOAD + (a ^ 1)];
+        const double front = beside > 0.0 ? s[E_ROLL_DAMPING_SHARE_CAR + body] : 1.0;
+        const double rate = a % 2 == 0 || !(beside > 0.0) ? front : 1.0 - front;
+        const double half = 0.5 * s[E_TRACK_CAR_FRONT + group];
+        to[A_HALF_TRACK] = half;
+        to[A_DAMPER] = rate * s[E_ROLL_DAMPING_RATE_CAR + body] / (2.0 * half * half);
+        to[A_DAMPER_LEFT] = to[A_DAMPER_RIGHT] = 1.0;
+        to[A_DAMPER_ASYMMETRY] = asymmetry;
+        to[A_HEAVE_MASS] = load / GRAVITY;
+        to[A_HEAVE_OMEGA] = s[E_HEAVE_FREQUENCY_CAR_FRONT + group];
+        to[A_HEAVE_ZETA] = s[E_HEAVE_DAMPING_CAR + body];
+    }
 }
 
 /// Values of each axle: its own, or as the scalar slots say.
@@ -444,6 +478,7 @@ INLINE void NAME(axle_values)(const plant_lane_t *lane, double *to)
         to[A_PEAK_FRICTION_INVERSE] = s[E_PEAK_FRICTION_INVERSE];
         to[A_DEGRESSION] = s[E_DEGRESSION];
     }
+    NAME(bouncing)(lane, to - 4 * PLANT_AXLE);
 }
 
 /// What any lane uses of the scalar slots `s` and the series.
@@ -466,7 +501,8 @@ INLINE void NAME(features)(const plant_lane_t *lane, const double *axles, FEATUR
     has->whole |= lane->whole != NULL;
     has->law |= s[E_LAW_GAIN] != 0.0;
     has->swings |= s[E_MODE_MASS_CAR] > 0.0 || s[E_MODE_MASS_TRAILER] > 0.0;
-    has->states = has->law || has->swings ? PLANT_STATES_OF_A_LAW : PLANT_STATES_OF_A_FIT;
+    has->states = has->heaves ? PLANT_STATES_OF_HEAVE : PLANT_STATES_OF_A_FIT;
+    has->states = has->law || has->swings ? PLANT_STATES_OF_A_LAW : has->states;
     has->states = has->whole ? PLANT_STATES : has->states;
     has->sprung |= s[E_SPRUNG_MASS_CAR] > 0.0 || s[E_SPRUNG_MASS_TRAILER] > 0.0;
     has->alone |= !(lane->body[P_TRAILER_MASS] > 0.0);

@@ -3,6 +3,7 @@
 typedef struct {
     V force[2], load[2];
     V moment; // aligning, of both wheels
+    V lifted; // what lifts the body
 } AXLE;
 
 /// What an axle's wheels carry and what their tyres are like.
@@ -102,11 +103,15 @@ typedef struct {
     V ahead, steer;       // speed of the car; angle of its front wheels
     V roll[2];            // car, trailer
     V angle[4], acting[4];
-    V law; // N, Nm or rad
+    V law;      // N, Nm or rad
+    V drag[2];  // N, air drag of car and trailer
+    V drive;    // N, what drives the whole where the speed is prescribed
+    V pitch[4]; // N, axle loads that drag and drive shift lengthwise
 } SLIPS;
 
 /// Tyres of an axle as they are before any load shifts.
-INLINE void NAME(tyres)(const V *ser, const V *p, const V *e, const CONSTANTS *k, int a, TYRES *t)
+INLINE void NAME(tyres)(const V *ser, const V *p, const V *e, const CONSTANTS *k,
+                        const SLIPS *slips, int a, TYRES *t)
 {
     static const int stiffness[4] = {
         P_CAR_FRONT_CORNERING_STIFFNESS, P_CAR_REAR_CORNERING_STIFFNESS,
@@ -114,7 +119,7 @@ INLINE void NAME(tyres)(const V *ser, const V *p, const V *e, const CONSTANTS *k
     t->stiffness = p[stiffness[a]] * (1.0 + ser[T_STIFFNESS_CAR_FRONT + a]);
     t->load = p[P_CAR_FRONT_AXLE_LOAD + a];
     t->per_load = k->per_load[a];
-    t->heave = ser[T_HEAVE_CAR_FRONT + a];
+    t->heave = ser[T_HEAVE_CAR_FRONT + a] + slips->pitch[a];
     t->shift = ser[T_SHIFT_CAR_FRONT + a];
     t->degression = k->axle[a][A_DEGRESSION];
     t->softening = k->axle[a][A_SOFTENING];
@@ -140,7 +145,7 @@ INLINE void NAME(steering)(V state, const V *ser, const V *p, const V *e, const 
     if (has->flexible) {
         const V soft = (1.0 - lags) * e[E_STEERING_FLEXIBILITY];
         TYRES t;
-        NAME(tyres)(ser, p, e, k, 0, &t);
+        NAME(tyres)(ser, p, e, k, to, 0, &t);
         t.load += ser[T_LOAD_CAR_FRONT];
         const V slope = 1.0 / (1.0 + soft * t.stiffness * t.load * t.per_load);
         acting = mixed * slope;
@@ -154,6 +159,47 @@ INLINE void NAME(steering)(V state, const V *ser, const V *p, const V *e, const 
     to->steer -= lost + yields;
     to->angle[0] = rigid - yields;
     to->acting[0] = acting;
+}
+
+/// Air drag, and what it and the acceleration do to the axle loads: the trailer pulls at the ball,
+/// the drive acts at the road. Quasi-static moments about the axles; bodies without springs keep
+/// their loads.
+INLINE void NAME(lengthwise)(const V *x, const SAMPLE *now, const V *p, const V *e,
+                             const CONSTANTS *k, const FEATURES *has, SLIPS *to)
+{
+    const V m1 = p[P_CAR_MASS], m2 = p[P_TRAILER_MASS];
+    to->drag[0] = 0.5 * AIR_DENSITY * e[E_DRAG_AREA_CAR] * to->ahead * to->ahead;
+    to->drag[1] = 0.5 * AIR_DENSITY * e[E_DRAG_AREA_TRAILER] * to->speed * to->speed;
+    V rate = now->acceleration;
+    if (has->whole) {
+        const V own = (x[X_DRIVE] - to->drag[0] - to->drag[1]) * k->per_m;
+        rate = NAME(choose)(k->free > 0.0, own, rate);
+    }
+    const V pull = m2 * rate + to->drag[1];
+    to->drive = m1 * rate + to->drag[0] + pull;
+    if (!has->sprung) {
+        memset(to->pitch, 0, sizeof to->pitch);
+        return;
+    }
+    const V axis = e[E_ROLL_AXIS_HEIGHT_CAR];
+    const V front = p[P_CAR_FRONT_AXLE_TO_COG], rear = p[P_CAR_REAR_AXLE_TO_COG];
+    const V hitch = p[P_CAR_HITCH_TO_COG];
+    // the trailer about its wheels: less weight on the ball
+    const V first = p[P_TRAILER_FRONT_AXLE_LOAD], second = p[P_TRAILER_REAR_AXLE_LOAD];
+    const V share = NAME(where)(first, first / (first + second));
+    const V lever = p[P_TRAILER_HITCH_TO_COG] - share * p[P_TRAILER_FRONT_AXLE_TO_COG] +
+                    (1.0 - share) * p[P_TRAILER_REAR_AXLE_TO_COG];
+    const V over = m2 * rate * (k->height[1] - k->ball[1]) +
+                   to->drag[1] * (e[E_WIND_HEIGHT_TRAILER] - k->ball[1]);
+    const V lifted = NAME(where)(k->towed, over / lever);
+    const V back = m1 * rate * (k->height[0] + axis) + to->drag[0] * (e[E_WIND_HEIGHT_CAR] + axis) +
+                   pull * (k->ball[0] + axis);
+    const V per_base = 1.0 / (front + rear);
+    const V front_to = (lifted * (hitch - rear) - back) * per_base;
+    const V rear_to = (back - lifted * (hitch + front)) * per_base;
+    const V part = e[E_PITCH_TRANSFER];
+    to->pitch[0] = part * front_to, to->pitch[1] = part * rear_to;
+    to->pitch[2] = part * lifted * share, to->pitch[3] = part * lifted * (1.0 - share);
 }
 
 INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, const CONSTANTS *k,
@@ -208,13 +254,14 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
         const V lags = NAME(lagging)(k->axle[a][A_RELAXATION]);
         to->acting[a] = has->relaxed ? angle[a] + lags * (x[X_SLIP + a] - angle[a]) : angle[a];
     }
+    to->sine = s, to->cosine = c;
+    to->hitch = hvy, to->speed = vx2, to->side = vy2, to->per_speed = per_vx2;
+    to->ahead = vx;
+    NAME(lengthwise)(x, now, p, e, k, has, to);
     to->steer = now->steer;
     if (has->flexible || has->playing) {
         NAME(steering)(x[X_SLIP], ser, p, e, k, has, to);
     }
-    to->sine = s, to->cosine = c;
-    to->hitch = hvy, to->speed = vx2, to->side = vy2, to->per_speed = per_vx2;
-    to->ahead = vx;
 }
 
 /// Extra force of the dampers beyond healthy ones, the springs of heave, and what they do to roll.
@@ -234,13 +281,15 @@ INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const 
     for (int a = 0; a < 4; a++) {
         const int body = a / 2;
         TYRES t;
-        NAME(tyres)(ser, p, e, k, a, &t);
+        NAME(tyres)(ser, p, e, k, slips, a, &t);
         t.left = (V)((M)ser[T_LOAD_CAR_FRONT + a] & negative);
         t.right = (V)((M)ser[T_LOAD_CAR_FRONT + a] & ~negative);
         t.slip = slips->acting[a];
         if (has->heaves) {
             t.left -= dampers->spring[a] + dampers->left[a];
             t.right -= dampers->spring[a] + dampers->right[a];
+            w[a].lifted = e[E_JACKING_CAR + body] * slips->roll[body] * NAME(even)(&t, has);
+            t.left += 0.5 * w[a].lifted, t.right += 0.5 * w[a].lifted;
         }
         if (has->sprung) {
             t.shift += k->spring[a] * x[X_ROLL + body] + k->damper[a] * x[X_ROLL_RATE + body];

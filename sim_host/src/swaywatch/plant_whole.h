@@ -35,7 +35,7 @@ INLINE void NAME(dampers)(const V *x, const V *e, const CONSTANTS *k, const FEAT
 
 /// Heave over each axle; without springs the roll's lag takes the dampers' moment.
 INLINE void NAME(heave)(const V *x, const V *e, const CONSTANTS *k, const FEATURES *has,
-                        const DAMPERS *by, V *dx)
+                        const DAMPERS *by, const AXLE *w, V *dx)
 {
     for (int a = 0; a < 4; a++) {
         const V *of = k->axle[a];
@@ -43,7 +43,8 @@ INLINE void NAME(heave)(const V *x, const V *e, const CONSTANTS *k, const FEATUR
         const V own = -omega * (omega * z + 2.0 * of[A_HEAVE_ZETA] * rate);
         const V mass = of[A_HEAVE_MASS];
         dx[X_HEAVE + a] = rate;
-        dx[X_HEAVE_RATE + a] = NAME(where)(mass, own - (by->left[a] + by->right[a]) / mass);
+        dx[X_HEAVE_RATE + a] =
+            NAME(where)(mass, own - (by->left[a] + by->right[a] - w[a].lifted) / mass);
     }
     for (int body = 0; body < 2 && !has->sprung; body++) {
         V stiffness = {0}; // of roll per m/s2 of the lag
@@ -62,9 +63,8 @@ INLINE void NAME(along)(const V *x, const V *ser, const CONSTANTS *k, const SLIP
                         const AXLE *w, V sine, LOADS *to)
 {
     const V *d = k->drive;
-    const V pressure = 0.5 * AIR_DENSITY * slips->ahead * slips->ahead;
-    to->along[0] = x[X_DRIVE] * k->free - pressure * d[D_CAR_DRAG_AREA] - ser[T_BRAKE_CAR];
-    to->along[1] -= pressure * d[D_TRAILER_DRAG_AREA] + ser[T_BRAKE_TRAILER];
+    to->along[0] = x[X_DRIVE] * k->free - slips->drag[0] - ser[T_BRAKE_CAR];
+    to->along[1] -= ser[T_BRAKE_TRAILER];
     for (int a = 0; a < 4; a++) {
         V back[2];
         const V turned = k->axle[a][A_ROLL_STEER] * slips->roll[a / 2];
@@ -94,10 +94,9 @@ INLINE void NAME(travel)(const V *x, const SAMPLE *now, const V *p, const CONSTA
 {
     const V *d = k->drive;
     const V error = now->speed - slips->ahead;
-    const V pressure = 0.5 * AIR_DENSITY * slips->ahead * slips->ahead;
     const V mass = p[P_CAR_MASS] + p[P_TRAILER_MASS];
     V wanted = d[D_CONTROL_P] * error + d[D_CONTROL_I] * x[X_SPEED_INTEGRAL];
-    wanted += pressure * (d[D_CAR_DRAG_AREA] + d[D_TRAILER_DRAG_AREA]);
+    wanted += slips->drag[0] + slips->drag[1];
     wanted += mass * (d[D_ROLLING_RESISTANCE] * GRAVITY + now->acceleration +
                       d[D_FEED_FORWARD] * (now->acceleration - rates->ahead));
     wanted = NAME(most)(NAME(least)(wanted, d[D_FORCE_MAX]), -d[D_FORCE_MAX]);

@@ -89,7 +89,8 @@ SCALARS = (
     "roll_stiffness_car", "roll_stiffness_trailer",  # Nm/rad, springs and bars of both axles
     "roll_damping_rate_car", "roll_damping_rate_trailer",  # Nms/rad
     "roll_axis_height_car", "roll_axis_height_trailer",  # m over the road
-    "roll_front_share_car", "roll_front_share_trailer",  # of stiffness and damping
+    "roll_front_share_car", "roll_front_share_trailer",  # of the stiffness
+    "roll_damping_share_car", "roll_damping_share_trailer",  # of the damping, at the front axle
     "track_car_front", "track_car_rear", "track_trailer",  # m
     "ball_height_car", "ball_height_trailer",  # m, ball over the roll axis
     "wheel_radius",  # m
@@ -110,6 +111,14 @@ SCALARS = (
     "mode_damping_car", "mode_damping_trailer",  # 1
     "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest
     "sensor_ahead_car", "sensor_ahead_trailer",  # m, "centre of gravity" of the accelerations
+    "drag_area_car", "drag_area_trailer",  # m2, drag coefficient times frontal area
+    "front_drive",  # share of the drive that acts at the front wheels, along where they point
+    "pitch_transfer",  # share of the moments of drag and drive that the axle loads carry
+    # (rebound - compression) / (rebound + compression) of the dampers; 0: the body does not heave
+    "damper_asymmetry_car", "damper_asymmetry_trailer",
+    "heave_frequency_car_front", "heave_frequency_car_rear", "heave_frequency_trailer",  # rad/s
+    "heave_damping_car", "heave_damping_trailer",  # 1
+    "jacking_car", "jacking_trailer",  # of side force times roll, what lifts the body
 )  # fmt: skip
 
 #: Slots that are functions of time.
@@ -158,7 +167,7 @@ AXLE = (
 DRIVE = (
     "free_speed",  # 1: the speed is a state under the controller, 0: prescribed
     "control_p", "control_i", "feed_forward", "control_lag",  # N s/m, N/m, 1, s
-    "force_max", "car_drag_area", "trailer_drag_area", "rolling_resistance",  # N, m2, m2, 1
+    "force_max", "rolling_resistance",  # N, 1
     "suspension_lag", "shape",  # s; Pacejka's C
 )  # fmt: skip
 ALL = tuple(range(len(OUTPUT)))
@@ -166,6 +175,10 @@ STATES = int(lib.PLANT_STATES)
 _SCALARS = {name: index for index, name in enumerate(SCALARS)}
 _SERIES = {name: index for index, name in enumerate(SERIES)}
 _RELAXATION = [index for name, index in _SCALARS.items() if name.startswith("relaxation")]
+_ALONE = (
+    "hitch_friction", "peak_friction_inverse", "law_gain", "mode_mass_car", "mode_mass_trailer",
+    "damper_asymmetry_car", "damper_asymmetry_trailer",
+)  # fmt: skip
 #: Slots that the kernel calculates only where a simulation uses them.
 _FEATURES = [
     index
@@ -173,8 +186,7 @@ _FEATURES = [
     if name.startswith(
         ("relaxation", "roll_steer", "aero", "steering_flex", "free_play", "sprung_mass", "trail_")
     )
-    or name
-    in ("hitch_friction", "peak_friction_inverse", "law_gain", "mode_mass_car", "mode_mass_trailer")
+    or name in _ALONE
 ]
 SHORT_RELAXATION_M = 0.4  # below it two samples are too long a step
 

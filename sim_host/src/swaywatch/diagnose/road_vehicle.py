@@ -17,6 +17,9 @@ from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Problem
 from swaywatch.models import sprung
 
+_DIXON = "Dixon, The Shock Absorber Handbook, 2nd ed. 2007: rebound to compression 1 to 4"
+_RIDE = "Gillespie, Fundamentals of Vehicle Dynamics, ch. 5: 1 to 1.5 Hz"
+_REIMPELL = "Reimpell, Stoll, Betzler, ch. 3.4: arms that turn with the body lean its forces"
 _PACEJKA = "Pacejka, Tyre and Vehicle Dynamics, 3rd ed., ch. 7: 0.1 to 0.6 m at road loads"
 _FRICTION = "dry road 0.85 to 1.2"
 _SENSITIVE = "Reimpell, Stoll, Betzler: stiffness grows 3 to 12 % less than in proportion"
@@ -27,6 +30,32 @@ TYRES: dict[str, tuple[float, float, str]] = {
     "relaxation_trailer": (0.3, 0.5, _PACEJKA),
     "peak_friction_inverse": (1.0, 0.2, _FRICTION),
     "degression": (0.06, 0.6, _SENSITIVE),
+}
+_HUCHO = "Hucho, Aerodynamics of Road Vehicles, 4th ed.: 0.6 to 0.8 m2"
+_TOWED = "low box trailers 0.7 m2, caravans in the wake of the car 1.5 to 3 m2"
+_STATICS = "1 by statics; lift, and simulators whose axle loads do not follow the drive"
+_DRIVEN = "front, rear or all wheels: not said by vehicle.toml"
+#: Drag and drive: value, tolerance, absolute.
+ALONG: dict[str, tuple[float, float, str]] = {
+    "drag_area_car": (0.7, 0.15, _HUCHO),
+    "drag_area_trailer": (1.2, 0.8, _TOWED),
+    "front_drive": (0.5, 0.5, _DRIVEN),
+    "pitch_transfer": (1.0, 0.5, _STATICS),
+}
+#: How a body bounces that its dampers and struts lift and drop as it rolls; 0: taken as it is.
+BOUNCE: dict[str, tuple[float, float, str]] = {
+    "heave_frequency_car_front": (8.0, 0.2, _RIDE),
+    "heave_frequency_car_rear": (8.4, 0.2, _RIDE),
+    "heave_frequency_trailer": (9.5, 0.0, _RIDE),
+    "heave_damping_car": (0.3, 0.4, _DIXON),
+    "heave_damping_trailer": (0.3, 0.0, _DIXON),
+}
+#: What lifts it, which may be next to nothing: value and tolerance in the unit of the slot.
+LIFT: dict[str, tuple[float, float, str]] = {
+    "damper_asymmetry_car": (0.25, 0.25, _DIXON),
+    "damper_asymmetry_trailer": (0.25, 0.25, _DIXON),
+    "jacking_car": (0.5, 0.5, _REIMPELL),
+    "jacking_trailer": (0.5, 0.5, _REIMPELL),
 }
 #: Where an accelerometer is mounted, and whether its logger takes out what it sees of gravity.
 SENSORS: dict[str, tuple[float, float, str]] = {
@@ -44,10 +73,17 @@ WITHIN = (
 )  # fmt: skip
 
 
-def values(body: Array) -> dict[str, float]:
+def _weighed(channels: tuple[str, ...]) -> bool:
+    return any(name.startswith("wheel_vertical_load") for name in channels)
+
+
+def values(body: Array, channels: tuple[str, ...]) -> dict[str, float]:
     """Slots of the plant for a vehicle on springs, by name."""
     found = dict(sprung.defaults(body))
     found |= {name: known[0] for name, known in TYRES.items()}
+    found |= {name: known[0] for name, known in ALONG.items()}
+    if _weighed(channels):
+        found |= {name: known[0] for name, known in (BOUNCE | LIFT).items()}
     for slot, known in SENSORS.items():
         found |= {f"{slot}_{part}": known[0] for part in ("car", "trailer")}
     return found
@@ -55,21 +91,27 @@ def values(body: Array) -> dict[str, float]:
 
 def beliefs(body: Array, channels: tuple[str, ...]) -> list[Belief]:
     """Tolerances of those slots that a recording can say something about."""
-    known = {belief.name: belief for belief in sprung.BELIEFS}
+    typical = {belief.name: belief for belief in sprung.BELIEFS}
     found = []
     for part in ("car", "trailer"):
         slots = [f"{slot}_{part}" for slot in _FREE]
-        if part == "car" and any(name.startswith("wheel_vertical_load") for name in channels):
-            slots += ["roll_front_share_car", "track_car_front", "track_car_rear"]
+        if part == "car" and _weighed(channels):
+            slots += ["roll_front_share_car", "roll_damping_share_car"]
+            slots += ["track_car_front", "track_car_rear"]
         for name in slots:
-            own = known[name]
+            own = typical[name]
             signed = own.absolute > 0.0
             tolerance = own.absolute if signed else own.tolerance
             found.append(Belief("typical", name, tolerance, own.source, signed))
         if f"{part}_lateral_acceleration" in channels:
             for slot, (_, tolerance, source) in SENSORS.items():
                 found.append(Belief("typical", f"{slot}_{part}", tolerance, source))
-    found += [Belief("typical", name, known_[1], known_[2]) for name, known_ in TYRES.items()]
+    relative, absolute = dict(TYRES), dict(ALONG)
+    if _weighed(channels):
+        relative |= {name: known for name, known in BOUNCE.items() if known[1] > 0.0}
+        absolute |= LIFT
+    found += [Belief("typical", name, *known[1:]) for name, known in relative.items()]
+    found += [Belief("typical", name, *known[1:], True) for name, known in absolute.items()]
     return found
 
 
@@ -81,7 +123,7 @@ def on_springs(problem: Problem) -> Problem:
     return replace(
         problem,
         beliefs=replace(problem.beliefs, items=tuple(items)),
-        given=tuple(values(problem.body).items()),
+        given=tuple(values(problem.body, channels).items()),
     )
 
 

@@ -103,6 +103,7 @@ PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
 #: one is fitted.
 FREQUENCIES_HZ = ((0.35, 0.5, 0.65), (0.75, 0.85, 0.95, 1.1), (1.3, 1.6, 2.0, 2.6))
 BODIES = ("car", "trailer")
+MOST_DAMPED = 0.7  # damping ratio of what is called swinging: 5 % overshoot
 
 
 @dataclass(frozen=True)
@@ -251,8 +252,14 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
             "form": law.spec + (f"@{start_hz:g}" if start_hz else ""),
             "law": law,
             "start_hz": start_hz,
-        },
+        }
+        | ({"possible": _can_swing} if law.swings else {}),
     )
+
+
+def _can_swing(values: Values) -> bool:
+    """What creeps back does not swing: a load or a liquid passes its rest position."""
+    return values["damping_ratio"] < MOST_DAMPED
 
 
 def _numbers(law: Law) -> tuple[Parameter, ...]:

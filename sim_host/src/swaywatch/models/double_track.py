@@ -468,6 +468,8 @@ class DoubleTrack:
         setup.driven("suspension_lag", float(p[P["suspension_lag"]]))
         setup.driven("shape", float(p[P["saturation_shape"]]))
         if control is not None:
+            setup.scalar("drag_area_car", control.car_drag_area_m2)
+            setup.scalar("drag_area_trailer", control.trailer_drag_area_m2)
             for name, value in _control(control).items():
                 setup.driven(name, value)
         setup.generator = self._generator()
@@ -484,7 +486,7 @@ class DoubleTrack:
         tracks = ("track_car_front", "track_car_rear", "track_trailer", "track_trailer")
         for k, track in enumerate(tracks):
             body, half = BODIES[k // 2], 0.5 * self.sprung[track]
-            front = self.sprung[f"roll_front_share_{body}"]
+            front = self.sprung[f"roll_damping_share_{body}"]
             share = front if k % 2 == 0 else 1.0 - front
             setup.axles[k, AXLE.index("half_track")] = half
             if self._p[P["heave"]] > 0.0:
@@ -604,8 +606,6 @@ def _control(control: SpeedControl) -> dict[str, float]:
         "feed_forward": control.feed_forward,
         "control_lag": control.lag_s,
         "force_max": control.force_max_n,
-        "car_drag_area": control.car_drag_area_m2,
-        "trailer_drag_area": control.trailer_drag_area_m2,
         "rolling_resistance": control.rolling_resistance,
     }
 
