@@ -111,7 +111,7 @@ def pushes_of(folder: Path, mode: str, speed_m_s: float) -> list[Push]:
 
 
 def roll_moment(path: Path, pushes: Sequence[Push]) -> FloatArray:
-    """Moment on the frame over its inertia (rad/s^2) at every row: what the roll equation leaves."""
+    """Moment on the frame over its inertia, rad/s^2, at every row: what the equation leaves."""
     channels = ("lean_angle", "lean_rate", "fork_angle", "fork_rate")
     (run,) = load_runs([path], Choice(channels, (), "speed"))
     lean, lean_rate, fork, fork_rate = run.value.T

@@ -236,7 +236,16 @@ class _Finder:
     # --- events ------------------------------------------------------------------------------
 
     def found(self) -> Found:
-        events = self._behind_acts() or self._by_energy()
+        first = _Measure(self.level, self.rise, self.quiet)
+        by_energy = self._found(self._by_energy())
+        self._measure_again(first)
+        behind = self._behind_acts()
+        if not behind:
+            return by_energy
+        by_acts = self._found(behind)
+        return by_acts if _free_cycles(by_acts) > _free_cycles(by_energy) else by_energy
+
+    def _found(self, events: list[Event]) -> Found:
         events = self._judged(events)
         return Found(self.run, tuple(events), self.quiet, self.level, self.frequency, self.band)
 
@@ -250,21 +259,18 @@ class _Finder:
     def _behind_acts(self) -> list[Event]:
         """Swings that the driver's pulses began, where one goes on into the next.
 
-        Only where what counts as quiet is a swing itself; of each swing more is asked than of one
-        that stands out of quiet time.
+        Only where what counts as quiet may be a swing itself; of each swing more is asked than of
+        one that stands out of quiet time. It is taken where it finds more than the energy does.
         """
         quietest = self._quietest()
         if quietest is None or not self.acts:
             return []
         if np.min(self.level / quietest) < SCARCE_RISE:
             return []
-        kept = self._measure_by(quietest)
+        self._measure_by(quietest)
         ends = [act.start_s for act in self.acts[1:]] + [self.run.duration_s]
         found = [self._behind(act, end) for act, end in zip(self.acts, ends, strict=True)]
-        events = [event for event in found if event is not None]
-        if not events:
-            self._measure_again(kept)
-        return events
+        return [event for event in found if event is not None]
 
     def _behind(self, act: Act, limit_s: float) -> Event | None:
         """The swing between two acts of the driver."""
@@ -499,7 +505,7 @@ class _Finder:
         count = 0
         start = 0.0
         self._rests.clear()
-        self.quiet[:] = False
+        self.quiet = np.zeros_like(self.quiet)
         while start + length <= self.run.duration_s + 0.5 * self.run.step_s:
             line = self._line(start, length, self.frequency)
             count += 1
@@ -680,6 +686,12 @@ class _Finder:
             shares.append(float(drive.within[which]) / max(given, 1e-300))
         best = int(np.argmax(shares))
         return min(shares[best], 99.0), best
+
+
+def _free_cycles(found: Found) -> float:
+    """Cycles of free swings that stand out of a quiet level."""
+    events = [event for event in found.events if event.rise > 0.0 and not event.forced_by]
+    return sum(window.line.cycles for event in events for window in event.windows)
 
 
 @dataclass(frozen=True)
