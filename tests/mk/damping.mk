@@ -1,6 +1,7 @@
 # make bench-damping: swaywatch damping beside ERA, matrix pencil, log decrement and pyOMA2 on the
-# same windows; BICYCLE is the folder of the measured pushes (left out where it is not there).
-BICYCLE ?= ../shared/recordings/real/bicycle_weave
+# same windows, then every promise of it with today's figure; DAMPING_RECORDINGS is the folder with
+# real/, practice/, sealed/ and chrono/ (what is not there is left out, and said).
+DAMPING_RECORDINGS ?= ../shared/recordings
 PYOMA := $(B)/third_party/pyoma
 .PHONY: bench-damping
 $(PYOMA)/stamp: tests/bench/pyoma/requirements.txt | $(VENV)/stamp-run
@@ -9,8 +10,10 @@ $(PYOMA)/stamp: tests/bench/pyoma/requirements.txt | $(VENV)/stamp-run
 	    --target $(PYOMA) -r $< && touch $@
 
 bench-damping: setup-test $(PYOMA)/stamp
-	@OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(PYOMA) $(PY) tests/bench/damping.py --bicycle $(BICYCLE) \
-	    --report $(B)/bench/damping.md
+	@OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(PYOMA) $(PY) tests/bench/damping.py \
+	    --bicycle $(DAMPING_RECORDINGS)/real/bicycle_weave --report $(B)/bench/damping.md
+	@OPENBLAS_NUM_THREADS=1 $(PY) tests/bench/damping_shown.py --recordings $(DAMPING_RECORDINGS) \
+	    --report $(B)/bench/damping_shown.md
 bench:: bench-damping
 
 # make bench-iso9815: 300 simulated tests after ISO 9815 that extrapolate; some minutes of one core.

@@ -72,6 +72,9 @@ FORCED_SHARE = 0.25
 FOLLOWS = 0.9
 """Share of an input's power that the swing's own line explains where it follows the swing."""
 
+FOLLOWED_CYCLES = 2.0
+"""Cycles for which it has to do so."""
+
 SCARCE = 40.0
 """Cycles of a recording up to which a swing may fill most of it."""
 
@@ -606,13 +609,19 @@ class _Finder:
         return replace(event, forced_by=name, share=share)
 
     def _follows(self, line: Line, which: int) -> bool:
-        """An input falls within a window as the swing does, by the swing's own line.
+        """An input falls as the swing does, by the swing's own line, for two cycles or more.
 
         A swing that does not fall tells nothing here: a driver who goes on and on looks the same.
+        Nor does one cycle, nor a swing that is over in one: the last turn of a slalom, and then
+        none, looks like a decay there.
         """
-        if -line.growth_1_s * line.length_s < 1.0:
+        length = max(line.length_s, FOLLOWED_CYCLES / line.frequency_hz)
+        if (
+            -line.growth_1_s * length < 1.0
+            or -line.growth_1_s > -math.log(FADED) * line.frequency_hz
+        ):
             return False
-        rows = self.run.rows(line.start_s, line.start_s + line.length_s)
+        rows = self.run.rows(line.start_s, line.start_s + length)
         part = self.run.inputs[rows, which]
         part = part - part.mean()
         time = self.run.time_s[rows] - line.mid_s

@@ -1,0 +1,540 @@
+"""``make bench-damping``, last table: what was promised of ``swaywatch damping``, and what it is.
+
+Each row is a promise with its aim, today's figure and yes or no; a promise whose recordings are not
+there says so. Nothing here is a test: a "no" is printed and stays.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import itertools
+import json
+import math
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import bicycle_free
+import numpy as np
+import warning_campaign
+import warning_plant as plant
+from written import written
+
+from swaywatch.cli import main as swaywatch
+from swaywatch.damping.compare import compare_groups, compare_model
+from swaywatch.damping.course import fit_course, mean_of
+from swaywatch.damping.data import Choice, Run, load_runs, run_of
+from swaywatch.damping.doubt import Point, Value, points_of
+from swaywatch.damping.find import Found, find
+from swaywatch.damping.model import load_model
+from swaywatch.damping.study import Plan, Study, study_of
+from swaywatch.damping.window import Estimator
+
+BAND = (0.2, 10.0)
+ROLES = Path(__file__).resolve().parents[1] / "data" / "real"
+STRAIGHT_S = 120.0
+FIRST_SEED = 40_001
+
+
+@dataclass(frozen=True)
+class Row:
+    """A promise, what was asked, what came out, and whether that is it."""
+
+    promise: str
+    aim: str
+    figure: str
+    shown: bool | None
+
+
+def inside(value: Value, truth: float) -> bool:
+    """The 95 % interval holds it."""
+    return value.low <= truth <= value.high
+
+
+# --- the bicycle ------------------------------------------------------------------------------
+
+
+def bicycle(folder: Path) -> Iterator[Row]:
+    """Everything about the riderless bicycle."""
+    places = bicycle_free.places_of(folder)
+    fast = [place for place in places if place.speed_m_s >= bicycle_free.FEWEST_M_S]
+    yield _means(fast)
+    yield _repeats(places)
+    yield from _found(places)
+    of_pushes = {(p.mode, p.speed_m_s): p.of_pushes for p in places}
+    yield _controllers(of_pushes["normal", 5.0], of_pushes["mm", 5.0], "the authors' pushes")
+    for mode in ("normal", "mm"):
+        own = {speed: points for (m, speed), points in of_pushes.items() if m == mode}
+        yield _foretold(own, f"{mode}, the authors' pushes")
+    yield from _as_commanded(folder)
+    yield from _model(
+        folder, [p for place in fast if place.mode == "normal" for p in place.of_pushes]
+    )
+
+
+def _means(places: Sequence[bicycle_free.Place]) -> Row:
+    off = []
+    for place in places:
+        hand = np.array([push.damping_ratio for push in place.pushes])
+        mean = mean_of([point.damping_ratio for point in place.of_pushes])
+        error = math.hypot(mean.error, float(hand.std(ddof=1)) / math.sqrt(len(hand)))
+        off.append(abs(mean.value - float(hand.mean())) / error)
+    beyond = sum(one > 2.0 for one in off)
+    return Row(
+        "bicycle: mean damping ratio per speed and controller against least squares by hand on "
+        "the authors' windows",
+        "all within 2 standard errors",
+        f"{len(off) - beyond} of {len(off)}, the farthest {max(off):.1f}",
+        beyond == 0,
+    )
+
+
+def _repeats(places: Sequence[bicycle_free.Place]) -> Row:
+    held = []
+    for place in places:
+        own = place.of_pushes
+        for k, point in enumerate(own):
+            rest = np.array([p.damping_ratio.value for p in own[:k] + own[k + 1 :]])
+            others = 1.96 * rest.std(ddof=1) / math.sqrt(len(rest))
+            half = math.hypot(point.damping_ratio.half, others)
+            held.append(abs(point.damping_ratio.value - rest.mean()) <= half)
+    share = float(np.mean(held))
+    return Row(
+        "bicycle: stated 95 % intervals hold the other repeats' mean",
+        "85 to 98 %",
+        f"{100 * share:.1f} % of {len(held)}",
+        0.85 <= share <= 0.98,
+    )
+
+
+def _found(places: Sequence[bicycle_free.Place]) -> Iterator[Row]:
+    count = bicycle_free.count(places)
+    share = count.pushes_found / count.pushes
+    yield Row(
+        "bicycle: pushes found without being told",
+        ">= 95 %",
+        f"{count.pushes_found} of {count.pushes} ({100 * share:.1f} %)",
+        share >= 0.95,
+    )
+    free = count.pushes_free / max(count.pushes_found, 1)
+    yield Row(
+        "check of the criterion: the authors' pushes are free by their roll equation, and the hand "
+        "is seen before them",
+        ">= 95 % each",
+        f"{count.pushes_free} of {count.pushes_found} ({100 * free:.1f} %), {count.pushes_seen} of "
+        f"{count.pushes}",
+        free >= 0.95 and count.pushes_seen >= 0.95 * count.pushes,
+    )
+    false = count.forced + count.other_mode
+    share = false / count.judged
+    sure = count.unlisted - count.not_determinable
+    yield Row(
+        "bicycle: false ones among all with a stated damping (a hand within the window by the roll "
+        "equation, or not the mode of the pushes)",
+        "<= 2 %",
+        f"{false} of {count.judged} ({100 * share:.1f} %): {count.forced} with a hand, "
+        f"{count.other_mode} of another damping or frequency; {sure - false} of {sure} that the "
+        f"authors do not list are free and the same mode, {count.not_determinable} more are said "
+        "to be not determinable",
+        share <= 0.02,
+    )
+
+
+def _controllers(normal: Sequence[Point], other: Sequence[Point], which: str) -> Row:
+    both = compare_groups(normal, other, ("normal", "model matching"))
+    total = None if both is None else both.total("damping_ratio")
+    p_value = math.nan if both is None or total is None else both.p_value
+    return Row(
+        f"bicycle: the two controllers told apart at 5 m/s ({which})",
+        "p < 0.05",
+        f"p = {p_value:.1g}",
+        p_value < 0.05,
+    )
+
+
+def _foretold(points: dict[float, list[Point]], which: str) -> Row:
+    slow = [p for speed, own in points.items() if 2.0 <= speed <= 4.0 for p in own]
+    fast = points[5.0]
+    course = fit_course(slow)
+    mean = mean_of([point.damping_ratio for point in fast])
+    if course is None:
+        return Row(f"bicycle: 2 to 4 m/s foretells 5 m/s ({which})", "inside", "no course", False)
+    foretold = course.value(float(np.mean([point.against for point in fast])))
+    return Row(
+        f"bicycle: fitted on 2 to 4 m/s it foretells 5 m/s ({which})",
+        "mean inside the foretold interval",
+        f"{foretold.value:.3f} ({foretold.low:.3f} to {foretold.high:.3f}), measured "
+        f"{mean.value:.3f}",
+        inside(foretold, mean.value),
+    )
+
+
+def _study(folder: Path, mode: str) -> Study:
+    paths = [folder / f"{mode}_{n}kph.parquet" for n, v in bicycle_free.SPEEDS.items() if v >= 2.0]
+    choice = Choice(("lean_rate",), (), "speed")
+    return study_of(load_runs(paths, choice), Plan(choice))
+
+
+def _as_commanded(folder: Path) -> Iterator[Row]:
+    """The same with every oscillation that the command finds, listed or not."""
+    by_mode: dict[str, dict[float, list[Point]]] = {}
+    for mode in ("normal", "mm"):
+        points: dict[float, list[Point]] = {}
+        for point in _study(folder, mode).points:
+            speed = next(v for n, v in bicycle_free.SPEEDS.items() if point.run == f"{mode}_{n}kph")
+            points.setdefault(speed, []).append(point)
+        by_mode[mode] = points
+    yield _controllers(by_mode["normal"][5.0], by_mode["mm"][5.0], "all that is found")
+    for mode, points in by_mode.items():
+        yield _foretold(points, f"{mode}, all that is found")
+
+
+def _model(folder: Path, normal: list[Point]) -> Iterator[Row]:
+    model = load_model(f"{folder / 'model_eigenvalues_by_hypothesis.csv'}:nominal")
+    against = compare_model(normal, model)
+    if against is None:
+        return
+    frequency = against.total("frequency_hz")
+    assert frequency is not None
+    shares = [
+        100.0 * one.difference.value / one.second.value
+        for one in against.of("frequency_hz")
+        if one.second is not None and one.differs
+    ]
+    yield Row(
+        "bicycle: the authors' model has too high a frequency",
+        "by 3 to 19 %, with significance",
+        f"by {min(shares):.0f} to {max(shares):.0f} % at {len(shares)} of "
+        f"{len(against.of('frequency_hz'))} speeds, p = {frequency.p_value:.1g}",
+        frequency.p_value < 0.05 and min(shares) >= 2.5 and max(shares) <= 19.5,
+    )
+    growth, ratio = against.total("growth_1_s"), against.total("damping_ratio")
+    assert growth is not None
+    assert ratio is not None
+    yield Row(
+        "bicycle: its damping agrees (sigma; the ratio has the frequency in it)",
+        "no significant difference of sigma",
+        f"sigma {growth.difference.value:+.2f} 1/s, p = {growth.p_value:.2g} (damping ratio "
+        f"{ratio.difference.value:+.3f}, p = {ratio.p_value:.1g})",
+        not growth.differs,
+    )
+
+
+# --- car with trailer -------------------------------------------------------------------------
+
+
+def found_in(path: Path, signals: Path, estimator: Estimator) -> Found:
+    """Of a recording with its roles."""
+    (run,) = load_runs([path], Choice(signals=signals))
+    return find(run, BAND, estimator)
+
+
+def analyzed(case: Path, path: Path) -> dict[str, Any] | None:
+    """The damping ratio that ``swaywatch analyze`` gives; None where it has none."""
+    with tempfile.TemporaryDirectory() as out, contextlib.redirect_stdout(io.StringIO()):
+        code = swaywatch(
+            ["analyze", str(path), "--vehicle", str(case / "vehicle.toml"), "--signals",
+             str(case / "signals.toml"), "--out", out, "--no-report"]
+        )  # fmt: skip
+        if code:
+            return None
+        summary = json.loads((Path(out) / "summary.json").read_text(encoding="utf-8"))
+    value: dict[str, Any] | None = summary["drives"][0]["values"].get("damping_ratio")
+    return value
+
+
+def trailers(recordings: Path, name: str, cases: Sequence[Path]) -> Iterator[Row]:
+    """Agreement of ``damping`` with ``analyze`` on the impulse runs."""
+    agree, differ, silent = 0, [], []
+    estimator = Estimator()
+    for case in cases:
+        path = next(iter(sorted(case.glob("run1.*"))))
+        points = points_of(found_in(path, case / "signals.toml", estimator))
+        other = analyzed(case, path)
+        if not points or other is None:
+            silent.append(case.name)
+            continue
+        mean = mean_of([point.damping_ratio for point in points])
+        allowed = math.hypot(mean.half, 1.96 * float(other["standard_error"] or 0.0))
+        if abs(mean.value - float(other["value"])) <= allowed:
+            agree += 1
+        else:
+            differ.append(f"{case.name} {mean.value:.3f}/{float(other['value']):.3f}")
+    text = f"{agree} of {len(cases)}"
+    text += f"; differ: {', '.join(differ)}" if differ else ""
+    text += f"; no answer: {', '.join(silent)}" if silent else ""
+    yield Row(
+        f"{name}: damping and analyze agree (impulse runs)",
+        "all, within both 95 % intervals",
+        text,
+        agree == len(cases),
+    )
+
+
+def ladder(recordings: Path, cases: Sequence[Path]) -> Row:
+    """Chrono's own damping against the mean of each run, recordings and simulations."""
+    estimator = Estimator()
+    held, count, off = 0, 0, []
+    for case in cases:
+        truth = json.loads((recordings / "chrono" / "truth" / f"{case.name}.json").read_text())
+        steps = truth["healthy_damping_vs_speed"]
+        speeds, ratios = [s["v_kmh"] for s in steps], [s["zeta"] for s in steps]
+        small = truth["damping_small_amplitude_104kmh"]
+        for path in (next(iter(case.glob("run1.*"))), case / "simulation_run1.mf4"):
+            changed = 0.0
+            if path.name.startswith("run1"):
+                if not isinstance(small["changed"], dict):
+                    continue  # the effect comes and goes
+                changed = small["changed"]["zeta"] - small["healthy"]["zeta"]
+            points = points_of(found_in(path, case / "signals.toml", estimator))
+            count += 1
+            if not points:
+                off.append(f"{case.name} none")
+                continue
+            mean = mean_of([point.damping_ratio for point in points])
+            speed = 3.6 * float(np.mean([point.against for point in points]))
+            expected = float(np.interp(speed, speeds, ratios)) + changed
+            held += inside(mean, expected)
+            if not inside(mean, expected):
+                kind = "sim" if path.name.startswith("sim") else "run"
+                off.append(f"{case.name} {kind} {mean.value:.3f} ({mean.high:.3f})/{expected:.3f}")
+    return Row(
+        "Chrono: its damping at small amplitude inside the interval of each impulse run (103 to "
+        "105 km/h, 11 recordings and 11 simulations)",
+        "inside",
+        f"{held} of {count}" + (f"; not: {', '.join(off)}" if off else ""),
+        held == count,
+    )
+
+
+SIZES_DEG_S = (9.0, 4.5, 2.2, 1.1)
+"""Amplitudes of the trailer's yaw rate between which a decay is cut."""
+
+
+def sizes(recordings: Path, cases: Sequence[Path]) -> Row:
+    """Chrono's noise-free simulations: the decay in parts of equal ratio, from large to small."""
+    estimator = Estimator()
+    off: dict[int, list[float]] = {}
+    for case in cases:
+        truth = json.loads((recordings / "chrono" / "truth" / f"{case.name}.json").read_text())
+        steps = truth["healthy_damping_vs_speed"]
+        speeds, ratios = [s["v_kmh"] for s in steps], [s["zeta"] for s in steps]
+        path = case / "simulation_run1.mf4"
+        found = find(load_runs([path], Choice(signals=case / "signals.toml"))[0], BAND, estimator)
+        run = found.run
+        for point in points_of(found):
+            first, growth = math.degrees(point.amplitude[0]), -point.growth_1_s.value
+            for part, (large, small) in enumerate(itertools.pairwise(SIZES_DEG_S)):
+                begin = point.start_s + max(0.0, math.log(first / large)) / growth
+                end = point.start_s + math.log(first / small) / growth
+                rows = run.rows(begin, end)
+                still = end < run.duration_s and float(np.ptp(run.inputs[rows])) < math.radians(3)
+                if first < 6.0 or not still:
+                    continue
+                line = estimator.line(run.value[rows], begin, run.step_s, point.frequency_hz.value)
+                assert line is not None
+                assert run.against is not None
+                speed = 3.6 * float(np.mean(run.against[rows]))
+                difference = line.damping_ratio - float(np.interp(speed, speeds, ratios))
+                off.setdefault(part, []).append(difference)
+    texts, last = [], Value(math.nan, math.nan, 1.0)
+    for part, values in sorted(off.items()):
+        error = float(np.std(values, ddof=1)) / math.sqrt(len(values))
+        last = Value(float(np.mean(values)), error, len(values) - 1.0)
+        texts.append(
+            f"{SIZES_DEG_S[part]:g} to {SIZES_DEG_S[part + 1]:g} deg/s {last.value:+.4f} "
+            f"+- {error:.4f}"
+        )
+    return Row(
+        "Chrono: damping ratio minus that at small amplitude, by the size of the swing (trailer's "
+        "yaw rate)",
+        "none at the smallest size",
+        "; ".join(texts),
+        inside(last, 0.0),
+    )
+
+
+def slaloms(cases: Sequence[Path]) -> Row:
+    """Every slalom: nothing free while the driver steers."""
+    estimator = Estimator()
+    free, forced = [], 0
+    for case in cases:
+        path = next(iter(sorted(case.glob("run2.*"))))
+        found = found_in(path, case / "signals.toml", estimator)
+        free += [f"{case.name} {p.start_s:.0f} s" for p in points_of(found)]
+        forced += any(event.forced_by for event in found.events)
+    return Row(
+        "slaloms (run2 of practice, sealed and Chrono): no free oscillation",
+        "none",
+        f"{len(free)} in {len(cases)} runs ({forced} said to be forced)"
+        + (f": {', '.join(free)}" if free else ""),
+        not free,
+    )
+
+
+# --- negative controls --------------------------------------------------------------------------
+
+
+def solo(folder: Path, car: str) -> Row:
+    """A car without a trailer."""
+    estimator = Estimator()
+    stated, any_, windows, seconds = 0, 0, 0.0, 0.0
+    for run in load_runs(sorted(folder.glob("*.mf4")), Choice(signals=ROLES / f"{car}.toml")):
+        found = find(run, BAND, estimator)
+        points = points_of(found)
+        stated += sum(point.determinable for point in points)
+        any_ += len(points)
+        windows += run.duration_s * found.frequency_hz / 2.0
+        seconds += run.duration_s
+    return Row(
+        f"solo car {car} (real, {seconds:.0f} s): windows of two cycles with a stated damping",
+        "<= 1 %",
+        f"{stated} of {windows:.0f} ({any_} more or less, said to be not determinable)"
+        if any_
+        else f"0 of {windows:.0f}",
+        stated <= 0.01 * windows,
+    )
+
+
+def _run(motion: plant.Motion, rng: np.random.Generator, c: plant.Combination) -> Run:
+    """What the sensors of a drive measured."""
+    drive = warning_campaign.as_drive(plant.measure(motion, rng), c)
+    return run_of(replace(drive, files=("drawn",)))
+
+
+def straight(drives: int) -> Row:
+    """Random combinations straight on under wind, road and a driver's hand."""
+    estimator = Estimator()
+    stated, any_, windows = 0, 0, 0.0
+    for seed in range(FIRST_SEED, FIRST_SEED + drives):
+        rng = np.random.default_rng(seed)
+        speed = rng.uniform(60, 110) / 3.6
+        combination = warning_campaign._stable_combination(rng, speed, 0.03)
+        course = plant.course(STRAIGHT_S, speed)
+        warning_campaign._road(course, rng, 1.0)
+        motion = plant.simulate(combination, course)
+        found = find(_run(motion, rng, combination), BAND, estimator)
+        points = points_of(found)
+        stated += sum(point.determinable for point in points)
+        any_ += len(points)
+        windows += STRAIGHT_S * found.frequency_hz / 2.0
+    return Row(
+        f"straight driving ({drives} drawn combinations, {STRAIGHT_S:.0f} s each, wind, road and "
+        "hand): windows of two cycles with a stated damping",
+        "<= 1 %",
+        f"{stated} of {windows:.0f} ({100 * stated / windows:.2f} %); with those said to be not "
+        f"determinable {any_} ({100 * any_ / windows:.2f} %)",
+        stated <= 0.01 * windows,
+    )
+
+
+def overlapping(drives: int) -> Row:
+    """Slaloms and lane changes: what is called free although the driver steers."""
+    estimator = Estimator()
+    low, overlap, forced = 0, 0, 0
+    held: list[bool] = []
+    for seed in range(FIRST_SEED, FIRST_SEED + drives):
+        rng = np.random.default_rng(seed)
+        speed = rng.uniform(60, 120) / 3.6
+        combination = warning_campaign._stable_combination(rng, speed, 0.03)
+        truth = plant.damping_ratio(combination, speed)
+        course = plant.course(60.0, speed)
+        plant.add_hand(course, rng, math.radians(0.1))
+        steered = np.zeros(len(course.speed))
+        for start in np.cumsum(rng.uniform(6, 14, 5)):
+            hertz, cycles = rng.uniform(0.3, 1.0), int(rng.integers(1, 5))
+            angle = math.radians(rng.uniform(3, 20))
+            steered += plant.full_sine(course.time_s, start, 1 / hertz, angle, cycles)
+        course.wheel += steered
+        motion = plant.simulate(combination, course)
+        found = find(_run(motion, rng, combination), BAND, estimator)
+        forced += sum(bool(event.forced_by) for event in found.events)
+        for point in points_of(found):
+            if not point.determinable:
+                continue
+            rows = slice(round(point.start_s / plant.STEP_S), round(point.end_s / plant.STEP_S))
+            driven = np.mean(np.abs(steered[rows]) > math.radians(0.5)) > 0.25
+            overlap += bool(driven)
+            if not driven:
+                held.append(inside(point.damping_ratio, truth))
+            low += bool(driven and point.damping_ratio.high < truth)
+    return Row(
+        f"the driver steers while it swings ({drives} drawn drives of 60 s, five manoeuvres each, "
+        "0.3 to 1 Hz): windows with a stated damping that is too low",
+        "none",
+        f"{low} of {overlap} that overlap with the steering by more than a quarter ({forced} "
+        f"swings called forced; of {len(held)} windows behind the steering "
+        f"{100 * float(np.mean(held)):.0f} % hold the linear plant's damping ratio)",
+        low == 0,
+    )
+
+
+# --- the table ----------------------------------------------------------------------------------
+
+
+def table(rows: Sequence[Row]) -> list[str]:
+    """Markdown."""
+    words = {True: "yes", False: "**no**", None: "not run"}
+    lines = [
+        "**`make bench-damping`, what was promised**",
+        "",
+        "| promise | aim | today | shown |",
+        "|---|---|---|---|",
+    ]
+    lines += [f"| {r.promise} | {r.aim} | {r.figure} | {words[r.shown]} |" for r in rows]
+    return lines
+
+
+def shown(recordings: Path, drives: int) -> list[Row]:
+    """Every row; those without their recordings say so."""
+    rows: list[Row] = []
+
+    def add(row: Row) -> None:
+        rows.append(row)
+        print(f"{row.promise}: {row.figure}", file=sys.stderr, flush=True)
+
+    def where(name: str, needs: Sequence[Path], call: Callable[[], Iterator[Row]]) -> None:
+        if all(path.exists() for path in needs):
+            for row in call():
+                add(row)
+        else:
+            add(Row(name, "-", "no recordings here", None))
+
+    weave = recordings / "real" / "bicycle_weave"
+    practice = sorted((recordings / "practice").glob("p*"))
+    sealed = sorted((recordings / "sealed").glob("s*/"))
+    chrono = sorted(p.parent for p in (recordings / "chrono").glob("*/signals.toml"))
+    sealed = [case for case in sealed if (case / "signals.toml").is_file()]
+    where("bicycle", [weave], lambda: bicycle(weave))
+    for name, cases in (("practice", practice), ("Chrono", chrono)):
+        where(name, cases or [weave], lambda n=name, c=cases: trailers(recordings, n, c))  # type: ignore[misc]
+    if chrono:
+        add(ladder(recordings, chrono))
+        add(sizes(recordings, chrono))
+    if practice:
+        add(slaloms([*practice, *sealed, *chrono]))
+    for car in ("infiniti_g35", "ferrari_250lm"):
+        folder = recordings / "real" / car
+        where(car, [folder], lambda f=folder, c=car: iter([solo(f, c)]))  # type: ignore[misc]
+    add(straight(drives))
+    add(overlapping(drives))
+    return rows
+
+
+def main() -> int:
+    """Write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recordings", type=Path, required=True)
+    parser.add_argument("--drives", type=int, default=60, help="drawn drives (default: 60)")
+    parser.add_argument("--report", type=Path, required=True)
+    args = parser.parse_args()
+    return written(table(shown(args.recordings, args.drives)), args.report)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
