@@ -332,9 +332,10 @@ def sizes(recordings: Path, cases: Sequence[Path]) -> Row:
             for part, (large, small) in enumerate(itertools.pairwise(SIZES_DEG_S)):
                 begin = point.start_s + max(0.0, math.log(first / large)) / growth
                 end = point.start_s + math.log(first / small) / growth
+                if first < 6.0 or end > run.duration_s:
+                    continue
                 rows = run.rows(begin, end)
-                still = end < run.duration_s and float(np.ptp(run.inputs[rows])) < math.radians(3)
-                if first < 6.0 or not still:
+                if float(np.ptp(run.inputs[rows])) > math.radians(3):  # the next pulse
                     continue
                 line = estimator.line(run.value[rows], begin, run.step_s, point.frequency_hz.value)
                 assert line is not None

@@ -555,6 +555,18 @@ def test_bad_models_are_refused(tmp_path: Path) -> None:
         load_model(str(tmp_path / "m.npz"))
 
 
+@pytest.mark.parametrize("stuck_from_s", [0.0, 10.0])
+def test_a_channel_that_sticks_tells_nothing(stuck_from_s: float) -> None:
+    rng = np.random.default_rng(9)
+    value = disturbed_swing(rng, 1.0, 0.1, 50.0, 0.02)
+    alone = points_of(find(a_run(value[:, :1], 0.02), BAND, Estimator()))
+    value[round(stuck_from_s / 0.02) :, 1] = 0.25
+    both = points_of(find(a_run(value, 0.02), BAND, Estimator()))
+    assert len({point.number for point in both}) == len({point.number for point in alone}) == 4
+    for one, other in zip(both[-4:], alone[-4:], strict=True):
+        assert other.damping_ratio.low <= one.damping_ratio.value <= other.damping_ratio.high
+
+
 def test_a_csv_with_other_names_says_what_is_there(tmp_path: Path) -> None:
     time_ns = (np.arange(200) * 1e7).astype(np.int64)
     write_recording(tmp_path / "a.csv", {"temperature": Series(time_ns, np.arange(200.0), "C")})

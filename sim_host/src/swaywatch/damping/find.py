@@ -205,8 +205,14 @@ class _Finder:
         """Quiet RMS of each channel, and the RMS of all in units of it at every row."""
         rows = max(3, round(1.0 / (frequency_hz * self.run.step_s)))
         power = ndimage.uniform_filter1d(self.smooth**2, rows, axis=0, mode="nearest")
-        good = self.run.valid
-        quiet = np.percentile(power[good], _QUIET_PERCENTILE, axis=0) / _QUIET_POWER
+        good = self.run.valid[:, None] & _moves(self.run.value, rows)
+        quiet = np.array(
+            [
+                np.percentile(power[own, k], _QUIET_PERCENTILE) if own.any() else 0.0
+                for k, own in enumerate(good.T)
+            ]
+        )
+        quiet /= _QUIET_POWER
         floor = 1e-8 * np.maximum(np.max(power, axis=0), 1e-300)
         level = np.sqrt(np.maximum(quiet, floor))
         return level, np.sqrt(np.max(power / level**2, axis=1))
@@ -721,6 +727,13 @@ def quiet_starts(quiet: BoolArray, rows: int) -> IntArray:
         for first, last in zip(edges[::2], edges[1::2], strict=True)
     ]
     return np.concatenate([np.zeros(0, dtype=np.int64), *starts]).astype(np.int64)
+
+
+def _moves(value: FloatArray, rows: int) -> BoolArray:
+    """Where a channel is not the same for `rows` rows and more: a stuck sensor is not quiet."""
+    still = np.diff(value, axis=0, prepend=np.nan) == 0.0
+    stuck = ndimage.binary_opening(still, np.ones((rows, 1), dtype=np.bool_))
+    return np.asarray(~stuck, dtype=np.bool_)
 
 
 def _band_passed(value: FloatArray, rate_hz: float, band_hz: tuple[float, float]) -> FloatArray:

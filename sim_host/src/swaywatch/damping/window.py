@@ -229,7 +229,10 @@ def sensitivity(line: Line, rows: int, step_s: float) -> FloatArray:
     columns = [wave.real, -wave.imag, np.ones(rows), time / half]
     base = np.stack(columns[: 3 if line.level else 4], axis=1)
     orthogonal, _ = np.linalg.qr(base)
-    weight = 1.0 / np.maximum(line.noise, 1e-12 * np.abs(line.amplitude) + 1e-300) ** 2
+    size = np.abs(line.amplitude)
+    floor = np.maximum(line.noise, 1e-12 * size)
+    swings = size > 1e-150  # a channel that stands still (stuck, frozen) tells nothing
+    weight = np.where(swings, 1.0 / np.where(swings, floor, 1.0) ** 2, 0.0)
     moved = np.empty((2, rows, len(weight)))
     for channel, amplitude in enumerate(line.amplitude):
         turned = amplitude * wave * time
