@@ -156,3 +156,17 @@ def test_gaps_stuck_clipped_and_wild_samples_are_named(drive: Drive) -> None:
     assert [f.kind for f in check_channel(replace(channel, value=wild))] == ["spike"]
     dead = np.zeros_like(channel.value)
     assert [f.kind for f in check_channel(replace(channel, value=dead))] == ["stuck"]
+
+
+def test_a_corner_of_a_steering_robot_is_no_spike(drive: Drive) -> None:
+    """Down a slope, a jump, and up another slope: the tip lies on the course that follows."""
+    channel = drive.channels["steering_wheel_angle"]
+    before, after = np.arange(40, -1, -1), np.arange(40)
+    value = np.zeros_like(channel.value)
+    value[500:541], value[541:581] = 1.8 + 0.23 * before, 0.3 + 0.6 * after
+    value[541] = 0.2
+    value = np.radians(value)
+    assert not [f for f in check_channel(replace(channel, value=value)) if f.kind == "spike"]
+    value[520] += 0.2
+    spikes = [f for f in check_channel(replace(channel, value=value)) if f.kind == "spike"]
+    assert [len(f.windows) for f in spikes] == [1]

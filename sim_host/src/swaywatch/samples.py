@@ -361,7 +361,18 @@ def wild_samples(value: FloatArray, resolution: float, jumpy: bool = False) -> I
     found: IntArray = np.flatnonzero(
         (rest > max(times * scale, least * spread)) & (moving < FLAT * rest)
     )
-    return found[(found > 1) & (found < len(value) - 2)]
+    found = found[(found > 2) & (found < len(value) - 3)]
+    return np.array([i for i in found if _off_both_sides(value, found, i, 0.5 * rest[i])], int)
+
+
+def _off_both_sides(value: FloatArray, wild: IntArray, index: int, least: float) -> bool:
+    """Neither what came before nor what comes after leads to a sample: no corner of the signal."""
+    near = set(wild.tolist())
+    before = index - (2 if index - 1 in near else 1)
+    after = index + (2 if index + 1 in near else 1)
+    led = value[before] + (value[before] - value[before - 1]) * (index - before)
+    leads = value[after] - (value[after + 1] - value[after]) * (after - index)
+    return bool(min(abs(value[index] - led), abs(value[index] - leads)) > least)
 
 
 def _spikes(channel: Channel) -> list[Finding]:

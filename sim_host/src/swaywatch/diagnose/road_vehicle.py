@@ -35,7 +35,7 @@ _HUCHO = "Hucho, Aerodynamics of Road Vehicles, 4th ed.: 0.6 to 0.8 m2"
 _TOWED = "low box trailers 0.7 m2, caravans in the wake of the car 1.5 to 3 m2"
 _STATICS = "1 by statics; lift, and simulators whose axle loads do not follow the drive"
 _DRIVEN = "front, rear or all wheels: not said by vehicle.toml"
-#: Drag and drive: value, tolerance, absolute.
+#: Drag and drive: value, tolerance in its unit, source; simulators leave them out.
 ALONG: dict[str, tuple[float, float, str]] = {
     "drag_area_car": (0.7, 0.15, _HUCHO),
     "drag_area_trailer": (1.2, 0.8, _TOWED),
@@ -50,7 +50,7 @@ BOUNCE: dict[str, tuple[float, float, str]] = {
     "heave_damping_car": (0.3, 0.4, _DIXON),
     "heave_damping_trailer": (0.3, 0.0, _DIXON),
 }
-#: What lifts it, which may be next to nothing: value and tolerance in the unit of the slot.
+#: What lifts it, which may be next to nothing: tolerances in the unit of the slot.
 LIFT: dict[str, tuple[float, float, str]] = {
     "damper_asymmetry_car": (0.25, 0.25, _DIXON),
     "damper_asymmetry_trailer": (0.25, 0.25, _DIXON),
@@ -106,12 +106,14 @@ def beliefs(body: Array, channels: tuple[str, ...]) -> list[Belief]:
         if f"{part}_lateral_acceleration" in channels:
             for slot, (_, tolerance, source) in SENSORS.items():
                 found.append(Belief("typical", f"{slot}_{part}", tolerance, source))
-    relative, absolute = dict(TYRES), dict(ALONG)
+    known, in_its_unit = dict(TYRES), dict(ALONG)
     if _weighed(channels):
-        relative |= {name: known for name, known in BOUNCE.items() if known[1] > 0.0}
-        absolute |= LIFT
-    found += [Belief("typical", name, *known[1:]) for name, known in relative.items()]
-    found += [Belief("typical", name, *known[1:], True) for name, known in absolute.items()]
+        known |= {name: own_ for name, own_ in BOUNCE.items() if own_[1] > 0.0}
+        in_its_unit |= LIFT
+    found += [Belief("typical", name, *own_[1:]) for name, own_ in known.items()]
+    for name, own_ in in_its_unit.items():
+        drag = name.startswith("drag")  # no other may push
+        found.append(Belief("typical", name, *own_[1:], signed=not drag, fades=drag))
     return found
 
 
