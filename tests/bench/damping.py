@@ -7,7 +7,7 @@
 2. Simulated: one mode under process noise, hit four times; there the truth is known.
 
 Intervals are those of 95 % that a method states; in the first table the reference's own doubt is
-added. Time is per window, without reading.
+added. Time is of the processor per window, without reading.
 """
 
 from __future__ import annotations
@@ -98,12 +98,12 @@ def table(title: str, rows: dict[str, Row], note: str) -> str:
 
 def clocked(row: Row, call: Callable[[], Swing]) -> Swing:
     """A method's answer and its time; what a method cannot do is no answer."""
-    begin = time.perf_counter()
+    begin = time.process_time()
     try:
         swing = call()
     except (np.linalg.LinAlgError, ValueError, IndexError):
         swing = NOTHING
-    row.seconds.append(time.perf_counter() - begin)
+    row.seconds.append(time.process_time() - begin)
     return swing
 
 
@@ -151,10 +151,10 @@ def judge(
     rows: dict[str, Row], run: Run, cuts: Sequence[Cut], place: object, estimator: Estimator
 ) -> None:
     """Every method on every window of a run of one channel."""
-    begin = time.perf_counter()
+    begin = time.process_time()
     found = find(run, BAND, estimator)
     points = points_of(found)
-    spent = time.perf_counter() - begin
+    spent = time.process_time() - begin
     methods = on_windows()
     for cut in cuts:
         own = rows.setdefault(OWN, Row())
@@ -163,9 +163,9 @@ def judge(
         own.add(swing, cut.ratio, cut.frequency_hz, 1.96 * cut.doubt, half, place)
         own.seconds.append(spent / max(1, len(points)))
         here = rows.setdefault(HERE, Row())
-        begin = time.perf_counter()
+        begin = time.process_time()
         point = given(found, estimator, cut.start_s, cut.end_s, found.frequency_hz)
-        here.seconds.append(time.perf_counter() - begin)
+        here.seconds.append(time.process_time() - begin)
         swing, half = said(point)
         here.add(swing, cut.ratio, cut.frequency_hz, 1.96 * cut.doubt, half, place)
         x = run.value[run.rows(cut.start_s, cut.end_s), 0] - np.median(run.value[:, 0])

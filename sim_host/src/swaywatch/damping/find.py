@@ -731,8 +731,10 @@ def quiet_starts(quiet: BoolArray, rows: int) -> IntArray:
 
 def _moves(value: FloatArray, rows: int) -> BoolArray:
     """Where a channel is not the same for `rows` rows and more: a stuck sensor is not quiet."""
-    still = np.diff(value, axis=0, prepend=np.nan) == 0.0
-    stuck = ndimage.binary_opening(still, np.ones((rows, 1), dtype=np.bool_))
+    still = (np.diff(value, axis=0, prepend=np.nan) == 0.0).astype(np.int8)
+    width = rows | 1  # odd, so that closing in from both sides is symmetric
+    core = ndimage.minimum_filter1d(still, width, axis=0, mode="nearest")
+    stuck = ndimage.maximum_filter1d(core, width, axis=0, mode="nearest") > 0
     return np.asarray(~stuck, dtype=np.bool_)
 
 
