@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.diagnose.beliefs import beliefs_of, faded
+from swaywatch.diagnose.beliefs import beliefs_of
 from swaywatch.diagnose.data import load
 from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import diagnose
@@ -66,18 +66,6 @@ def test_a_height_over_the_roll_axis_may_be_less_than_nothing(loaded: object) ->
         shift = np.zeros(len(problem.beliefs))
         shift[problem.beliefs.at[("typical", name)]] = -2.0 * own / belief.tolerance
         assert plant_of(problem, 0, (), np.zeros(5), shift).get(name) == pytest.approx(-own)
-
-
-def test_drag_may_be_nothing_and_never_pushes(loaded: object) -> None:
-    """Its tolerance reaches zero; what is near it moves as the tolerance says."""
-    problem = on_springs(loaded.problem)
-    belief = problem.beliefs.items[problem.beliefs.at[("typical", "drag_area_trailer")]]
-    own = dict(problem.given)["drag_area_trailer"]
-    assert belief.fades
-    assert faded(own, 0.0) == own
-    assert faded(own, belief.tolerance) == pytest.approx(own + belief.tolerance, rel=0.02)
-    small = [faded(own, z * belief.tolerance) for z in (-1.5, -3.0, -6.0)]
-    assert 0.3 * own > small[0] > small[1] > small[2] >= 0.0
 
 
 def test_an_observer_holds_the_body_whose_yaw_rate_is_there(loaded: object) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, explained, worth
+from swaywatch.diagnose.road_vehicle import pushing, without
 from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search
 from swaywatch.diagnose.term import Term
 
@@ -51,6 +52,21 @@ class Path:
     def clean(self) -> bool:
         """Nothing is left to explain."""
         return explained(self.base.fit, self.best.fit)
+
+
+def possible(springs: Search) -> Search:
+    """A search on springs whose baseline is one that can be: drag holds, and does not push.
+
+    Parameters
+    ----------
+    springs
+        With all that a road vehicle has; what its calibrated vehicle has less than nothing of
+        (simulators have no drag) is left out of the search that is returned.
+    """
+    wrong = pushing(springs.problem, springs.baseline().fit.shift)
+    if not wrong:
+        return springs
+    return Search(without(springs.problem, wrong), springs.effects, springs.progress)
 
 
 def explore(planar: Sequence[Search], springs: Search | None, progress: Progress) -> list[Path]:

@@ -53,20 +53,6 @@ _COG = {
 _ACCELEROMETER = {"car": "car_lateral_acceleration", "trailer": "trailer_lateral_acceleration"}
 
 
-#: Share of a fading value over which it bends towards zero.
-_BEND = 0.25
-
-
-def faded(value: float, move: float) -> float:
-    """`value` + `move`, bent so that it stays above zero; a `value` above zero."""
-    scale = _BEND * value
-
-    def bent(at: float) -> float:
-        return scale * float(np.logaddexp(0.0, at / scale))
-
-    return value * bent(value + move) / bent(value)
-
-
 @dataclass(frozen=True)
 class Belief:
     """One number that is known to a tolerance.
@@ -84,9 +70,6 @@ class Belief:
     signed
         A typical value, such as a height over the roll axis, that may be zero or less: its
         tolerance is in its unit.
-    fades
-        A typical value that may well be nothing, but not less: its tolerance is in its unit, and
-        it bends towards zero where that would pass it.
     """
 
     kind: str
@@ -94,7 +77,6 @@ class Belief:
     tolerance: float
     source: str
     signed: bool = False
-    fades: bool = False
 
     @property
     def scaled(self) -> bool:
@@ -188,9 +170,7 @@ class Beliefs:
             if value == 0.0:
                 continue
             move = float(value) * belief.tolerance
-            if belief.fades:
-                plant.scalar(belief.name, faded(plant.get(belief.name), move))
-            elif belief.signed:
+            if belief.signed:
                 plant.scalar(belief.name, plant.get(belief.name) + move)
             elif belief.kind == "typical":
                 # falls towards zero and never below

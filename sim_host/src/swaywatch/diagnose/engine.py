@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from swaywatch.diagnose.baselines import CARES
+from swaywatch.diagnose.baselines import CARES, possible
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.describe import calibrated, describe
 from swaywatch.diagnose.effect import Effect, library
@@ -111,7 +111,7 @@ def _combination(
     planar = [Search(cared(problem, care), effects, progress) for care in cares]
     springs = None
     if not simulations:
-        springs = Search(on_springs(problem), outside(effects), progress)
+        springs = possible(Search(on_springs(problem), outside(effects), progress))
     verdict = decide(planar, springs, progress)
     law = None
     if springs is not None:

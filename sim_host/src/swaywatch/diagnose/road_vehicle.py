@@ -38,8 +38,8 @@ _DRIVEN = "front, rear or all wheels: not said by vehicle.toml"
 #: Drag and drive: value, tolerance in its unit, source; simulators leave them out.
 ALONG: dict[str, tuple[float, float, str]] = {
     "drag_area_car": (0.7, 0.15, _HUCHO),
-    "drag_area_trailer": (1.2, 0.8, _TOWED),
-    "front_drive": (0.5, 0.5, _DRIVEN),
+    "drag_area_trailer": (1.1, 0.5, _TOWED),
+    "front_drive": (0.5, 0.4, _DRIVEN),
     "pitch_transfer": (1.0, 0.5, _STATICS),
 }
 #: How a body bounces that its dampers and struts lift and drop as it rolls; 0: taken as it is.
@@ -52,11 +52,13 @@ BOUNCE: dict[str, tuple[float, float, str]] = {
 }
 #: What lifts it, which may be next to nothing: tolerances in the unit of the slot.
 LIFT: dict[str, tuple[float, float, str]] = {
-    "damper_asymmetry_car": (0.25, 0.25, _DIXON),
-    "damper_asymmetry_trailer": (0.25, 0.25, _DIXON),
-    "jacking_car": (0.5, 0.5, _REIMPELL),
-    "jacking_trailer": (0.5, 0.5, _REIMPELL),
+    "damper_asymmetry_car": (0.25, 0.2, _DIXON),
+    "damper_asymmetry_trailer": (0.25, 0.2, _DIXON),
+    "jacking_car": (0.5, 0.4, _REIMPELL),
+    "jacking_trailer": (0.5, 0.4, _REIMPELL),
 }
+#: What may be nothing, but not less. A side force that pulls a leaning body down is possible.
+NEVER_LESS = (*ALONG, "damper_asymmetry_car", "damper_asymmetry_trailer")
 #: Where an accelerometer is mounted, and whether its logger takes out what it sees of gravity.
 SENSORS: dict[str, tuple[float, float, str]] = {
     "sensed_roll": (0.5, 1.0, "ISO 15037-1, 4.2 asks to correct it; not every logger does"),
@@ -111,9 +113,7 @@ def beliefs(body: Array, channels: tuple[str, ...]) -> list[Belief]:
         known |= {name: own_ for name, own_ in BOUNCE.items() if own_[1] > 0.0}
         in_its_unit |= LIFT
     found += [Belief("typical", name, *own_[1:]) for name, own_ in known.items()]
-    for name, own_ in in_its_unit.items():
-        drag = name.startswith("drag")  # no other may push
-        found.append(Belief("typical", name, *own_[1:], signed=not drag, fades=drag))
+    found += [Belief("typical", name, *own_[1:], signed=True) for name, own_ in in_its_unit.items()]
     return found
 
 
@@ -127,6 +127,23 @@ def on_springs(problem: Problem) -> Problem:
         beliefs=replace(problem.beliefs, items=tuple(items)),
         given=tuple(values(problem.body, channels).items()),
     )
+
+
+def pushing(problem: Problem, shift: Array) -> set[str]:
+    """Slots that a fit has taken below nothing, which drag, drive and dampers cannot be."""
+    given = dict(problem.given)
+    return {
+        belief.name
+        for belief, z in zip(problem.beliefs.items, shift, strict=True)
+        if belief.name in NEVER_LESS and given[belief.name] + z * belief.tolerance < 0.0
+    }
+
+
+def without(problem: Problem, names: set[str]) -> Problem:
+    """The same with slots that are nothing, and not in doubt."""
+    items = tuple(b for b in problem.beliefs.items if b.name not in names)
+    given = tuple((name, 0.0 if name in names else value) for name, value in problem.given)
+    return replace(problem, beliefs=replace(problem.beliefs, items=items), given=given)
 
 
 def outside(effects: list[Effect]) -> list[Effect]:

@@ -247,15 +247,19 @@ class Search:
         self.progress = progress
         self.noise = 1.0
         self.tried: list[Candidate] = []
+        self._base: Candidate | None = None
         #: By the identity of a parent: itself, under the observer, and its fits with one effect.
         self._found: dict[int, tuple[Fit, Fit, list[Fit]]] = {}
 
     def baseline(self) -> Candidate:
         """The calibrated vehicle, nothing missing."""
+        if self._base is not None:
+            return self._base
         close = self.close.run(self.close.start(), 12)
         fit = self.released(close)
         self.noise = inflation(residuals(self.judge, fit))
-        return Candidate(fit, fit)
+        self._base = Candidate(fit, fit)
+        return self._base
 
     def released(self, fit: Fit, iterations: int = 10) -> Fit:
         """A fit under the observer, refitted with everything free where it is judged."""

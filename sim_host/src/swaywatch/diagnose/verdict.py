@@ -112,6 +112,15 @@ def _label(fit: Fit) -> str:
     return " + ".join(t.effect.name for t in fit.terms) or "calibrated vehicle"
 
 
+def _said_from(search: Search) -> float:
+    """Tolerances beyond its bound from which a value of the file is called wrong.
+
+    A rigid vehicle's form is exact; that of one on springs pulls its values: by up to half a
+    tolerance on clean vehicles of another simulator.
+    """
+    return 0.6 if search.problem.given else 0.1
+
+
 def _beyond(search: Search, fit: Fit) -> Fit:
     """Values of the file that lie beyond their bound, said as terms; the model stays what it was.
 
@@ -127,7 +136,7 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     for index, belief in enumerate(search.problem.beliefs.items):
         z = float(fit.shift[index])
         error = math.sqrt(abs(float(fit.doubt[index, index])) * search.noise)
-        if not belief.scaled or abs(z) - BOUND < max(error, 0.1):
+        if not belief.scaled or abs(z) - BOUND < max(2.0 * error, _said_from(search)):
             continue
         found = _as_term(search, belief.name, 1.0 + z * belief.tolerance)
         if found is None or found[0].effect.name in taken:
