@@ -12,8 +12,8 @@ LIB = ROOT / "lib"
 ROOMS = ["arithmetic", "signal", "model", "judge", "core", "bus"]
 BELOW_ALL = {"sway_version", "sway_config", "sway_types", "sway_vehicle", "sway_status"}
 """Public headers that every room may use."""
-PLACE_OF_PUBLIC = {"sway_core": "core", "sway_node": "bus"}
-"""Public headers that stand where their source is."""
+PLACE_OF_PUBLIC = {"sway_core": ("core", "sway_publish"), "sway_node": ("bus", "sway_frames")}
+"""Public headers that stand where their source is: the room, and the file just above it."""
 
 
 def listed() -> list[str]:
@@ -29,13 +29,14 @@ def files() -> list[Path]:
     return sorted([*LIB.glob("*.h"), *LIB.glob("*/*.[ch]")])
 
 
-def rank(header: str) -> int:
+def rank(header: str) -> float:
     """Place of an included file in the order: rooms, and the list inside a room."""
     name = Path(header).stem
     if name in BELOW_ALL:
         return listed().index(name) - 1000
-    if name in PLACE_OF_PUBLIC:  # the last of its room
-        return 100 * ROOMS.index(PLACE_OF_PUBLIC[name]) + 99
+    if name in PLACE_OF_PUBLIC:
+        room, above = PLACE_OF_PUBLIC[name]
+        return 100 * ROOMS.index(room) + listed().index(above) + 0.5
     return 100 * ROOMS.index(Path(header).parent.name) + listed().index(name)
 
 
@@ -67,6 +68,7 @@ def test_an_include_upwards_is_found() -> None:
     assert violations(fit, '#include "model/sway_stm.h"\n')
     assert violations(fit, '#include "signal/sway_line.h"\n')
     assert violations(LIB / "sway_status.h", '#include "sway_core.h"\n')
+    assert violations(LIB / "bus" / "sway_frames.h", '#include "sway_node.h"\n')
     assert not violations(fit, '#include "arithmetic/sway_real.h"\n')
 
 

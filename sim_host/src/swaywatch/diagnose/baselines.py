@@ -63,10 +63,14 @@ def possible(springs: Search) -> Search:
         With all that a road vehicle has; what its calibrated vehicle has less than nothing of
         (simulators have no drag) is left out of the search that is returned.
     """
-    wrong = pushing(springs.problem, springs.baseline().fit.shift)
+    problem, pulled = springs.problem, springs.baseline().fit
+    wrong = pushing(problem, pulled.shift)
     if not wrong:
         return springs
-    return Search(without(springs.problem, wrong), springs.effects, springs.progress)
+    kept = [belief.name not in wrong for belief in problem.beliefs.items]
+    found = Search(without(problem, wrong), springs.effects, springs.progress)
+    found.baseline(near=replace(pulled, shift=pulled.shift[kept]))
+    return found
 
 
 def explore(planar: Sequence[Search], springs: Search | None, progress: Progress) -> list[Path]:

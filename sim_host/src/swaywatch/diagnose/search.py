@@ -251,12 +251,13 @@ class Search:
         #: By the identity of a parent: itself, under the observer, and its fits with one effect.
         self._found: dict[int, tuple[Fit, Fit, list[Fit]]] = {}
 
-    def baseline(self) -> Candidate:
-        """The calibrated vehicle, nothing missing."""
+    def baseline(self, near: Fit | None = None) -> Candidate:
+        """The calibrated vehicle, nothing missing; a fit `near` it is a second start."""
         if self._base is not None:
             return self._base
-        close = self.close.run(self.close.start(), 12)
-        fit = self.released(close)
+        starts = [self.close.start(), *([] if near is None else [near])]
+        close = self.close.side_by_side(lambda start: self.close.run(start, 12), starts)
+        fit = min(map(self.released, close), key=lambda f: f.chi2)
         self.noise = inflation(residuals(self.judge, fit))
         self._base = Candidate(fit, fit)
         return self._base
@@ -282,6 +283,9 @@ class Search:
             for _, values, effect in found[:SHORT_LIST]
         ]
         near = fitter.side_by_side(lambda f: fitter.run(f, 6, frozen=course.background), starts)
+        if fitter is self.close:  # the most promising ones may be stuck where their parent is bent
+            stuck = [f for f in near[:POLISHED] if f.chi2 > parent.chi2]
+            near += self._close_from_rest(stuck)
         near.sort(key=lambda f: f.chi2)
         best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), near[:POLISHED])
         return [*best, *near[POLISHED:]]
@@ -522,10 +526,13 @@ class Search:
         A parent that lacks the effect has bent the believed values to make up for it; a fit that
         starts from them may not find back.
         """
+        return self.judge.side_by_side(self.released, self._close_from_rest(fits))
+
+    def _close_from_rest(self, fits: Sequence[Fit]) -> list[Fit]:
+        """The same as far as the observer."""
         start = self.close.start()
         again = [replace(f, shift=start.shift, nuisance=start.nuisance) for f in fits]
-        near = self.close.side_by_side(lambda f: self.close.run(f, 12), again)
-        return self.judge.side_by_side(self.released, near)
+        return self.close.side_by_side(lambda f: self.close.run(f, 12), again)
 
     def without(self, fit: Fit, index: int) -> Fit:
         """The fit without one of its terms, from the vehicle as believed."""
