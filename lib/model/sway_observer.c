@@ -31,7 +31,16 @@
 /* Step of the differences: 2^-10 of the unit. */
 #define DIFFERENCE (-10)
 
-enum { STEP_IDLE, STEP_COLUMNS, STEP_MOVE, STEP_SPREAD, STEP_COVARIANCE, STEP_YAW, STEP_ACC };
+enum {
+    STEP_IDLE,
+    STEP_COLUMNS,
+    STEP_MOVE,
+    STEP_SPREAD,
+    STEP_COVARIANCE,
+    STEP_YAW,
+    STEP_ACC,
+    STEP_KEEP
+};
 
 /* Rows of `by`. */
 enum { ROWS_OF_MOTION = 4, ROW_ACC = 4 };
@@ -280,6 +289,74 @@ static void rates(const sway_observer_t *observer, const sway_observer_body_t *b
     out[ROW_ACC] = ADD(acc, MUL(ADD(car->acc_m, b->cog_m), out[1]));
 }
 
+/* --- what can be ------------------------------------------------------------------------------ */
+
+/* Beyond these there are no cars and trailers: noise is being explained. Car: stiffnesses by a
+ * factor of 2, inertia of 1.5, centre of gravity 0.3 m; trailer of 100 to 10,000 kg, 1.2 to 10 m
+ * from the ball to its centre of gravity, I / (m l^2) 0.03 to 0.7, stiffness 4 to 30 times the
+ * weight, axle -0.5 to 1 m behind it, friction 0 to 600 Nm. In the units of the states. */
+static const struct {
+    uint8_t state;
+    int32_t low_ppm;
+    int32_t high_ppm;
+} BOUNDS[] = {
+    {SWAY_STATE_CAR_FRONT, -700000, 700000},
+    {SWAY_STATE_CAR_REAR, -700000, 700000},
+    {SWAY_STATE_CAR_INERTIA, -400000, 400000},
+    {SWAY_STATE_CAR_COG, -300000, 300000},
+    {SWAY_STATE_TRAILER_MASS, 4605000, 9210000},
+    {SWAY_STATE_TRAILER_LENGTH, 182000, 2303000},
+    {SWAY_STATE_TRAILER_GYRATION, -3507000, -357000},
+    {SWAY_STATE_TRAILER_STIFFNESS, 1386000, 3401000},
+    {SWAY_STATE_TRAILER_AXLE, -500000, 1000000},
+    {SWAY_STATE_FRICTION, -1000000, 6000000},
+};
+enum { BOUND_COUNT = sizeof BOUNDS / sizeof BOUNDS[0] };
+
+/* How far it is from an estimate back to its bound; 0 inside. */
+static sway_real_t beyond(const sway_observer_t *observer, uint32_t bound)
+{
+    const uint32_t state = BOUNDS[bound].state;
+    if (state >= observer->count) {
+        return sway_real_zero();
+    }
+    const sway_real_t x = observer->x[state];
+    const sway_real_t above = sway_real_max(x, sway_real_micro(BOUNDS[bound].low_ppm));
+    return SUB(sway_real_min(above, sway_real_micro(BOUNDS[bound].high_ppm)), x);
+}
+
+/* What the user states beyond a bound is not kept by it. */
+static void find_unbound(sway_observer_t *observer)
+{
+    for (uint32_t k = 0; k < BOUND_COUNT; k++) {
+        if (!sway_real_is_zero(beyond(observer, k))) {
+            observer->unbound |= (uint16_t)(1U << k);
+        }
+    }
+}
+
+/* Moves an estimate, and the others as their covariance says. */
+static void pull(sway_observer_t *observer, uint32_t state, sway_real_t off)
+{
+    const sway_real_t variance = observer->p[place(state, state)];
+    const sway_real_t by_variance = DIV(off, sway_real_max(variance, sway_real_micro(1)));
+    for (uint32_t i = 0; i < observer->count; i++) {
+        observer->x[i] = ADD(observer->x[i], MUL(observer->p[place(i, state)], by_variance));
+    }
+}
+
+/* Brings estimates back to their bounds. Nothing is told to be known better for it. */
+static bool step_keep(sway_observer_t *observer)
+{
+    for (uint32_t k = 0; k < BOUND_COUNT; k++) {
+        const sway_real_t off = beyond(observer, k);
+        if (!sway_real_is_zero(off) && (observer->unbound & (1U << k)) == 0U) {
+            pull(observer, BOUNDS[k].state, off);
+        }
+    }
+    return true;
+}
+
 /* --- start ------------------------------------------------------------------------------------ */
 
 static void set_alone(sway_observer_t *observer, uint32_t state, sway_real_t value,
@@ -303,6 +380,7 @@ void sway_observer_init(sway_observer_t *observer, const sway_observer_car_t *ca
     }
     observer->unfit[0] = one();
     observer->unfit[1] = one();
+    find_unbound(observer);
 }
 
 void sway_observer_pause(sway_observer_t *observer)
@@ -517,8 +595,15 @@ static void follow_unfit(sway_observer_t *observer, uint32_t which, sway_real_t 
     *unfit = ADD(*unfit, MUL(share, SUB(against, *unfit)));
 }
 
-/* Takes a measurement that has `slope` by the states, `off` from what was expected. `gain` is
- * memory for the gains. */
+static bool is_parameter(uint32_t state)
+{
+    return state >= SWAY_STATE_TRAILER_MASS ||
+           (state >= SWAY_STATE_CAR_FRONT && state < SWAY_STATE_SOLO);
+}
+
+/* Takes a measurement that has `slope` by the states, `off` from what was expected. While
+ * nothing is learnt, parameters keep their values and their doubt (Schmidt's form of the filter:
+ * their doubt still counts for the motion). */
 static void correct(sway_observer_t *observer, const sway_real_t *slope, sway_real_t off,
                     sway_real_t variance, uint32_t which)
 {
@@ -543,10 +628,15 @@ static void correct(sway_observer_t *observer, const sway_real_t *slope, sway_re
     observer->log_likelihood = SUB(observer->log_likelihood, sway_real_scale(surprise, -1));
     for (uint32_t i = 0; i < n; i++) {
         const sway_real_t gain = MUL(towards[i], by_s);
-        observer->x[i] = ADD(observer->x[i], MUL(gain, off));
+        const bool fixed = !observer->learning && is_parameter(i);
+        if (!fixed) {
+            observer->x[i] = ADD(observer->x[i], MUL(gain, off));
+        }
         for (uint32_t j = 0; j <= i; j++) {
-            sway_real_t *const p = &observer->p[place(i, j)];
-            *p = SUB(*p, MUL(gain, towards[j]));
+            if (!fixed || !is_parameter(j)) {
+                sway_real_t *const p = &observer->p[place(i, j)];
+                *p = SUB(*p, MUL(gain, towards[j]));
+            }
         }
         sway_real_t *const own = &observer->p[place(i, i)];
         *own = sway_real_max(*own, sway_real_zero());
@@ -607,7 +697,7 @@ static const struct {
 } STEPS[] = {
     {NULL, 0, 0},          {step_column, 8, 14},     {step_move, 20, 58},
     {step_spread, 20, 50}, {step_covariance, 8, 40}, {step_yaw, 20, 45},
-    {step_acc, 30, 60},
+    {step_acc, 30, 60},    {step_keep, 15, 30},
 };
 
 uint32_t sway_observer_cost(const sway_observer_t *observer)
@@ -621,7 +711,7 @@ void sway_observer_run(sway_observer_t *observer)
         return;
     }
     if (STEPS[observer->step].run(observer)) {
-        observer->step = (uint8_t)(observer->step == STEP_ACC ? STEP_IDLE : observer->step + 1);
+        observer->step = (uint8_t)(observer->step == STEP_KEEP ? STEP_IDLE : observer->step + 1);
         observer->column = 0;
     } else {
         observer->column++;

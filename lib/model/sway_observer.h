@@ -10,6 +10,9 @@
 /// parameters are identified from whatever the driver does. What the sensors cannot tell stays at
 /// its start value with its start error: that is how observability shows, nothing is switched.
 ///
+/// Estimates are kept where cars and trailers can be: without that, wind and road that are no white
+/// noise are explained by trailers of 28 m.
+///
 /// Steering, yaw rate and acceleration hold no mass: all masses are relative to the car's.
 ///
 /// Samples are means over SWAY_OBSERVER_ROWS rows. The equations, positive left, v_y at the car's
@@ -101,9 +104,11 @@ typedef struct {
 
 typedef struct {
     bool moving;   ///< the motion has been started
+    bool learning; ///< parameters are corrected, too
     uint8_t count; ///< states: SWAY_STATE_SOLO or SWAY_STATE_COUNT
     uint8_t step;  ///< of the work in progress
     uint8_t column;
+    uint16_t unbound; ///< bounds that the start values lie beyond: not kept
     sway_observer_car_t car;
     sway_observer_sample_t now;
     sway_observer_sample_t last;

@@ -13,11 +13,18 @@
 
 /* Share of a car's motion that missing physics may explain, squared, 1e-6; samples that tell the
  * same; bounds of the evidence, and where it decides (odds of 1 to 22,000), x 1. */
-#define SHARE_PPM 400
-#define ALIKE 8
+#define SHARE_PPM 1000
+#define ALIKE 4
 #define EVIDENCE_MOST 30
-#define LARGE_MOTION 200
 #define EVIDENCE_SURE 10
+
+/* Steering speaks, wind and road do not: least lateral acceleration, root mean square, that the
+ * steering asks for (speed squared times angle by wheelbase), here its square. (m/s2)^2 x 100 */
+#define STEERING_POWER_PERCENT 50
+
+/* Innovations squared over their variance, above which the car alone is no model that proves
+ * anything. */
+#define UNFIT_MOST 8
 
 /* Standard errors of a user's values: stiffness 8 %, inertia 10 %, mass 3 %, lengths 5 cm (by about
  * 4 m), axle 5 cm; of the car's stiffness where it is not known; of typical values. */
@@ -221,6 +228,27 @@ static void pause(sway_trailer_watch_t *trailer)
     memset(trailer->sum, 0, sizeof trailer->sum);
 }
 
+/* Square of `now` apart from its two-second mean. */
+static sway_real_t moved(const sway_trailer_watch_t *trailer, sway_real_t *mean, sway_real_t now)
+{
+    const sway_real_t share = sway_real_scale(trailer->with.car.step_s, -1);
+    *mean = ADD(*mean, MUL(share, SUB(now, *mean)));
+    return sway_real_square(SUB(now, *mean));
+}
+
+/* The driver steers: the lateral acceleration asked for, its two-second mean square. */
+static bool is_steered(sway_trailer_watch_t *trailer, const sway_observer_sample_t *now)
+{
+    const sway_observer_t *const with = &trailer->with;
+    const sway_real_t base = ADD(with->car.front_m, with->car.rear_m);
+    const sway_real_t steer = DIV(MUL(now->steering_wheel_rad, with->car.ratio), base);
+    const sway_real_t asked = MUL(steer, sway_real_square(now->speed_m_s));
+    const sway_real_t square = moved(trailer, &trailer->slow[2], asked);
+    const sway_real_t share = sway_real_scale(with->car.step_s, -1);
+    trailer->steering = ADD(trailer->steering, MUL(share, SUB(square, trailer->steering)));
+    return sway_real_less(sway_real_ratio(STEERING_POWER_PERCENT, 100), trailer->steering);
+}
+
 static void take_sample(sway_trailer_watch_t *trailer)
 {
     sway_real_t mean[4];
@@ -231,6 +259,8 @@ static void take_sample(sway_trailer_watch_t *trailer)
     const sway_observer_sample_t sample = {mean[0], MUL(mean[1], sway_real_int(1000)), mean[2],
                                            mean[3]};
     trailer->rows = 0;
+    trailer->with.learning = is_steered(trailer, &sample);
+    trailer->alone.learning = trailer->with.learning;
     sway_observer_take(&trailer->alone, &sample);
     sway_observer_take(&trailer->with, &sample);
     trailer->busy[0] = sway_observer_cost(&trailer->alone) != 0U;
@@ -261,17 +291,16 @@ void sway_trailer_push(sway_trailer_watch_t *trailer, const sway_row_t *row)
 
 /* --- is it there? ----------------------------------------------------------------------------- */
 
-/* Power of what moves, apart from its two-second mean, in squares of the sensors' errors. */
+/* Power of what moves, in squares of the sensors' errors. */
 static sway_real_t moving_power(sway_trailer_watch_t *trailer)
 {
     const sway_real_t now[2] = {trailer->with.now.yaw_rate_rad_s, trailer->with.now.acc_m_s2};
     const int32_t error[2] = {3000, 50000};
-    const sway_real_t share = sway_real_scale(trailer->with.car.step_s, -1);
     sway_real_t power = sway_real_int(-4); // noise alone has a power of 1
     for (uint32_t i = 0; i < 2U; i++) {
-        trailer->slow[i] = ADD(trailer->slow[i], MUL(share, SUB(now[i], trailer->slow[i])));
-        const sway_real_t moved = DIV(SUB(now[i], trailer->slow[i]), micro(error[i]));
-        power = ADD(power, sway_real_scale(sway_real_square(moved), -1));
+        const sway_real_t square = moved(trailer, &trailer->slow[i], now[i]);
+        const sway_real_t by_error = DIV(square, sway_real_square(micro(error[i])));
+        power = ADD(power, sway_real_scale(by_error, -1));
     }
     return sway_real_max(power, sway_real_zero());
 }
@@ -279,19 +308,16 @@ static sway_real_t moving_power(sway_trailer_watch_t *trailer)
 static void weigh(sway_trailer_watch_t *trailer)
 {
     const sway_real_t gain = SUB(trailer->with.log_likelihood, trailer->alone.log_likelihood);
-    const sway_real_t power = moving_power(trailer);
-    const sway_real_t price = MUL(power, micro(SHARE_PPM));
+    const sway_real_t price = MUL(moving_power(trailer), micro(SHARE_PPM));
     const sway_real_t most = sway_real_int(EVIDENCE_MOST);
-    const sway_real_t *const unfit = trailer->with.unfit;
+    const sway_real_t *const unfit = trailer->alone.unfit;
     const sway_real_t share = sway_real_scale(trailer->with.car.step_s, -1);
     trailer->net = ADD(trailer->net, MUL(share, SUB(SUB(gain, price), trailer->net)));
     sway_real_t step = DIV(trailer->net, sway_real_int(ALIKE));
-    /* Where even the observer with a trailer is surprised, gusts speak: no proof of a trailer, and
-     * none of its absence but in motions that no gust makes. */
-    const sway_real_t surprise = sway_real_max(unfit[0], unfit[1]);
-    if (sway_real_less(sway_real_ratio(3, 2), surprise)) {
-        const bool hard = sway_real_less(sway_real_int(LARGE_MOTION), power);
-        step = hard ? sway_real_min(step, sway_real_zero()) : sway_real_zero();
+    if (!trailer->with.learning) {
+        step = sway_real_zero();
+    } else if (sway_real_less(sway_real_int(UNFIT_MOST), sway_real_max(unfit[0], unfit[1]))) {
+        step = sway_real_max(step, sway_real_zero());
     }
     trailer->evidence = sway_real_max(sway_real_min(ADD(trailer->evidence, step), most), NEG(most));
     if (sway_real_compare(trailer->evidence, sway_real_int(EVIDENCE_SURE)) >= 0) {

@@ -169,19 +169,41 @@ def without_trailer(c: plant.Combination) -> plant.Combination:
     )
 
 
-def one_drive(seed: int, *, alone: bool, seconds: float, speeds: Sequence[float]) -> Any:
-    """Ordinary driving at some speeds; nothing is known of what hangs on the ball."""
-    rng = np.random.default_rng([seed, 77])
-    c = wc._stable_combination(rng, max(speeds) / 3.6, 0.05)
+def driven(
+    c: plant.Combination,
+    rng: np.random.Generator,
+    kmh: float,
+    seconds: float,
+    *,
+    alone: bool,
+    swerves: int,
+) -> plant.Motion | None:
+    """Ordinary driving with some swerves; None where the driver loses it."""
+    _, course = wc._ordinary(rng, seconds)
+    course.speed[:] *= kmh / 3.6 / course.speed.mean()
+    for start in rng.uniform(4, seconds - 8, swerves):
+        angle = math.radians(rng.uniform(10, 30)) * rng.choice([-1, 1])
+        course.wheel += plant.full_sine(course.time_s, start, rng.uniform(1.5, 4), angle)
     if alone:
-        c = without_trailer(c)
-    vehicle = wc.believed(c, rng)
-    drives = []
-    for kmh in speeds:
-        _, course = wc._ordinary(rng, seconds)
-        course.speed[:] *= kmh / 3.6 / course.speed.mean()
-        motion = plant.simulate(c, course)
-        drives.append(wc.as_drive(measured(motion, rng), c))
+        course.side[:, 1] = 0.0  # no trailer, no wind on it
+    motion = plant.simulate(c, course)
+    return motion if wc.end_of(motion) == len(motion.time_s) - 1 else None
+
+
+def one_drive(
+    seed: int, *, alone: bool, seconds: float, speeds: Sequence[float], swerves: int = 0
+) -> Any:
+    """Driving at some speeds; nothing is known of what hangs on the ball."""
+    for attempt in range(100):  # a driver who loses it is replaced by another
+        rng = np.random.default_rng([seed, 77, attempt])
+        c = wc._stable_combination(rng, max(speeds) / 3.6, 0.05)
+        if alone:
+            c = without_trailer(c)
+        vehicle = wc.believed(c, rng)
+        motions = [driven(c, rng, kmh, seconds, alone=alone, swerves=swerves) for kmh in speeds]
+        drives = [wc.as_drive(measured(m, rng), c) for m in motions if m is not None]
+        if len(drives) == len(speeds):
+            break
     return limit(drives, dataclasses.replace(vehicle, trailer=None)), plant.critical_speed(c) * 3.6
 
 
@@ -204,14 +226,17 @@ def ordinary(count: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def presence(count: int) -> dict[str, Any]:
-    """A minute of ordinary driving: trailer or none."""
-    result: dict[str, Any] = {"drives_of_each": count}
+def presence(count: int, swerves: int) -> dict[str, Any]:
+    """A minute of driving with some swerves: trailer or none."""
+    result: dict[str, Any] = {"drives_of_each": count, "swerves": swerves}
     for alone in (False, True):
-        found = [one_drive(1000 + seed, alone=alone, seconds=60.0, speeds=(85,))[0]["presence"]
-                 for seed in range(count)]  # fmt: skip
+        found = [
+            one_drive(1000 + seed, alone=alone, seconds=60.0, speeds=(85,), swerves=swerves)[0]
+            for seed in range(count)
+        ]
+        words = [f["presence"] for f in found]
         result["alone" if alone else "with a trailer"] = {
-            word: found.count(word) for word in ("there", "none", "undecided")
+            word: words.count(word) for word in ("there", "none", "undecided")
         }
     return result
 
@@ -268,7 +293,7 @@ def main() -> int:
     if arguments.drives:
         figures["ordinary drives"] = ordinary(arguments.drives)
     if arguments.presence:
-        figures["presence"] = presence(arguments.presence)
+        figures["presence"] = [presence(arguments.presence, swerves) for swerves in (2, 0)]
     if arguments.warnings:
         figures["warnings"] = warnings(arguments.warnings, arguments.hours)
     json.dump(figures, sys.stdout, indent=1)

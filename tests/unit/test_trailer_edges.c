@@ -124,8 +124,57 @@ static void a_gust_is_no_proof(void)
     TEST_ASSERT_TRUE(fabs(value(watch.evidence)) < 10.0);
     TEST_ASSERT_EQUAL_INT(SWAY_TRAILER_UNDECIDED, watch.presence);
     sway_trailer_init(&watch, &vehicle, 0, 10000);
-    blow(0.4, 6.0, 1200); // no gust does that: may tell that there is none, never that there is one
-    TEST_ASSERT_TRUE(value(watch.evidence) <= 0.0);
+    blow(0.4, 6.0, 1200); // nor does what nobody steered, however large
+    TEST_ASSERT_EQUAL_INT(SWAY_TRAILER_UNDECIDED, watch.presence);
+}
+
+/* A swerve every two seconds that a car alone answers with `share` of what its sensors say. */
+static void swerve(double share, int rows)
+{
+    for (int k = 0; k < rows; k++) {
+        const double phase = 0.01 * k * 3.0;
+        push(0.5 * sin(phase), share * 0.12 * sin(phase - 0.3), share * 3.0 * sin(phase - 0.3));
+        work();
+    }
+}
+
+static void parameters_are_learnt_while_the_driver_steers(void)
+{
+    sway_trailer_init(&watch, &vehicle, 0, 10000);
+    const double before = value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]);
+    const double doubt = se(SWAY_STATE_TRAILER_STIFFNESS);
+    blow(0.012, 0.35, 400);
+    TEST_ASSERT_FALSE(watch.with.learning);
+    TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]) == before);
+    TEST_ASSERT_TRUE(se(SWAY_STATE_TRAILER_STIFFNESS) >= doubt);
+    swerve(1.0, 400);
+    TEST_ASSERT_TRUE(watch.with.learning && watch.alone.learning);
+    TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]) != before);
+}
+
+/* What no car can be, the estimates are not; where neither model fits, nothing says "none". */
+static void estimates_stay_where_cars_and_trailers_are(void)
+{
+    sway_trailer_init(&watch, &vehicle, 0, 10000);
+    swerve(-3.0, 3000);
+    TEST_ASSERT_TRUE(value(watch.alone.unfit[0]) > 8.0 || value(watch.alone.unfit[1]) > 8.0);
+    TEST_ASSERT_TRUE(watch.presence != SWAY_TRAILER_NONE);
+    TEST_ASSERT_DOUBLE_WITHIN(0.701, 0.0, value(watch.with.x[SWAY_STATE_CAR_FRONT]));
+    TEST_ASSERT_DOUBLE_WITHIN(0.701, 0.0, value(watch.alone.x[SWAY_STATE_CAR_REAR]));
+    TEST_ASSERT_DOUBLE_WITHIN(0.76, 0.25, value(watch.with.x[SWAY_STATE_TRAILER_AXLE]));
+    TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_LENGTH]) < 2.31);
+}
+
+/* A trailer of the user's that lies beyond what is usual is not pulled back. */
+static void what_the_user_states_is_no_bound(void)
+{
+    vehicle.trailer.yaw_inertia_gm2 = 200000000; // four times what belongs to its length and mass
+    sway_trailer_init(&watch, &vehicle, 0, 10000);
+    TEST_ASSERT_TRUE(watch.with.unbound != 0U);
+    const double start = value(watch.with.x[SWAY_STATE_TRAILER_GYRATION]);
+    TEST_ASSERT_TRUE(start > 0.0);
+    blow(0.012, 0.35, 100);
+    TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_GYRATION]) == start);
 }
 
 static void slices_that_come_too_late_are_made_up_for(void)
@@ -272,6 +321,9 @@ int main(void)
     RUN_TEST(a_car_that_is_not_known_is_a_typical_one);
     RUN_TEST(a_trailers_tyres_that_are_not_known_are_typical_and_open);
     RUN_TEST(a_gust_is_no_proof);
+    RUN_TEST(parameters_are_learnt_while_the_driver_steers);
+    RUN_TEST(estimates_stay_where_cars_and_trailers_are);
+    RUN_TEST(what_the_user_states_is_no_bound);
     RUN_TEST(slices_that_come_too_late_are_made_up_for);
     RUN_TEST(the_time_learnt_stops_at_its_end);
     RUN_TEST(the_source_is_told_by_what_is_left_of_the_doubt);
