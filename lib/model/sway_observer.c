@@ -643,8 +643,7 @@ static void correct(sway_observer_t *observer, const sway_real_t *slope, sway_re
     }
 }
 
-/* Beyond the linear range of the tyres a sample says less. */
-static sway_real_t beyond_linear(const sway_observer_t *observer)
+sway_real_t sway_observer_beyond_linear(const sway_observer_t *observer)
 {
     return ADD(one(), sway_real_square(DIV(observer->acc_power, sway_real_int(LINEAR_POWER))));
 }
@@ -663,7 +662,7 @@ static bool step_yaw(sway_observer_t *observer)
     const sway_real_t expected =
         ADD(observer->x[SWAY_STATE_CAR_YAW_RATE], observer->x[SWAY_STATE_YAW_RATE_OFFSET]);
     correct(observer, slope, SUB(observer->now.yaw_rate_rad_s, expected),
-            MUL(noise, beyond_linear(observer)), 0);
+            MUL(noise, sway_observer_beyond_linear(observer)), 0);
     return true;
 }
 
@@ -680,7 +679,7 @@ static bool step_acc(sway_observer_t *observer)
     slope[SWAY_STATE_ACC_OFFSET] = one();
     const sway_real_t expected = ADD(all[ROW_ACC], observer->x[SWAY_STATE_ACC_OFFSET]);
     correct(observer, slope, SUB(observer->now.acc_m_s2, expected),
-            MUL(noise, beyond_linear(observer)), 1);
+            MUL(noise, sway_observer_beyond_linear(observer)), 1);
     return true;
 }
 

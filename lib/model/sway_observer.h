@@ -140,6 +140,9 @@ uint32_t sway_observer_cost(const sway_observer_t *observer);
 /// One slice.
 void sway_observer_run(sway_observer_t *observer);
 
+/// By how much the variance of the present sample is larger for tyres beyond their linear range.
+sway_real_t sway_observer_beyond_linear(const sway_observer_t *observer);
+
 /// Standard error of a state.
 sway_real_t sway_observer_se(const sway_observer_t *observer, sway_state_t state);
 

@@ -13,7 +13,7 @@
 
 /* Share of a car's motion that missing physics may explain, squared, 1e-6; samples that tell the
  * same; bounds of the evidence, and where it decides (odds of 1 to 22,000), x 1. */
-#define SHARE_PPM 1000
+#define SHARE_PPM 2500
 #define ALIKE 4
 #define EVIDENCE_MOST 30
 #define EVIDENCE_SURE 10
@@ -22,9 +22,8 @@
  * steering asks for (speed squared times angle by wheelbase), here its square. (m/s2)^2 x 100 */
 #define STEERING_POWER_PERCENT 50
 
-/* Innovations squared over their variance, above which the car alone is no model that proves
- * anything. */
-#define UNFIT_MOST 8
+/* Innovations squared over their variance, above which a model proves nothing. */
+#define UNFIT_MOST 16
 
 /* Standard errors of a user's values: stiffness 8 %, inertia 10 %, mass 3 %, lengths 5 cm (by about
  * 4 m), axle 5 cm; of the car's stiffness where it is not known; of typical values. */
@@ -291,33 +290,40 @@ void sway_trailer_push(sway_trailer_watch_t *trailer, const sway_row_t *row)
 
 /* --- is it there? ----------------------------------------------------------------------------- */
 
-/* Power of what moves, in squares of the sensors' errors. */
-static sway_real_t moving_power(sway_trailer_watch_t *trailer)
+/* What missing physics could win for a motion, with its square over the variance of a sample: as
+ * much again as innovations that are 1 + m times their variance cost an observer, which widens its
+ * variance by their square, ln(1 + m) - m / (2 (1 + m)). */
+static sway_real_t price_of(const sway_trailer_watch_t *trailer, sway_real_t square, int32_t error)
 {
-    const sway_real_t now[2] = {trailer->with.now.yaw_rate_rad_s, trailer->with.now.acc_m_s2};
-    const int32_t error[2] = {3000, 50000};
-    sway_real_t power = sway_real_int(-4); // noise alone has a power of 1
-    for (uint32_t i = 0; i < 2U; i++) {
-        const sway_real_t square = moved(trailer, &trailer->slow[i], now[i]);
-        const sway_real_t by_error = DIV(square, sway_real_square(micro(error[i])));
-        power = ADD(power, sway_real_scale(by_error, -1));
-    }
-    return sway_real_max(power, sway_real_zero());
+    const sway_real_t variance =
+        MUL(sway_real_square(micro(error)), sway_observer_beyond_linear(&trailer->with));
+    const sway_real_t moving = SUB(DIV(square, variance), sway_real_int(4)); // noise alone has 1
+    const sway_real_t m = MUL(sway_real_max(moving, sway_real_zero()), micro(SHARE_PPM));
+    const sway_real_t larger = ADD(sway_real_int(1), m);
+    return SUB(sway_real_ln(larger), sway_real_scale(DIV(m, larger), -1));
+}
+
+/* Of the last sample: yaw rate and acceleration, apart from their two-second means. */
+static sway_real_t price(sway_trailer_watch_t *trailer)
+{
+    const sway_observer_sample_t *const now = &trailer->with.now;
+    const sway_real_t yaw = moved(trailer, &trailer->slow[0], now->yaw_rate_rad_s);
+    const sway_real_t acc = moved(trailer, &trailer->slow[1], now->acc_m_s2);
+    return ADD(price_of(trailer, yaw, 3000), price_of(trailer, acc, 50000));
 }
 
 static void weigh(sway_trailer_watch_t *trailer)
 {
     const sway_real_t gain = SUB(trailer->with.log_likelihood, trailer->alone.log_likelihood);
-    const sway_real_t price = MUL(moving_power(trailer), micro(SHARE_PPM));
     const sway_real_t most = sway_real_int(EVIDENCE_MOST);
-    const sway_real_t *const unfit = trailer->alone.unfit;
+    const sway_real_t *const unfit = trailer->with.unfit;
+    const sway_real_t surprise = sway_real_max(unfit[0], unfit[1]);
     const sway_real_t share = sway_real_scale(trailer->with.car.step_s, -1);
-    trailer->net = ADD(trailer->net, MUL(share, SUB(SUB(gain, price), trailer->net)));
+    const sway_real_t net = SUB(gain, price(trailer));
+    trailer->net = ADD(trailer->net, MUL(share, SUB(net, trailer->net)));
     sway_real_t step = DIV(trailer->net, sway_real_int(ALIKE));
-    if (!trailer->with.learning) {
+    if (!trailer->with.learning || sway_real_less(sway_real_int(UNFIT_MOST), surprise)) {
         step = sway_real_zero();
-    } else if (sway_real_less(sway_real_int(UNFIT_MOST), sway_real_max(unfit[0], unfit[1]))) {
-        step = sway_real_max(step, sway_real_zero());
     }
     trailer->evidence = sway_real_max(sway_real_min(ADD(trailer->evidence, step), most), NEG(most));
     if (sway_real_compare(trailer->evidence, sway_real_int(EVIDENCE_SURE)) >= 0) {

@@ -4,10 +4,9 @@
 /// Two observers run side by side on the same samples, one of the car alone and one with a trailer
 /// (sway_observer). Which of them foretells the car's yaw rate and lateral acceleration better says
 /// whether a trailer is there: the logarithm of their likelihoods' ratio, less what a car's missing
-/// physics could win (3 % of the motion; cars alone win under 1 %, combinations 6 to
-/// 16 %), over 4 for samples that tell the same. It is weighed while the driver steers: wind and
-/// road alone prove neither. The observer with the trailer gives the
-/// trailer's parameters, the damping ratio at the present speed and the critical speed, with
+/// physics could win (5 % of the motion), over 4 for samples that tell the same. It is weighed
+/// while the driver steers: wind and road alone prove neither. The observer with the trailer gives
+/// the trailer's parameters, the damping ratio at the present speed and the critical speed, with
 /// standard errors from its whole covariance: masses and stiffnesses that cannot be told apart
 /// leave the critical speed well known.
 ///
