@@ -13,7 +13,7 @@
 
 /* Share of a car's motion that missing physics may explain, squared, 1e-6; samples that tell the
  * same; bounds of the evidence, and where it decides (odds of 1 to 22,000), x 1. */
-#define SHARE_PPM 2500
+#define SHARE_PPM 2000
 #define ALIKE 4
 #define EVIDENCE_MOST 30
 #define EVIDENCE_SURE 10
@@ -21,6 +21,9 @@
 /* Steering speaks, wind and road do not: least lateral acceleration, root mean square, that the
  * steering asks for (speed squared times angle by wheelbase), here its square. (m/s2)^2 x 100 */
 #define STEERING_POWER_PERCENT 50
+
+/* More than this of it does not count, that a hard swerve is over after 4 s, too. (m/s2)^2 */
+#define STEERING_POWER_MOST 4
 
 /* Innovations squared over their variance, above which a model proves nothing. */
 #define UNFIT_MOST 16
@@ -227,11 +230,16 @@ static void pause(sway_trailer_watch_t *trailer)
     memset(trailer->sum, 0, sizeof trailer->sum);
 }
 
-/* Square of `now` apart from its two-second mean. */
-static sway_real_t moved(const sway_trailer_watch_t *trailer, sway_real_t *mean, sway_real_t now)
+static void follow(const sway_trailer_watch_t *trailer, sway_real_t *mean, sway_real_t now)
 {
     const sway_real_t share = sway_real_scale(trailer->with.car.step_s, -1);
     *mean = ADD(*mean, MUL(share, SUB(now, *mean)));
+}
+
+/* Square of `now` apart from its two-second mean. */
+static sway_real_t moved(const sway_trailer_watch_t *trailer, sway_real_t *mean, sway_real_t now)
+{
+    follow(trailer, mean, now);
     return sway_real_square(SUB(now, *mean));
 }
 
@@ -242,9 +250,9 @@ static bool is_steered(sway_trailer_watch_t *trailer, const sway_observer_sample
     const sway_real_t base = ADD(with->car.front_m, with->car.rear_m);
     const sway_real_t steer = DIV(MUL(now->steering_wheel_rad, with->car.ratio), base);
     const sway_real_t asked = MUL(steer, sway_real_square(now->speed_m_s));
-    const sway_real_t square = moved(trailer, &trailer->slow[2], asked);
-    const sway_real_t share = sway_real_scale(with->car.step_s, -1);
-    trailer->steering = ADD(trailer->steering, MUL(share, SUB(square, trailer->steering)));
+    const sway_real_t square =
+        sway_real_min(moved(trailer, &trailer->slow[2], asked), sway_real_int(STEERING_POWER_MOST));
+    follow(trailer, &trailer->steering, square);
     return sway_real_less(sway_real_ratio(STEERING_POWER_PERCENT, 100), trailer->steering);
 }
 
@@ -290,26 +298,30 @@ void sway_trailer_push(sway_trailer_watch_t *trailer, const sway_row_t *row)
 
 /* --- is it there? ----------------------------------------------------------------------------- */
 
-/* What missing physics could win for a motion, with its square over the variance of a sample: as
- * much again as innovations that are 1 + m times their variance cost an observer, which widens its
- * variance by their square, ln(1 + m) - m / (2 (1 + m)). */
-static sway_real_t price_of(const sway_trailer_watch_t *trailer, sway_real_t square, int32_t error)
+/* What missing physics could win for a motion: as much as innovations of 1 + m times their variance
+ * cost an observer, which widens its variance by their square, ln(1 + m) - m / (2 (1 + m)). Like
+ * these, by the two-second mean of the motion: what it leaves behind in the offsets is felt for a
+ * while. `square`: of the motion by the sensor's variance. */
+static sway_real_t price_of(sway_trailer_watch_t *trailer, uint32_t which, sway_real_t square)
 {
-    const sway_real_t variance =
-        MUL(sway_real_square(micro(error)), sway_observer_beyond_linear(&trailer->with));
-    const sway_real_t moving = SUB(DIV(square, variance), sway_real_int(4)); // noise alone has 1
+    follow(trailer, &trailer->moving[which],
+           DIV(square, sway_observer_beyond_linear(&trailer->with)));
+    const sway_real_t moving = SUB(trailer->moving[which], sway_real_int(4)); // noise alone has 1
     const sway_real_t m = MUL(sway_real_max(moving, sway_real_zero()), micro(SHARE_PPM));
     const sway_real_t larger = ADD(sway_real_int(1), m);
     return SUB(sway_real_ln(larger), sway_real_scale(DIV(m, larger), -1));
 }
 
-/* Of the last sample: yaw rate and acceleration, apart from their two-second means. */
 static sway_real_t price(sway_trailer_watch_t *trailer)
 {
-    const sway_observer_sample_t *const now = &trailer->with.now;
-    const sway_real_t yaw = moved(trailer, &trailer->slow[0], now->yaw_rate_rad_s);
-    const sway_real_t acc = moved(trailer, &trailer->slow[1], now->acc_m_s2);
-    return ADD(price_of(trailer, yaw, 3000), price_of(trailer, acc, 50000));
+    const sway_real_t now[2] = {trailer->with.now.yaw_rate_rad_s, trailer->with.now.acc_m_s2};
+    const int32_t error[2] = {3000, 50000};
+    sway_real_t sum = sway_real_zero();
+    for (uint32_t i = 0; i < 2U; i++) {
+        const sway_real_t square = moved(trailer, &trailer->slow[i], now[i]);
+        sum = ADD(sum, price_of(trailer, i, DIV(square, sway_real_square(micro(error[i])))));
+    }
+    return sum;
 }
 
 static void weigh(sway_trailer_watch_t *trailer)
@@ -318,9 +330,7 @@ static void weigh(sway_trailer_watch_t *trailer)
     const sway_real_t most = sway_real_int(EVIDENCE_MOST);
     const sway_real_t *const unfit = trailer->with.unfit;
     const sway_real_t surprise = sway_real_max(unfit[0], unfit[1]);
-    const sway_real_t share = sway_real_scale(trailer->with.car.step_s, -1);
-    const sway_real_t net = SUB(gain, price(trailer));
-    trailer->net = ADD(trailer->net, MUL(share, SUB(net, trailer->net)));
+    follow(trailer, &trailer->net, SUB(gain, price(trailer)));
     sway_real_t step = DIV(trailer->net, sway_real_int(ALIKE));
     if (!trailer->with.learning || sway_real_less(sway_real_int(UNFIT_MOST), surprise)) {
         step = sway_real_zero();

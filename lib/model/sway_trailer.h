@@ -4,7 +4,7 @@
 /// Two observers run side by side on the same samples, one of the car alone and one with a trailer
 /// (sway_observer). Which of them foretells the car's yaw rate and lateral acceleration better says
 /// whether a trailer is there: the logarithm of their likelihoods' ratio, less what a car's missing
-/// physics could win (5 % of the motion), over 4 for samples that tell the same. It is weighed
+/// physics could win (4.5 % of the motion), over 4 for samples that tell the same. It is weighed
 /// while the driver steers: wind and road alone prove neither. The observer with the trailer gives
 /// the trailer's parameters, the damping ratio at the present speed and the critical speed, with
 /// standard errors from its whole covariance: masses and stiffnesses that cannot be told apart
@@ -75,10 +75,11 @@ typedef struct {
     int32_t learnt_ms;
     int64_t sum[4];
     sway_real_t evidence;
-    sway_real_t net;      ///< what the evidence grows by, two-second mean
-    sway_real_t slow[3];  ///< yaw rate, acceleration, acceleration asked for: two-second means
-    sway_real_t steering; ///< mean square of the last one
-    sway_real_t start_se; ///< of the critical speed, as the user's values give it; 0: not yet
+    sway_real_t net;       ///< what the evidence grows by, two-second mean
+    sway_real_t slow[3];   ///< yaw rate, acceleration, acceleration asked for: two-second means
+    sway_real_t steering;  ///< mean square of the last one
+    sway_real_t moving[2]; ///< mean squares of the first two, by the sensors' variances
+    sway_real_t start_se;  ///< of the critical speed, as the user's values give it; 0: not yet
     sway_real_t speed_m_s;
     sway_complex_t f_s;
     sway_stm_quartic_t quartic;

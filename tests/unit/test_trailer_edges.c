@@ -152,6 +152,19 @@ static void parameters_are_learnt_while_the_driver_steers(void)
     TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]) != before);
 }
 
+/* Five seconds after the wheel has come to rest nothing is steered, however hard it was. */
+static void a_hard_swerve_is_soon_over(void)
+{
+    sway_trailer_init(&watch, &vehicle, 0, 10000);
+    swerve(1.0, 1000);
+    TEST_ASSERT_TRUE(watch.with.learning);
+    for (int k = 0; k < 500; k++) {
+        push(0.0, 0.0, 0.0);
+        work();
+    }
+    TEST_ASSERT_FALSE(watch.with.learning);
+}
+
 /* What no car can be, the estimates are not; where neither model fits, nothing says "none". */
 static void estimates_stay_where_cars_and_trailers_are(void)
 {
@@ -322,6 +335,7 @@ int main(void)
     RUN_TEST(a_trailers_tyres_that_are_not_known_are_typical_and_open);
     RUN_TEST(a_gust_is_no_proof);
     RUN_TEST(parameters_are_learnt_while_the_driver_steers);
+    RUN_TEST(a_hard_swerve_is_soon_over);
     RUN_TEST(estimates_stay_where_cars_and_trailers_are);
     RUN_TEST(what_the_user_states_is_no_bound);
     RUN_TEST(slices_that_come_too_late_are_made_up_for);
