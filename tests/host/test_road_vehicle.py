@@ -10,15 +10,18 @@ import numpy as np
 import pytest
 from conftest import DATA
 
+from swaywatch.diagnose.baselines import noticeable
 from swaywatch.diagnose.beliefs import beliefs_of
 from swaywatch.diagnose.data import load
 from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import diagnose
-from swaywatch.diagnose.fit import plant_of
+from swaywatch.diagnose.evidence import explained
+from swaywatch.diagnose.fit import Fit, plant_of
 from swaywatch.diagnose.model import beliefs_in, model_block
 from swaywatch.diagnose.plant import SCALARS
 from swaywatch.diagnose.road_vehicle import TYRES, WITHIN, on_springs, outside, values
 from swaywatch.diagnose.search import Search
+from swaywatch.diagnose.term import Term
 from swaywatch.errors import VehicleError
 from swaywatch.vehicle import load_vehicle
 
@@ -83,6 +86,29 @@ def test_what_every_road_vehicle_has_is_no_missing_effect() -> None:
     names = {effect.id for effect in outside(library())}
     assert not names & set(WITHIN)
     assert "hitch_friction" in names
+
+
+def test_a_small_load_at_twice_the_frequency_is_the_bodys_own_bounce() -> None:
+    """60 N is a claim beside a rigid vehicle, not beside one on springs; 150 N beside both."""
+    rigid = [e for e in library() if e.id == "axle_load_harmonic"]
+    on_springs_ = [e for e in outside(library()) if e.id == "axle_load_harmonic"]
+    assert [e.name for e in rigid] == [e.name for e in on_springs_]
+    for effects, said in ((rigid, [True, True]), (on_springs_, [False, True])):
+        for effect in effects:
+            terms = [Term(effect, (2.0, 9.0, size, 0.0), (0,)) for size in (60.0, 150.0)]
+            assert [noticeable(term) for term in terms] == said
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "enough"),
+    [(5.0, 1.2, True), (5.0, 1.6, False), (40.0, 4.5, True), (1300.0, 100.0, False)],
+)
+def test_a_share_of_what_drifts_away_is_no_explanation(
+    before: float, after: float, enough: bool
+) -> None:
+    """Reduced chi-squares without and with an effect; near the critical speed the first is huge."""
+    start = Fit((), np.zeros((1, 5)), np.zeros(0), chi2=before * 900.0, count=900)
+    assert explained(start, replace(start, chi2=after * 900.0)) == enough
 
 
 def test_the_model_keeps_what_was_believed(loaded: object) -> None:

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, explained, worth
+from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, REMAINS, explained, worth
 from swaywatch.diagnose.road_vehicle import pushing, without
-from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search
+from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
 SHORTEST_WINDOW_S = 0.6
@@ -50,8 +50,8 @@ class Path:
 
     @property
     def clean(self) -> bool:
-        """Nothing is left to explain."""
-        return explained(self.base.fit, self.best.fit)
+        """Noise is left: another baseline cannot do much better."""
+        return level(self.best.fit) <= REMAINS
 
 
 def possible(springs: Search) -> Search:

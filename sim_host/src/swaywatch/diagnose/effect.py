@@ -146,6 +146,8 @@ class Effect:
         What only some have: "form", "refine", "undo", "possible" (of values: no such effect can
         be stronger), ...; "follows_motion" where `act` makes it
         of the run's own signals.
+    on_springs
+        The same as it is said beside a vehicle on springs, where that differs.
     """
 
     id: str
@@ -163,6 +165,7 @@ class Effect:
     report: Callable[[Values], dict[str, float]] = _identity
     plausibility: float = 0.0
     extra: dict[str, object] = field(default_factory=dict)
+    on_springs: Effect | None = None
 
     @property
     def name(self) -> str:

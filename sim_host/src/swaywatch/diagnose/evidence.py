@@ -29,6 +29,9 @@ APART = 3.0
 REMAINS = 1.3
 #: ... unless so little of what was found is left: the form of a right effect is never exact.
 LEFT = 0.1
+#: Reduced chi-square that the form of a right effect leaves at most. Near the critical speed a
+#: wrong vehicle drifts away without limit, and a share of that means nothing.
+ROUGH = 7.0
 #: What no model of this depth can carry: an effect has to take away this share of the misfit; one
 #: in windows, whose edges may follow the noise, so much, and so much more for each of them, ...
 DISCREPANCY = 0.005
@@ -104,7 +107,7 @@ def worth(base: Fit, before: Fit, after: Fit, *, beside: bool = False) -> bool:
 def explained(base: Fit, fit: Fit) -> bool:
     """Whether what a fit leaves is noise, or what the form of a right effect leaves."""
     before, after = (f.chi2 / max(f.count, 1) for f in (base, fit))
-    return after <= max(REMAINS, 1.0 + LEFT * (before - 1.0))
+    return after <= max(REMAINS, min(1.0 + LEFT * (before - 1.0), ROUGH))
 
 
 def prior_spread(parameter: Parameter) -> float:

@@ -147,5 +147,6 @@ def without(problem: Problem, names: set[str]) -> Problem:
 
 
 def outside(effects: list[Effect]) -> list[Effect]:
-    """Effects that a road vehicle does not have anyway."""
-    return [effect for effect in effects if effect.id not in WITHIN]
+    """Effects that a road vehicle does not have anyway, as they are said beside one."""
+    own = [effect for effect in effects if effect.id not in WITHIN]
+    return [effect.on_springs or effect for effect in own]

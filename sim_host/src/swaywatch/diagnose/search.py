@@ -481,6 +481,7 @@ class Search:
         ]
         near, fits = self._lasting(parent, [e for e in open_ if not e.windowed])
         settled = level(parent) > REMAINS and bool(fits) and explained(parent, fits[0])
+        settled = settled and level(fits[0]) < LINEAR
         if windowed and not settled:
             found = self._windowed(near, [e for e in open_ if e.windowed])
             polished = self.judge.side_by_side(self.released, found)

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 
 #: Misfit, over that of a vehicle on springs, up to which one effect on a rigid one is enough.
 ALONE = 1.1
+#: Share of a value, or metres of a length, by which the form of a vehicle on springs may pull it.
+FORM_PULLS = 0.04
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
@@ -112,13 +114,13 @@ def _label(fit: Fit) -> str:
     return " + ".join(t.effect.name for t in fit.terms) or "calibrated vehicle"
 
 
-def _said_from(search: Search) -> float:
+def _said_from(search: Search, tolerance: float) -> float:
     """Tolerances beyond its bound from which a value of the file is called wrong.
 
-    A rigid vehicle's form is exact; that of one on springs pulls its values: by up to half a
-    tolerance on clean vehicles of another simulator.
+    A rigid vehicle's form is exact; that of one on springs is not, and pulls its values: on clean
+    vehicles of another simulator by 1 % mostly, and at most by `FORM_PULLS`.
     """
-    return 0.6 if search.problem.given else 0.1
+    return FORM_PULLS / tolerance if search.problem.given else 0.1
 
 
 def _beyond(search: Search, fit: Fit) -> Fit:
@@ -136,7 +138,9 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     for index, belief in enumerate(search.problem.beliefs.items):
         z = float(fit.shift[index])
         error = math.sqrt(abs(float(fit.doubt[index, index])) * search.noise)
-        if not belief.scaled or abs(z) - BOUND < max(2.0 * error, _said_from(search)):
+        if not belief.scaled or abs(z) - BOUND < max(
+            2.0 * error, _said_from(search, belief.tolerance)
+        ):
             continue
         found = _as_term(search, belief.name, 1.0 + z * belief.tolerance)
         if found is None or found[0].effect.name in taken:

@@ -7,6 +7,7 @@ the trailer, whose forces may not be measured, the trailer's lateral acceleratio
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import hilbert, lfilter
@@ -17,6 +18,8 @@ from swaywatch.diagnose.runs import RATE_HZ, Run, band_pass, low_pass
 from swaywatch.diagnose.term import Term
 
 LARGEST_N = 3000.0  # beyond it a wheel would leave the road
+LEAST_N = 40.0  # that is worth a claim
+LEAST_ON_SPRINGS_N = 100.0  # a body bounces on its springs at the same line: known to about 50 N
 LONGEST_DELAY_S = 1.2  # tried in a search; a fit may go further
 LEAST_YAW = 1e-7  # (rad/s)^2, below it there is no load
 MEAN_TIME_S = 1.0  # of the running mean that the generator takes away
@@ -89,7 +92,7 @@ def _act_generator(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Win
     return act
 
 
-def generator_effect(axle: str) -> Effect:
+def generator_effect(axle: str, least: float = LEAST_N) -> Effect:
     """The form of the effect whose load the car's own motion makes."""
     return Effect(
         id="axle_load_harmonic",
@@ -98,7 +101,7 @@ def generator_effect(axle: str) -> Effect:
         equation="F_z = F_z0 + gain (q - mean(q))(t - delay) / mean(q), q: yaw rate squared",
         source="Eq. 6.1 and 6.2, Fig. 6-3",
         parameters=(
-            Parameter("gain_n", "N", 0.0, 0.0, LARGEST_N, (500.0,), 20.0, 40.0),
+            Parameter("gain_n", "N", 0.0, 0.0, LARGEST_N, (500.0,), 20.0, least),
             Parameter("delay_s", "s", 0.0, -0.3, 3.0, (0.1,), 0.01),
         ),
         act=_act_generator(axle),
@@ -160,7 +163,8 @@ def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
         phase = 2.0 * force_phase(run, axle)[inside]
         load = a * np.cos(phase) - b * np.sin(phase)
         values += [start, stop, *_as_generator(run, axle, Window(start, stop, {}), load)]
-    return Term(generator_effect(axle), tuple(values), term.window_runs)
+    least = term.effect.parameters[0].minimum
+    return Term(generator_effect(axle, least), tuple(values), term.window_runs)
 
 
 def _trials(axle: str, start: float, stop: float, run: int) -> list[Term]:
@@ -170,27 +174,36 @@ def _trials(axle: str, start: float, stop: float, run: int) -> list[Term]:
     return [Term(effect, (start, stop, 300.0, float(delay)), (run,)) for delay in delays]
 
 
-EFFECTS = [
-    Effect(
+def _effect(axle: str, least: float) -> Effect:
+    """The effect, said from an amplitude of `least` N."""
+    return Effect(
         id="axle_load_harmonic",
         component=axle,
         kind="physics",
         equation="F_z = F_z0 + amplitude cos(2 phi + phase), phi: phase of the lateral force",
         source="section 4.4.2 and 6.2",
         parameters=(
-            Parameter("in_phase_n", "N", 0.0, -LARGEST_N, LARGEST_N, (300.0,), 20.0, 40.0),
-            Parameter("quadrature_n", "N", 0.0, -LARGEST_N, LARGEST_N, (0.0,), 20.0, 40.0),
+            Parameter("in_phase_n", "N", 0.0, -LARGEST_N, LARGEST_N, (300.0,), 20.0, least),
+            Parameter("quadrature_n", "N", 0.0, -LARGEST_N, LARGEST_N, (0.0,), 20.0, least),
         ),
         act=_act(axle),
         windowed=True,
         lines=("2f",),
         decided_by="wheel loads of the axle",
         extra={
-            "describe": lambda run, window, axle=axle: _describe(run, axle, window),
+            "describe": lambda run, window: _describe(run, axle, window),
             "refine": _refine,
             "trials": _trials,
             "follows_motion": True,
         },
     )
-    for axle in ("car_front", "car_rear", "trailer_front", "trailer_rear")
+
+
+def _with_springs(axle: str) -> Effect:
+    """The effect, and how it is said beside a vehicle on springs."""
+    return replace(_effect(axle, LEAST_N), on_springs=_effect(axle, LEAST_ON_SPRINGS_N))
+
+
+EFFECTS = [
+    _with_springs(axle) for axle in ("car_front", "car_rear", "trailer_front", "trailer_rear")
 ]
