@@ -97,6 +97,10 @@ def test_a_small_load_at_twice_the_frequency_is_the_bodys_own_bounce() -> None:
         for effect in effects:
             terms = [Term(effect, (2.0, 9.0, size, 0.0), (0,)) for size in (60.0, 150.0)]
             assert [noticeable(term) for term in terms] == said
+            trial = effect.extra["trials"](effect.component, 2.0, 9.0, 0)[0]
+            ends, (_, delay) = trial.values[:2], trial.values[2:]
+            loads = [replace(trial, values=(*ends, size, delay)) for size in (60.0, 150.0)]
+            assert [noticeable(term) for term in loads] == said
 
 
 @pytest.mark.parametrize(

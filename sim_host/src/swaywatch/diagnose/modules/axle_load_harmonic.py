@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.signal import hilbert, lfilter
@@ -167,9 +168,9 @@ def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
     return Term(generator_effect(axle, least), tuple(values), term.window_runs)
 
 
-def _trials(axle: str, start: float, stop: float, run: int) -> list[Term]:
+def _trials(axle: str, start: float, stop: float, run: int, least: float) -> list[Term]:
     """The generator's load in a stretch of a run, with every delay that is worth a try."""
-    effect = generator_effect(axle)
+    effect = generator_effect(axle, least)
     delays = np.arange(0.0, LONGEST_DELAY_S, 0.08)
     return [Term(effect, (start, stop, 300.0, float(delay)), (run,)) for delay in delays]
 
@@ -193,7 +194,7 @@ def _effect(axle: str, least: float) -> Effect:
         extra={
             "describe": lambda run, window: _describe(run, axle, window),
             "refine": _refine,
-            "trials": _trials,
+            "trials": partial(_trials, least=least),
             "follows_motion": True,
         },
     )
