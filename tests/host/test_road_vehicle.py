@@ -103,6 +103,15 @@ def test_a_small_load_at_twice_the_frequency_is_the_bodys_own_bounce() -> None:
             assert [noticeable(term) for term in loads] == said
 
 
+def test_a_load_somewhat_early_or_late_is_the_dampers() -> None:
+    """12 ms: a fault of a yaw rate on springs, not of a wheel load; 25 ms is one of both."""
+    effects = {e.component: e for e in outside(library()) if e.id == "sensor_delay"}
+    for channel, said in (("car_yaw_rate", True), ("wheel_vertical_load_fl", False)):
+        small, large = (Term(effects[channel], (delay,)) for delay in (0.012, 0.025))
+        assert noticeable(small) == said
+        assert noticeable(large)
+
+
 @pytest.mark.parametrize(
     ("before", "after", "enough"),
     [(5.0, 1.2, True), (5.0, 1.6, False), (40.0, 4.5, True), (1300.0, 100.0, False)],

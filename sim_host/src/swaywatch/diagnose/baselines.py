@@ -174,7 +174,8 @@ def path(search: Search, base: Candidate, progress: Progress, rival: Rival | Non
         beside = not search.problem.free_start
         found = _simplest(sorted(map(search.weighed, found), key=lambda c: -c.evidence), beside)
         best = search.weighed(best)
-        found = [c for c in found if worth(base.fit, c.parent, c.fit, beside=beside)]
+        form = {"beside": beside, "on_springs": search.on_springs}
+        found = [c for c in found if worth(base.fit, c.parent, c.fit, **form)]
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
         fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)

@@ -36,6 +36,8 @@ ROUGH = 7.0
 #: in windows, whose edges may follow the noise, so much, and so much more for each of them, ...
 DISCREPANCY = 0.005
 IN_WINDOWS, WINDOW_DISCREPANCY = 0.02, 0.01
+#: ... and so much more on springs, where loads and their phases are described less exactly, ...
+ON_SPRINGS = 0.025
 #: ... and this share of all that is explained: the form of a right effect leaves as much, that of
 #: one in windows more.
 FORM, WINDOW_FORM = 0.004, 0.01
@@ -85,7 +87,9 @@ def residuals(fitter: Fitter, fit: Fit) -> list[Array]:
     return [e.reshape(-1, len(fitter.comparison(r).names)) for r, e in enumerate(found)]
 
 
-def worth(base: Fit, before: Fit, after: Fit, *, beside: bool = False) -> bool:
+def worth(
+    base: Fit, before: Fit, after: Fit, *, beside: bool = False, on_springs: bool = False
+) -> bool:
     """Whether one more term takes away more than what models of this depth leave anyway.
 
     Parameters
@@ -94,12 +98,14 @@ def worth(base: Fit, before: Fit, after: Fit, *, beside: bool = False) -> bool:
         Nothing missing; without and with the term (the last one).
     beside
         Whether the plant is a correction to the user's own simulation.
+    on_springs
+        Whether the vehicle is on springs.
     """
     gain = before.chi2 - after.chi2
     term = after.terms[-1]
     own = IN_WINDOWS if term.effect.windowed else DISCREPANCY
     least = BESIDE[len(after.terms) > 1] if beside else own
-    least += WINDOW_DISCREPANCY * len(term.window_runs)
+    least += ON_SPRINGS * on_springs + WINDOW_DISCREPANCY * len(term.window_runs)
     form = WINDOW_FORM if any(t.effect.windowed for t in after.terms) else FORM
     return gain > max(least * before.chi2, form * (base.chi2 - after.chi2))
 

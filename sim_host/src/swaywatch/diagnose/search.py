@@ -251,6 +251,11 @@ class Search:
         #: By the identity of a parent: itself, under the observer, and its fits with one effect.
         self._found: dict[int, tuple[Fit, Fit, list[Fit]]] = {}
 
+    @property
+    def on_springs(self) -> bool:
+        """Whether the vehicle is one on springs."""
+        return bool(self.problem.given)
+
     def baseline(self, near: Fit | None = None) -> Candidate:
         """The calibrated vehicle, nothing missing; a fit `near` it is a second start."""
         if self._base is not None:

@@ -120,7 +120,7 @@ def _said_from(search: Search, tolerance: float) -> float:
     A rigid vehicle's form is exact; that of one on springs is not, and pulls its values: on clean
     vehicles of another simulator by 1 % mostly, and at most by `FORM_PULLS`.
     """
-    return FORM_PULLS / tolerance if search.problem.given else 0.1
+    return FORM_PULLS / tolerance if search.on_springs else 0.1
 
 
 def _beyond(search: Search, fit: Fit) -> Fit:

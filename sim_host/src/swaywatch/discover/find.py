@@ -310,7 +310,9 @@ def _best(hunts: Sequence[Hunt]) -> tuple[Hunt, Candidate] | None:
 
 def _enough(hunt: Hunt, candidate: Candidate) -> bool:
     fit, parent = candidate.fit, candidate.parent
-    if not noticeable(fit.terms[-1]) or not worth(hunt.path.base.fit, parent, fit):
+    springs = hunt.search.on_springs
+    enough = worth(hunt.path.base.fit, parent, fit, on_springs=springs)
+    if not noticeable(fit.terms[-1]) or not enough:
         return False
     return not parent.terms or fit.chi2 < (1.0 - BESIDE_KNOWN) * parent.chi2
 
