@@ -58,6 +58,13 @@ def test_different_seeds_differ():
     assert [d[0].answer for d in kinds if d] != [d[0].answer for d in others if d]
 
 
+def test_clean_cases_of_one_tier():
+    """Nothing concealed, on springs, and no two combinations alike."""
+    cases = [generate.draw_case(7, i, "F") for i in range(6)]
+    assert all(c.kind == "clean" and not c.draws and c.known.sprung for c in cases)
+    assert len({c.healthy.car.mass_kg for c in cases}) == 6
+
+
 def test_frames_decode_to_what_was_measured():
     time = np.arange(0.0, 3.0, 0.002)
     truth = {

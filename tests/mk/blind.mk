@@ -20,6 +20,18 @@ proof-blind: proof-blind-cases
 	    --out $(BLIND_OUT)/score.json
 	@$(PY) $(BLIND)/table.py $(BLIND_OUT)/score.json $(B)/bench/blind.md --seed $(PROOF_SEED)
 
+# Twenty vehicles on springs with nothing concealed, as users know them: what is said of each.
+.PHONY: proof-springs
+SPRINGS_SEED ?= 2201
+SPRINGS_OUT := $(BLIND_OUT)/springs-$(SPRINGS_SEED)
+proof-springs: setup
+	@$(PY) $(BLIND)/generate.py --seed $(SPRINGS_SEED) --count 20 --clean F --jobs $(JOBS) \
+	    --out $(SPRINGS_OUT)/cases --answers $(SPRINGS_OUT)/answers
+	@$(PY) $(BLIND)/diagnose_all.py --cases $(SPRINGS_OUT)/cases --out $(SPRINGS_OUT)/diagnoses \
+	    --count 20 --jobs $(JOBS)
+	@$(PY) $(BLIND)/score.py --answers $(SPRINGS_OUT)/answers --diagnoses $(SPRINGS_OUT)/diagnoses \
+	    --out $(SPRINGS_OUT)/score.json
+
 # What the confidence, the intervals and the limits of detection are fitted to: never the proof's seed.
 DEV_SEED ?= 101
 DEV_CASES := $(BLIND_OUT)/$(DEV_SEED)

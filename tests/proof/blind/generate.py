@@ -120,10 +120,17 @@ def road_physics(rng: Generator) -> Physics:
     )  # fmt: skip
 
 
-def draw_kind(rng: Generator, index: int) -> tuple[str, list[Draw], Knowledge]:
-    """Kind of the case, its effects, what is known; strengths are spread evenly."""
+def draw_kind(
+    rng: Generator, index: int, clean_tier: str | None = None
+) -> tuple[str, list[Draw], Knowledge]:
+    """Kind of the case, its effects, what is known; strengths are spread evenly.
+
+    With a `clean_tier` nothing is concealed, and that is what the user knows.
+    """
     kind = str(rng.choice(KINDS, p=SHARES))
     strength = float(rng.uniform(0.0, 1.0))
+    if clean_tier is not None:
+        return "clean", [], knowledge.draw(rng, tier=clean_tier)
     known = knowledge.draw(rng, tier="A" if "simulation" in kind else None)
 
     def make(function: Any, u: float) -> Draw:
@@ -162,10 +169,10 @@ def draw_hidden(rng: Generator, draws: list[Draw], known: Knowledge) -> tuple[st
     return () if used & set(hidden) else hidden
 
 
-def draw_case(seed: int, index: int) -> Case:
+def draw_case(seed: int, index: int, clean_tier: str | None = None) -> Case:
     """Case number `index` of a seed."""
     rng = np.random.default_rng((seed, index))
-    kind, draws, known = draw_kind(rng, index)
+    kind, draws, known = draw_kind(rng, index, clean_tier)
     base, always = Physics(), {}
     if "simulation" in kind:
         whole, base = drives.with_suspension(drives.draw_combination(rng)), full_physics()
@@ -392,13 +399,15 @@ def make_runs(case: Case, plants: Plants, top: float, out: Path, answers: Path) 
     }
 
 
-def make_case(seed: int, index: int, out: Path, answers: Path) -> str:
+def make_case(
+    seed: int, index: int, out: Path, answers: Path, clean_tier: str | None = None
+) -> str:
     """Write one case; returns its name."""
     name = f"b{index + 1:03d}"
     kept, digest = answers / name / "answer.json", generator_digest()
     if kept.exists() and json.loads(kept.read_text()).get("generator") == digest:
         return name
-    case = draw_case(seed, index)
+    case = draw_case(seed, index, clean_tier)
     plants = case.plant(), case.plant(healthy=True)
     top = 0.99 * critical_speed(plants[0])
     for attempt in range(4):
@@ -423,17 +432,19 @@ def make_case(seed: int, index: int, out: Path, answers: Path) -> str:
     return name
 
 
-def _job(arguments: tuple[int, int, Path, Path]) -> str:
+def _job(arguments: tuple[int, int, Path, Path, str | None]) -> str:
     return make_case(*arguments)
 
 
-def generate(seed: int, count: int, out: Path, answers: Path, jobs: int) -> None:
+def generate(
+    seed: int, count: int, out: Path, answers: Path, jobs: int, clean_tier: str | None = None
+) -> None:
     """Write `count` cases; those that are there already are kept."""
     out.mkdir(parents=True, exist_ok=True)
     answers.mkdir(parents=True, exist_ok=True)
     (out / "measurement.dbc").write_text(recorder.dbc_text(trailer=False))
     (out / "measurement_trailer.dbc").write_text(recorder.dbc_text(trailer=True))
-    work = [(seed, index, out, answers) for index in range(count)]
+    work = [(seed, index, out, answers, clean_tier) for index in range(count)]
     with multiprocessing.get_context("spawn").Pool(jobs) as pool:
         for done, name in enumerate(pool.imap_unordered(_job, work), 1):
             print(f"\r{done}/{count} {name}", end="", file=sys.stderr, flush=True)
@@ -448,8 +459,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--answers", type=Path, required=True)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--clean", choices=knowledge.TIERS, help="nothing concealed, this tier")
     given = parser.parse_args()
-    generate(given.seed, given.count, given.out, given.answers, given.jobs)
+    generate(given.seed, given.count, given.out, given.answers, given.jobs, given.clean)
 
 
 if __name__ == "__main__":
