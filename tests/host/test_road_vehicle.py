@@ -103,6 +103,14 @@ def test_a_small_load_at_twice_the_frequency_is_the_bodys_own_bounce() -> None:
             assert [noticeable(term) for term in loads] == said
 
 
+def test_a_window_that_a_fit_has_closed_is_none() -> None:
+    """Stop before start: left out, with its run; the others stay as they are."""
+    effect = next(e for e in library() if e.id == "axle_load_harmonic")
+    term = Term(effect, (2.0, 9.0, 60.0, 0.0, 8.0, 7.8, 90.0, 0.0, 1.0, 3.0, 80.0, 5.0), (0, 0, 1))
+    assert term.longer_than(0.6) == Term(effect, (2.0, 9.0, 60.0, 0.0, 1.0, 3.0, 80.0, 5.0), (0, 1))
+    assert term.longer_than(0.6).longer_than(0.6) == term.longer_than(0.6)
+
+
 def test_a_load_somewhat_early_or_late_is_the_dampers() -> None:
     """12 ms: a fault of a yaw rate on springs, not of a wheel load; 25 ms is one of both."""
     effects = {e.component: e for e in outside(library()) if e.id == "sensor_delay"}

@@ -61,3 +61,13 @@ class Term:
                 v = self.values[w * self.stride : (w + 1) * self.stride]
                 found.append(Window(v[0], v[1], dict(zip(names, v[2:], strict=True))))
         return found
+
+    def longer_than(self, shortest_s: float) -> Term:
+        """Without windows that are shorter; a fit may move their ends past each other."""
+        k = self.stride
+        rows = [self.values[w * k : (w + 1) * k] for w in range(len(self.window_runs))]
+        kept = [w for w, row in enumerate(rows) if row[1] - row[0] >= shortest_s]
+        if not self.effect.windowed or len(kept) == len(rows):
+            return self
+        values = tuple(value for w in kept for value in rows[w])
+        return Term(self.effect, values, tuple(self.window_runs[w] for w in kept))

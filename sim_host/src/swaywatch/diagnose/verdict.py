@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.baselines import Path, each_once, explore, noticeable
+from swaywatch.diagnose.baselines import (
+    SHORTEST_WINDOW_S,
+    Path,
+    each_once,
+    explore,
+    noticeable,
+)
 from swaywatch.diagnose.evidence import (
     APART,
     BOUND,
@@ -243,6 +249,14 @@ def _of_the_road(term: Term) -> bool:
     return term.effect.id in WITHIN and noticeable(term)
 
 
+def _without_closed(search: Search, fit: Fit) -> Fit:
+    """The fit without windows that it has closed: nothing happens in them."""
+    terms = tuple(term.longer_than(SHORTEST_WINDOW_S) for term in fit.terms)
+    if terms == fit.terms or any(t.effect.windowed and not t.window_runs for t in terms):
+        return fit
+    return search.judge.run(replace(fit, terms=terms), 4, tolerance=1e-4)
+
+
 def _verdict(paths: Sequence[Path]) -> Verdict:
     chosen = max(paths, key=lambda p: p.search.weighed(p.best).evidence)
     alone = _alone(paths, chosen)
@@ -260,7 +274,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         base = plain.fit
     # weak effects sit in flat valleys: the one that is claimed is fitted to the very end
     exact = search.judge.run(best.fit, 20, tolerance=1e-7) if best.fit.terms else best.fit
-    found = _beyond(search, exact)
+    found = _beyond(search, _without_closed(search, exact))
     if not found.terms:
         result = Verdict(
             "consistent", plain.fit, plain.fit, search.problem, candidates=ranked[:8],
