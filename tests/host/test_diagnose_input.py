@@ -271,5 +271,5 @@ def test_memory_stays_below_two_gibibytes(tmp_path: Path) -> None:
     )  # fmt: skip
     assert json.loads(done.stdout.splitlines()[-1]) < 2 * 1024 * 1024
     page = (tmp_path / "report.html").read_text()
-    for heading in ("Where", "What", "How much", "Before and after", "What remains", "Checks"):
+    for heading in ("Where", "What", "How much", "Before and after", "Unexplained", "Checks"):
         assert f">{heading}" in page

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -144,3 +146,27 @@ def test_the_load_made_by_the_motion_has_the_gain_as_amplitude_whatever_the_offs
     assert load.max() == pytest.approx(600.0, rel=0.05)
     assert load.min() == pytest.approx(-600.0, rel=0.05)
     assert found[1] == pytest.approx(found[0], abs=6.0)
+
+
+def test_the_load_made_by_the_motion_may_be_asked_for_by_several_threads() -> None:
+    time = np.arange(0.0, 20.0, 0.01)
+    rate = 0.02 * np.sin(2.0 * np.pi * 0.7 * time)
+    window = Window(5.0, 15.0, {"gain_n": 600.0, "delay_s": 0.2})
+
+    class Interrupted(dict[str, np.ndarray]):
+        """After the first values that are kept another thread asks."""
+
+        left = 2
+
+        def __setitem__(self, name: str, value: np.ndarray) -> None:
+            super().__setitem__(name, value)
+            if self.left:
+                self.left -= 1
+                generator_effect("car_rear").act(_plant(time), run, {}, [window])
+
+    run = Run("run1", time, {"car_yaw_rate": rate}, {}, 16.0)
+    run.simulated = Interrupted()
+    plant, quiet = _plant(time), _plant(time)
+    generator_effect("car_rear").act(plant, run, {}, [window])
+    generator_effect("car_rear").act(quiet, replace(run, simulated={}), {}, [window])
+    assert plant.series["load_car_rear"] == pytest.approx(quiet.series["load_car_rear"])

@@ -18,7 +18,7 @@ from swaywatch.diagnose.engine import diagnose
 from swaywatch.diagnose.evidence import explained
 from swaywatch.diagnose.fit import Fit, plant_of
 from swaywatch.diagnose.model import beliefs_in, model_block
-from swaywatch.diagnose.plant import SCALARS
+from swaywatch.diagnose.plant import BODY, SCALARS
 from swaywatch.diagnose.road_vehicle import TYRES, WITHIN, on_springs, outside, values
 from swaywatch.diagnose.search import Search
 from swaywatch.diagnose.term import Term
@@ -144,6 +144,23 @@ def test_the_model_keeps_what_was_believed(loaded: object) -> None:
 def test_a_rigid_vehicle_has_no_such_beliefs(loaded: object) -> None:
     rigid = beliefs_of(loaded.problem.body, loaded.problem.channels(loaded.problem.runs[0]))
     assert not {b.name for b in rigid.items} & set(TYRES)
+
+
+def test_the_load_of_a_trailers_wheels_is_asked_for_where_their_forces_are(loaded: object) -> None:
+    """A tyre's side force grows with its load: heights and tracks show in left against right."""
+    wheels = [f"trailer_wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr")]
+    body, without = loaded.problem.body, loaded.problem.channels(loaded.problem.runs[0])
+    transfer = {"transfer_trailer_front", "transfer_trailer_rear"}
+    tandem, single = body.copy(), body.copy()
+    front = BODY.index("trailer.front_cornering_stiffness")
+    tandem[front], single[front] = 9e4, 0.0
+    for vehicle, channels, asked in (
+        (tandem, [*without, *wheels], transfer),
+        (single, [*without, *wheels[2:]], {"transfer_trailer_rear"}),
+        (tandem, without, set()),
+    ):
+        names = {b.name for b in beliefs_of(vehicle, channels).items}
+        assert names & transfer == asked
 
 
 def test_friction_at_the_hitch_of_a_vehicle_on_springs() -> None:

@@ -62,7 +62,7 @@ def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
     assert [w["counts"] for w in load["windows"]] == [v == max(each) for v in each]
     page = costs_part({"stability": block})
     assert "<h2>What it costs</h2>" in page
-    assert "(counts)" in page
+    assert "(the one that counts)" in page
     assert SENSOR in page
 
 

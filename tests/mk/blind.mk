@@ -32,6 +32,11 @@ proof-springs: setup
 	@$(PY) $(BLIND)/score.py --answers $(SPRINGS_OUT)/answers --diagnoses $(SPRINGS_OUT)/diagnoses \
 	    --out $(SPRINGS_OUT)/score.json
 
+# A vehicle.toml that is far off, as the dissertation's was: what is concealed, what is said.
+.PHONY: proof-far-off
+proof-far-off: setup
+	@$(PY) tests/proof/far_off.py $(BLIND_OUT)/far-off
+
 # What the confidence, the intervals and the limits of detection are fitted to: never the proof's seed.
 DEV_SEED ?= 101
 DEV_CASES := $(BLIND_OUT)/$(DEV_SEED)

@@ -44,6 +44,14 @@ TYPICAL: dict[str, tuple[float, str]] = {
     "roll_frequency_car": (0.25, "1.5 to 2.5 Hz"),
     "roll_damping_car": (0.7, "0.1 to 0.4, entered on a low typical value"),
 }
+#: The same of a trailer: asked for where its wheels' side forces are recorded, which share the
+#: load between left and right.
+TYPICAL_TRAILER: dict[str, tuple[float, str]] = {
+    "transfer_trailer_front": (0.5, "heights and tracks from low box trailers to caravans"),
+    "transfer_trailer_rear": (0.5, "heights and tracks from low box trailers to caravans"),
+    "roll_frequency_trailer": (0.35, "1 to 2.5 Hz"),
+    "roll_damping_trailer": (0.7, "0.1 to 0.4, entered on a low typical value"),
+}
 _INDEX = {name: index for index, name in enumerate(BODY)}
 #: A shift of a centre of gravity ahead, and what it does to the distances from it.
 _COG = {
@@ -240,6 +248,11 @@ def moved(body: Array, name: str, move: float) -> None:
         body[_INDEX[name]] *= max(1.0 + move, 0.05)
 
 
+def wheels_of_trailer(channels: Sequence[str]) -> bool:
+    """Tell whether side forces of the trailer's wheels are among the channels."""
+    return any(name.startswith("trailer_wheel_lateral_force") for name in channels)
+
+
 def beliefs_of(
     body: Array, channels: Sequence[str], stated: Mapping[str, float] | None = None
 ) -> Beliefs:
@@ -266,7 +279,12 @@ def beliefs_of(
         items.append(Belief("vehicle", f"{part}.cog", *VEHICLE["cog"]))
         items.append(Belief("vehicle", f"{part}.hitch_to_cog", *VEHICLE["hitch_to_cog"]))
     items.append(Belief("vehicle", "car.steering_ratio", *VEHICLE["steering_ratio"]))
-    items += [Belief("typical", name, *known) for name, known in TYPICAL.items()]
+    typical = dict(TYPICAL)
+    if wheels_of_trailer(channels):
+        typical |= TYPICAL_TRAILER
+        if body[_INDEX["trailer.front_cornering_stiffness"]] < 1.0:
+            del typical["transfer_trailer_front"]
+    items += [Belief("typical", name, *known) for name, known in typical.items()]
     items.append(Belief("gain", "speed", *SENSOR["speed"]))
     items.append(Belief("delay", "steering_wheel_angle", *SENSOR["delay_s"]))
     for name in channels:

@@ -28,10 +28,10 @@ def costs_part(result: Mapping[str, Any]) -> str:
         parts += [
             plot(_picture(block), name="costs", least_width=600),
             table(_head(block), _rows(block)),
-            "<p class=note>What comes back is the critical speed without a finding less that with "
-            "all of them. A swing is that of the trailer's yaw rate; wheel held, speed held. An "
+            "<p class=note>Gained: the critical speed without a finding less that with all of "
+            "them. A swing is that of the trailer's yaw rate; wheel held, speed held. An "
             "effect in windows acts as if its window lasted, the one marked counts. Speeds and "
-            "intervals (90 %) have the doubts of vehicle and findings together in them.</p>",
+            "intervals (90 %) hold the uncertainty of vehicle and findings together.</p>",
         ]
     parts += [
         f"<p class=note>{html.escape(named(entry['name']))}: no cost, {entry['reason']}.</p>"
@@ -76,15 +76,20 @@ def _picture(block: Mapping[str, Any]) -> go.Figure:
         shown = [(named(name), row) for name, row in rows if row is not None]
         figure.add_bar(
             y=[name for name, _ in shown], x=[row["value"] for _, row in shown], orientation="h",
-            error_x={"type": "data", "array": [row["high"] - row["value"] for _, row in shown]},
+            error_x={
+                "type": "data", "color": "#6b7280",
+                "array": [row["high"] - row["value"] for _, row in shown],
+            },
             name=f"swing of {swing:g} deg/s", marker_color=colour,
         )  # fmt: skip
     figure.update_layout(
-        title="What would give back how many km/h of critical speed", barmode="group",
+        title="Critical speed gained without each finding", barmode="group",
         height=170 + 62 * len(causes), margin={"l": 20, "r": 20, "t": 80, "b": 50},
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 1.0, "xanchor": "right"},
     )  # fmt: skip
-    figure.update_xaxes(title_text="km/h (left of zero: it holds the combination)", zeroline=True)
+    figure.update_xaxes(
+        title_text="gain [km/h] (below zero: the finding stabilises)", zeroline=True
+    )
     figure.update_yaxes(
         automargin=True, categoryorder="array", categoryarray=[named(c["name"]) for c in causes]
     )
@@ -93,7 +98,7 @@ def _picture(block: Mapping[str, Any]) -> go.Figure:
 
 def _head(block: Mapping[str, Any]) -> list[str]:
     swings = [f"swing of {swing:g} deg/s" for swing in block["swings_deg_s"]]
-    return ["without it come back, km/h", *swings, "damping ratio without it"]
+    return ["gained without it [km/h]", *swings, "damping ratio without it"]
 
 
 def _rows(block: Mapping[str, Any]) -> list[list[str]]:
@@ -107,7 +112,7 @@ def _rows(block: Mapping[str, Any]) -> list[list[str]]:
         windows = cause["windows"]
         if len(windows) > 1:
             for w in sorted(windows, key=lambda w: (w["run"], w["start"])):
-                mark = " (counts)" if w["counts"] else ""
+                mark = " (the one that counts)" if w["counts"] else ""
                 value = w["gives_back_km_h"]
                 cells = ["", "none to compare" if value is None else _interval(value), "", ""]
                 rows.append([f"· {when([w])}{mark}", *cells])

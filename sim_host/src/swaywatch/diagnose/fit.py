@@ -61,6 +61,7 @@ _AT_ONCE = 8 * LANES  # trials in memory at a time
 NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
+MOVED = 0.3  # gain of an iteration, of what it leaves, after which derivatives are old at once
 FARTHEST = 2.0  # wide tolerances by which a typical value moves in one iteration
 _SHIFT_STEP = 0.05  # tolerances, for derivatives
 
@@ -650,7 +651,8 @@ class Fitter:
             done = gain < tolerance * state.chi2
             if done and (frozen is not None or age == 1):
                 break
-            if frozen is None and (done or age == FRESH):
+            far = not start.terms and gain > MOVED * state.chi2
+            if frozen is None and (done or far or age == FRESH):
                 background, age = task.background(state), 0
                 damping = min(damping, 1e-3)
         k, b = task.k, task.b
@@ -787,14 +789,27 @@ class _Task:
         return hessian, gradient
 
     def move(self, state: _State, hessian: Array, gradient: Array, damping: float) -> _State | None:
-        """State after a damped step inside the bounds."""
+        """State after a damped step inside the bounds.
+
+        A typical value moves by `FARTHEST` at most: it alone is held back, or the whole step is
+        made shorter, whichever ends lower.
+        """
         try:
-            step = -np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), gradient)
+            damped = hessian + damping * np.diag(np.diag(hessian))
+            step = np.asarray(-np.linalg.solve(damped, gradient), dtype=float)
         except np.linalg.LinAlgError:
             return None
-        if self.b:
-            loose = np.abs(step[self.k : self.k + self.b][self.typical])
-            step *= min(1.0, FARTHEST / max(float(np.max(loose, initial=0.0)), 1e-9))
+        typical = [self.k + i for i in self.typical] if self.b else []
+        longest = float(np.max(np.abs(step[typical]), initial=0.0))
+        if longest <= FARTHEST:
+            return self._stepped(state, step)
+        held = step.copy()
+        held[typical] = np.clip(step[typical], -FARTHEST, FARTHEST)
+        shorter = step * (FARTHEST / longest)
+        return min(self._stepped(state, held), self._stepped(state, shorter), key=lambda s: s.chi2)
+
+    def _stepped(self, state: _State, step: Array) -> _State:
+        """State after a step, the values of effects inside their bounds."""
         values = np.array(
             [
                 min(max(x, p.low), p.high)

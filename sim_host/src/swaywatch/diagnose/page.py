@@ -91,7 +91,7 @@ def headline(result: Mapping[str, Any]) -> str:
             f"{html.escape(sentence_of(effect, result.get('stability')))} "
             f"<span class='note'>{html.escape(effect['id'])}, confidence "
             f"{effect['confidence']:.0%}"
-            + (f"; cannot be told from {html.escape(same)}" if same else "")
+            + (f"; cannot be distinguished from {html.escape(same)}" if same else "")
             + "</span>"
         )
     lines += law_lines(result)
@@ -162,7 +162,8 @@ def _interval(name: str, parameter: Mapping[str, Any]) -> str:
         return ""
     unit = quantity(name)[1]
     text = f"{rounded(parameter['low'])} to {rounded(parameter['high'])}"
-    return f"{text} {unit}" if unit else text
+    text = f"{text} {unit}" if unit else text
+    return text + (", at the end of the range searched" if parameter.get("at_bound") else "")
 
 
 def where(problem: Problem, index: int, result: Mapping[str, Any]) -> go.Figure:
@@ -185,7 +186,7 @@ def where(problem: Problem, index: int, result: Mapping[str, Any]) -> go.Figure:
     for start, stop in _claimed(result, run):
         for column in range(1, len(LINES) + 1):
             figure.add_vrect(
-                x0=start, x1=stop, row=1, col=column, line={"color": "#111827", "width": 1},
+                x0=start, x1=stop, row=1, col=column, line={"color": "#10131a", "width": 1},
                 fillcolor="rgba(0,0,0,0)",
             )  # fmt: skip
     figure.update_layout(
@@ -252,7 +253,7 @@ def before_after(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -
                 )  # fmt: skip
         unit = _SHOWN[name].partition(", ")[2]
         figure.update_yaxes(title_text=_in_two_lines(_SHOWN[name]), row=2 * row + 1, col=1)
-        figure.update_yaxes(title_text=f"rest<br>[{unit}]", row=2 * row + 2, col=1)
+        figure.update_yaxes(title_text=f"error<br>[{unit}]", row=2 * row + 2, col=1)
     figure.update_yaxes(title_font_size=10)
     figure.update_layout(
         title=f"{run.name}: signals and, below each, measured minus simulated",
@@ -440,10 +441,8 @@ def page(
         if loads is not None:
             parts.append(figure_html(loads, run.name, "axle_loads"))
         parts.append(figure_html(estimates(run, vehicle, three), run.name, "estimates"))
-    notes = [remains(note) for note in result["unexplained"]]
-    parts.append("<h2>What remains</h2>")
-    if not notes:
-        notes = [_above_clean(evidence) or "Nothing above noise."]
+    notes = rest_of_it(result["unexplained"], evidence)
+    parts.append("<h2>Unexplained</h2>")
     parts += [f"<p>{html.escape(note)}</p>" for note in notes]
     parts.append("<h2>Checks</h2><ul>")
     parts += [f"<li>{html.escape(str(check))}</li>" for check in result["checks"]]
@@ -453,6 +452,12 @@ def page(
     )  # fmt: skip
 
 
+def rest_of_it(unexplained: Sequence[Mapping[str, Any]], evidence: Mapping[str, Any]) -> list[str]:
+    """What no explanation takes away, a sentence each."""
+    notes = [remains(note) for note in unexplained]
+    return notes or [_above_clean(evidence) or "Nothing above the noise."]
+
+
 def _above_clean(evidence: Mapping[str, Any]) -> str:
     """What a mismatch beyond that of clean recordings means, with what is claimed."""
     left = evidence["reduced_chi_square_diagnosed"]
@@ -460,7 +465,7 @@ def _above_clean(evidence: Mapping[str, Any]) -> str:
         return ""
     return (
         f" {left:.2f} is above {REMAINS:.2f}: something remains that no explanation of the "
-        "library takes away and that lives in no one place."
+        "library accounts for, and it belongs to no single place."
     )
 
 
@@ -468,18 +473,36 @@ def _calibrated(result: Mapping[str, Any]) -> str:
     """What the file says of each value, what the recording makes of it, and its tolerance."""
     rows = [
         [
-            row["name"], f"{row['believed']:.6g}", f"{row['calibrated']:.6g}",
-            f"{row['standard_error']:.2g}", f"{row['tolerances']:+.1f}", row["source"],
+            row["name"], f"{row['believed']:.6g}", *_to_error(row), _unit_of(row["name"]),
+            f"{row['tolerances']:+.1f}", row["source"],
         ]
         for row in result["calibrated"]
     ]  # fmt: skip
-    head = ["value of vehicle.toml", "believed", "calibrated", "standard error",
-            "tolerances away", "where the tolerance is from"]  # fmt: skip
+    head = ["value of vehicle.toml", "believed", "calibrated", "standard error", "unit",
+            "off, in tolerances", "source of the tolerance"]  # fmt: skip
     return (
         "<p>No value is exact: each may move within its tolerance, and these are the most probable "
         "ones with what is claimed below. Nothing inside its tolerances is called wrong.</p>"
         + table(head, rows)
     )
+
+
+def _to_error(row: Mapping[str, Any]) -> tuple[str, str]:
+    """A calibrated value with the digits that its standard error leaves, and that error."""
+    value, error = row["calibrated"], row["standard_error"]
+    if not 0.0 < error < np.inf:
+        return f"{value:.6g}", "-"
+    digits = max(0, 1 - int(np.floor(np.log10(error))))
+    return f"{value:.{digits}f}", f"{error:.{digits}f}"
+
+
+def _unit_of(name: str) -> str:
+    """Unit of a value of vehicle.toml."""
+    ends = (
+        ("mass", "kg"), ("inertia", "kg\u00a0m²"), ("stiffness", "N/rad"), ("cog", "m"),
+        ("axle", "m"),
+    )  # fmt: skip
+    return next((unit for end, unit in ends if name.endswith(end)), "-")
 
 
 def sources(result: Mapping[str, Any]) -> dict[str, list[str]]:

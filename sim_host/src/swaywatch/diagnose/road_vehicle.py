@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from swaywatch.diagnose.beliefs import Array, Belief
+from swaywatch.diagnose.beliefs import Array, Belief, wheels_of_trailer
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import Problem
 from swaywatch.models import sprung
@@ -100,6 +100,8 @@ def beliefs(body: Array, channels: tuple[str, ...]) -> list[Belief]:
         if part == "car" and _weighed(channels):
             slots += ["roll_front_share_car", "roll_damping_share_car"]
             slots += ["track_car_front", "track_car_rear"]
+        if part == "trailer" and wheels_of_trailer(channels):
+            slots += ["track_trailer", "roll_front_share_trailer", "roll_damping_share_trailer"]
         for name in slots:
             own = typical[name]
             signed = own.absolute > 0.0

@@ -261,7 +261,7 @@ class Search:
         if self._base is not None:
             return self._base
         starts = [self.close.start(), *([] if near is None else [near])]
-        close = self.close.side_by_side(lambda start: self.close.run(start, 12), starts)
+        close = self.close.side_by_side(lambda start: self.close.run(start, 20), starts)
         fit = min(map(self.released, close), key=lambda f: f.chi2)
         self.noise = inflation(residuals(self.judge, fit))
         self._base = Candidate(fit, fit)
@@ -288,10 +288,12 @@ class Search:
             for _, values, effect in found[:SHORT_LIST]
         ]
         near = fitter.side_by_side(lambda f: fitter.run(f, 6, frozen=course.background), starts)
-        if fitter is self.close:  # the most promising ones may be stuck where their parent is bent
-            stuck = [f for f in near[:POLISHED] if f.chi2 > parent.chi2]
+        if fitter is self.close:  # they may be stuck where their parent is bent
+            first = near[:POLISHED]
+            far = level(parent) > LINEAR
+            stuck = first if far else [f for f in first if f.chi2 > parent.chi2]
             near += self._close_from_rest(stuck)
-        near.sort(key=lambda f: f.chi2)
+        near = _best_of_each(near)
         best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), near[:POLISHED])
         return [*best, *near[POLISHED:]]
 

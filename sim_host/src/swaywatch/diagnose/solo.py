@@ -321,7 +321,7 @@ def _result(fitter: SoloFitter, verdict: SoloVerdict, found: list[Finding]) -> d
 def _remaining(rest: dict[str, float]) -> list[dict[str, Any]]:
     return [
         {
-            "reason": f"{name}: {value:.0%} of its variation (RMS) is left without a name",
+            "reason": f"{name}: {value:.0%} of its variation (RMS) is not explained",
             "channel": name, "nrmse": value,
         }
         for name, value in rest.items() if name != "all" and value > 0.05
@@ -353,7 +353,11 @@ def _effect(
         n = len(spread)
         jack = float(np.sqrt((n - 1) * np.var(spread))) if n > 1 else 0.0
         half = 1.645 * max(verdict.model.errors.get(key, 0.0), jack)
-        parameters[number.name] = {"value": value, "low": value - half, "high": value + half}
+        room = 1e-3 * (number.high - number.low)
+        parameters[number.name] = {
+            "value": value, "low": value - half, "high": value + half,
+            "at_bound": not number.low + room < value < number.high - room,
+        }  # fmt: skip
     base = fitter.nrmse(verdict.baseline, data.parts)["all"]
     best = fitter.nrmse(verdict.model, data.parts)["all"]
     windows = [[max(a, 0.0), min(b, float(data.runs[r].time[-1]))] for r, a, b in effect.windows]

@@ -89,9 +89,9 @@ def turns(fitter: SoloFitter, model: SoloModel) -> go.Figure | None:
         line={"color": "#000", "dash": "dash", "width": 1},
     )  # fmt: skip
     figure.update_layout(
-        title="Lateral acceleration as measured against speed × yaw rate + dv<sub>y</sub>/dt "
-        "(v<sub>y</sub> of the model)",
-        xaxis_title="v r + dv<sub>y</sub>/dt, m/s²", yaxis_title="measured, m/s²", height=460,
+        title="Lateral acceleration, measured and of the model",
+        xaxis_title="speed × yaw rate + dv<sub>y</sub>/dt of the model, m/s²",
+        yaxis_title="measured, m/s²", height=460,
     )  # fmt: skip
     return figure
 
@@ -171,7 +171,7 @@ def solo_page(
         if figure is not None:
             parts.append(figure_html(figure, fitter.data.runs[run].name, "signals"))
     parts += [
-        "<h2>What remains</h2>",
+        "<h2>Unexplained</h2>",
         *(f"<p>{html.escape(note['reason'])}</p>" for note in result["unexplained"]),
         "<h2>Checks</h2><ul>",
         *(f"<li>{html.escape(check)}</li>" for check in result["checks"]),

@@ -41,6 +41,7 @@ FORM_PULLS = 0.04
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
+REAR_TYRES = "parameter_error:car.rear_cornering_stiffness"
 #: Most that is ever stated: the library is not the world.
 SUREST = 0.99
 #: Pairs that are the same in every planar signal.
@@ -133,11 +134,13 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     """Values of the file that lie beyond their bound, said as terms; the model stays what it was.
 
     A softer front axle and an elastic steering are the same in every planar signal; vehicles have
-    the second.
+    the second, unless the rear axle is softer than believed as well.
     """
     if not fit.doubt.size:
         return fit
     taken = {t.effect.name for t in fit.terms}
+    rear = search.problem.beliefs.at.get(("vehicle", "car.rear_cornering_stiffness"))
+    alike = rear is not None and bool(fit.shift[rear] < -BOUND)
     shift = fit.shift.copy()
     terms: list[Term] = []
     joint = _Joint(fit)
@@ -148,7 +151,7 @@ def _beyond(search: Search, fit: Fit) -> Fit:
             2.0 * error, _said_from(search, belief.tolerance)
         ):
             continue
-        found = _as_term(search, belief.name, 1.0 + z * belief.tolerance)
+        found = _as_term(search, belief.name, 1.0 + z * belief.tolerance, alike)
         if found is None or found[0].effect.name in taken:
             continue
         terms.append(found[0])
@@ -203,9 +206,12 @@ class _Joint:
         )  # fmt: skip
 
 
-def _as_term(search: Search, name: str, factor: float) -> tuple[Term, float] | None:
-    """The effect that a factor on a value of the file is, and the derivative of its own value."""
-    if factor < 1.0 and name == "car.front_cornering_stiffness":
+def _as_term(search: Search, name: str, factor: float, alike: bool) -> tuple[Term, float] | None:
+    """The effect that a factor on a value of the file is, and the derivative of its own value.
+
+    `alike`: the rear axle is softer than believed too, so that the tyres are what is wrong.
+    """
+    if factor < 1.0 and name == "car.front_cornering_stiffness" and not alike:
         effect = next((e for e in search.effects if e.id == "steering_compliance"), None)
         if effect is not None:
             front = float(search.problem.body[FRONT_STIFFNESS])
@@ -287,7 +293,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     fit = _ordered(found, terms)
     same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
     equals = [c for c in same if c.evidence > best.evidence - APART]
-    equivalents = [_equivalents(term, terms, equals) for term in terms]
+    equivalents = [equivalents_of(term, terms, equals) for term in terms]
     weights = np.exp(np.clip([c.evidence - best.evidence for c in same], -700.0, 50.0))
     confidence = []
     for term in terms:
@@ -313,7 +319,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     return result
 
 
-def _equivalents(term: Term, terms: Sequence[Term], equals: Sequence[Candidate]) -> list[str]:
+def equivalents_of(term: Term, terms: Sequence[Term], equals: Sequence[Candidate]) -> list[str]:
     """Names that could stand in a term's place."""
     rest = {t.effect.name for t in terms if t is not term}
     names: set[str] = set()
@@ -324,17 +330,22 @@ def _equivalents(term: Term, terms: Sequence[Term], equals: Sequence[Candidate])
     for twin in TWINS:
         if term.effect.name in twin:
             other = twin[1 - twin.index(term.effect.name)]
-            if _possible_twin(term, other):
+            if _possible_twin(term, other, terms):
                 names.add(other)
     return sorted(names)
 
 
-def _possible_twin(term: Term, other: str) -> bool:
-    """Compliance can only soften the front axle; a change in windows is no value of the file."""
+def _possible_twin(term: Term, other: str, terms: Sequence[Term]) -> bool:
+    """Compliance can only soften the front axle; a change in windows is no value of the file.
+
+    Where the rear tyres are stiffer than believed the front ones may be as well, and the front
+    axle soft against them.
+    """
     if term.effect.windowed:
         return False
     if other.startswith("steering_compliance"):
-        return term.values[0] < 1.0
+        rear = [t.values[0] for t in terms if t.effect.name == REAR_TYRES]
+        return term.values[0] < max([1.0, *rear])
     return True
 
 

@@ -88,6 +88,7 @@ def how_much(effect: Mapping[str, Any]) -> list[str]:
     return [
         ", ".join(
             f"{value(name, v['value'])} ({rounded(v['low'])} to {rounded(v['high'])})"
+            + (", at the end of the range searched" if v.get("at_bound") else "")
             for name, v in parameters.items()
         )
     ]

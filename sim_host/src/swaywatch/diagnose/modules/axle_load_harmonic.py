@@ -75,8 +75,8 @@ def _generator(run: Run, delay: float, window: Window) -> Array:
         rate = low_pass(run.channels["car_yaw_rate"], 6.0)
         q = (rate - np.median(rate)) ** 2  # straight ahead for most of the time: its offset
         step = 1.0 / (RATE_HZ * MEAN_TIME_S)
-        run.simulated["_square"] = q
         run.simulated["_high_pass"] = q - lfilter([step], [1.0, step - 1.0], q)
+        run.simulated["_square"] = q  # last: other threads look for it
     inside = window.mask(run.time)
     size = float(np.dot(inside, run.simulated["_square"]) / max(float(np.sum(inside)), 1.0))
     late = np.interp(run.time - delay, run.time, run.simulated["_high_pass"])

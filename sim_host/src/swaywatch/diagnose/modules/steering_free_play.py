@@ -41,7 +41,9 @@ def _dead(plant: PlantInput, run: Run, v: Values, windows: Sequence[Window]) -> 
     plant.steer = dead_zone(plant.steer, np.radians(0.5 * v["gap_deg"]) / run.steering_ratio)
 
 
-_GAP = Parameter("gap_deg", "deg", 0.0, 0.0, 30.0, (0.6, 2.0, 5.0), 0.1, 0.1)
+LEAST_DEG = 0.3
+"""Three steps of a usual steering angle sensor: less swallows its noise, with play or without."""
+_GAP = Parameter("gap_deg", "deg", 0.0, 0.0, 30.0, (0.6, 2.0, 5.0), 0.1, LEAST_DEG)
 
 EFFECTS = [
     Effect(

@@ -1,0 +1,92 @@
+"""A vehicle.toml that is far off is calibrated: the fit of the baseline finds the tyres."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from conftest import DATA
+
+from swaywatch.bus import encode_drive
+from swaywatch.diagnose.data import load
+from swaywatch.diagnose.effect import library
+from swaywatch.diagnose.fit import Problem
+from swaywatch.diagnose.plant import BODY
+from swaywatch.diagnose.road_vehicle import on_springs
+from swaywatch.diagnose.search import Search, level
+from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.verdict import _as_term, equivalents_of
+from swaywatch.recording import write_recording
+from swaywatch.simulate import simulate_scenario
+from swaywatch.simulate.scenario import read_scenario
+from swaywatch.simulate.signals import write_signals
+from swaywatch.vehicle import load_vehicle
+
+TYPE = DATA / "practice" / "p03" / "vehicle.toml"
+_ENDS = ("front", "rear")
+OFF = 1.47
+"""The tyres of the dissertation's car are stiffer than its simulation believed."""
+TYRES = [f"{part}.{end}_cornering_stiffness" for part in ("car", "trailer") for end in _ENDS]
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """A drive on springs with everything measured, all tyres believed too soft."""
+    folder = tmp_path_factory.mktemp("afar")
+    content = {
+        "vehicle": "unused", "duration_s": 30.0, "speed_kmh": 108.0, "sprung": {},
+        "manoeuvre": [
+            {"kind": "impulse", "start_s": 2.0 + 9.0 * k, "angle_deg": angle, "frequency_hz": 0.6}
+            for k, angle in enumerate((14.0, -20.0, 17.0))
+        ],
+    }  # fmt: skip
+    scenario = read_scenario(content, "afar", folder, "afar", 1, load_vehicle(TYPE))
+    drive, _ = simulate_scenario(scenario)
+    write_recording(folder / "run1.blf", encode_drive(drive))
+    write_signals(folder / "signals.toml", drive)
+    found = load([folder / "run1.blf"], TYPE, folder / "signals.toml").problem
+    body = found.body.copy()
+    body[[BODY.index(name) for name in TYRES]] /= OFF
+    return replace(found, body=body)
+
+
+def test_all_tyres_off_by_half_are_found_on_springs(problem: Problem) -> None:
+    whole = on_springs(problem)
+    search = Search(whole, [], lambda stage, share: None)
+    fit = search.baseline().fit
+    assert level(fit) < 1.2
+    for name in TYRES:
+        index = whole.beliefs.at["vehicle", name]
+        factor = 1.0 + fit.shift[index] * whole.beliefs.items[index].tolerance
+        assert factor == pytest.approx(OFF, rel=0.04), name
+
+
+@pytest.mark.parametrize(
+    ("front", "rear", "elastic"),
+    [(0.9, None, True), (1.1, None, False), (1.36, 1.45, True), (1.36, 1.2, False)],
+)
+def test_a_front_axle_softer_than_the_rear_may_be_an_elastic_steering(
+    front: float, rear: float | None, elastic: bool
+) -> None:
+    """Where the rear tyres are stiffer than believed, those in front may be as well (Eq. 5.3)."""
+    effects = {e.name: e for e in library()}
+    terms = [Term(effects[f"parameter_error:{TYRES[0]}"], (front,))]
+    if rear is not None:
+        terms.append(Term(effects[f"parameter_error:{TYRES[1]}"], (rear,)))
+    names = equivalents_of(terms[0], terms, [])
+    assert ("steering_compliance:car_front" in names) == elastic
+
+
+@pytest.mark.parametrize(
+    ("alike", "said"), [(False, "steering_compliance"), (True, "parameter_error")]
+)
+def test_tyres_that_are_all_too_soft_are_no_elastic_steering(
+    problem: Problem, alike: bool, said: str
+) -> None:
+    search = Search(problem, library(), lambda stage, share: None)
+    found = _as_term(search, TYRES[0], 0.87, alike)
+    assert found is not None
+    assert found[0].effect.id == said
+    beside = [Term({e.name: e for e in library()}[f"parameter_error:{TYRES[1]}"], (0.87,))]
+    names = equivalents_of(found[0], [found[0], *beside], [])
+    assert len(names) >= 1, "the other of the two is said beside it"
