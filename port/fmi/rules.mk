@@ -42,5 +42,17 @@ $(B)/fmu/swaywatch_plant_fmi%.fmu: $(B)/fmu/plant.txt $(wildcard port/fmi/*) | $
 	@echo "packing $@"
 	@$(PY) port/fmi/make_fmu.py $* plant $(FMI_DIR) $< $@ $(FMU_PLANT)
 
+FMUS := $(foreach v,2 3,$(B)/fmu/swaywatch_fmi$(v).fmu $(B)/fmu/swaywatch_plant_fmi$(v).fmu)
 .PHONY: fmu
-fmu: $(foreach v,2 3,$(B)/fmu/swaywatch_fmi$(v).fmu $(B)/fmu/swaywatch_plant_fmi$(v).fmu)
+fmu: $(FMUS)
+
+# What checkers of others say of them. VDMCheck 2 comes from Maven Central, by SHA-256; VDMCHECK3,
+# FMUCHECK and FMUSIM say where the programs of their GitHub releases are (else: said to be left out).
+VDMCHECK3 ?=
+FMUCHECK ?=
+FMUSIM ?=
+.PHONY: fmu-check
+fmu-check: $(FMUS)
+	@tests/tools/need java=default-jre-headless mvn=maven || true
+	@$(PY) tests/tools/fmu_check.py $^ --cache $(B)/third_party/vdmcheck \
+	    --vdmcheck3 "$(VDMCHECK3)" --fmucheck "$(FMUCHECK)" --fmusim "$(FMUSIM)"

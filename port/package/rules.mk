@@ -1,7 +1,9 @@
 # make dist: the core as a tarball for other build systems (CMake, pkg-config, Zephyr, PlatformIO,
 # ESP-IDF); make dist-test: built by them, outside this repository; make dist-tools: its
 # manifests by the tools of PlatformIO, ESP-IDF and Kconfig.
-SYSTEM_TEST += cmake=cmake pkg-config=pkg-config
+SYSTEM_DIST := cmake=cmake pkg-config=pkg-config g++=g++ arm-none-eabi-gcc=gcc-arm-none-eabi \
+    /usr/lib/arm-none-eabi/include/string.h=libnewlib-arm-none-eabi
+SYSTEM_TEST += $(SYSTEM_DIST)
 
 DIST := $(B)/dist
 DIST_SOURCES := $(wildcard lib/*.h lib/*/*.[ch] port/sway_*.[ch] dbc/*.dbc port/package/* \
@@ -14,6 +16,7 @@ $(DIST)/stamp: $(DIST_SOURCES) $(CODEC).c | $(KISSFFT_DIR)/kiss_fft.h
 .PHONY: dist dist-test
 dist: $(DIST)/stamp
 dist-test: $(DIST)/stamp
+	@tests/tools/need $(SYSTEM_DIST)
 	@tests/package/run $(DIST) $(B)/dist-test
 test:: dist-test
 

@@ -15,6 +15,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -38,6 +39,8 @@ SCATTER = 0.03
 """Of stiffnesses from vehicle to vehicle, standard deviation; of masses a third of it."""
 LOST = 0.8
 """What is left of the odd vehicle's stiffness."""
+SILENT_S = 900.0
+"""A survey that says nothing for so long hangs."""
 
 
 @dataclass(frozen=True)
@@ -157,8 +160,7 @@ def survey(fleet: Path, out: Path, count: int, kill: bool = False) -> Survey:
             command += ["--jobs", "1"]
         start, memory = time.monotonic(), 0.0
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-            assert process.stdout is not None
-            for line in process.stdout:
+            for line in _lines(process):
                 found = re.match(r"\[(\d+)/(\d+)\]", line)
                 if not found:
                     continue
@@ -175,6 +177,22 @@ def survey(fleet: Path, out: Path, count: int, kill: bool = False) -> Survey:
     return Survey(
         count, took, memory, pq.read_table(out / "survey.parquet").to_pylist(), was_killed
     )
+
+
+def _lines(process: subprocess.Popen[str]) -> Iterator[str]:
+    """What the command says; one that says nothing for too long is ended, and fails thereby."""
+    assert process.stdout is not None
+    while True:
+        alarm = threading.Timer(SILENT_S, process.kill)
+        alarm.start()
+        try:
+            line = process.stdout.readline()
+            if not line:
+                process.wait()
+                return
+        finally:
+            alarm.cancel()
+        yield line
 
 
 def _until_connected(log: Path, count: int) -> None:
@@ -204,17 +222,36 @@ def _children(process: int) -> list[int]:
     return found
 
 
-def same_rows(one: Survey, other: Survey) -> bool:
-    """Are the tables equal but for what they cost."""
+def unlike_rows(one: Survey, other: Survey) -> list[str]:
+    """Names of the runs whose rows differ in more than what they cost, or are in one table only."""
     cost = {name for name, _ in COST}
 
-    def plain(of: Survey) -> list[dict[str, object]]:
-        return [{k: v for k, v in row.items() if k not in cost} for row in of.rows]
+    def plain(of: Survey) -> dict[str, str]:  # as text: a NaN equals itself
+        found = {
+            str(row["name"]): repr({k: v for k, v in row.items() if k not in cost})
+            for row in of.rows
+        }
+        assert len(found) == len(of.rows)
+        return found
 
-    return plain(one) == plain(other)
+    mine, theirs = plain(one), plain(other)
+    return sorted(name for name in mine | theirs if mine.get(name) != theirs.get(name))
 
 
-def report(surveys: list[Survey], odd: str, duration_s: float) -> str:
+def line_of(entry: Survey, first: Survey) -> str:
+    """One survey as a row of the table."""
+    name = f"{entry.workers or 'none, --jobs 1'}"
+    name += ", one killed half-way" if entry.killed else ""
+    memory = f"{entry.worker_mb:.0f}" if entry.workers else ""
+    unlike = unlike_rows(entry, first)
+    return (
+        f"| {name} | {entry.wall_s:.0f} | {len(entry.rows) / entry.wall_s:.1f} "
+        f"| {first.wall_s / entry.wall_s:.2f} | {memory} "
+        f"| {f'NO: {len(unlike)}, such as {unlike[0]}' if unlike else 'yes'} |"
+    )
+
+
+def report(surveys: list[Survey], odd: str, duration_s: float, size_mb: float) -> str:
     """The table, Markdown."""
     first = surveys[0]
     count = len(first.rows)
@@ -223,23 +260,17 @@ def report(surveys: list[Survey], odd: str, duration_s: float) -> str:
         f"{os.cpu_count()} cores**\n",
         "| workers | seconds | recordings/s | speed-up | memory per worker [MB] | rows equal |",
         "|---|---|---|---|---|---|",
+        *(line_of(entry, first) for entry in surveys),
     ]
-    for entry in surveys:
-        name = f"{entry.workers or 'none, --jobs 1'}"
-        name += ", one killed half-way" if entry.killed else ""
-        memory = f"{entry.worker_mb:.0f}" if entry.workers else ""
-        lines.append(
-            f"| {name} | {entry.wall_s:.0f} | {count / entry.wall_s:.1f} "
-            f"| {first.wall_s / entry.wall_s:.2f} | {memory} "
-            f"| {'yes' if same_rows(entry, first) else 'NO'} |"
-        )
     cpu = float(np.mean([float(str(row["cpu_s"])) for row in first.rows]))
     unlike = [row["name"] for row in first.rows if row["stands_out"]]
     wrong = [name for name in unlike if name != odd]
     lines += [
         "",
-        f"Processor time per recording {cpu:.2f} s, so 1,000 workers with a core each would do a "
-        f"million such recordings in {cpu * 1000.0 / 60.0:.0f} min if reading them were free. "
+        f"Processor time per recording {cpu:.2f} s, size {size_mb:.2f} MB, so 1,000 workers with a "
+        f"core each would do a million such recordings in {cpu * 1000.0 / 60.0:.0f} min if the "
+        f"storage gives {1000.0 * size_mb / cpu / 1000.0:.1f} GB/s and the scheduler "
+        f"{1000.0 / cpu:.0f} tasks/s (not tried). "
         f"Vehicle with {100 * (1 - LOST):.0f} % less stiffness at the trailer's rear axle, among "
         f"others that scatter by {100 * SCATTER:.0f} %: {'found' if odd in unlike else 'missed'}; "
         f"others that stand out: {len(wrong)}.",
@@ -259,15 +290,22 @@ def main() -> int:
     shutil.rmtree(args.out, ignore_errors=True)
     args.out.mkdir(parents=True)
     odd = make_fleet(args.out / "fleet", args.count, args.seconds)
-    surveys = [survey(args.out / "fleet", args.out / f"w{n}", n) for n in [0, *args.workers]]
-    surveys.append(survey(args.out / "fleet", args.out / "killed", 2, kill=True))
-    text = report(surveys, odd, args.seconds)
+    fleet = args.out / "fleet"
+    size_mb = float(np.mean([file.stat().st_size for file in fleet.glob("*.blf")])) / 1e6
+    surveys: list[Survey] = []
+    for name, count, kill in [
+        *((f"w{n}", n, False) for n in [0, *args.workers]),
+        ("killed", 2, True),
+    ]:
+        surveys.append(survey(fleet, args.out / name, count, kill))
+        print(line_of(surveys[-1], surveys[0]), file=sys.stderr, flush=True)
+        text = report(surveys, odd, args.seconds, size_mb)
+        if args.report:  # after each, so that what is done counts where the rest is cut off
+            args.report.parent.mkdir(parents=True, exist_ok=True)
+            args.report.write_text(text, encoding="utf-8")
     print(text)
-    if args.report:
-        args.report.parent.mkdir(parents=True, exist_ok=True)
-        args.report.write_text(text, encoding="utf-8")
     whole = all(
-        len(s.rows) == args.count and same_rows(s, surveys[0])
+        len(s.rows) == args.count and not unlike_rows(s, surveys[0])
         and all(row["state"] == "not diagnosed" for row in s.rows)
         for s in surveys
     )  # fmt: skip

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import json
+import re
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from conftest import DATA
 from scipy.io import loadmat, savemat
@@ -81,9 +86,19 @@ def roles_toml(signals: dict[str, Series], prefix: str = "", suffix: str = "") -
     return "[signals]\n" + "\n".join(lines) + "\n"
 
 
+def analysis(folder: Path) -> tuple[Any, list[dict[str, Any]]]:
+    """Values of the summary, and every estimate, of an analysis of one recording."""
+    values = json.loads((folder / "summary.json").read_text())["drives"][0]["values"]
+    (estimates,) = folder.glob("estimates_*.parquet")
+    return values, pq.read_table(estimates).to_pylist()
+
+
 def test_analysis_is_the_same(tmp_path: Path) -> None:
-    """The roles of a recording, written and read again, give the same estimates."""
-    out = {}
+    """A recording written as .mat, MCAP and ROS 2 bags is analysed to the same result, bit for bit.
+
+    (A Parquet table of one clock has rounded stamps: nearly the same.)
+    """
+    found = {}
     roles: dict[str, Series] = {}
     for kind in (".parquet", ".mat", ".mcap"):
         merged = tmp_path / f"roles{kind}"
@@ -92,18 +107,20 @@ def test_analysis_is_the_same(tmp_path: Path) -> None:
         assert signals is not None
         roles = {n: s for n, s in signals.items() if not n.startswith("swaywatch.")}
         (tmp_path / "signals.toml").write_text(roles_toml(roles))
-        folder = tmp_path / f"again{kind}"
-        assert analyzed(folder, merged, tmp_path) == 0
-        out[kind] = json.loads((folder / "summary.json").read_text())["drives"][0]["values"]
+        assert analyzed(tmp_path / f"again{kind}", merged, tmp_path) == 0
+        found[kind] = analysis(tmp_path / f"again{kind}")
     for storage in ("SQLITE3", "MCAP"):
         bag = write_bag(tmp_path / f"bag_{storage}", roles, storage)
         (tmp_path / "signals.toml").write_text(roles_toml(roles, "/", "/data"))
-        folder = tmp_path / f"again_{storage}"
-        assert analyzed(folder, bag, tmp_path) == 0
-        out[storage] = json.loads((folder / "summary.json").read_text())["drives"][0]["values"]
-    for name, value in out[".parquet"].items():
-        for kind in out:
-            assert out[kind][name]["value"] == pytest.approx(value["value"], rel=1e-4, abs=1e-6)
+        assert analyzed(tmp_path / f"again_{storage}", bag, tmp_path) == 0
+        found[storage] = analysis(tmp_path / f"again_{storage}")
+    values, estimates = analysis(tmp_path / "first")
+    assert len(estimates) > 100
+    for name, value in found.pop(".parquet")[0].items():
+        assert value["value"] == pytest.approx(values[name]["value"], rel=1e-4, abs=1e-6)
+    for kind, (again, rows) in found.items():
+        assert again == values, kind
+        assert rows == estimates, kind
 
 
 def test_a_bag_of_ros_messages(tmp_path: Path) -> None:
@@ -175,6 +192,58 @@ def test_mcap_of_others_reads_what_is_written(tmp_path: Path) -> None:
         content = json.loads(schema.data)
         assert schema.encoding == "jsonschema"
         assert all(entry["unit"] for entry in content["properties"].values())
+
+
+def test_a_sample_that_is_no_number_is_left_out(tmp_path: Path) -> None:
+    """Messages of an MCAP file hold to their schema, which knows numbers only."""
+    from mcap.reader import make_reader
+
+    gaps = Series(np.arange(3) * 1_000_000, np.array([1.0, np.nan, np.inf]), "m/s")
+    write_recording(tmp_path / "x.mcap", {"v": gaps, "w": replace(gaps, value=np.zeros(3))})
+    with (tmp_path / "x.mcap").open("rb") as file:
+        messages = [json.loads(m.data) for _, _, m in make_reader(file).iter_messages()]
+    assert messages == [{"v": 1.0, "w": 0.0}, {"w": 0.0}, {"w": 0.0}]
+
+
+def test_layouts_show_what_is_in_the_file(tmp_path: Path) -> None:
+    """Every curve of Foxglove's and PlotJuggler's layout is a field of the MCAP file beside it."""
+    from mcap.reader import make_reader
+
+    merged = tmp_path / "merged.mcap"
+    assert analyzed(tmp_path / "out", P01 / "run1.blf", P01, "--merge", str(merged)) == 0
+    units = {}
+    with merged.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    for channel in summary.channels.values():
+        for name, entry in json.loads(summary.schemas[channel.schema_id].data)[
+            "properties"
+        ].items():
+            units[channel.topic, name] = entry["unit"]
+
+    layout = json.loads((tmp_path / "merged.foxglove.json").read_text())
+    shown = []
+    for plot in layout["configById"].values():
+        paths = [re.fullmatch(r'([\w/]+)\."([^"]+)"', path["value"]) for path in plot["paths"]]
+        fields = [(str(path[1]), str(path[2])) for path in paths if path]
+        assert len(fields) == len(plot["paths"]) > 0
+        (unit,) = {units[field] for field in fields}  # one unit a plot, that of its title
+        assert unit == "1" or plot["title"].endswith(f"[{unit}]")
+        shown.append(fields)
+    places, tree = [], layout["layout"]
+    while isinstance(tree, dict):
+        places.append(tree["first"])
+        tree = tree["second"]
+    assert [*places, tree] == list(layout["configById"])
+    assert len(shown) == 6
+
+    root = ElementTree.parse(tmp_path / "merged.plotjuggler.xml").getroot()
+    curves = [[curve.get("name") for curve in plot.iter("curve")] for plot in root.iter("plot")]
+    assert curves == [[f"{topic}/{name}" for topic, name in fields] for fields in shown]
+    (docks,) = root.iter("DockSplitter")
+    assert int(str(docks.get("count"))) == len(curves) == len(str(docks.get("sizes")).split(";"))
+    limits = [{k: float(v) for k, v in entry.items()} for entry in root.iter("range")]
+    assert all(entry["right"] > 37.0 and entry["top"] > entry["bottom"] for entry in limits)
 
 
 def test_merged_channels_open_in_asammdf(tmp_path: Path) -> None:

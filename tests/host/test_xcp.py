@@ -38,6 +38,7 @@ def board(request: pytest.FixtureRequest) -> str:
         f"replay_{name}.a2l",
         f"cases/{CASE}.short.log",
         f"cases/{CASE}.block",
+        "replay_x86.elf",  # the answer of an ECU that was started with the page
     ]
     subprocess.run(
         ["make", "-s", "-C", str(ROOT), *(f"build/firmware/{w}" for w in wanted)], check=True

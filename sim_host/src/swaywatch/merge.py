@@ -8,6 +8,7 @@ import numpy as np
 
 from swaywatch.analysis import DriveResult
 from swaywatch.core import unit_of
+from swaywatch.layouts import write_layouts
 from swaywatch.recording import Series, write_recording
 
 PREFIX = "swaywatch."
@@ -38,6 +39,8 @@ def merged(result: DriveResult) -> dict[str, Series]:
 def write_merged(path: Path, names: list[str], results: list[DriveResult]) -> list[Path]:
     """Write one file for each drive: `path`, or with several drives ``path_NAME``.
 
+    Beside an MCAP file stand layouts for its viewers (:mod:`swaywatch.layouts`).
+
     Parameters
     ----------
     path
@@ -48,6 +51,9 @@ def write_merged(path: Path, names: list[str], results: list[DriveResult]) -> li
     written = []
     for name, result in zip(names, results, strict=True):
         target = path if len(results) == 1 else path.with_stem(f"{path.stem}_{name}")
-        write_recording(target, merged(result))
+        signals = merged(result)
+        write_recording(target, signals)
         written.append(target)
+        if target.suffix.lower() == ".mcap":
+            written += write_layouts(target, signals)
     return written

@@ -88,20 +88,21 @@ def write(path: Path, signals: dict[str, Series]) -> None:
     """Write decoded signals, compressed; times are nanoseconds since 1970."""
     from mcap.writer import Writer
 
-    groups: dict[bytes, list[str]] = {}
-    for name, series in signals.items():
-        groups.setdefault(series.time_ns.tobytes(), []).append(name)
+    groups: dict[str, list[str]] = {}
+    for name, topic in topics(signals).items():
+        groups.setdefault(topic, []).append(name)
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start(profile="", library="swaywatch")
         rows: list[tuple[int, int, list[str], int]] = []
-        for number, names in enumerate(groups.values()):
-            channel = _topic(writer, number, names, signals)
+        for topic, names in groups.items():
+            channel = _topic(writer, topic, names, signals)
             stamps = signals[names[0]].time_ns
             rows += [(int(stamp), channel, names, row) for row, stamp in enumerate(stamps)]
         rows.sort(key=lambda row: row[0])
         for stamp, channel, names, row in rows:
-            content = {n: _number(signals[n].value[row]) for n in names}
+            values = {n: float(signals[n].value[row]) for n in names}
+            content = {n: v for n, v in values.items() if np.isfinite(v)}  # JSON has no NaN
             writer.add_message(
                 channel_id=channel, log_time=stamp, publish_time=stamp,
                 data=json.dumps(content, separators=(",", ":"), allow_nan=False).encode(),
@@ -109,19 +110,22 @@ def write(path: Path, signals: dict[str, Series]) -> None:
         writer.finish()  # type: ignore[no-untyped-call]
 
 
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+def topics(signals: dict[str, Series]) -> dict[str, str]:
+    """Topic of each signal in the file that is written of them."""
+    numbers: dict[bytes, int] = {}
+    return {
+        name: f"{OWN}{numbers.setdefault(series.time_ns.tobytes(), len(numbers))}"
+        for name, series in signals.items()
+    }
 
 
-def _topic(writer: Any, number: int, names: list[str], signals: dict[str, Series]) -> int:
+def _topic(writer: Any, topic: str, names: list[str], signals: dict[str, Series]) -> int:
     properties = {
         name: {"type": "number", "unit": signals[name].unit, "description": signals[name].comment}
         for name in names
     }
     schema = writer.register_schema(
-        name=f"swaywatch.Signals{number}", encoding="jsonschema",
+        name=f"swaywatch.Signals{topic.removeprefix(OWN)}", encoding="jsonschema",
         data=json.dumps({"type": "object", "properties": properties}).encode(),
     )  # fmt: skip
-    return int(
-        writer.register_channel(topic=f"{OWN}{number}", message_encoding="json", schema_id=schema)
-    )
+    return int(writer.register_channel(topic=topic, message_encoding="json", schema_id=schema))
