@@ -335,6 +335,7 @@ def build(out: Path) -> list[str]:
         (source / path.name).write_text(text, encoding="utf-8")
     for name, make in MADE.items():
         (source / name).write_text(make(), encoding="utf-8")
+    shutil.copy(HERE / "site.css", source)
     shutil.copy(HERE / "mkdocs.yml", out)
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-f",

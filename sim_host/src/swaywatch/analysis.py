@@ -56,6 +56,10 @@ LIMITS = ("found", "divergence")
 FASTEST_TOWING_M_S, FASTEST_ALONE_M_S = 180.0 / 3.6, 360.0 / 3.6
 """Tests of stability with a trailer end below 150 km/h."""
 
+UNLIKE = 0.3
+"""Part by which a stiffness may differ from the believed one without a word: tyres of another
+load, pressure or temperature do by 10 to 20 %."""
+
 SEARCHED_M_S = (10.0 / 3.6, 250.0 / 3.6)
 """Speeds between which the core looks for the critical one (``sway_vcrit_t``)."""
 
@@ -297,7 +301,10 @@ def conclude(
     """Means over the usable estimates, alarms, and what could not be said."""
     good = usable(estimates)
     values = _values(estimates, good)
-    findings = [*findings, *_implausible(drive, vehicle), *findings_of(estimates)]
+    findings = [
+        *findings, *_implausible(drive, vehicle), *_unlike_file(vehicle, values),
+        *findings_of(estimates),
+    ]  # fmt: skip
     off, indirect = _lacking(drive, vehicle, estimates)
     return DriveResult(
         drive,
@@ -338,6 +345,34 @@ def _implausible(drive: Drive, vehicle: Vehicle) -> list[Finding]:
             f"unit ({speed.unit_in_file or 'none said'}): every stiffness and the critical speed "
             "depend on it",
             channels=("speed",),
+        )
+    ]
+
+
+def _unlike_file(vehicle: Vehicle, values: dict[str, Value]) -> list[Finding]:
+    """Tyres so far from those of ``vehicle.toml`` that one of the two has to be wrong.
+
+    A wrong unit of the speed or the steering shows here where no relation can check it.
+    """
+    far = []
+    for axle in AXLES:
+        key = f"{axle}.cornering_stiffness_n_per_rad"
+        found, believed = values.get(key), believed_value(vehicle, key)
+        if found is None or not believed:
+            continue
+        off = found.value - believed
+        if abs(off) > UNLIKE * believed and abs(off) > 2.5 * found.error:
+            far.append(f"{axle.replace('_', ' ')} {100.0 * off / believed:+.0f} %")
+    if not far:
+        return []
+    return [
+        Finding(
+            "warning",
+            "unlike_file",
+            (),
+            f"cornering stiffnesses far from those of the vehicle.toml ({', '.join(far)}): "
+            "either the file is a guess, or a unit or sign (speed, steering angle), the steering "
+            "ratio, a mass or a length is wrong",
         )
     ]
 

@@ -49,6 +49,10 @@ _SPELLINGS = {
 LARGEST = 1e12
 """No factor and no place of a sensor is so far off."""
 LONGEST_DELAY_S = 60.0
+STANDS = 0.02
+"""A clock stands where fewer samples than this part have a time of their own."""
+SLOWEST_STEP_S = 5.0
+"""Usual step of a signal from which on its time cannot be right: satellites give one a second."""
 WILD = 1e4
 """A sample so many times beyond what a channel can reach is no measurement, in any unit."""
 
@@ -218,7 +222,7 @@ def load_signals(path: Path) -> tuple[list[Mapping], list[Path]]:
     names = [dbc] if isinstance(dbc, str) else dbc
     if not isinstance(names, list) or not all(isinstance(n, str) and n.strip() for n in names):
         raise SignalError(f"{path}: dbc must be a path or a list of paths, got {repr(dbc)[:60]}")
-    return mappings, [path.parent / name for name in names]
+    return mappings, [path.parent / name for name in dict.fromkeys(names)]
 
 
 def read_mappings(
@@ -642,9 +646,11 @@ def _channel(name: str, entries: list[Any], start_ns: int, signals: Path) -> Cha
         _must_be_measured(name, signal, values[-1], path, signals)
     piece, mapping, series, signal, limits, resolution = entries[0]
     time_s, value = np.concatenate(times), np.concatenate(values)
+    count = len(time_s)
     if np.any(np.diff(time_s) <= 0):
         rising = np.concatenate([[True], time_s[1:] > np.maximum.accumulate(time_s)[:-1]])
         time_s, value = time_s[rising], value[rising]
+    _must_run(signal, time_s, count, piece.recording.path)
     unit = mapping.unit or series.unit
     factor = mapping.factor * unit_factor(name, unit, signal, piece.recording.path, signals)
     ends = sorted(limit * factor for limit in limits)
@@ -659,6 +665,21 @@ def _channel(name: str, entries: list[Any], start_ns: int, signals: Path) -> Cha
         (ends[0], ends[1]),
         resolution * abs(factor),
     )
+
+
+def _must_run(signal: str, time_s: FloatArray, count: int, path: Path) -> None:
+    """Refuse a clock that stands, or is too slow for any motion of a vehicle: another unit."""
+    if len(time_s) < STANDS * count:
+        raise SignalError(
+            f"{path}: the clock stands: of the {count} samples of signal {signal!r} only "
+            f"{len(time_s)} have a time of their own"
+        )
+    step_s = float(np.median(np.diff(time_s))) if len(time_s) > 2 else 0.0
+    if step_s > SLOWEST_STEP_S:
+        raise SignalError(
+            f"{path}: signal {signal!r} has a sample every {step_s:.3g} s, which shows no motion "
+            "of a vehicle; if its time is in ms or us, name it time_ms or time_us"
+        )
 
 
 def _must_be_measured(name: str, signal: str, value: FloatArray, path: Path, signals: Path) -> None:

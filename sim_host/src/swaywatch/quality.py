@@ -17,7 +17,7 @@ import scipy.stats
 
 from swaywatch.clocks import check_rate, check_steps
 from swaywatch.drive import Drive, Grid
-from swaywatch.relations import Relation, RelationBuilder, badness, make_relations
+from swaywatch.relations import BROKEN, Relation, RelationBuilder, badness, make_relations
 from swaywatch.samples import STANDING_M_S, Finding, check_channel, check_samples, cleaned
 from swaywatch.sensors import check_drift, check_swapped
 from swaywatch.vehicle import Vehicle
@@ -43,6 +43,10 @@ STEERING_WRONG = ((0.6, 0.5), (0.2, 0.15))
 it is wrong where no more than this part of it is left when it is put right: healthy cars on
 springs, with tyres that relax and saturate, leave up to 0.5 and then gain little."""
 
+SURELY = 0.25
+"""A sign or unit is wrong, whatever bodies that roll could explain, where putting it right leaves
+no more than this part of what they leave."""
+
 FACTORS: tuple[tuple[float, str], ...] = (
     (-1.0, "its sign is wrong"),
     (180 / math.pi, "it is in rad{per}, not in deg{per}"),
@@ -53,7 +57,13 @@ FACTORS: tuple[tuple[float, str], ...] = (
     (1 / 3.6, "it is in km/h, not in m/s"),
     (1e3, "it is in kilo-units"),
     (1e-3, "it is in milli-units"),
+    (1e3 * math.pi / 180, "it is in deg{per}, not in mrad{per}"),
+    (1e-3 * 180 / math.pi, "it is in mrad{per}, not in deg{per}"),
+    (1e-3 * GRAVITY, "it is in mg, not in m/s2"),
+    (1e3 / GRAVITY, "it is in m/s2, not in mg"),
+    (0.3048, "it is in ft/s2, not in m/s2"),
 )
+_OF_ACCELERATIONS = (1e-3 * GRAVITY, 1e3 / GRAVITY, 0.3048)
 """Factor that puts a channel right, and what it means."""
 
 
@@ -289,6 +299,8 @@ def _check_pairs(drive: Drive) -> list[Finding]:
         right = drive.channels.get(name[:-1] + "r")
         if not name.startswith(("wheel", "trailer_wheel")) or name[-1] != "l" or right is None:
             continue
+        if "speed" in name:  # both roll at the speed of the car: they hardly vary
+            continue
         if "vertical" in name:
             sizes = float(np.mean(left.value)), float(np.mean(right.value))
         else:
@@ -331,12 +343,15 @@ def _distance(size: float, usual: float) -> float:
 def _check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list[Finding]]:
     """The one channel whose sign or unit explains every relation that does not hold."""
     broken = [relation for relation in relations if relation.is_broken()]
-    if not broken:
+    rolled = [r for r in relations if r.tight and r.rest() > BROKEN and r not in broken]
+    if not broken and not rolled:
         return math.inf, []
     candidates: list[tuple[float, str, float]] = []
-    suspects = sorted(set().union(*(relation.channels for relation in broken)))
+    suspects = sorted(set().union(*(relation.channels for relation in broken + rolled)))
     for name, (factor, _) in itertools.product(suspects, FACTORS):
         if not _fits_quantity(name, factor):
+            continue
+        if not broken and not _surely(rolled, name, factor):
             continue
         if not any(relation.is_broken(name, factor) for relation in relations):
             rests = [relation.rest(name, factor) for relation in relations]
@@ -344,6 +359,7 @@ def _check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list
     candidates.sort()
     if not candidates:
         return math.inf, _unexplained(broken, drive)
+    broken = broken or rolled
     best = candidates[0]
     equal = [c for c in candidates if c[0] < 1.15 * best[0] + 0.02][:4]
     signals = tuple(dict.fromkeys(drive.channels[c[1]].signal for c in equal))
@@ -361,13 +377,20 @@ def _check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list
             "sign_or_unit",
             signals,
             f"{' - or '.join(parts)}. Does not hold: {names} "
-            f"(rest {100 * max(relation.rest() for relation in broken):.0f} %, when put right "
+            f"(residual {100 * max(relation.rest() for relation in broken):.0f} %, when put right "
             f"{100 * max(relation.rest(best[1], best[2]) for relation in broken):.0f} %); {advice}",
             channels=tuple(dict.fromkeys(c[1] for c in equal)),
             windows=(_whole(drive, best[1]),),
             amount=best[2],
         )
     ]
+
+
+def _surely(rolled: list[Relation], name: str, factor: float) -> bool:
+    """Whether a factor explains far more than bodies that roll do."""
+    return all(
+        r.rest(name, factor) < SURELY * r.rest_of_rolling() for r in rolled if name in r.channels
+    )
 
 
 def _whole(drive: Drive, name: str) -> tuple[float, float]:
@@ -381,6 +404,8 @@ def _fits_quantity(name: str, factor: float) -> bool:
         return not (factor == -1.0 and name == "speed")
     if factor in (3.6, 1 / 3.6):
         return name == "speed"
+    if factor in _OF_ACCELERATIONS:
+        return "acceleration" in name
     if factor in (GRAVITY, 1 / GRAVITY):
         return "acceleration" in name or "force" in name
     return "yaw_rate" in name or "angle" in name or name == "articulation"
@@ -395,7 +420,7 @@ def _unexplained(broken: list[Relation], drive: Drive) -> list[Finding]:
                 "warning",
                 "sign_or_unit",
                 signals,
-                f"does not hold: {relation.name} (rest {100 * relation.rest():.0f} % of its "
+                f"does not hold: {relation.name} (residual {100 * relation.rest():.0f} % of its "
                 "largest term), and no wrong sign or unit of one signal explains it; check the "
                 "masses and lengths in the vehicle.toml and the positions of the accelerometers",
             )
@@ -436,7 +461,7 @@ def _check_delays(
             "delay",
             (channel.signal,),
             f"{channel.signal} comes {abs(delay_s) * 1e3:.0f} ms too {word} against the other "
-            f"signals (rest of the balances {100 * now:.0f} %, {100 * score:.0f} % when shifted); "
+            f"signals (residual of the balances {100 * now:.0f} %, shifted {100 * score:.0f} %); "
             + (
                 f"put it right with `delay = {delay_s:.3f}` in the signals.toml"
                 if sure
@@ -505,7 +530,7 @@ def _check_own_clock(
             signals,
             f"{', '.join(signals)}: a clock of its own, {100 * abs(slope):.2f} % "
             f"{'slow' if slope > 0 else 'fast'}: the delay against the other signals changes by "
-            f"{change * 1e3:.0f} ms over the run (rest of the balances {100 * now:.0f} %, "
+            f"{change * 1e3:.0f} ms over the run (residual of the balances {100 * now:.0f} %, "
             f"{100 * score:.0f} % when put right)",
             channels=tuple(chosen),
             windows=(_whole(drive, chosen[0]),),

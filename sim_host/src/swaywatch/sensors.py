@@ -73,9 +73,7 @@ def check_swapped(
     if chosen is None or score > SWAP_GAIN * now or score > SWAP_REST:
         return now, sides
     names = "; ".join(r.name for r in relations if r.tight and r.rest() > 0.5 * now)
-    detail = (
-        f"does not hold: {names} (rest {100 * now:.0f} %, {100 * score:.0f} % when swapped back)"
-    )
+    detail = f"does not hold: {names} (residual {100 * now:.0f} %, swapped {100 * score:.0f} %)"
     return score, [_swapped(drive, chosen, detail), *sides]
 
 

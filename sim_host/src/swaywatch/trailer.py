@@ -114,7 +114,9 @@ def presence_sentence(report: dict[str, Any]) -> str:
         return f"No trailer hangs on the car, by the car's own sensors ({sure:.1f} % certain)."
     if what == "there":
         return f"A trailer hangs on the car, by the car's own sensors ({sure:.1f} % certain)."
-    return "Whether a trailer hangs on the car cannot be told: too little steering in this drive."
+    return (
+        "Whether a trailer hangs on the car cannot be decided: too little steering in this drive."
+    )
 
 
 def chained(drives: Sequence[Drive]) -> Drive:

@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
         for text in how_much(effect):
             print(f"    {text}")
         if effect["equivalent_details"]:
-            print("    cannot be told from: " + ", ".join(effect["equivalent_details"]))
+            print("    cannot be distinguished from: " + ", ".join(effect["equivalent_details"]))
     for law in result.get("discovered", []):
         print(f"  a law that is in no library: {law['text']}")
         if law["perhaps"]:

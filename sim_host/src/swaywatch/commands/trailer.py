@@ -75,10 +75,10 @@ def sentences(result: TrailerResult) -> list[str]:
         return [f"No trailer hangs on the car ({sure}, {after})."]
     found = {
         "there": f"A trailer hangs on the car ({sure}, {after}).",
-        "undecided": f"Whether a trailer hangs on the car cannot be told {after}: steer more.",
+        "undecided": f"Whether a trailer hangs on the car cannot be decided {after}: steer more.",
     }[result.presence]
     if result.critical_speed_m_s is None or result.critical_speed_error_m_s is None:
-        return [found, "Its critical speed cannot be told yet."]
+        return [found, "Its critical speed cannot be stated yet."]
     half = INTERVAL * result.critical_speed_error_m_s
     return [
         found,
@@ -89,7 +89,7 @@ def sentences(result: TrailerResult) -> list[str]:
 
 def _table(result: TrailerResult) -> Table:
     table = Table(box=None, pad_edge=False)
-    for heading in ("", "measured", "90 % interval", "vehicle.toml", "doubt gone", "unit"):
+    for heading in ("", "measured", "90 % interval", "vehicle.toml", "error reduced by", "unit"):
         table.add_column(heading, justify="left" if heading in ("", "unit") else "right")
     for quantity in result.quantities:
         digits = 2 if quantity.unit == "m" else 0

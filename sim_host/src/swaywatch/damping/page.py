@@ -288,7 +288,8 @@ def _signals(study: Study) -> list[str]:
 
 def _axis_title(name: str, unit: str) -> str:
     """Name and unit in lines that fit beside one row of the plot."""
-    words = re.split(r"[_\s]+", name) + ([f"[{unit}]"] if unit else [])
+    shown = unit.replace("m/s2", "m/s²")
+    words = re.split(r"[_\s]+", name) + ([f"[{shown}]"] if shown else [])
     lines = [words[0]]
     for word in words[1:]:
         if len(lines[-1]) + 1 + len(word) <= _TITLE_LETTERS:

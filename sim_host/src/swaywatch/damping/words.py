@@ -188,7 +188,7 @@ def _zero(study: Study) -> str:
         return ""
     return (
         f"Whether the damping reaches zero within or near what was driven ({low:.3g} to "
-        f"{_at(study, high)}) cannot be told from these recordings."
+        f"{_at(study, high)}) cannot be determined from these recordings."
     )
 
 

@@ -186,7 +186,7 @@ def known_of(vehicle: Vehicle) -> Knowledge:
         for name, (words, slots) in relaxations.items()
     ]
     unknowns.append(
-        Unknown("steering_flexibility", "give of the steering", FLEXIBILITY, FLEXIBILITY_ERROR,
+        Unknown("steering_flexibility", "steering compliance", FLEXIBILITY, FLEXIBILITY_ERROR,
                 "rad/N", _slots("steering_flexibility"))
     )  # fmt: skip
     return Knowledge(body, ratio, tuple(unknowns))

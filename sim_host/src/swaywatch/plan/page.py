@@ -56,7 +56,7 @@ def sentences(design: Design) -> list[str]:
         u.words for u, e in zip(design.known.unknowns, _errors(design), strict=True) if e > _TOLD
     ]
     if blind:
-        texts.append(f"It tells little of: {', '.join(blind)}.")
+        texts.append(f"Hardly determined: {', '.join(blind)}.")
     if math.isinf(design.slalom_blocks):
         texts.append("A plain slalom at the sway frequency does not reach this in 1000 blocks.")
     elif design.slalom_blocks > 1.5 * max(1, len(design.blocks)):
@@ -129,7 +129,7 @@ def rows_of_sensors(design: Design) -> list[list[str]]:
 
 UNKNOWN_HEADS = ("unknown", "believed", "error before", "error after")
 BLOCK_HEADS = ("block", "km/h", "manoeuvre", "steering wheel")
-SENSOR_HEADS = ("sensors", "critical speed", "unknowns told", "least told")
+SENSOR_HEADS = ("sensors", "critical speed", "unknowns determined", "least certain")
 
 
 def course_figure(design: Design) -> go.Figure:
@@ -192,16 +192,16 @@ def make_page(design: Design, sources: Mapping[str, Sequence[Path]], title: str)
         "<h2>What to drive</h2>",
         table(BLOCK_HEADS, rows_of_blocks(design)),
         plot(course_figure(design), name="plan", run="plan"),
-        "<h2>What it will tell</h2>",
+        "<h2>What it will determine</h2>",
         table(UNKNOWN_HEADS, rows_of_unknowns(design)),
         plot(error_figure(design), name="errors"),
-        "<h2>What other sensors would tell of the same test</h2>",
+        "<h2>The same test with other sensors</h2>",
         table(SENSOR_HEADS, rows_of_sensors(design)),
         "<h2>How it was found</h2><p class='note'>Fisher information of the plant's outputs in the "
         "frequency domain, 0.1 to 4 Hz, with the noise of a test vehicle's sensors and side forces "
         "of road and wind (120 N on the trailer, 80 N on the car, RMS below 0.4 Hz), offsets and "
         "the state at the start unknown, beliefs with the tolerances above. Standard errors; the "
-        "best that can be told of a combination that is as believed. What the model lacks comes "
+        "best that can be had of a combination that is as believed. What the model lacks comes "
         "on top, and a damaged tyre or a loose load keeps to no plan: stop when a swing grows."
         "</p>",
     ]

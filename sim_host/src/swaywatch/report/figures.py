@@ -222,19 +222,20 @@ def signals(result: DriveResult) -> go.Figure:
         rows=len(panels), cols=1, shared_xaxes=True, vertical_spacing=0.18 / max(4, len(panels))
     )
     for row, (title, lines) in enumerate(panels, 1):
-        for number, (label, colour, time, value) in enumerate(lines):
+        for label, colour, time, value in lines:
             t, y = thinned(time, value)
             figure.add_trace(
                 go.Scatter(x=t, y=y, name=label, line={"color": colour, "width": 1.2},
                            showlegend=False),
                 row=row, col=1,
             )  # fmt: skip
-            if len(lines) > 1:
-                figure.add_annotation(
-                    text=f"<b>{label}</b>", x=1.0 - 0.105 * (len(lines) - 1 - number), y=1.0,
-                    xref="x domain", yref="y domain", xanchor="right", yanchor="bottom",
-                    showarrow=False, font={"color": colour, "size": 12}, row=row, col=1,
-                )  # fmt: skip
+        if len(lines) > 1:
+            names = (f"<span style='color:{colour}'>{label}</span>" for label, colour, *_ in lines)
+            figure.add_annotation(
+                text=f"<b>{' &#160; '.join(names)}</b>", x=1.0, y=1.0, xref="x domain",
+                yref="y domain", xanchor="right", yanchor="bottom", showarrow=False,
+                font={"size": 12}, row=row, col=1,
+            )  # fmt: skip
         figure.update_yaxes(title_text=title, title_font_size=12, row=row, col=1)
     return _over_time(_layout(figure, 130 * len(panels) + 80, legend=False), result)
 

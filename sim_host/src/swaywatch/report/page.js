@@ -42,6 +42,9 @@
   const recoloured = (value) => {
     if (typeof value === "string") {
       if (DARK[value]) { return DARK[value]; }
+      if (value.includes("style=")) {
+        return value.replace(/#[0-9A-Fa-f]{6}/g, (colour) => DARK[colour] ?? colour);
+      }
       const faint = /^rgba\((\d+),(\d+),(\d+),([\d.]+)\)$/.exec(value);
       if (!faint) { return value; }
       const name = "#" + faint.slice(1, 4).map((n) => Number(n).toString(16).padStart(2, "0")).join("");
@@ -93,14 +96,27 @@
       if (layout.title?.text) {
         layout.title = { ...layout.title, text: inLines(layout.title.text), font: { size: 13 },
           y: 1, yanchor: "top", pad: { t: 20 } };
-        layout.margin.t = (layout.margin.t ?? 60) + 18;
+        const lines = layout.title.text.split("<br>").length; // the legend stands below them
+        const names = data.filter((t) => t.name && t.showlegend !== false).map((t) => t.name.length);
+        const rows = names.reduce((sum, long) => sum + (long > 14 ? 1 : 0.5), 0);
+        const above = Math.max((layout.margin.t ?? 60) + 18, 36 + 17 * lines + 22 * Math.ceil(rows));
+        layout.height = (layout.height ?? 450) + above - (layout.margin.t ?? 60);
+        layout.margin.t = above;
       }
+    }
+    if (layout.width > room && layout.title?.text) { // it scrolls: the title where it begins
+      layout.title = { ...layout.title, text: inLines(layout.title.text), font: { size: 13 },
+        x: 0, xanchor: "left", pad: { ...layout.title.pad, l: 4 } };
     }
     for (const letter of ["x", "y"]) {
       for (const key of axesOf(layout, letter)) {
         layout[key].gridcolor = dark ? "#2b3442" : "#e7eaee";
         layout[key].linecolor = dark ? "#5b6472" : "#9ca3af";
         layout[key].tickcolor = layout[key].linecolor;
+        if (letter === "y" && layout[key].title?.text) { // beside the numbers, never over them
+          layout[key].automargin = "left";
+          layout[key].title.standoff = narrow ? 3 : 8;
+        }
         if (plot.zoom && letter === "x" && plot.linked) {
           layout[key].range = plot.zoom; layout[key].autorange = false;
         }

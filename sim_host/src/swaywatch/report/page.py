@@ -185,7 +185,7 @@ def _drive(result: DriveResult) -> str:
         ),
         "<h3>Data quality</h3>",
         _findings(result),
-        "<h3>Results that are switched off, or rest on less</h3>",
+        "<h3>Results switched off, or based on fewer signals</h3>",
         _switched_off(result),
         "<h3>Which signal plays which role</h3>",
         _channels(result),
@@ -237,7 +237,7 @@ def _findings(result: DriveResult) -> str:
     note = f"<p class='note'>Fault counters of the core: {', '.join(faults) or 'all 0'}.</p>"
     note = _balances(result) + note
     if not result.findings:
-        return "<p>Nothing to complain about: no gaps, nothing stuck or clipped.</p>" + note
+        return "<p>No fault found: no gaps, nothing stuck or clipped.</p>" + note
     rows = "".join(
         f"<tr><td class='{f.severity}'>{f.severity}</td><td>{f.kind.replace('_', ' ')}</td>"
         f"<td>{html.escape(f.text)}</td></tr>"
@@ -260,7 +260,7 @@ def _balances(result: DriveResult) -> str:
     return (
         wide(
             "<table><tr><th>relation that signs, units and delays were checked by</th>"
-            f"<th>rest of its largest term</th></tr>{rows}</table>"
+            f"<th>residual, part of its largest term</th></tr>{rows}</table>"
         )
         + "<div class='note'>A few percent are noise; more is physics that the relation leaves out "
         "or a fault of a signal (band 0.15 to 3 Hz).</div>"

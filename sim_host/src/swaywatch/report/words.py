@@ -57,17 +57,17 @@ FLAG_WORDS = {
     "gap": "samples are missing in the window",
     "speed_changing": "the speed changes",
     "nonlinear": "beyond the linear range",
-    "seeking": "no line is locked yet",
+    "seeking": "no oscillation is tracked yet",
     "slow": "slower than 30 km/h",
     "no_speed": "speed unknown",
     "singular": "equations without a solution",
     "missing_input": "an input is missing",
-    "misfit": "not one damped line: a step, an onset, a gust",
+    "misfit": "not a single damped oscillation: a step, an onset, a gust",
     "model_disagrees": "model and signals disagree about the damping",
-    "equal_split": "trailer forces shared out by the user's stiffness ratio",
-    "user_inertia": "yaw inertia of the trailer is the user's",
+    "equal_split": "trailer forces divided in the ratio of the vehicle.toml's stiffnesses",
+    "user_inertia": "yaw inertia of the trailer taken from the vehicle.toml",
     "hitch": "friction or damping at the ball, taken out of the critical speed",
-    "small_swing": "the critical speed stands on smaller swings than the limit",
+    "small_swing": "the critical speed comes from smaller swings than the alarm's limit",
     "unexplained": "an inertia has a part that no inertia has: its error is larger",
 }
 
@@ -294,7 +294,7 @@ def _swing(result: DriveResult) -> str:
     if flag_share(estimates).get("hitch", 0.0) > 0.1:
         text += (
             " Something at the ball rubs or damps. It holds small swings and lets large ones go: "
-            "the critical speed is told without it."
+            "the critical speed is given without it."
         )
     return text
 

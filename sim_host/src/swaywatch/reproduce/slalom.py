@@ -161,7 +161,7 @@ def _figure(free: Sequence[Point], loaded: Sequence[Point], steered: Sequence[Po
     return Figure(
         "Fig. 6-7: load and slip on a degressive tyre, in sway and in a slalom", styled(plot, 560),
         "Load alone and slip alone both lower the normalised stiffness. In the sway they change "
-        "together and cannot be told apart; in the slalom each is varied by itself.",
+        "together and cannot be distinguished; in the slalom each is varied by itself.",
     )  # fmt: skip
 
 

@@ -59,7 +59,7 @@ def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome]
         "<h2>Runs</h2>",
         _table(order[:MOST_ROWS]),
         _left_out(len(order)),
-        "<div class='note'>Mismatch: rest of the fit in units of the measurement's noise, of the "
+        "<div class='note'>Mismatch: residual of the fit in units of the noise measured, of the "
         "model as it is and with what was found; about 1 is noise. Each run is judged by itself; "
         "the link leads to the maps, signals and figures behind it.</div>",
     ]

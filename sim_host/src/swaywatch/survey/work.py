@@ -277,5 +277,5 @@ def _why(effect: dict[str, Any]) -> str:
     what = named(f"{effect['id']}:{effect['component']}")
     text = f"{what}: {values}; confidence {effect['confidence']:.2f}"
     if effect["equivalent"]:
-        text += f"; cannot be told from {', '.join(effect['equivalent'])}"
+        text += f"; cannot be distinguished from {', '.join(effect['equivalent'])}"
     return text

@@ -240,7 +240,10 @@ def _courses(recording: DriveResult, simulation: DriveResult) -> go.Figure:
             )  # fmt: skip
         figure.update_yaxes(title=f"{axle.replace('_', ' ')} [kN/rad]", row=number, col=1)
     figure.update_xaxes(title="time [s]", row=max(1, len(shown)), col=1)
-    figure.update_layout(height=170 * max(1, len(shown)) + 60)
+    figure.update_layout(
+        height=170 * max(1, len(shown)) + 60, margin={"l": 76, "r": 24, "t": 40, "b": 52},
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0},
+    )  # fmt: skip
     return figure
 
 
