@@ -200,11 +200,13 @@ bench:: setup-test
 
 -include $(sort $(wildcard port/*/rules.mk)) $(sort $(wildcard tests/mk/*.mk))
 
-# Last, so that a test run ends with pytest's own line.
+# Last, so that a test run ends with pytest's own line. A file of tests runs in one process;
+# PYTEST_WORKERS=0 runs all of them in this one.
+PYTEST_WORKERS ?= 2
 test:: lint
 ifneq ($(wildcard tests/host/test_*.py),)
 test::
-	@$(VENV)/bin/pytest -q tests/host
+	@$(VENV)/bin/pytest -q -n $(PYTEST_WORKERS) --dist loadfile --durations=15 tests/host
 endif
 
 clean:
