@@ -54,7 +54,9 @@ INLINE V NAME(axle)(const TYRES *t, const FEATURES *has, AXLE *out)
             const V peak = fz * t->friction;
             const M held = (t->friction > 0.0) & (fz > 1.0);
             force = NAME(choose)(held, NAME(saturation)(linear, peak, t->shape), linear);
-            share = NAME(choose)(held, linear / peak, share);
+            if (has->aligning) {
+                share = NAME(choose)(held, linear / peak, share);
+            }
         }
         if (has->aligning) {
             out->moment -= t->trail * NAME(trail)(share) * force;
@@ -285,15 +287,19 @@ INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const 
         t.left = (V)((M)ser[T_LOAD_CAR_FRONT + a] & negative);
         t.right = (V)((M)ser[T_LOAD_CAR_FRONT + a] & ~negative);
         t.slip = slips->acting[a];
+        V unshifted = {0};
+        if (has->heaves || has->sprung) {
+            unshifted = NAME(even)(&t, has);
+        }
         if (has->heaves) {
             t.left -= dampers->spring[a] + dampers->left[a];
             t.right -= dampers->spring[a] + dampers->right[a];
-            w[a].lifted = e[E_JACKING_CAR + body] * slips->roll[body] * NAME(even)(&t, has);
+            w[a].lifted = e[E_JACKING_CAR + body] * slips->roll[body] * unshifted;
             t.left += 0.5 * w[a].lifted, t.right += 0.5 * w[a].lifted;
         }
         if (has->sprung) {
             t.shift += k->spring[a] * x[X_ROLL + body] + k->damper[a] * x[X_ROLL_RATE + body];
-            t.shift += k->geometric[a] * NAME(even)(&t, has);
+            t.shift += k->geometric[a] * unshifted;
         } else {
             t.shift += e[E_TRANSFER_CAR_FRONT + a] * x[X_TRANSFER + body];
         }

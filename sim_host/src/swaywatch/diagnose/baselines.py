@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, REMAINS, explained, worth
+from swaywatch.diagnose.fit import Fit
 from swaywatch.diagnose.road_vehicle import pushing, without
 from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
@@ -95,7 +96,7 @@ def explore(planar: Sequence[Search], springs: Search | None, progress: Progress
     else:
         paths = _either(first, base, springs, part)
     if paths[-1].search is first and _exact(paths[-1]):
-        paths += [path(s, s.baseline(), part.next()) for s in planar[1:]]
+        paths += [_with_care(search, paths[-1], part.next()) for search in planar[1:]]
     noise = min(p.search.noise for p in paths)
     for each in paths:
         each.search.noise = noise
@@ -128,19 +129,37 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
     found = path(springs, other, part.next())
     if not found.clean:
         return [found, path(first, base, part.next())]
-    if _hopeless(first, base, found):
+    same = first.judge.run(replace(base.fit, terms=_own(first, found.best.fit.terms)), 12)
+    if _hopeless(first, base, same, found):
         return [found]
     # beyond one effect more, a rigid vehicle has to do better than this one to be searched on
     rival = Rival(len(found.best.fit.terms) + 1, springs.weighed(found.best).evidence)
-    return [found, path(first, base, part.next(), rival)]
+    return [found, path(first, base, part.next(), rival, known=same)]
 
 
-def _hopeless(rigid: Search, base: Candidate, other: Path) -> bool:
+def _hopeless(rigid: Search, base: Candidate, same: Fit, other: Path) -> bool:
     """A rigid vehicle is far off, with the same effects or without, and one more does not help."""
-    same = rigid.judge.run(replace(base.fit, terms=other.best.fit.terms), 12)
     parents = [base.fit, same] if same.terms else [base.fit]
     found = [c.fit for parent in parents for c in rigid.extend(parent, windowed=False)]
     return min(f.chi2 for f in (same, *found)) > HOPELESS * other.best.fit.chi2
+
+
+def _own(search: Search, terms: Sequence[Term]) -> tuple[Term, ...]:
+    """Terms found beside another baseline, as this search says them."""
+    known = {(e.name, e.extra.get("form", "box")): e for e in search.effects}
+    own = [known.get((t.effect.name, t.effect.extra.get("form", "box"))) for t in terms]
+    return tuple(
+        replace(t, effect=e) if e is not None and len(e.parameters) == len(t.effect.parameters)
+        else t
+        for t, e in zip(terms, own, strict=True)
+    )  # fmt: skip
+
+
+def _with_care(search: Search, other: Path, progress: Progress) -> Path:
+    """The path of the same vehicle with another care."""
+    base = search.baseline()
+    same = search.judge.run(other.best.fit, 12)
+    return path(search, base, progress, known=same)
 
 
 def _exact(path: Path) -> bool:
@@ -159,9 +178,30 @@ class Rival:
     evidence: float
 
 
-def path(search: Search, base: Candidate, progress: Progress, rival: Rival | None = None) -> Path:
-    """More effects, as long as the evidence grows by more than a claim needs."""
+def path(
+    search: Search,
+    base: Candidate,
+    progress: Progress,
+    rival: Rival | None = None,
+    known: Fit | None = None,
+) -> Path:
+    """More effects, as long as the evidence grows by more than a claim needs.
+
+    Parameters
+    ----------
+    search, base
+        Where, and its baseline.
+    progress
+        Called with a stage and the share done.
+    rival
+        What it has to beat.
+    known
+        The explanation of another baseline, refitted here: one effect in windows that leaves only
+        noise is not looked for again.
+    """
     beam = [base]
+    if known is not None and not _in_windows(search, base, known):
+        known = None
     best = base
     for depth in range(1, MOST_EFFECTS + 1):
         if rival and depth > rival.most and search.weighed(best).evidence < rival.evidence:
@@ -169,7 +209,11 @@ def path(search: Search, base: Candidate, progress: Progress, rival: Rival | Non
         found: list[Candidate] = []
         for index, parent in enumerate(beam):
             progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)
-            found += search.extend(parent.fit)
+            again = known is None or depth > 1
+            found += search.extend(parent.fit, windowed=again)
+        if known is not None and depth == 1:
+            found.append(Candidate(known, base.fit))
+            search.tried.append(found[-1])
         found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
         beside = not search.problem.free_start
         found = _simplest(sorted(map(search.weighed, found), key=lambda c: -c.evidence), beside)
@@ -184,6 +228,13 @@ def path(search: Search, base: Candidate, progress: Progress, rival: Rival | Non
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
     return Path(search, base, _needed(search, best))
+
+
+def _in_windows(search: Search, base: Candidate, known: Fit) -> bool:
+    """One effect in windows that leaves only noise of what the baseline leaves more of."""
+    if len(known.terms) != 1 or not known.terms[0].effect.windowed:
+        return False
+    return search.settled(base.fit, [known])
 
 
 def _needed(search: Search, best: Candidate) -> Candidate:

@@ -33,10 +33,21 @@ class Window:
 
     def mask(self, time: Array) -> Array:
         """1 inside, 0 outside, linear over one sample at the edges. Shape of `time`."""
+        found = np.zeros_like(time)
+        inside, share = self.part(time)
+        found[inside] = share
+        return found
+
+    def part(self, time: Array) -> tuple[slice, Array]:
+        """The samples that the window reaches, and `mask` of them; `time` is evenly spaced."""
         step = float(time[1] - time[0])
-        rise = np.clip((time - self.start) / step + 0.5, 0.0, 1.0)
-        fall = np.clip((self.stop - time) / step + 0.5, 0.0, 1.0)
-        return np.minimum(rise, fall)
+        first = int((self.start - time[0]) / step) - 1
+        last = int((self.stop - time[0]) / step) + 3
+        first, last = (min(max(i, 0), time.size) for i in (first, last))
+        inside = slice(first, max(first, last))
+        rise = np.clip((time[inside] - self.start) / step + 0.5, 0.0, 1.0)
+        fall = np.clip((self.stop - time[inside]) / step + 0.5, 0.0, 1.0)
+        return inside, np.minimum(rise, fall)
 
     def half_sine(self, time: Array) -> Array:
         """A half sine over the window. Shape of `time`."""

@@ -409,8 +409,7 @@ class Comparison:
             for i, name in enumerate(self.names):
                 if name in channels.changed:
                     means[:, i] = block_mean(channels[name])
-        for i, name in enumerate(self.names):
-            means[:, i] = beliefs.sensed(name, means[:, i], BLOCK / RATE_HZ, shift)
+        means = beliefs.all_sensed(self.names, means, BLOCK / RATE_HZ, shift)
         loads = [blocks[:, left] + blocks[:, right] for left, right in _LOADS]
         return self.normalised(means, loads)
 

@@ -45,6 +45,7 @@ RELEASED = (0.5, 0.0)
 BENT = 0.8  # an effect that takes more of the misfit away has bent the values of its parent
 LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
 TRAILER_FRONT = BODY.index("trailer.front_cornering_stiffness")
+HARDLY = 0.9  # of the misfit: effects that leave more of it wait until those in windows are tried
 FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
 
@@ -248,8 +249,11 @@ class Search:
         self.noise = 1.0
         self.tried: list[Candidate] = []
         self._base: Candidate | None = None
-        #: By the identity of a parent: itself, under the observer, and its fits with one effect.
-        self._found: dict[int, tuple[Fit, Fit, list[Fit]]] = {}
+        #: By the identity of a parent: itself and it under the observer, its fits with one effect
+        #: without windows there, and where they are judged.
+        self._parents: dict[int, tuple[Fit, Fit]] = {}
+        self._under: dict[int, list[Fit]] = {}
+        self._found: dict[int, list[Fit]] = {}
 
     @property
     def on_springs(self) -> bool:
@@ -486,13 +490,15 @@ class Search:
         open_ = [
             e for e in self.effects if (e.id, e.component) not in taken and e.id not in in_windows
         ]
-        near, fits = self._lasting(parent, [e for e in open_ if not e.windowed])
-        settled = level(parent) > REMAINS and bool(fits) and explained(parent, fits[0])
-        settled = settled and level(fits[0]) < LINEAR
-        if windowed and not settled:
-            found = self._windowed(near, [e for e in open_ if e.windowed])
-            polished = self.judge.side_by_side(self.released, found)
-            fits = _best_of_each([*fits, *self._unbent(polished, parent)])
+        lasting = [e for e in open_ if not e.windowed]
+        in_parts = [e for e in open_ if e.windowed] if windowed else []
+        first = bool(in_parts) and self._hardly(parent, lasting)
+        fits = self._polished(parent, in_parts) if first else []
+        if not self.settled(parent, fits):
+            lasts = self._lasting(parent, lasting)
+            if in_parts and not first and not self.settled(parent, lasts):
+                fits = self._polished(parent, in_parts)
+            fits = _best_of_each([*lasts, *fits])
         candidates = [Candidate(f, parent) for f in fits if np.isfinite(f.chi2)]
         if candidates:
             least = min(candidates, key=lambda c: c.fit.chi2)
@@ -500,21 +506,54 @@ class Search:
         self.tried += candidates
         return sorted(map(self.weighed, candidates), key=lambda c: -c.evidence)
 
-    def _lasting(self, parent: Fit, effects: Sequence[Effect]) -> tuple[Fit, list[Fit]]:
-        """The parent under the observer; effects without windows, found there and free of it.
+    @staticmethod
+    def settled(parent: Fit, fits: Sequence[Fit]) -> bool:
+        """The first of the fits leaves only noise of what the parent leaves more of."""
+        if not fits or level(parent) <= REMAINS:
+            return False
+        return explained(parent, fits[0]) and level(fits[0]) < LINEAR
 
-        Best first. Asked again about the same parent it answers what it found before.
+    def _hardly(self, parent: Fit, effects: Sequence[Effect]) -> bool:
+        """Effects without windows take hardly anything away under the observer, from rest too."""
+        if not self.releases or level(parent) <= LINEAR:
+            return False
+        near, under = self._watched(parent, effects)
+        return all(f.chi2 > HARDLY * near.chi2 for f in under)
+
+    def _watched(self, parent: Fit, effects: Sequence[Effect]) -> tuple[Fit, list[Fit]]:
+        """A parent under the observer, and there, if it is far off, effects without windows.
+
+        Asked again about the same parent it answers what it found before.
         """
-        if id(parent) in self._found:
-            return self._found[id(parent)][1:]
-        near = self.close.run(parent, 6)
-        far = not self.releases or level(parent) > LINEAR
-        under = self.constants(self.close, near, effects) if far else []
-        free = self.constants(self.judge, parent, effects) if self.releases else []
-        polished = self.judge.side_by_side(self.released, under[:POLISHED])
-        fits = self._unbent([*polished, *free], parent, under[:POLISHED])
-        self._found[id(parent)] = parent, near, fits
-        return near, fits
+        near = self._near(parent)
+        if id(parent) not in self._under:
+            far = not self.releases or level(parent) > LINEAR
+            self._under[id(parent)] = self.constants(self.close, near, effects) if far else []
+        return near, self._under[id(parent)]
+
+    def _near(self, parent: Fit) -> Fit:
+        """A parent under the observer."""
+        if id(parent) not in self._parents:
+            self._parents[id(parent)] = parent, self.close.run(parent, 6)
+        return self._parents[id(parent)][1]
+
+    def _lasting(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
+        """Effects without windows, found under the observer and free of it; best first.
+
+        Asked again about the same parent it answers what it found before.
+        """
+        if id(parent) not in self._found:
+            under = self._watched(parent, effects)[1]
+            free = self.constants(self.judge, parent, effects) if self.releases else []
+            polished = self.judge.side_by_side(self.released, under[:POLISHED])
+            fits = self._unbent([*polished, *free], parent, under[:POLISHED])
+            self._found[id(parent)] = fits
+        return self._found[id(parent)]
+
+    def _polished(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
+        """Effects in windows, found under the observer and fitted where they are judged."""
+        found = self._windowed(self._near(parent), effects)
+        return self._unbent(self.judge.side_by_side(self.released, found), parent)
 
     def _unbent(self, fits: Sequence[Fit], parent: Fit, watched: Sequence[Fit] = ()) -> list[Fit]:
         """The best of each, and once more from rest where they take away much of the misfit.

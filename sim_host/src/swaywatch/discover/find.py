@@ -237,7 +237,7 @@ def discover(
         Called with a stage and the share done.
     """
     progress("laws beyond the library", 0.93)
-    hunts = [Hunt(path) for path in paths]
+    hunts = [Hunt(path) for path in _one_of_each(paths)]
     clean = any(path.clean for path in paths)
     for index, search in enumerate(others):
         tried = any(search is path.search for path in paths)
@@ -288,12 +288,24 @@ def _library(hunts: Sequence[Hunt]) -> tuple[Hunt, Candidate]:
     return max(found, key=lambda pair: pair[1].evidence)
 
 
+def _one_of_each(paths: Sequence[Path]) -> list[Path]:
+    """The likeliest path of those with a rigid vehicle, and of those with one on springs."""
+    found: dict[bool, Path] = {}
+    for path in sorted(paths, key=lambda p: -p.search.weighed(p.best).evidence):
+        found.setdefault(path.search.on_springs, path)
+    return list(found.values())
+
+
 def _parents(path: Path) -> list[Fit]:
-    """What laws are tried beside: nothing, and what the library found."""
-    found = [path.base.fit]
-    if path.best.fit.terms:
-        found.append(path.best.fit)
-    return found
+    """What laws are tried beside: nothing, and what the library found.
+
+    In the place of one effect that leaves only noise no law can do better by as much as it has to.
+    """
+    known = path.best.fit
+    if not known.terms:
+        return [path.base.fit]
+    plain = path.clean and len(known.terms) < SEVERAL
+    return [known] if plain else [path.base.fit, known]
 
 
 def _share_noise(hunts: Sequence[Hunt]) -> None:

@@ -57,17 +57,21 @@ def _act(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], Non
         del values
         if not windows:
             return
-        phase = 2.0 * force_phase(run, axle)
+        phase = force_phase(run, axle)
+        total = np.zeros_like(phase)
         for window in windows:
             v = window.values
-            load = v["in_phase_n"] * np.cos(phase) - v["quadrature_n"] * np.sin(phase)
-            plant.add_series(f"load_{axle}", load * window.mask(run.time))
+            inside, mask = window.part(run.time)
+            twice = 2.0 * phase[inside]
+            load = v["in_phase_n"] * np.cos(twice) - v["quadrature_n"] * np.sin(twice)
+            total[inside] += load * mask
+        plant.add_series(f"load_{axle}", total)
 
     return act
 
 
 def _generator(run: Run, delay: float, window: Window) -> Array:
-    """The generator's load for a gain of one (Eq. 6.1): square of the yaw rate, less its mean.
+    """The generator's load in a window, gain one (Eq. 6.1): square of the yaw rate, less its mean.
 
     Over the mean of the square in the window, so that the gain is the load's amplitude there.
     """
@@ -77,18 +81,23 @@ def _generator(run: Run, delay: float, window: Window) -> Array:
         step = 1.0 / (RATE_HZ * MEAN_TIME_S)
         run.simulated["_high_pass"] = q - lfilter([step], [1.0, step - 1.0], q)
         run.simulated["_square"] = q  # last: other threads look for it
-    inside = window.mask(run.time)
-    size = float(np.dot(inside, run.simulated["_square"]) / max(float(np.sum(inside)), 1.0))
-    late = np.interp(run.time - delay, run.time, run.simulated["_high_pass"])
+    inside, mask = window.part(run.time)
+    square = float(np.dot(mask, run.simulated["_square"][inside]))
+    size = square / max(float(np.sum(mask)), 1.0)
+    late = np.interp(run.time[inside] - delay, run.time, run.simulated["_high_pass"])
     return np.asarray(late / (size + LEAST_YAW))
 
 
 def _act_generator(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
+        total = np.zeros_like(run.time)
         for window in windows:
+            inside, mask = window.part(run.time)
             load = window.values["gain_n"] * _generator(run, window.values["delay_s"], window)
-            plant.add_series(f"load_{axle}", load * window.mask(run.time))
+            total[inside] += load * mask
+        if windows:
+            plant.add_series(f"load_{axle}", total)
 
     return act
 
@@ -123,7 +132,9 @@ def _describe(run: Run, axle: str, window: Window) -> dict[str, float]:
     inside = window.mask(run.time) > 0.5
     f = frequency(run, axle, window)
     if "gain_n" in window.values:
-        load = window.values["gain_n"] * _generator(run, window.values["delay_s"], window)[inside]
+        part, _ = window.part(run.time)
+        load = window.values["gain_n"] * _generator(run, window.values["delay_s"], window)
+        load = load[inside[part]]
         phase = 2.0 * force_phase(run, axle)[inside]
         columns = np.stack([np.cos(phase), -np.sin(phase), np.ones(phase.size)], axis=1)
         a, b, _ = np.linalg.lstsq(columns, load, rcond=None)[0]
@@ -139,11 +150,12 @@ def _describe(run: Run, axle: str, window: Window) -> dict[str, float]:
 def _as_generator(run: Run, axle: str, window: Window, load: Array) -> tuple[float, float]:
     """Gain and delay of the generator whose load is nearest to some course of it."""
     inside = (run.time >= window.start) & (run.time <= window.stop)
+    part, _ = window.part(run.time)
     phase = 2.0 * force_phase(run, axle)[inside]
     best = (np.inf, 0.0, 0.0)
     turn = (run.time[inside][-1] - run.time[inside][0]) / max(float(np.ptp(phase)), 1e-6)
     for delay in np.arange(0.0, 2.0 * np.pi * turn, 0.02):
-        g = _generator(run, float(delay), window)[inside]
+        g = _generator(run, float(delay), window)[inside[part]]
         gain = float(np.dot(g, load) / (np.dot(g, g) + 1e-12))
         rest = float(np.sum((load - gain * g) ** 2))
         if gain > 0.0 and rest < best[0]:
