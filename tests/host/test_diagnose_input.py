@@ -117,7 +117,7 @@ def test_another_loading_than_the_file_says_is_told(tmp_path: Path) -> None:
     ("without", "sentence"),
     [
         (("wheel_vertical",), "without wheel loads axle_load_harmonic and tyre_stiffness_change"),
-        (("wheel_lateral",), "without wheel forces axles are told apart only by the motion"),
+        (("wheel_lateral",), "without wheel forces axles are distinguished only by the motion"),
         (("hitch",), "without the hitch force trailer mass and trailer forces"),
         (("trailer_yaw",), "sensor_delay of trailer_yaw_rate: not recorded"),
     ],

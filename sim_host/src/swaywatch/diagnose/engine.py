@@ -161,13 +161,15 @@ def _untestable(problem: Problem, effects: Sequence[Effect]) -> list[str]:
     found = []
     if any(c.startswith("wheel_vertical_load") for c in missing):
         found.append(
-            "without wheel loads axle_load_harmonic and tyre_stiffness_change are told apart only "
-            "by their course in time, and load transfer is assumed"
+            "without wheel loads axle_load_harmonic and tyre_stiffness_change differ only "
+            "in their course in time, and load transfer is assumed"
         )
     if any(c.startswith("wheel_lateral_force") for c in missing):
-        found.append("without wheel forces axles are told apart only by the motion")
+        found.append("without wheel forces axles are distinguished only by the motion")
     if "hitch_lateral_force" in missing:
-        found.append("without the hitch force trailer mass and trailer forces are told apart less")
+        found.append(
+            "without the hitch force trailer mass and trailer forces are harder to distinguish"
+        )
     for e in effects:
         if e.component in missing and e.kind == "measurement":
             found.append(f"{e.id} of {e.component}: not recorded")
@@ -184,7 +186,7 @@ def _unseen(verdict: Verdict) -> list[str]:
     if not largest:
         return []
     names = ", ".join(f"{name} by less than {size:.0f} %" for name, size in largest.items())
-    return [f"cannot be told from this recording: {names}"]
+    return [f"this recording cannot exclude {names}"]
 
 
 def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict[str, Any]:

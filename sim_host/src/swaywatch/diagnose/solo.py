@@ -295,7 +295,7 @@ def _result(fitter: SoloFitter, verdict: SoloVerdict, found: list[Finding]) -> d
         checks.append(
             f"{', '.join(fitted)}: not in vehicle.toml, fitted to the recordings; so an "
             "explanation that acts like a stiffness (steering_compliance, roll_steer, "
-            "parameter_error of a stiffness or of the mass) cannot be told from it"
+            "parameter_error of a stiffness or of the mass) cannot be distinguished from it"
         )
     rest = fitter.nrmse(verdict.model, data.parts)
     return {

@@ -244,7 +244,7 @@ def _checks(chapter: Chapter, by_amplitude: list[Ladder], by_phase: list[Ladder]
         Check("v_crit over the phase of a load of 1 kN, highest less lowest (text: ca. 10)",
               10.0, max(speeds) - min(speeds), 1.0, "km/h",
               cause=f"a load of {_load_for(10.0):.0f} N gives 10.0 km/h; the text's own amplitude "
-              "changes with the phase (Fig. 6-6) and is not told"),
+              "changes with the phase (Fig. 6-6) and is not given"),
         Check("v_crit over amplitudes to 1.2 kN, highest less lowest (text: ca. 10)",
               10.0, max(across) - min(across), 1.0, "km/h"),
         Check("v_crit over the phase: drives less single track with complex C_ar1, worst",

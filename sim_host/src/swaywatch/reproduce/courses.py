@@ -108,7 +108,7 @@ def _synthetic(chapter: Chapter) -> None:
     plot.update_xaxes(title="time [s]", row=3, col=1)
     chapter.parts.append(Figure(
         "Fig. 4-4: a synthetic signal that changes", styled(plot, 520),
-        "Nothing is told to the core: a window of 1.7 oscillations follows both.",
+        "The core knows nothing of it: a window of 1.7 oscillations follows both.",
     ))  # fmt: skip
 
 
