@@ -28,6 +28,8 @@ from swaywatch.survey.page import make_page as survey_page
 from swaywatch.survey.work import Outcome
 
 KEPT = DATA / "pages"
+#: One font, whatever else is installed: letters of another width break lines elsewhere.
+FONT = "<style>* { font-family: 'DejaVu Sans' !important; }</style>"
 PAGES = ("damping", "iso9815", "reproduce", "survey")
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium (Debian package chromium)")
@@ -81,7 +83,7 @@ def made(name: str, pages: dict[str, Path]) -> Path:
         return pages[name]
     path = pages["folder"] / f"{name}.html"
     written = {"damping": _damping, "iso9815": _iso9815, "survey": _survey}
-    path.write_text(written.get(name, _reproduce)())
+    path.write_text(written.get(name, _reproduce)().replace("</head>", f"{FONT}</head>", 1))
     pages[name] = path
     return path
 
