@@ -11,5 +11,5 @@ foreign: setup
 
 # `make first-hour`: what a new user ran into, before and now, each by a command; some minutes.
 .PHONY: first-hour
-first-hour: setup
+first-hour: setup $(SWAYWATCHD)
 	@tests/tools/first-hour
