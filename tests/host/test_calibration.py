@@ -14,7 +14,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
 import calibrate
 
 from swaywatch.diagnose.calibration import BESIDE, interval, table
+from swaywatch.diagnose.describe import _reported
 from swaywatch.diagnose.effect import library
+from swaywatch.diagnose.term import Term
 
 PROOF_SEED = 20261121
 
@@ -48,6 +50,16 @@ def test_an_interval_holds_its_value_and_widens_with_error_and_size() -> None:
     small = interval("parameter_error", 1.01, 0.01, 1e-4, 1.0)
     large = interval("parameter_error", 1.30, 0.30, 1e-4, 1.0)
     assert small["high"] - small["low"] < large["high"] - large["low"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_value_whose_error_is_none_is_reported() -> None:
+    import numpy as np
+
+    own = next(e for e in library() if e.name == "tyre_relaxation:car_rear")
+    rows = _reported(Term(own, (0.5,)), "tyre_relaxation", np.zeros((1, 1)), 1.0)
+    assert rows["length_m"]["value"] == 0.5
+    assert np.isfinite([rows["length_m"]["low"], rows["length_m"]["high"]]).all()
 
 
 def test_intervals_fitted_to_known_errors_cover_nine_tenths() -> None:

@@ -91,7 +91,8 @@ def _reported(term: Term, name: str, covariance: Array, reached: float) -> dict[
         moved = raw.copy()
         moved[index] += step if raw[index] + step <= effect.parameters[index].high else -step
         changed = report(moved)
-        columns.append([(changed[k] - found[k]) / (moved[index] - raw[index]) for k in found])
+        by = float(moved[index] - raw[index])  # none where the fit says that the error is none
+        columns.append([(changed[k] - found[k]) / by if by else 0.0 for k in found])
     jacobian = np.array(columns)
     assumed = float(str(effect.extra.get("assumed_share", 0.0)))
     errors_ = np.sqrt(np.abs(np.diag(jacobian.T @ covariance @ jacobian)))
