@@ -24,6 +24,7 @@ test:: dist-test
 DIST_TOOLS := platformio==6.2.0 idf-component-manager==3.1.2 kconfiglib==14.1.0
 .PHONY: dist-tools
 dist-tools: dist-test
-	@[ -x $(B)/dist-tools/bin/pio ] || { $(or $(PYTHON),python3) -m venv $(B)/dist-tools && \
-	    $(B)/dist-tools/bin/pip install -q --disable-pip-version-check $(DIST_TOOLS); }
+	@[ -e $(B)/dist-tools/whole ] || { $(or $(PYTHON),python3) -m venv $(B)/dist-tools && \
+	    $(B)/dist-tools/bin/pip install -q --disable-pip-version-check $(DIST_TOOLS) && \
+	    touch $(B)/dist-tools/whole; }
 	@$(B)/dist-tools/bin/python tests/package/manifests.py $(B)/dist-test/swaywatch
