@@ -2,7 +2,7 @@
 
 VDMCheck 2 (INTO-CPS: the rules of FMI 2 as a formal model) comes from Maven Central, at the
 versions and SHA-256 below. The others are published as files of GitHub releases and are run where
-their place is told. Nothing is built here. A checker that cannot be had is said to be left out.
+their place is given. Nothing is built here. A checker that cannot be had is said to be left out.
 """
 
 from __future__ import annotations

@@ -211,12 +211,7 @@ class Beliefs:
 
     def sensed(self, channel: str, value: Array, step_s: float, z: Array) -> Array:
         """A channel with its gain and delay. Shape (n,)."""
-        gain, delay = self.amount("gain", channel, z), self.amount("delay", channel, z)
-        if gain != 0.0:
-            value = value * (1.0 + gain)
-        if delay != 0.0:
-            value = value - delay / step_s * np.gradient(value)
-        return value
+        return self.all_sensed([channel], value[:, np.newaxis], step_s, z)[:, 0]
 
     def all_sensed(self, channels: Sequence[str], values: Array, step_s: float, z: Array) -> Array:
         """`sensed` of several channels at once. Shape (n, channels)."""

@@ -299,7 +299,8 @@ def _one_of_each(paths: Sequence[Path]) -> list[Path]:
 def _parents(path: Path) -> list[Fit]:
     """What laws are tried beside: nothing, and what the library found.
 
-    In the place of one effect that leaves only noise no law can do better by as much as it has to.
+    One effect that leaves only noise is not asked to make room: a law that would do without it is
+    found beside it, and takes it out then (`_completed`).
     """
     known = path.best.fit
     if not known.terms:
