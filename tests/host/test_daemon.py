@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import re
 import signal
 import subprocess
+import termios
+import time
+from array import array
 from collections.abc import Callable
 from pathlib import Path
 
@@ -292,8 +296,19 @@ def test_a_fifo_without_a_writer_can_be_left(tmp_path: Path) -> None:
     assert process.wait(60) == 1
 
 
-def test_the_terminal_goes_and_the_replay_goes_on(good_log: Path, tmp_path: Path) -> None:
-    """It died of SIGHUP."""
+def waits_for_more(pid: int, pipe: int) -> bool:
+    """Return whether a process has read a pipe to its end and sleeps until more is written."""
+    unread = array("i", [0])
+    fcntl.ioctl(pipe, termios.FIONREAD, unread)
+    state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    return unread[0] == 0 and state == "S"
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGUSR1])
+def test_the_terminal_goes_and_the_replay_goes_on(
+    good_log: Path, tmp_path: Path, number: signal.Signals
+) -> None:
+    """It died of SIGHUP, and took a signal while it waited for a pipe for the end of the log."""
     fifo = tmp_path / "log"
     os.mkfifo(fifo)
     command = [DAEMON, "--vehicle", CASES / "p01" / "vehicle.toml", "--replay", fifo]
@@ -302,7 +317,9 @@ def test_the_terminal_goes_and_the_replay_goes_on(good_log: Path, tmp_path: Path
     with fifo.open("w") as writer:
         writer.writelines(lines[:2000])
         writer.flush()
-        process.send_signal(signal.SIGHUP)
+        while not waits_for_more(process.pid, writer.fileno()):
+            time.sleep(0.01)
+        process.send_signal(number)
         writer.writelines(lines[2000:])
     _, said = process.communicate(timeout=60)
     assert process.returncode == 0
