@@ -11,8 +11,9 @@ from conftest import DATA
 from swaywatch.diagnose.data import load
 from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.fit import OBSERVER, Fitter, Problem, predict_run
-from swaywatch.diagnose.locate import windows
+from swaywatch.diagnose.locate import Locator, pulses_of, windows
 from swaywatch.diagnose.runs import RATE_HZ
+from swaywatch.diagnose.search import Search
 from swaywatch.diagnose.sparse_course import MOST_PULSES, sparse_course
 from swaywatch.diagnose.term import Term
 
@@ -46,6 +47,34 @@ def problem() -> Problem:
             replace(run, channels=channels, noise={**run.noise, **noise}, scales={}, simulated={})
         )
     return replace(own, runs=tuple(runs), observer=OBSERVER)
+
+
+def test_a_pulse_beside_others_shows_what_the_whole_simulation_does(problem: Problem) -> None:
+    """It is simulated only from its begin until the observer has forgotten it."""
+    close = Fitter(problem, fine=False)
+    rest = close.start()
+    values = [x for _, start, stop in TRUE for x in (start, stop, FACTOR)]
+    fit = replace(rest, terms=(Term(change(), tuple(values), tuple(r for r, *_ in TRUE)),))
+    edges = np.linspace(float(problem.runs[0].time[0]), float(problem.runs[0].time[-1]), 21)
+    pulses = pulses_of(change(), 0, edges)[4:8]
+    locator = Locator(close, fit)
+    for pulse, column in zip(pulses, locator.columns(0, pulses), strict=True):
+        whole = close.evaluate(0, (*fit.terms, pulse), fit.nuisance[0], fit.shift)
+        moved = whole - locator.base[0]
+        assert np.linalg.norm(column - moved) < 0.02 * np.linalg.norm(moved)
+        assert np.linalg.norm(moved) > 1.0
+
+
+def test_what_was_asked_before_is_answered_again(problem: Problem) -> None:
+    effects = [e for e in library() if e.id == "tyre_relaxation"]
+    search = Search(replace(problem, observer=0.0), effects, lambda stage, share: None)
+    base = search.baseline().fit
+    first = search.extend(base)
+    tried = len(search.tried)
+    again = search.extend(base)
+    assert first
+    assert [id(c.fit) for c in again] == [id(c.fit) for c in first]
+    assert len(search.tried) == tried
 
 
 def test_windows_and_size_are_found_beside_a_bent_vehicle(problem: Problem) -> None:

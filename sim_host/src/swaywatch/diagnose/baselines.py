@@ -13,7 +13,7 @@ import numpy as np
 from swaywatch.diagnose.evidence import BESIDE, CLAIMED, DISCREPANCY, REMAINS, explained, worth
 from swaywatch.diagnose.fit import Fit
 from swaywatch.diagnose.road_vehicle import pushing, without
-from swaywatch.diagnose.search import BEAM, Candidate, Progress, Search, level
+from swaywatch.diagnose.search import BEAM, LINEAR, Candidate, Progress, Search, level
 from swaywatch.diagnose.term import Term
 
 SHORTEST_WINDOW_S = 0.6
@@ -120,16 +120,26 @@ class _Parts:
 
 
 def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> list[Path]:
-    """The likelier of the two baselines first, the other where it may do better; rigid last."""
+    """The likelier of the two baselines first, the other where it may do better; rigid last.
+
+    Where much is missing from both, their misfits say little: one effect beside the rigid one,
+    which is faster, is tried first.
+    """
     other = springs.baseline()
     first.noise = springs.noise = min(first.noise, springs.noise)
     if first.weighed(base).evidence >= springs.weighed(other).evidence:
         found = path(first, base, part.next())
         return [found] if found.clean else [path(springs, other, part.next()), found]
-    found = path(springs, other, part.next())
+    known = None
+    if level(other.fit) > LINEAR and base.fit.chi2 < HOPELESS * other.fit.chi2:
+        short = path(first, base, first.progress, most=1)
+        if short.clean:
+            return [short]
+        known = _again(springs, short.best.fit.terms, other)
+    found = path(springs, other, part.next(), known=known)
     if not found.clean:
         return [found, path(first, base, part.next())]
-    same = first.judge.run(replace(base.fit, terms=_own(first, found.best.fit.terms)), 12)
+    same = _again(first, found.best.fit.terms, base)
     if _hopeless(first, base, same, found):
         return [found]
     # beyond one effect more, a rigid vehicle has to do better than this one to be searched on
@@ -142,6 +152,11 @@ def _hopeless(rigid: Search, base: Candidate, same: Fit, other: Path) -> bool:
     parents = [base.fit, same] if same.terms else [base.fit]
     found = [c.fit for parent in parents for c in rigid.extend(parent, windowed=False)]
     return min(f.chi2 for f in (same, *found)) > HOPELESS * other.best.fit.chi2
+
+
+def _again(search: Search, terms: Sequence[Term], base: Candidate) -> Fit:
+    """Terms found beside another baseline, fitted beside this one."""
+    return search.judge.run(replace(base.fit, terms=_own(search, terms)), 12)
 
 
 def _own(search: Search, terms: Sequence[Term]) -> tuple[Term, ...]:
@@ -184,6 +199,7 @@ def path(
     progress: Progress,
     rival: Rival | None = None,
     known: Fit | None = None,
+    most: int = MOST_EFFECTS,
 ) -> Path:
     """More effects, as long as the evidence grows by more than a claim needs.
 
@@ -198,12 +214,14 @@ def path(
     known
         The explanation of another baseline, refitted here: one effect in windows that leaves only
         noise is not looked for again.
+    most
+        Effects.
     """
     beam = [base]
     if known is not None and not _in_windows(search, base, known):
         known = None
     best = base
-    for depth in range(1, MOST_EFFECTS + 1):
+    for depth in range(1, most + 1):
         if rival and depth > rival.most and search.weighed(best).evidence < rival.evidence:
             break
         found: list[Candidate] = []

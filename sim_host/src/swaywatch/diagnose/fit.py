@@ -648,7 +648,8 @@ class Fitter:
             damping = max(damping * 0.2, 1e-9)
             age += 1
             done = gain < tolerance * state.chi2
-            if done and (frozen is not None or age == 1):
+            # what is only searched with is judged by another fit anyway
+            if done and (frozen is not None or age == 1 or not self.fine):
                 break
             far = not start.terms and gain > MOVED * state.chi2
             if frozen is None and (done or far or age == FRESH):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
 
+AT_ONCE = 4 * LANES  # pulses in memory at a time
 PULSE_S = 1.0
 MOST_AT_ONCE = 8  # windows that a course begins with
 NORMAL_QUARTER = 0.3186  # a quarter of normal numbers are smaller than so many sigmas
@@ -51,28 +53,35 @@ class Course:
     gain: float
 
 
+def pulses_of(effect: Effect, run: int, edges: Array) -> list[Term]:
+    """Of each pulse between two edges, and of each value of the effect, one scale of it alone."""
+    found = []
+    for start, stop in pairwise(edges.tolist()):
+        for j, p in enumerate(effect.parameters):
+            values = [q.neutral for q in effect.parameters]
+            values[j] += p.scale
+            found.append(Term(effect, (start, stop, *values), (run,)))
+    return found
+
+
 class Locator:
     """Linear courses of windowed effects about a fit. Caches what does not depend on the effect."""
 
-    def __init__(self, fitter: Fitter, fit: Fit) -> None:
+    def __init__(self, fitter: Fitter, fit: Fit, base: Sequence[Array] | None = None) -> None:
         self.fitter = fitter
         self.fit = fit
-        self.base: list[Array] = []
-        self.background: list[Array] = []
-        self.paths: list[Outcome] = []
-        problem = fitter.problem
-        for r in range(len(problem.runs)):
-            trial = Trial(r, fit.terms, fit.nuisance[r], fit.shift)
-            base, *moved = fitter.evaluate_all([trial, *fitter.background_trials(r, fit)])
-            self.base.append(base)
-            self.background.append(fitter.background(r, base, moved))
-            plant = plant_of(problem, r, fit.terms, fit.nuisance[r], fit.shift)
-            job = Job(plant, columns=ALL, states=True)
-            self.paths += run_jobs([job], fine=fitter.fine)
+        problem, runs = fitter.problem, range(len(fitter.problem.runs))
+        trials = [Trial(r, fit.terms, fit.nuisance[r], fit.shift) for r in runs]
+        self.base = fitter.evaluate_all(trials) if base is None else list(base)
+        found = fitter.backgrounds(fit, runs, self.base)
+        self.background = [found[r][0] for r in runs]
+        self.plants = [plant_of(problem, t.run, t.terms, t.nuisance, t.shift) for t in trials]
+        jobs = [Job(plant, columns=ALL, states=True) for plant in self.plants]
+        self.paths = run_jobs(jobs, fine=fitter.fine)
 
     def _job(self, r: int, term: Term) -> Job:
         """A run with one more windowed term, simulated only while it can be seen."""
-        problem, fit, path = self.fitter.problem, self.fit, self.paths[r]
+        problem, path = self.fitter.problem, self.paths[r]
         run, window = problem.runs[r], term.windows(r)[0]
         n = run.time.size
         first = int((window.start - run.time[0]) * RATE_HZ) // 2 * 2 - 2
@@ -82,9 +91,9 @@ class Locator:
             fades = int((window.stop - run.time[0] + FADE / problem.observer) * RATE_HZ)
             last = min(n, max(fades, first + 2))
         assert path.states is not None
-        terms = (*fit.terms, term)
-        plant = plant_of(problem, r, terms, fit.nuisance[r], fit.shift)
-        columns = self.fitter.comparison(r).wanted(terms)
+        plant = self.plants[r].copy()
+        term.effect.act(plant, run, {}, [window])
+        columns = self.fitter.comparison(r).wanted((*self.fit.terms, term))
         return Job(plant, (first, last), path.states[first], columns)
 
     def _residual(self, r: int, term: Term, job: Job, branch: Outcome) -> Array:
@@ -110,8 +119,8 @@ class Locator:
     def columns(self, r: int, terms: Sequence[Term]) -> list[Array]:
         """Change of the residuals of a run by each of the windowed terms."""
         found: list[Array] = []
-        for at in range(0, len(terms), LANES):
-            some = terms[at : at + LANES]
+        for at in range(0, len(terms), AT_ONCE):
+            some = terms[at : at + AT_ONCE]
             jobs = [self._job(r, term) for term in some]
             branches = run_jobs(jobs, fine=self.fitter.fine)
             found += [
@@ -138,13 +147,7 @@ class Locator:
             start, stop = float(run.time[0]), float(run.time[-1])
             count = max(1, round((stop - start) / pulse_s))
             edge = np.linspace(start, stop, count + 1)
-            pulses = []
-            for i in range(count):
-                for j, p in enumerate(effect.parameters):
-                    values = [q.neutral for q in effect.parameters]
-                    values[j] += p.scale
-                    pulses.append(Term(effect, (edge[i], edge[i + 1], *values), (r,)))
-            a = np.stack(self.columns(r, pulses), axis=1)
+            a = np.stack(self.columns(r, pulses_of(effect, r, edge)), axis=1)
             k = a.shape[1]
             full = np.hstack([a, self.background[r]])
             normal = full.T @ full

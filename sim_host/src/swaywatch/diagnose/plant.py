@@ -20,7 +20,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -248,6 +248,12 @@ class PlantInput:
     series: dict[str, Array] = field(default_factory=dict)
     axles: Array | None = None
     initial: Array = field(default_factory=lambda: np.zeros(4))
+
+    def copy(self) -> PlantInput:
+        """Another one that can be changed without this one."""
+        return replace(
+            self, body=self.body.copy(), scalars=self.scalars.copy(), series=dict(self.series)
+        )
 
     def get(self, name: str) -> float:
         """A scalar slot."""

@@ -285,7 +285,8 @@ def find_windows(
     start = Fit(terms, nuisance[None, :], shift)
     parent = search.close.run(start, 6, free=0)
     plain = next((e for e in same if e.extra.get("form", "box") == "box"), same[0])
-    fit = search.windowed(parent, Locator(search.close, parent).course(plain))
+    locator = Locator(search.close, parent)
+    fit = search.windowed(locator, locator.course(plain))
     if fit is None:
         return []
     fit = search.pruned(search.refined(fit))

@@ -45,6 +45,7 @@ RELEASED = (0.5, 0.0)
 BENT = 0.8  # an effect that takes more of the misfit away has bent the values of its parent
 LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
 TRAILER_FRONT = BODY.index("trailer.front_cornering_stiffness")
+FOLLOWED = 3.0  # misfit, over that of the best, up to which an effect without windows is followed
 HARDLY = 0.9  # of the misfit: effects that leave more of it wait until those in windows are tried
 FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
@@ -254,6 +255,8 @@ class Search:
         self._parents: dict[int, tuple[Fit, Fit]] = {}
         self._under: dict[int, list[Fit]] = {}
         self._found: dict[int, list[Fit]] = {}
+        #: Likewise a parent and what extends it, in windows too and not.
+        self._extended: dict[tuple[int, bool], tuple[Fit, list[Candidate]]] = {}
 
     @property
     def on_springs(self) -> bool:
@@ -298,17 +301,19 @@ class Search:
             stuck = first if far else [f for f in first if f.chi2 > parent.chi2]
             near += self._close_from_rest(stuck)
         near = _best_of_each(near)
-        best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), near[:POLISHED])
-        return [*best, *near[POLISHED:]]
+        first = _followed(near[:POLISHED])
+        best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), first)
+        return [*best, *near[len(first) :]]
 
-    def windowed(self, parent: Fit, course: Course) -> Fit | None:
-        """Best fit of an effect in windows on top of a parent."""
-        fit = self.rough(parent, course)
+    def windowed(self, locator: Locator, course: Course) -> Fit | None:
+        """Best fit of an effect in windows on top of the locator's parent."""
+        fit = self.rough(locator, course)
         return None if fit is None else self.completed(self.edges(fit))
 
-    def rough(self, parent: Fit, course: Course) -> Fit | None:
+    def rough(self, locator: Locator, course: Course) -> Fit | None:
         """Fit of an effect in windows before their edges are moved over local minima."""
-        terms = [windows(course), self._of_course(Locator(self.close, parent), course)]
+        parent = locator.fit
+        terms = [windows(course), self._of_course(locator, course)]
         starts = [(parent, t) for t in terms if t is not None]
         own = bool(course.effect.extra.get("trials"))  # its pulses are not its real form
         found = None
@@ -483,7 +488,16 @@ class Search:
         ]
 
     def extend(self, parent: Fit, *, windowed: bool = True) -> list[Candidate]:
-        """Fits of the parent with one more effect, in windows too or not, weighed, best first."""
+        """Fits of the parent with one more effect, in windows too or not, weighed, best first.
+
+        Asked again about the same parent it answers what it found before.
+        """
+        key = id(parent), windowed
+        if key not in self._extended:
+            self._extended[key] = parent, self._extensions(parent, windowed)
+        return sorted(map(self.weighed, self._extended[key][1]), key=lambda c: -c.evidence)
+
+    def _extensions(self, parent: Fit, windowed: bool) -> list[Candidate]:
         taken = {(t.effect.id, t.effect.component) for t in parent.terms}
         # a second set of windows of the same id only mends the form of the first
         in_windows = {t.effect.id for t in parent.terms if t.effect.windowed}
@@ -504,7 +518,7 @@ class Search:
             least = min(candidates, key=lambda c: c.fit.chi2)
             self.noise = min(self.noise, inflation(residuals(self.judge, least.fit)))
         self.tried += candidates
-        return sorted(map(self.weighed, candidates), key=lambda c: -c.evidence)
+        return candidates
 
     @staticmethod
     def settled(parent: Fit, fits: Sequence[Fit]) -> bool:
@@ -543,11 +557,11 @@ class Search:
         Asked again about the same parent it answers what it found before.
         """
         if id(parent) not in self._found:
-            under = self._watched(parent, effects)[1]
-            free = self.constants(self.judge, parent, effects) if self.releases else []
-            polished = self.judge.side_by_side(self.released, under[:POLISHED])
-            fits = self._unbent([*polished, *free], parent, under[:POLISHED])
-            self._found[id(parent)] = fits
+            under = _followed(self._watched(parent, effects)[1][:POLISHED])
+            fits = _best_of_each(self.judge.side_by_side(self.released, under))
+            if self.releases and not self.settled(parent, fits):
+                fits += self.constants(self.judge, parent, effects)
+            self._found[id(parent)] = self._unbent(fits, parent, under)
         return self._found[id(parent)]
 
     def _polished(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
@@ -563,7 +577,7 @@ class Search:
         """
         best = _best_of_each(fits)
         if best and best[0].chi2 < BENT * parent.chi2:
-            again = _best_of_each([*best[:BEAM], *watched])
+            again = _best_of_each([*_followed(best[:BEAM]), *watched])
             best = _best_of_each([*best, *self._from_rest(again)])
         return best
 
@@ -597,7 +611,7 @@ class Search:
         price = 2.0 * np.log(len(self.effects))
         courses = [c for c in courses if c.gain > price + self._by_chance(c)]
         courses.sort(key=lambda c: -c.gain)
-        started = self.close.side_by_side(lambda c: self.rough(parent, c), courses[:WINDOWED_LIST])
+        started = self.close.side_by_side(lambda c: self.rough(locator, c), courses[:WINDOWED_LIST])
         rough = [f for f in started if f is not None and parent.chi2 - f.chi2 > price]
         rough.sort(key=lambda f: f.chi2)
         gains = [parent.chi2 - f.chi2 for f in rough]
@@ -655,6 +669,12 @@ def _starts(effect: Effect) -> list[tuple[float, ...]]:
 def form_of(effect: Effect) -> tuple[str, str]:
     """Name of an effect and of its form, which in windows is only a matter of their shape."""
     return effect.name, "" if effect.windowed else str(effect.extra.get("form", ""))
+
+
+def _followed(fits: Sequence[Fit]) -> list[Fit]:
+    """Of fits the ones that do not leave far more than the best of them."""
+    least = min((f.chi2 for f in fits), default=0.0)
+    return [f for f in fits if f.chi2 <= FOLLOWED * least]
 
 
 def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:

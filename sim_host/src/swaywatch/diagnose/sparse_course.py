@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import Effect
 from swaywatch.diagnose.fit import NUISANCES, Fit, Fitter, Trial
-from swaywatch.diagnose.locate import PULSE_S, Course, joined
+from swaywatch.diagnose.locate import PULSE_S, Course, Locator, joined, pulses_of
 from swaywatch.diagnose.term import Term
 
 Array = NDArray[np.float64]
@@ -101,16 +101,11 @@ class _Sparse:
         hessian, gradient = np.zeros((size, size)), np.zeros(size)
         terms = joined([self.term(point.pulses[r], r) for r in runs])
         whole = Fit((*self.parent.terms, terms), point.nuisance, point.shift)
-        backgrounds = self.fitter.backgrounds(whole, runs, point.errors)
+        locator = Locator(self.fitter, whole, point.errors)
         first = 0
         for r in runs:
-            trials = []
-            for i, j in np.ndindex(*point.pulses[r].shape):
-                moved = point.pulses[r].copy()
-                moved[i, j] += self.scale[j]
-                trials.append(self.trial(moved, r, point.nuisance, point.shift))
-            columns = [e - point.errors[r] for e in self.fitter.evaluate_all(trials)]
-            jacobian = np.hstack([np.stack(columns, axis=1), backgrounds[r][0]])
+            columns = locator.columns(r, pulses_of(self.effect, r, self.edges[r]))
+            jacobian = np.hstack([np.stack(columns, axis=1), locator.background[r]])
             at = self.n + b + own * r
             place = np.r_[first : first + self.counts[r], self.n : self.n + b, at : at + own]
             hessian[np.ix_(place, place)] += jacobian.T @ jacobian
