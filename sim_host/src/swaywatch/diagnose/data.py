@@ -14,6 +14,7 @@ from swaywatch.diagnose.load_balance import weighed
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.runs import RATE_HZ, Run, on_grid
 from swaywatch.diagnose.sensor_faults import MOST_LOST, SensorFaults
+from swaywatch.diagnose.stretches import STRETCH_S, WHOLE_S, Stretches, divided, length_s
 from swaywatch.drive import Drive, load_drives
 from swaywatch.errors import RecordingError, SignalError, VehicleError
 from swaywatch.models.vehicle_view import constants_of
@@ -24,6 +25,10 @@ INPUTS = ("steering_wheel_angle", "speed")
 MINIMUM_S = 6.0
 MINIMUM_SPEED = 5.0
 MINIMUM_YAW_RATE = 0.01  # rad/s RMS: below it nothing is excited
+NOTHING_MOVES = (
+    f"cannot say: in no stretch of {STRETCH_S:.0f} s does it drive at {MINIMUM_SPEED:.0f} m/s and "
+    f"do the yaw rates reach {MINIMUM_YAW_RATE} rad/s RMS"
+)
 
 
 @dataclass
@@ -44,6 +49,8 @@ class Loaded:
         Sentences about the data for the report.
     faults
         Of sensors, found before the fit and put right for it.
+    stretches
+        What of the runs the problem has, and what it leaves to be checked.
     """
 
     problem: Problem | None
@@ -52,6 +59,7 @@ class Loaded:
     cannot: list[str] = field(default_factory=list)
     checks: list[str] = field(default_factory=list)
     faults: SensorFaults = field(default_factory=SensorFaults)
+    stretches: Stretches | None = None
 
 
 def body_of(vehicle: Vehicle) -> np.ndarray:
@@ -76,8 +84,10 @@ def run_of(drive: Drive, steering_ratio: float, name: str) -> Run:
     return Run(name, time, values, positions, steering_ratio)
 
 
-def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> Loaded:
-    """Read, check, prepare."""
+def load(
+    recordings: Sequence[Path], vehicle_file: Path, signals_file: Path, *, whole: bool = False
+) -> Loaded:
+    """Read, check, prepare; `whole`: long recordings are not divided."""
     vehicle = load_vehicle(vehicle_file)
     loaded = Loaded(None, vehicle)
     body = body_of(vehicle)
@@ -91,12 +101,19 @@ def load(recordings: Sequence[Path], vehicle_file: Path, signals_file: Path) -> 
         drive = loaded.faults.put_right(recorded, vehicle, name)
         run = run_of(drive, vehicle.car.steering_ratio, name)
         run.silent, run.kept = loaded.faults.masks(name, run.time, COMPARED)
-        reason = _without_lost(run, loaded) or _too_little(run)
+        reason = _without_lost(run, loaded)
+        if whole or length_s(run) <= WHOLE_S:  # a longer one may stand for a while
+            reason = reason or _too_little(run)
         if reason:
             loaded.cannot.append(f"{name}: {reason}")
             continue
         runs.append(run.prepare())
     loaded.checks += loaded.faults.checks
+    if runs and not whole:
+        loaded.stretches = divided(runs, _too_little)
+        if not loaded.stretches.searched:
+            loaded.cannot += [f"{run.name}: {NOTHING_MOVES}" for run in runs]
+        runs = loaded.stretches.searched
     if runs:
         # order of the files must not matter: sort by what was driven
         runs.sort(key=lambda run: -float(np.mean(run.channels["speed"])))

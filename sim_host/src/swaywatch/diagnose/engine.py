@@ -26,8 +26,9 @@ from swaywatch.diagnose.sensor_faults import combined
 from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
 from swaywatch.diagnose.stability import stability
+from swaywatch.diagnose.stretches import misfit_of
 from swaywatch.diagnose.verdict import Verdict, decide
-from swaywatch.discover.find import discover
+from swaywatch.discover.find import Discovery, discover
 from swaywatch.discover.report import take_law, with_law
 from swaywatch.errors import RecordingError
 from swaywatch.vehicle import load_vehicle
@@ -96,34 +97,27 @@ def _combination(
 ) -> dict[str, Any]:
     """`diagnose` of a car with a trailer; `simulated` are simulations and their roles."""
     simulations, simulation_signals = simulated
-    loaded = load(recordings, vehicle, signals)
+    loaded = load(recordings, vehicle, signals, whole=bool(simulations))
     if loaded.problem is None:
         return _cannot(loaded)
     problem = loaded.problem
-    cares: tuple[float, ...] = CARES
+    effects = library(extra)
     if simulations:
         _, problem, notes = attach(
             problem, simulations, signals, simulation_signals=simulation_signals
         )
         loaded.checks += notes
-        cares = CARES[:1]
-    effects = library(extra)
-    planar = [Search(cared(problem, care), effects, progress) for care in cares]
-    springs = None
-    if not simulations:
-        springs = possible(Search(on_springs(problem), outside(effects), progress))
-    verdict = decide(planar, springs, progress)
-    law = None
-    if springs is not None:
-        law = discover(verdict.paths, [planar[0], springs], progress)
-    if law is not None:
-        verdict = with_law(verdict, law)
+        verdict, law = _searched(problem, effects, progress, own=False)
+    else:
+        verdict, law = _searched_and_checked(problem, effects, progress, loaded)
     loaded.problem = verdict.problem
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(
             Fitter(replace(verdict.problem, observer=OBSERVER)), verdict.fit
         )
     result = _result(loaded, verdict, effects)
+    if loaded.stretches is not None and not loaded.stretches.whole:
+        result["stretches"] = loaded.stretches.entries()
     take_law(result, law)
     result["stability"] = stability(loaded.problem, verdict.fit, verdict.noise)
     result["signals"] = embedded(signals)
@@ -137,6 +131,39 @@ def _combination(
         write_page(text, report)
     progress("done", 1.0)
     return result
+
+
+def _searched(
+    problem: Problem, effects: list[Effect], progress: Progress, *, own: bool
+) -> tuple[Verdict, Discovery | None]:
+    """Verdict and law of a problem; `own`: compared with our own model."""
+    cares = CARES if own else CARES[:1]
+    planar = [Search(cared(problem, care), effects, progress) for care in cares]
+    if not own:
+        return decide(planar, None, progress), None
+    springs = possible(Search(on_springs(problem), outside(effects), progress))
+    verdict = decide(planar, springs, progress)
+    law = discover(verdict.paths, [planar[0], springs], progress)
+    return (verdict if law is None else with_law(verdict, law)), law
+
+
+def _searched_and_checked(
+    problem: Problem, effects: list[Effect], progress: Progress, loaded: Loaded
+) -> tuple[Verdict, Discovery | None]:
+    """The same; of a long recording with the stretches that do not fit searched once more."""
+    found = _searched(problem, effects, progress, own=True)
+    stretches = loaded.stretches
+    if stretches is None or stretches.whole:
+        return found
+    stretches.misfit = misfit_of(found[0].problem, found[0].fit, stretches.others)
+    if stretches.apart(level(found[0].fit)):
+        stretches = stretches.with_worst(level(found[0].fit))
+        again = replace(problem, runs=tuple(stretches.searched))
+        found = _searched(again, effects, progress, own=True)
+        stretches.misfit = misfit_of(found[0].problem, found[0].fit, stretches.others)
+        loaded.stretches = stretches
+    loaded.checks += stretches.sentences(level(found[0].fit))
+    return found
 
 
 def cared(problem: Problem, care: float) -> Problem:

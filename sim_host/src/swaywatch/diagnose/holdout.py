@@ -23,21 +23,7 @@ START_S = 5.0
 
 def first_seconds(run: Run, seconds: float) -> Run:
     """The run with only its first seconds."""
-    cut = min(int(seconds * RATE_HZ) // BLOCK * BLOCK, run.time.size)
-    return replace(
-        run,
-        time=run.time[:cut],
-        channels={k: v[:cut] for k, v in run.channels.items()},
-        speed=run.speed[:cut],
-        acceleration=run.acceleration[:cut],
-        steer=run.steer[:cut],
-        scales=dict(run.scales),
-        correction={k: v[:cut] for k, v in run.correction.items()},
-        # what modules keep for themselves begins with an underscore and depends on the whole run
-        simulated={k: v[:cut] for k, v in run.simulated.items() if not k.startswith("_")},
-        silent={k: v[:cut] for k, v in run.silent.items()},
-        kept={k: v[:cut] for k, v in run.kept.items()},
-    )
+    return run.part(0, min(int(seconds * RATE_HZ) // BLOCK * BLOCK, run.time.size))
 
 
 def start_values(problem: Problem, index: int, terms: Sequence[Term], shift: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -101,6 +101,28 @@ class Run:
     def both_watched(self) -> bool:
         """Whether an observer can hold both bodies."""
         return len(self.yaw_rates) == 2
+
+    def part(self, first: int, last: int) -> Run:
+        """Samples `first` to `last` as a run of their own, its times those of the whole."""
+        inside = slice(first, last)
+        found = replace(
+            self,
+            time=self.time[inside],
+            channels={k: v[inside] for k, v in self.channels.items()},
+            speed=self.speed[inside],
+            acceleration=self.acceleration[inside],
+            steer=self.steer[inside],
+            scales=dict(self.scales),
+            correction={k: v[inside] for k, v in self.correction.items()},
+            observed={k: v[inside] for k, v in self.observed.items()},
+            # what modules keep for themselves (_...) depends on the whole run
+            simulated={k: v[inside] for k, v in self.simulated.items() if not k.startswith("_")},
+            silent={k: v[inside] for k, v in self.silent.items()},
+            kept={k: v[inside] for k, v in self.kept.items()},
+        )
+        # the offsets of the sensors are those of the whole
+        found.yaw_rates = {k: v[inside] for k, v in self.yaw_rates.items()}
+        return found
 
     def _filled(self, name: str) -> Array:
         """A channel, where its sensor says nothing told by the others. Shape (n,)."""
