@@ -34,7 +34,8 @@ from swaywatch.plan.knowledge import Knowledge, Sensor, known_of, sensors_of
 from swaywatch.vehicle import load_vehicle
 
 Array = NDArray[np.float64]
-ROUNDS = 5
+TRUST = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, *([1.0] * 14))
+"""Weight of what the sensors say against the belief, a round each."""
 FARTHEST = 2.0
 """Standard deviations of a belief that a drawn value may be off."""
 
@@ -66,9 +67,13 @@ def measured(
 def estimated(
     known: Knowledge, drives: list[Drive], shown: list[Array], sensors: tuple[Sensor, ...]
 ) -> Array:
-    """Unknowns from what the sensors show, in units of the tolerances from the belief."""
+    """Unknowns from what the sensors show, in units of the tolerances from the belief.
+
+    Gauss-Newton. Far from the answer sensors that are very exact pull unknowns that they hardly
+    see to nowhere: the first rounds trust them less (`TRUST`).
+    """
     off = np.zeros(len(known.unknowns))
-    for _ in range(ROUNDS):
+    for trust in TRUST:
         at = known.values + off * known.deviations
         model = outputs(known, drives, [at] * len(drives), sensors)
         normal, right = np.eye(len(off)), -off
@@ -81,7 +86,7 @@ def estimated(
             strict=True,
         ):
             told, pulled = normal_of(slope, free, own, spectrum(seen - said))
-            normal, right = normal + told, right + pulled
+            normal, right = normal + trust * told, right + trust * pulled
         off = off + np.clip(np.linalg.solve(normal, right), -1.0, 1.0)
     return np.asarray(off)
 
