@@ -229,13 +229,14 @@ def _smallest(block: dict[str, Any]) -> dict[str, float] | None:
     left out, those that do not are in.
     """
     sized = [cause for cause in block["causes"] if cause["id"] not in LINEAR]
+    found: list[dict[str, float] | None] = [None]
     if not sized:
-        return dict(block["diagnosed"])["v_crit_km_h"][SMALL]  # type: ignore[no-any-return]
-    if len(sized) == len(block["causes"]):
-        return dict(block["calibrated"])["v_crit_km_h"][SMALL]  # type: ignore[no-any-return]
-    if len(sized) == 1:
-        return dict(sized[0])["v_crit_without_km_h"][SMALL]  # type: ignore[no-any-return]
-    return None
+        found = block["diagnosed"]["v_crit_km_h"]
+    elif len(sized) == len(block["causes"]):
+        found = block["calibrated"]["v_crit_km_h"]
+    elif len(sized) == 1:
+        found = sized[0]["v_crit_without_km_h"]
+    return found[SMALL]
 
 
 def chrono(case: str, folder: Path, result: dict[str, Any]) -> list[Row]:

@@ -48,7 +48,7 @@ def test_what_is_not_long_is_searched_whole(problem: Problem) -> None:
     found = divided(problem.runs, _too_little)
     assert found.whole
     assert found.searched == list(problem.runs)
-    assert found.sentences(1.0) == []
+    assert found.contradictions(1.0) == []
 
 
 def test_of_a_long_recording_the_stretches_that_move_are_searched(problem: Problem) -> None:
@@ -118,16 +118,39 @@ def test_what_does_not_fit_is_searched_and_else_reported(problem: Problem) -> No
     assert again.searched[-2:] == [pieces.others[4], pieces.others[1]]
     everything = {piece.name for piece in (*again.searched, *again.others)}
     assert everything == {piece.name for piece in (*pieces.searched, *pieces.others)}
-    said = pieces.sentences(1.0)
-    assert said[0].startswith("480 s were recorded; searched: ")
-    assert said[0].endswith("5 other stretches agree (reduced chi-square up to 1.00)")
-    assert said[1] == (
-        f"{pieces.others[4].name} does not fit what was found (reduced chi-square 9.0): "
-        "diagnose this part alone"
+    said = pieces.summary(1.0)
+    assert said.startswith("480 s were recorded; searched: ")
+    assert said.endswith("5 other stretches agree (reduced chi-square up to 1.00)")
+    first, second = pieces.contradictions(1.0)
+    assert first == (
+        f"{pieces.others[4].name} does not fit what was found in the other stretches (reduced "
+        "chi-square 9.0): diagnose this part alone"
     )
+    assert second.startswith(pieces.others[1].name)
     rows = pieces.entries()
     assert [row["searched"] for row in rows] == [True] * 5 + [False] * 7
     assert rows[9]["reduced_chi_square"] == 9.0
+
+
+def test_a_sensor_that_dies_is_left_out_from_then_on(problem: Problem) -> None:
+    """What is searched has all sensors; what it says nothing of is checked with the others."""
+    run = long_run(problem.runs[0], 480.0)
+    alive = run.time < 290.0
+    run.kept = {"trailer_yaw_rate": alive}
+    run.silent = {"trailer_yaw_rate": ~alive}
+    found = divided([run], _too_little)
+    assert all("trailer_yaw_rate" in piece.channels for piece in found.searched)
+    dead = [piece for piece in found.others if piece.time[0] >= 290.0]
+    assert len(dead) == 4
+    for piece in dead:
+        assert "trailer_yaw_rate" not in piece.channels
+        assert list(piece.yaw_rates) == ["car"]
+    fit = Fitter(problem).start()
+    found.misfit = misfit_of(problem, fit, found.others)
+    assert np.all(np.isfinite(found.misfit))
+    found.misfit = [9.0] * len(found.others)
+    again = found.with_worst(1.0)
+    assert all("trailer_yaw_rate" in piece.channels for piece in again.searched)
 
 
 def test_a_stretch_that_cannot_be_simulated_does_not_fit() -> None:

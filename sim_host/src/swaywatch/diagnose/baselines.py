@@ -135,7 +135,8 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
         short = path(first, base, first.progress, most=1)
         if short.clean:
             return [short]
-        known = _again(springs, short.best.fit.terms, other)
+        if short.best.fit.terms:
+            known = _again(springs, short.best.fit.terms, other)
     found = path(springs, other, part.next(), known=known)
     if not found.clean:
         return [found, path(first, base, part.next())]

@@ -115,6 +115,11 @@ def _combination(
         verdict.notes = locate_rest(
             Fitter(replace(verdict.problem, observer=OBSERVER)), verdict.fit
         )
+    if loaded.stretches is not None:
+        bad = loaded.stretches.contradictions(level(verdict.fit))
+        verdict.notes = [*verdict.notes, *({"reason": text} for text in bad)]
+        if bad and verdict.word == "consistent":
+            verdict.word = "unexplained"
     result = _result(loaded, verdict, effects)
     if loaded.stretches is not None and not loaded.stretches.whole:
         result["stretches"] = loaded.stretches.entries()
@@ -162,7 +167,7 @@ def _searched_and_checked(
         found = _searched(again, effects, progress, own=True)
         stretches.misfit = misfit_of(found[0].problem, found[0].fit, stretches.others)
         loaded.stretches = stretches
-    loaded.checks += stretches.sentences(level(found[0].fit))
+    loaded.checks.append(stretches.summary(level(found[0].fit)))
     return found
 
 

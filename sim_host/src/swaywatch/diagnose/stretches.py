@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, Trial
 from swaywatch.diagnose.plant import LANES
 from swaywatch.diagnose.runs import BLOCK, RATE_HZ, Run
+from swaywatch.diagnose.sensor_faults import MOST_LOST
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ class Stretches:
     Attributes
     ----------
     searched, others
-        What is fitted, and what is only checked.
+        What is fitted, and what is only checked; a stretch without all sensors is not searched.
     still_s
         Length of what was left out: too slow, or nothing moves.
     misfit
@@ -61,8 +62,10 @@ class Stretches:
 
     def with_worst(self, reference: float) -> Stretches:
         """Half of what was searched, and of those that do not fit the worst in its place."""
+        complete = [frozenset(run.channels) for run in self.searched]
+        bad = [i for i in self.apart(reference) if frozenset(self.others[i].channels) in complete]
         number = len(self.searched)
-        worst = self.apart(reference)[: number - number // 2]
+        worst = bad[: number - number // 2]
         kept = self.searched[: number - len(worst)]
         back = self.searched[number - len(worst) :]
         taken = set(worst)
@@ -71,10 +74,8 @@ class Stretches:
             [*kept, *(self.others[i] for i in worst)], [*rest, *back], self.still_s, []
         )
 
-    def sentences(self, reference: float) -> list[str]:
-        """What was searched, whether the others agree, and each that does not."""
-        if self.whole:
-            return []
+    def summary(self, reference: float) -> str:
+        """What was searched, and whether the others agree."""
         seconds = sum(length_s(run) for run in (*self.searched, *self.others)) + self.still_s
         bad = self.apart(reference)
         good = [x for i, x in enumerate(self.misfit) if i not in bad]
@@ -87,13 +88,15 @@ class Stretches:
             )
         if self.still_s:
             text += f"; {self.still_s:.0f} s left out: too slow, or nothing moves"
-        return [text, *(f"{self.others[i].name} {self._off(i)}" for i in bad)]
+        return text
 
-    def _off(self, index: int) -> str:
-        return (
-            f"does not fit what was found (reduced chi-square {self.misfit[index]:.1f}): "
-            "diagnose this part alone"
-        )
+    def contradictions(self, reference: float) -> list[str]:
+        """A sentence on each stretch that does not fit what was found."""
+        return [
+            f"{self.others[i].name} does not fit what was found in the other stretches (reduced "
+            f"chi-square {self.misfit[i]:.1f}): diagnose this part alone"
+            for i in self.apart(reference)
+        ]
 
     def entries(self) -> list[dict[str, Any]]:
         """For diagnosis.json."""
@@ -131,13 +134,11 @@ def divided(runs: Sequence[Run], of_no_use: Callable[[Run], str]) -> Stretches:
     pieces = [piece for run in runs for piece in _cut(run)]
     of_use = [piece for piece in pieces if not of_no_use(piece)]
     still_s = sum(map(length_s, pieces)) - sum(map(length_s, of_use))
-    first = {id(piece) for piece in _in_turn(of_use)[: round(SEARCHED_S / STRETCH_S)]}
-    return Stretches(
-        [piece for piece in _in_turn(of_use) if id(piece) in first],
-        [piece for piece in of_use if id(piece) not in first],
-        still_s,
-        [],
-    )
+    most = max((len(piece.channels) for piece in of_use), default=0)
+    complete = [piece for piece in of_use if len(piece.channels) == most]
+    searched = _in_turn(complete)[: round(SEARCHED_S / STRETCH_S)]
+    taken = {id(piece) for piece in searched}
+    return Stretches(searched, [p for p in of_use if id(p) not in taken], still_s, [])
 
 
 def _cut(run: Run) -> list[Run]:
@@ -148,8 +149,18 @@ def _cut(run: Run) -> list[Run]:
     for first, last in pairwise(edges):
         piece = run.part(first, last)
         piece.name = f"{run.name} from {piece.time[0]:.0f} to {piece.time[-1]:.0f} s"
-        found.append(piece)
+        found.append(_without_silent(piece))
     return found
+
+
+def _without_silent(piece: Run) -> Run:
+    """Without channels of which hardly anything counts there: a sensor may have died before."""
+    for name, kept in list(piece.kept.items()):
+        if np.mean(kept) < 1.0 - MOST_LOST:
+            del piece.kept[name]
+            piece.channels.pop(name, None)
+            piece.yaw_rates.pop(name.removesuffix("_yaw_rate"), None)
+    return piece
 
 
 def _motion(run: Run) -> float:
