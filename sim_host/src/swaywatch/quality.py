@@ -7,7 +7,6 @@ A relation is a sum of terms, one per channel, that is zero (band-passed 0.15-3 
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass, replace
 
@@ -17,9 +16,18 @@ import scipy.stats
 
 from swaywatch.clocks import check_rate, check_steps
 from swaywatch.drive import Drive, Grid
-from swaywatch.relations import BROKEN, Relation, RelationBuilder, badness, make_relations
+from swaywatch.relations import Relation, RelationBuilder, badness, make_relations
 from swaywatch.samples import STANDING_M_S, Finding, check_channel, check_samples, cleaned
 from swaywatch.sensors import check_drift, check_swapped
+from swaywatch.signs import (
+    FACTORS,
+    GRAVITY,
+    check_factors,
+    factor_text,
+    fits_quantity,
+    known_factor,
+    whole_of,
+)
 from swaywatch.vehicle import Vehicle
 
 __all__ = ["Finding", "check_balances", "check_channel", "check_drive"]
@@ -27,7 +35,6 @@ __all__ = ["Finding", "check_balances", "check_channel", "check_drive"]
 FloatArray = npt.NDArray[np.float64]
 
 RATE_HZ = 100.0
-GRAVITY = 9.80665
 CLEAR = 0.1
 """Rest of the balances that values of the vehicle within their tolerances seldom make; below it a
 delay must explain more to be believed."""
@@ -42,29 +49,6 @@ STEERING_WRONG = ((0.6, 0.5), (0.2, 0.15))
 """Part of the front axle's force that the steering angle leaves unexplained as it is, above which
 it is wrong where no more than this part of it is left when it is put right: healthy cars on
 springs, with tyres that relax and saturate, leave up to 0.5 and then gain little."""
-
-SURELY = 0.25
-"""A sign or unit is wrong, whatever bodies that roll could explain, where putting it right leaves
-no more than this part of what they leave."""
-
-FACTORS: tuple[tuple[float, str], ...] = (
-    (-1.0, "its sign is wrong"),
-    (180 / math.pi, "it is in rad{per}, not in deg{per}"),
-    (math.pi / 180, "it is in deg{per}, not in rad{per}"),
-    (GRAVITY, "it is in g (or kg), not in m/s2 (or N)"),
-    (1 / GRAVITY, "it is in m/s2 (or N), not in g (or kg)"),
-    (3.6, "it is in m/s, not in km/h"),
-    (1 / 3.6, "it is in km/h, not in m/s"),
-    (1e3, "it is in kilo-units"),
-    (1e-3, "it is in milli-units"),
-    (1e3 * math.pi / 180, "it is in deg{per}, not in mrad{per}"),
-    (1e-3 * 180 / math.pi, "it is in mrad{per}, not in deg{per}"),
-    (1e-3 * GRAVITY, "it is in mg, not in m/s2"),
-    (1e3 / GRAVITY, "it is in m/s2, not in mg"),
-    (0.3048, "it is in ft/s2, not in m/s2"),
-)
-_OF_ACCELERATIONS = (1e-3 * GRAVITY, 1e3 / GRAVITY, 0.3048)
-"""Factor that puts a channel right, and what it means."""
 
 
 def check_drive(drive: Drive, vehicle: Vehicle) -> list[Finding]:
@@ -103,12 +87,14 @@ def _check_relations(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding
     """What the channels say of each other: signs, units, swaps; if these are right, the rest."""
     relations = make_relations(drive, vehicle, grid)
     left, swapped = check_swapped(drive, vehicle, grid, relations)
-    score, wrong = _check_factors(drive, relations)
+    score, wrong = check_factors(drive, relations)
     if wrong and swapped and score < left:
         swapped = []
     if swapped:
-        return swapped
-    wrong = wrong or _check_steering(drive, vehicle, grid)
+        sides = all(a[:-1] == b[:-1] for a, b in (finding.channels for finding in swapped))
+        return swapped + (_check_steering(drive, vehicle, grid) if sides else [])
+    right = _put_right_by(drive, wrong)
+    wrong += _check_steering(right, vehicle, right.resample(RATE_HZ) if wrong else grid)
     if wrong:
         return wrong
     found = _check_two_clocks(drive, grid, relations)
@@ -116,6 +102,16 @@ def _check_relations(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding
         score, late = _check_delays(drive, grid, relations)
         found = _check_own_clock(drive, grid, relations, score) or late
     return found or check_drift(drive, vehicle, grid)
+
+
+def _put_right_by(drive: Drive, wrong: list[Finding]) -> Drive:
+    """The drive without the wrong signs and units."""
+    channels = dict(drive.channels)
+    for finding in wrong:
+        for name in finding.channels[:1]:
+            channel = channels[name]
+            channels[name] = replace(channel, value=channel.value * finding.amount)
+    return replace(drive, channels=channels)
 
 
 def check_balances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
@@ -180,7 +176,7 @@ def _check_speed(drive: Drive) -> list[Finding]:
                 "which no car with a trailer drives; is it in km/h, though the recording says "
                 f"{channel.unit_in_file}? Say `unit = ...` in the signals.toml",
                 channels=("speed",),
-                windows=(_whole(drive, "speed"),),
+                windows=(whole_of(drive, "speed"),),
                 amount=1 / 3.6,
             )
         ]
@@ -193,7 +189,7 @@ def _check_speed(drive: Drive) -> list[Finding]:
                 f"{channel.signal}: speed is negative ({channel.value.min():.1f} m/s); its sign "
                 "is wrong, or the car drives backwards",
                 channels=("speed",),
-                windows=(_whole(drive, "speed"),),
+                windows=(whole_of(drive, "speed"),),
                 amount=-1.0,
             )
         ]
@@ -208,19 +204,19 @@ def _check_wheel_speeds(drive: Drive) -> list[Finding]:
         return []
     mean = float(np.mean([np.median(wheel.value) for wheel in wheels]))
     own = float(np.median(speed.value))
-    factor = _known_factor(mean / own) if min(mean, own) > STANDING_M_S else None
-    if factor is None or not _fits_quantity("speed", factor):
+    factor = known_factor(mean / own) if min(mean, own) > STANDING_M_S else None
+    if factor is None or not fits_quantity("speed", factor):
         return []
     return [
         Finding(
             "error",
             "sign_or_unit",
             (speed.signal, *(wheel.signal for wheel in wheels)),
-            f"{speed.signal}: {_factor_text(factor, 'speed')}. It is {own:.1f} m/s where the "
+            f"{speed.signal}: {factor_text(factor, 'speed')}. It is {own:.1f} m/s where the "
             f"wheels ({', '.join(wheel.signal for wheel in wheels)}) say {mean:.1f} m/s; say the "
             "right `unit = ...` of the one that is wrong in the signals.toml",
             channels=("speed",),
-            windows=(_whole(drive, "speed"),),
+            windows=(whole_of(drive, "speed"),),
             amount=factor,
         )
     ]
@@ -244,29 +240,17 @@ def _check_loads(drive: Drive, vehicle: Vehicle) -> list[Finding]:
             f"{', '.join(signals)}: the wheel loads add up to {total:.0f} N, the "
             f"{'trailer' if prefix else 'car'} weighs {weight:.0f} N"
         )
-        reason = _factor_text(1.0 / ratio if ratio else math.inf, "load")
+        reason = factor_text(1.0 / ratio if ratio else math.inf, "load")
         findings.append(
             Finding("error", "load", signals, f"{text}; {reason}" if reason else f"{text}; check")
         )
     return findings
 
 
-def _factor_text(factor: float, name: str) -> str | None:
-    """What a factor that puts a channel right means, if it is a known one."""
-    text = dict(FACTORS).get(_known_factor(factor) or 0.0)
-    return None if text is None else text.format(per="/s" if "rate" in name else "")
-
-
-def _known_factor(factor: float) -> float | None:
-    """The factor of a wrong sign or unit that is meant."""
-    near = (known for known, _ in FACTORS if 0.75 < factor / known < 1.33)
-    return next(near, None)
-
-
 def _check_steering(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding]:
     """Sign and unit of the steering angle, from the force it makes at the front axle."""
     name = "steering_wheel_angle"
-    factors = [1.0, *(factor for factor, _ in FACTORS if _fits_quantity(name, factor))]
+    factors = [1.0, *(factor for factor, _ in FACTORS if fits_quantity(name, factor))]
     rests = RelationBuilder(drive, vehicle, grid).steering_rests(factors)
     if rests is None:
         return []
@@ -280,13 +264,13 @@ def _check_steering(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding]
             "error",
             "sign_or_unit",
             (signal,),
-            f"{signal}: {_factor_text(factors[best], name)}. With it as it is, the slip of the "
+            f"{signal}: {factor_text(factors[best], name)}. With it as it is, the slip of the "
             f"front axle leaves {left} of the axle's lateral force unexplained, put right "
             f"{100 * rests[best]:.0f} %; say so in the signals.toml, e.g. "
             f'{name} = {{ signal = "{signal}", '
             + ("sign = -1 }" if factors[best] == -1.0 else 'unit = "..." }'),
             channels=(name,),
-            windows=(_whole(drive, name),),
+            windows=(whole_of(drive, name),),
             amount=factors[best],
         )
     ]
@@ -315,8 +299,8 @@ def _check_pairs(drive: Drive) -> list[Finding]:
         ]
         usual = float(np.median(others)) if others else max(sizes)
         off = int(_distance(sizes[1], usual) > _distance(sizes[0], usual))
-        factor = _known_factor(sizes[1 - off] / sizes[off] if sizes[off] else math.inf)
-        text = _factor_text(factor or 0.0, name)
+        factor = known_factor(sizes[1 - off] / sizes[off] if sizes[off] else math.inf)
+        text = factor_text(factor or 0.0, name)
         culprit = (left.name, right.name)[off]
         findings.append(
             Finding(
@@ -327,7 +311,7 @@ def _check_pairs(drive: Drive) -> list[Finding]:
                 f"and {sizes[1]:.3g} N; they should be of the same size and sign"
                 + (f" ({drive.channels[culprit].signal}: {text})" if text else ""),
                 channels=(culprit,) if factor else (),
-                windows=(_whole(drive, culprit),),
+                windows=(whole_of(drive, culprit),),
                 amount=factor or 1.0,
             )
         )
@@ -338,94 +322,6 @@ def _distance(size: float, usual: float) -> float:
     """Powers of ten between two sizes; a wrong sign is worse than any."""
     decades = abs(math.log10(max(abs(size), 1e-9) / max(abs(usual), 1e-9)))
     return decades + (100.0 if size * usual < 0.0 else 0.0)
-
-
-def _check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list[Finding]]:
-    """The one channel whose sign or unit explains every relation that does not hold."""
-    broken = [relation for relation in relations if relation.is_broken()]
-    rolled = [r for r in relations if r.tight and r.rest() > BROKEN and r not in broken]
-    if not broken and not rolled:
-        return math.inf, []
-    candidates: list[tuple[float, str, float]] = []
-    suspects = sorted(set().union(*(relation.channels for relation in broken + rolled)))
-    for name, (factor, _) in itertools.product(suspects, FACTORS):
-        if not _fits_quantity(name, factor):
-            continue
-        if not broken and not _surely(rolled, name, factor):
-            continue
-        if not any(relation.is_broken(name, factor) for relation in relations):
-            rests = [relation.rest(name, factor) for relation in relations]
-            candidates.append((badness(rests), name, factor))
-    candidates.sort()
-    if not candidates:
-        return math.inf, _unexplained(broken, drive)
-    broken = broken or rolled
-    best = candidates[0]
-    equal = [c for c in candidates if c[0] < 1.15 * best[0] + 0.02][:4]
-    signals = tuple(dict.fromkeys(drive.channels[c[1]].signal for c in equal))
-    parts = [
-        f"{drive.channels[name].signal}: {_factor_text(factor, name)}" for _, name, factor in equal
-    ]
-    names = "; ".join(relation.name for relation in broken)
-    advice = f'say so in the signals.toml, e.g. {best[1]} = {{ signal = "{signals[0]}", ' + (
-        "sign = -1 }" if best[2] == -1.0 else 'unit = "..." }'
-    )
-    tight = [relation.rest(best[1], best[2]) for relation in relations if relation.tight]
-    return badness(tight) if tight else best[0], [
-        Finding(
-            "error",
-            "sign_or_unit",
-            signals,
-            f"{' - or '.join(parts)}. Does not hold: {names} "
-            f"(residual {100 * max(relation.rest() for relation in broken):.0f} %, when put right "
-            f"{100 * max(relation.rest(best[1], best[2]) for relation in broken):.0f} %); {advice}",
-            channels=tuple(dict.fromkeys(c[1] for c in equal)),
-            windows=(_whole(drive, best[1]),),
-            amount=best[2],
-        )
-    ]
-
-
-def _surely(rolled: list[Relation], name: str, factor: float) -> bool:
-    """Whether a factor explains far more than bodies that roll do."""
-    return all(
-        r.rest(name, factor) < SURELY * r.rest_of_rolling() for r in rolled if name in r.channels
-    )
-
-
-def _whole(drive: Drive, name: str) -> tuple[float, float]:
-    time_s = drive.channels[name].time_s
-    return float(time_s[0]), float(time_s[-1])
-
-
-def _fits_quantity(name: str, factor: float) -> bool:
-    """Whether a unit error of `factor` can happen to a channel."""
-    if factor in (-1.0, 1e3, 1e-3):
-        return not (factor == -1.0 and name == "speed")
-    if factor in (3.6, 1 / 3.6):
-        return name == "speed"
-    if factor in _OF_ACCELERATIONS:
-        return "acceleration" in name
-    if factor in (GRAVITY, 1 / GRAVITY):
-        return "acceleration" in name or "force" in name
-    return "yaw_rate" in name or "angle" in name or name == "articulation"
-
-
-def _unexplained(broken: list[Relation], drive: Drive) -> list[Finding]:
-    findings = []
-    for relation in broken:
-        signals = tuple(drive.channels[name].signal for name in sorted(relation.channels))
-        findings.append(
-            Finding(
-                "warning",
-                "sign_or_unit",
-                signals,
-                f"does not hold: {relation.name} (residual {100 * relation.rest():.0f} % of its "
-                "largest term), and no wrong sign or unit of one signal explains it; check the "
-                "masses and lengths in the vehicle.toml and the positions of the accelerometers",
-            )
-        )
-    return findings
 
 
 # --- delays ---------------------------------------------------------------------------------------
@@ -469,7 +365,7 @@ def _check_delays(
                 f"as much ({100 * healthy:.0f} %)"
             ),
             channels=(name,) if sure else (),
-            windows=(_whole(drive, name),) if sure else (),
+            windows=(whole_of(drive, name),) if sure else (),
             amount=delay_s,
         )
     ]
@@ -533,7 +429,7 @@ def _check_own_clock(
             f"{change * 1e3:.0f} ms over the run (residual of the balances {100 * now:.0f} %, "
             f"{100 * score:.0f} % when put right)",
             channels=tuple(chosen),
-            windows=(_whole(drive, chosen[0]),),
+            windows=(whole_of(drive, chosen[0]),),
             amount=slope,
         )
     ]

@@ -30,6 +30,11 @@ SWAP_REST = 0.35
 AGAINST = -0.6
 """Correlation below which left and right are taken for each other."""
 
+MIRRORED = (
+    " - or, as it is so at every axle, all lateral signals count to the right (SAE axes) where "
+    "ISO 8855 counts to the left: then `sign = -1` for each of these instead"
+)
+
 SLOW_HZ = 0.15
 """Corner below which a drift is looked for: no sway is that slow."""
 BLOCK_S = 2.0
@@ -107,7 +112,8 @@ def _pairs(drive: Drive) -> Iterator[tuple[str, str]]:
 
 def _sides(drive: Drive, grid: Grid) -> list[Finding]:
     """Left and right wheels taken for each other."""
-    found = []
+    found: list[Finding] = []
+    loads = 0
     for prefix, body in (("", "car"), ("trailer_", "trailer")):
         side = grid.value.get(f"{body}_lateral_acceleration")
         if side is None:
@@ -119,6 +125,7 @@ def _sides(drive: Drive, grid: Grid) -> list[Finding]:
                 if not all(name in grid.value for name in pair):
                     continue
                 score = side_score(grid, pair, low, "vertical" in quantity)
+                loads += score is not None and "vertical" in quantity
                 if score is not None and score < AGAINST:
                     what = "loaded" if "vertical" in quantity else "pulling"
                     found.append(
@@ -129,6 +136,8 @@ def _sides(drive: Drive, grid: Grid) -> list[Finding]:
                             f"{score:+.2f} with where the outer one should be)",
                         )
                     )
+    if loads > 1 and sum("vertical" in finding.channels[0] for finding in found) == loads:
+        return [replace(finding, text=finding.text + MIRRORED) for finding in found]
     return found
 
 

@@ -23,8 +23,10 @@ from swaywatch.plan.information import (
     Critical,
     Drive,
     critical_of,
+    drawn,
     errors,
     information,
+    lines_of,
     outputs,
 )
 from swaywatch.plan.knowledge import SETS, Knowledge, Sensor, sensors_of
@@ -47,6 +49,9 @@ SWAY_HZ = (0.05, 1.3)
 """Where a trailer's sway is looked for; what is above is the car's own."""
 SPEEDS = (0.55, 0.7, 0.85, 1.0)
 """Of the fastest speed that is safe."""
+ROUNDS, CLOSER = 4, 0.95
+"""Choices for the combination as believed, each for a smaller error, until the mean over what the
+belief allows is as asked."""
 GAIN = 1e-3
 """Share of the error by which one more block must lower it."""
 
@@ -108,7 +113,8 @@ class Design:
     blocks
         In the order to be driven: the slow ones first.
     covariance
-        Of the unknowns after the test, in units of their tolerances.
+        Of the unknowns after the test, in units of their tolerances: mean over combinations that
+        the belief allows.
     by_sensors
         Error of the critical speed (m/s) and of every unknown (in tolerances) with each set of
         sensors, by its name.
@@ -278,7 +284,7 @@ def choose(
 ) -> list[int]:
     """Numbers of the candidates to drive; one may be driven several times."""
     size = len(known.unknowns)
-    total = np.zeros((size, size))
+    total = np.zeros((2, size, size))
     chosen: list[int] = []
     now = _figure(known, critical, errors(total), goal)
     while now > error and len(chosen) < MOST_BLOCKS:
@@ -325,25 +331,46 @@ def make_design(
     told = information(known, [block.drive() for block in pool], sensors_of(sensors))
     if preset is not None:
         blocks = PRESETS[preset](known, limits)
+        expected = _expected(known, blocks)
+        own = information(known, [block.drive() for block in blocks], sensors_of(sensors))
+        believed = errors(np.sum(own, axis=0))
     else:
-        blocks = [pool[k] for k in choose(known, critical, told, goal, error)]
-        blocks.sort(key=lambda block: (block.speed_kmh, block.words))
-    by_sensors = {}
-    covariance = errors(np.zeros((len(known.unknowns),) * 2))
-    for name in SETS:
-        drives = [block.drive() for block in blocks]
-        total = sum(information(known, drives, sensors_of(name)), np.zeros_like(covariance))
-        by_sensors[name] = (critical.error(errors(total)), np.sqrt(np.diag(errors(total))))
-        if name == sensors:
-            covariance = errors(total)
+        aim = error
+        for _ in range(ROUNDS):
+            chosen = choose(known, critical, told, goal, aim)
+            blocks = sorted((pool[k] for k in chosen), key=lambda b: (b.speed_kmh, b.words))
+            expected = _expected(known, blocks)
+            figure = _figure(known, critical, expected[sensors], goal)
+            if figure <= error or len(blocks) == MOST_BLOCKS:
+                break
+            aim *= CLOSER * error / figure
+        believed = errors(np.sum([np.zeros_like(told[0]), *(told[k] for k in chosen)], axis=0))
+    by_sensors = {
+        name: (critical.error(one), np.sqrt(np.diag(one))) for name, one in expected.items()
+    }
     slaloms = [own for block, own in zip(pool, told, strict=True) if block.words == SLALOM]
-    wanted = _figure(known, critical, covariance, goal)
+    wanted = _figure(known, critical, believed, goal)
     needed = min(
         (_blocks_for(known, critical, own, wanted, goal) for own in slaloms), default=math.inf
     )
     return Design(
-        known, limits, critical, sensors, tuple(blocks), covariance, by_sensors, needed
+        known, limits, critical, sensors, tuple(blocks), expected[sensors], by_sensors, needed
     )  # fmt: skip
+
+
+def _expected(known: Knowledge, blocks: Sequence[Block]) -> dict[str, Array]:
+    """Covariance of the unknowns with each set of sensors, mean over what the belief allows."""
+    sets = {name: sensors_of(name) for name in SETS}
+    every = list(dict.fromkeys(sensor for own in sets.values() for sensor in own))
+    columns = {name: [every.index(sensor) for sensor in own] for name, own in sets.items()}
+    drives = [block.drive() for block in blocks]
+    total: dict[str, list[Array]] = {name: [] for name in SETS}
+    for turn, at in enumerate(drawn(known)):
+        found = lines_of(known, drives, every, at, turn=turn)
+        for name, own in columns.items():
+            nothing = np.zeros((2, *2 * known.values.shape))
+            total[name].append(sum((one.of(own).told() for one in found), nothing))
+    return {name: errors(np.stack(told)) for name, told in total.items()}
 
 
 def _blocks_for(

@@ -3,12 +3,16 @@
 Outputs are simulated with every unknown moved a little both ways. What hides these slopes is sensor
 noise, and what road and wind do to the motion: side forces and moments on both bodies that go
 through the plant itself, so that near the critical speed they are large where the sway is. In the
-frequency domain both are one matrix per frequency, S = noise + sum of h h* (h: outputs per force),
-and the information is the sum of D* S^-1 D over the frequencies; what the motion carries in and out
+frequency domain both are one matrix per frequency, S = noise + sum of h h* (h: outputs per kick of
+a force at one of several moments of the drive: a steered combination answers otherwise at each),
+and the information is M = sum of D* S^-1 D over the frequencies; what the motion carries in and out
 of a record that is no period of it acts like an unknown state at its start (Pintelon, Schoukens,
-System Identification, 2nd ed. 2012, ch. 6 and 9). Information of runs adds up, and so does that of
-the belief (one over its variance); errors are the roots of the diagonal of the inverse. That is the
-best a test can tell of a plant that is as believed; a model that is wrong errs by more.
+System Identification, 2nd ed. 2012, ch. 6 and 9). A matrix per frequency does not know that kicks
+make neighbouring frequencies answer together. How far an estimate with these weights is really
+scattered is therefore counted kick by kick: J, and errors are (M + 1)^-1 (J + 1) (M + 1)^-1 (White,
+Econometrica 50, 1982, with the belief as prior; 1: unknowns are in units of their tolerances). M
+and J of runs add up. Errors are averaged over combinations that the belief allows. That is the best
+a test can tell of a plant like that; a model that is wrong errs by more.
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ from swaywatch.models.modes import critical_speeds
 from swaywatch.plan.knowledge import Knowledge, Sensor
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 STEP_S = 0.01
 BAND_HZ = (0.1, 4.0)
 CORNER_HZ = 0.4
@@ -47,6 +52,10 @@ DISTURBANCES = (
 )  # fmt: skip
 """N and N m, of first order with `CORNER_HZ`: a trailer's side area of 8 m2 in a side wind that
 varies by 1 m/s at 100 km/h."""
+
+KICKS = 12
+"""Moments of a drive at which road and wind kick it."""
+GOLDEN = 0.618034
 
 SHARE = 0.1
 """Of its tolerance by which an unknown is moved."""
@@ -81,81 +90,158 @@ def outputs(
     return found
 
 
-def lines(samples: int) -> Array:
-    """Frequencies that count, Hz: offsets and drift are below, nothing of the sway above."""
-    frequency = np.fft.rfftfreq(samples, STEP_S)
-    return np.asarray(frequency[_inside(samples)], dtype=np.float64)
-
-
 def _inside(samples: int) -> NDArray[np.bool_]:
+    """Lines that count: offsets and drift are below, nothing of the sway above."""
     frequency = np.fft.rfftfreq(samples, STEP_S)
     return np.asarray((frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1]))
 
 
-def spectrum(signal: Array) -> NDArray[np.complex128]:
-    """Lines of signals over axis 0."""
-    whole = np.fft.rfft(signal - signal.mean(axis=0), axis=0)
+def spectrum(signal: Array) -> Complex:
+    """Lines of signals over axis 0; an offset is on none of them."""
+    whole = np.fft.rfft(signal, axis=0)
     return np.asarray(whole[_inside(len(signal))], dtype=np.complex128)
 
 
-def slopes(
-    known: Knowledge, drives: Sequence[Drive], at: Array, sensors: Sequence[Sensor]
-) -> list[NDArray[np.complex128]]:
-    """Lines of the change of every output per tolerance of every unknown; each (lines, m, k)."""
-    count = len(known.unknowns)
-    moves = SHARE * np.diag(known.deviations)
-    every = [drive for drive in drives for _ in range(2 * count)]
-    values = [at + sign * moves[k] for _ in drives for k in range(count) for sign in (1.0, -1.0)]
-    found = outputs(known, every, values, sensors)
-    result = []
-    for number in range(len(drives)):
-        own = found[2 * count * number : 2 * count * (number + 1)]
-        part = [(own[2 * k] - own[2 * k + 1]) / (2 * SHARE) for k in range(count)]
-        result.append(spectrum(np.stack(part, axis=2)))
-    return result
+@dataclass(frozen=True)
+class Lines:
+    """Lines of one drive at one set of values.
 
-
-def covariances(
-    known: Knowledge, drives: Sequence[Drive], sensors: Sequence[Sensor], at: Array | None = None
-) -> list[NDArray[np.complex128]]:
-    """Of the lines of the outputs about their expectation; each (lines, m, m).
-
-    `at`: values of the unknowns; the believed ones without it.
+    Attributes
+    ----------
+    slope
+        Of the change of every output per tolerance of every unknown; (lines, m, k).
+    free
+        Of the free motions from each state at the start; (lines, m, 4).
+    noise
+        Power of the sensors' noise; (m,).
+    kicks
+        Of what kicks do, so that the sum of h h* is the power of all disturbances: one half for the
+        weights, another for the scatter; (2, lines, m, kicks).
     """
-    values = known.values if at is None else at
+
+    slope: Complex
+    free: Complex
+    noise: Array
+    kicks: Complex
+
+    def of(self, columns: Sequence[int]) -> Lines:
+        """The same with some of the outputs only."""
+        own = list(columns)
+        return Lines(self.slope[:, own], self.free[:, own], self.noise[own], self.kicks[:, :, own])
+
+    def covariance(self) -> Complex:
+        """Of the outputs about their expectation; (lines, m, m)."""
+        kick = self.kicks[0]
+        return np.asarray(kick @ kick.conj().transpose(0, 2, 1) + np.diag(self.noise))
+
+    def weights(self) -> tuple[Array, Complex]:
+        """Information, (k, k), and weights W of a residual r for the right side 2 Re sum W* r.
+
+        States at the start are free. Weights: (lines, m, k).
+        """
+        both = np.concatenate([self.slope, self.free], axis=2)
+        weight = np.linalg.solve(self.covariance(), both)
+        # the lines of negative frequency say the same once more: hence the 2
+        matrix = 2.0 * np.einsum("fmi,fmj->ij", both.conj(), weight).real
+        k = self.slope.shape[2]
+        size = np.sqrt(np.maximum(np.diag(matrix)[k:], 1e-300))
+        inner = np.linalg.pinv(matrix[k:, k:] / np.outer(size, size), rcond=1e-9)
+        out = inner @ (matrix[k:, :k] / size[:, None]) / size[:, None]
+        told = matrix[:k, :k] - matrix[:k, k:] @ out
+        return np.asarray(told), np.asarray(weight[:, :, :k] - weight[:, :, k:] @ out)
+
+    def told(self) -> Array:
+        """Information and the scatter of its right side; (2, k, k)."""
+        matrix, weight = self.weights()
+        noise = 2.0 * np.einsum("fmi,m,fmj->ij", weight.conj(), self.noise, weight).real
+        pulled = 2.0 * np.einsum("fmi,fmn->in", weight.conj(), self.kicks[1]).real
+        return np.stack([matrix, noise + pulled @ pulled.T])
+
+
+def right_side(weight: Complex, rest: Complex) -> Array:
+    """Of a residual, measured less modelled; weights of :meth:`Lines.weights`, rest (lines, m)."""
+    return np.asarray(2.0 * np.einsum("fmi,fm->i", weight.conj(), rest).real)
+
+
+def lines_of(
+    known: Knowledge,
+    drives: Sequence[Drive],
+    sensors: Sequence[Sensor],
+    at: Array,
+    *,
+    scatter: bool = True,
+    turn: int = 0,
+) -> list[Lines]:
+    """Simulated at values of the unknowns, all drives side by side; equal drives once.
+
+    Without `scatter` only :meth:`Lines.weights` can be asked. `turn`: each has kicks at other
+    moments.
+    """
+    keys = [(drive.steer.tobytes(), drive.speed.tobytes()) for drive in drives]
+    different = dict(zip(keys, drives, strict=True))
+    found = _lines_of(known, list(different.values()), sensors, at, turn, 2 if scatter else 1)
+    own = dict(zip(different, found, strict=True))
+    return [own[key] for key in keys]
+
+
+def _lines_of(
+    known: Knowledge,
+    drives: Sequence[Drive],
+    sensors: Sequence[Sensor],
+    at: Array,
+    turn: int,
+    halves: int,
+) -> list[Lines]:
+    count = len(known.unknowns)
     columns = tuple(OUTPUT.index(sensor.output) for sensor in sensors)
-    jobs = []
+    moves = SHARE * np.diag(known.deviations)
+    plants: list[PlantInput] = []
     for drive in drives:
-        still = Drive(np.zeros_like(drive.steer), drive.speed)
-        for disturbance in DISTURBANCES:
-            plant = known.plant(still.time_s, still.steer, still.speed, values)
-            kick = np.zeros(len(drive.steer))
-            kick[1] = disturbance.rms  # one sample long, so its spectrum is flat
-            plant.add_series(disturbance.slot, kick)
-            jobs.append(Job(plant, columns=columns))
-    responses = iter(run_jobs(jobs))
+        for k in range(count):
+            for sign in (1.0, -1.0):
+                values = at + sign * moves[k]
+                plants.append(known.plant(drive.time_s, drive.steer, drive.speed, values))
+        for state in range(4):
+            still = np.zeros_like(drive.steer)
+            plant = known.plant(drive.time_s, still, drive.speed, at)
+            plant.initial = STARTS * np.eye(4)[state]
+            plants.append(plant)
+        plants.append(known.plant(drive.time_s, drive.steer, drive.speed, at))
+        for kick in _kicks(len(drive.steer), turn)[: halves * KICKS]:
+            for disturbance in DISTURBANCES:
+                plant = known.plant(drive.time_s, drive.steer, drive.speed, at)
+                plant.add_series(disturbance.slot, disturbance.rms * kick)
+                plants.append(plant)
+    each = len(plants) // max(len(drives), 1)
+    outcomes = run_jobs([Job(plant, columns=columns) for plant in plants])
+    shown = [outcome.output for outcome in outcomes if outcome.output is not None]
+    assert len(shown) == len(plants)
     found = []
-    for drive in drives:
+    for number, drive in enumerate(drives):
+        own = shown[each * number : each * (number + 1)]
+        slope = [(own[2 * k] - own[2 * k + 1]) / (2 * SHARE) for k in range(count)]
+        free, calm = own[2 * count : 2 * count + 4], own[2 * count + 4]
+        kicks = np.stack([spectrum(one - calm) for one in own[2 * count + 5 :]], axis=2)
         samples = len(drive.steer)
-        frequency = lines(samples)
-        total = np.zeros((len(frequency), len(sensors), len(sensors)), dtype=np.complex128)
-        for number, sensor in enumerate(sensors):
-            total[:, number, number] = samples * sensor.noise**2
-        for _ in DISTURBANCES:
-            answer = next(responses).output
-            assert answer is not None
-            h = np.fft.rfft(answer, axis=0)[_inside(samples)]
-            power = samples * _share(frequency)
-            total += power[:, None, None] * h[:, :, None] * h[:, None, :].conj()
-        found.append(total)
+        part = np.stack(np.split(np.sqrt(samples / KICKS) * kicks, halves, axis=2))
+        noise = np.array([samples * sensor.noise**2 for sensor in sensors])
+        found.append(
+            Lines(spectrum(np.stack(slope, axis=2)), spectrum(np.stack(free, axis=2)), noise, part)
+        )
     return found
 
 
-def _share(frequency_hz: Array) -> Array:
-    """Power of a sample of a disturbance of RMS 1 over the lines: first order, see `disturbed`."""
+def _kicks(samples: int, turn: int) -> list[Array]:
+    """What one moment adds to a disturbance of RMS 1, at twice `KICKS` moments of a drive.
+
+    Either half of them is spread evenly.
+    """
     pole = np.exp(-2.0 * np.pi * CORNER_HZ * STEP_S)
-    turn = np.exp(-2j * np.pi * frequency_hz * STEP_S)
-    return np.asarray((1.0 - pole**2) / np.abs(1.0 - pole * turn) ** 2, dtype=np.float64)
+    shape = np.sqrt(1.0 - pole**2) * pole ** np.arange(samples)
+    # golden ratio: no period of the steering is met at one phase only
+    shares = np.mod(0.5 + GOLDEN * (np.arange(2 * KICKS) + 2 * KICKS * turn), 1.0)
+    starts = np.round(shares * (samples - 1)).astype(int)
+    return [np.concatenate([np.zeros(k), shape[: samples - k]]) for k in starts]
 
 
 def disturbed(samples: int, rms: float, random: np.random.Generator) -> Array:
@@ -166,77 +252,35 @@ def disturbed(samples: int, rms: float, random: np.random.Generator) -> Array:
     return np.asarray(rms * course[1000:], dtype=np.float64)
 
 
-def weighed(
-    slope: NDArray[np.complex128], covariance: NDArray[np.complex128]
-) -> NDArray[np.complex128]:
-    """S^-1 D at every line."""
-    return np.asarray(np.linalg.solve(covariance, slope), dtype=np.complex128)
+DRAWS = 32
 
 
-def carried(
-    known: Knowledge, drives: Sequence[Drive], at: Array, sensors: Sequence[Sensor]
-) -> list[NDArray[np.complex128]]:
-    """Lines of the free motions from each state at the start; each (lines, m, 4)."""
-    columns = tuple(OUTPUT.index(sensor.output) for sensor in sensors)
-    jobs = []
-    for drive in drives:
-        for state in range(4):
-            still = np.zeros_like(drive.steer)
-            plant = known.plant(drive.time_s, still, drive.speed, at)
-            plant.initial = STARTS * np.eye(4)[state]
-            jobs.append(Job(plant, columns=columns))
-    found = [spectrum(one.output) for one in run_jobs(jobs) if one.output is not None]
-    return [np.stack(found[4 * k : 4 * k + 4], axis=2) for k in range(len(drives))]
-
-
-def normal_of(
-    slope: NDArray[np.complex128],
-    free: NDArray[np.complex128],
-    covariance: NDArray[np.complex128],
-    rest: NDArray[np.complex128] | None = None,
-) -> tuple[Array, Array]:
-    """Information of one drive, and its right side for a residual; states at the start are free.
-
-    Parameters
-    ----------
-    slope, free, covariance
-        Of :func:`slopes`, :func:`carried` and :func:`covariances`.
-    rest
-        Lines of measured less modelled outputs, (lines, m).
-    """
-    both = np.concatenate([slope, free], axis=2)
-    weight = weighed(both, covariance)
-    # the lines of negative frequency say the same once more: hence the 2
-    matrix = 2.0 * np.einsum("fmi,fmj->ij", both.conj(), weight).real
-    right = np.zeros(len(matrix))
-    if rest is not None:
-        right = 2.0 * np.einsum("fmi,fm->i", weight.conj(), rest).real
-    k = slope.shape[2]
-    size = np.sqrt(np.maximum(np.diag(matrix)[k:], 1e-300))
-    inner = np.linalg.pinv(matrix[k:, k:] / np.outer(size, size), rcond=1e-9)
-    across = matrix[:k, k:] / size
-    told = matrix[:k, :k] - across @ inner @ across.T
-    return np.asarray(told), np.asarray(right[:k] - across @ inner @ (right[k:] / size))
+def drawn(known: Knowledge) -> list[Array]:
+    """Values of the unknowns of `DRAWS` combinations that the belief allows."""
+    random = np.random.default_rng(1)
+    found = []
+    for _ in range(DRAWS):
+        off = np.clip(random.normal(size=len(known.unknowns)), -2.0, 2.0)
+        found.append(np.maximum(known.values + off * known.deviations, 0.0))
+    return found
 
 
 def information(
     known: Knowledge, drives: Sequence[Drive], sensors: Sequence[Sensor]
 ) -> list[Array]:
-    """Fisher information of each drive, unknowns in units of their tolerances; (k, k)."""
-    return [
-        normal_of(slope, free, covariance)[0]
-        for slope, free, covariance in zip(
-            slopes(known, drives, known.values, sensors),
-            carried(known, drives, known.values, sensors),
-            covariances(known, drives, sensors),
-            strict=True,
-        )
-    ]
+    """What each drive tells of the combination as believed; (2, k, k), see :meth:`Lines.told`."""
+    return [own.told() for own in lines_of(known, drives, sensors, known.values)]
 
 
 def errors(told: Array) -> Array:
-    """Covariance of the unknowns, in units of their tolerances, from information and belief."""
-    return np.asarray(np.linalg.inv(told + np.eye(len(told))), dtype=np.float64)
+    """Covariance of the unknowns, in units of their tolerances, from what was told and the belief.
+
+    `told`: sum over the drives, (2, k, k); or of several combinations, (n, 2, k, k): their mean.
+    """
+    one = np.eye(told.shape[-1])
+    inverse = np.linalg.inv(told[..., 0, :, :] + one)
+    found = inverse @ (told[..., 1, :, :] + one) @ inverse
+    return np.asarray(found.reshape(-1, *one.shape).mean(axis=0), dtype=np.float64)
 
 
 @dataclass(frozen=True)
