@@ -183,15 +183,14 @@ diagnosis: $(VENV)/stamp-test $(VENV)/stamp-package
 	@echo "$(B)/diagnosis/report.html"
 
 # --- tests ----------------------------------------------------------------------------------------
-# quick: under a minute; test: all of it. Fragments add to them.
-.PHONY: quick test lint bench
+# quick: under a minute; test: all of it. Fragments add to quick and checks.
+.PHONY: quick test checks hil-checks lint bench
 quick:: $(UNIT_NAMES:%=$(B)/sanitize/unit/%)
 	$(call run-unit,sanitize)
 
-test:: setup-test
-test:: $(UNIT_NAMES:%=$(B)/sanitize/unit/%)
+checks:: $(UNIT_NAMES:%=$(B)/sanitize/unit/%)
 	$(call run-unit,sanitize)
-test:: $(UNIT_NAMES:%=$(B)/clang/unit/%)
+checks:: $(UNIT_NAMES:%=$(B)/clang/unit/%)
 	$(call run-unit,clang)
 
 lint:: setup-test lib
@@ -200,10 +199,14 @@ bench:: setup-test
 
 -include $(sort $(wildcard port/*/rules.mk)) $(sort $(wildcard tests/mk/*.mk))
 
-# Last, so that a test run ends with pytest's own line. A file of tests runs in one process;
+checks:: lint
+
+# The loop with hardware waits for real time more than it works: the other checks run beside it.
+# pytest is last, so that a test run ends with its line. A file of tests runs in one process;
 # PYTEST_WORKERS=0 runs all of them in this one.
 PYTEST_WORKERS ?= 2
-test:: lint
+test:: setup-test
+	@$(MAKE) --no-print-directory -j2 -Otarget hil-checks checks
 ifneq ($(wildcard tests/host/test_*.py),)
 test::
 	@$(VENV)/bin/pytest -q -n $(PYTEST_WORKERS) --dist loadfile --durations=15 tests/host

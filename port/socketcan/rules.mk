@@ -8,4 +8,4 @@ $(SWAYWATCHD): $(SWAYWATCHD_SOURCES) $(wildcard port/socketcan/*.h port/xcp/*.h 
 	    $(INCLUDE) -Iport -Iport/xcp -Iport/replay $(SWAYWATCHD_SOURCES) $(B)/gcc/libsway.a -lm -o $@
 
 quick:: $(SWAYWATCHD)
-test:: $(SWAYWATCHD)
+checks:: $(SWAYWATCHD)

@@ -12,6 +12,7 @@ from swaywatch.models.multibody import Motion, Multibody
 from swaywatch.models.multibody_kernel import W_SIZE, damper_force, tyre_force
 from swaywatch.models.multibody_vehicle import (
     DAMPER_KINDS,
+    MORE,
     Body,
     Combination,
     Damper,
@@ -226,3 +227,53 @@ def test_overturning_is_said():
     plant = Multibody(reference_combination(), Physics(full=True))
     with pytest.raises(FloatingPointError, match="valid range"):
         impulse(plant, 200.0, 400.0, until=30.0)
+
+
+UNLISTED = {
+    "jackknife_stop": (5e4, 0.005),
+    "trailer_axle_steers": (0.05, 0.0),
+    "car_air": (20.0, 0.0),
+    "tow_assist": (0.02, 0.0),
+    "roof_load": (100.0, 0.0),
+    "axle_hysteresis": (0.3, 0.01),
+    "tarpaulin": (15.0, 0.0),
+    "heading_wind": (5000.0, 0.0),
+    "trailer_brakes": (5000.0, 0.02),
+    "hydraulic_hitch": (5000.0, 0.0),
+    "rear_wheel_steering": (0.1, 0.0),
+    "tandem_scrub": (500.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("kind", MORE)
+def test_what_nobody_lists_acts_where_it_says(planar, kind):
+    """On the car, the trailer or between: the other body's own balance does not show it."""
+    size, at = UNLISTED[kind]
+    whole, here = planar.combination, planar.combination.car.mass_kg
+    plant = Multibody(whole, Physics(more=kind, more_size=size, more_at=at))
+    motion, healthy = impulse(plant, 100.0, 20.0), impulse(planar, 100.0, 20.0)
+    change = motion.trailer_yaw_rate_rad_s - healthy.trailer_yaw_rate_rad_s
+    assert np.abs(change).max() > 0.002 * np.abs(healthy.trailer_yaw_rate_rad_s).max()
+    inner = slice(50, -50)
+    along = motion.wheel_fy_n[:4].sum(axis=0) + motion.hitch_y_n
+    rest = (here * motion.car_acceleration_m_s2 - along)[inner]
+    # wheels are steered by up to 1.5 deg: their forces lean by that
+    leans = 0.002 * np.abs(motion.wheel_fy_n).sum(axis=0).max()
+    on_the_car = kind in ("car_air", "roof_load")
+    assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
+    side, moment = _rest_of_the_trailer(whole.trailer, motion)
+    assert (np.abs(side[inner]).max() > 4.0 * leans) == (kind in ("tarpaulin", "heading_wind"))
+    turns = ("trailer_brakes", "tandem_scrub", "jackknife_stop", "hydraulic_hitch")
+    assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
+
+
+def _rest_of_the_trailer(trailer, motion):
+    """Side force and moment about its COG beside those of its wheels and the hitch force."""
+    angle = motion.trailer_yaw_rad - motion.yaw_rad
+    across = -(motion.hitch_y_n * np.cos(angle) - motion.hitch_x_n * np.sin(angle))
+    front, rear = motion.wheel_fy_n[4:6].sum(axis=0), motion.wheel_fy_n[6:].sum(axis=0)
+    known = trailer.hitch_to_cog_m * across
+    known = known + trailer.front.to_cog_m * front + trailer.rear.to_cog_m * rear
+    inertia = trailer.yaw_inertia_kgm2 * np.gradient(motion.trailer_yaw_rate_rad_s, 0.002)
+    side = trailer.mass_kg * motion.trailer_acceleration_m_s2 - front - rear - across
+    return side, inertia - known

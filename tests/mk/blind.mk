@@ -32,6 +32,20 @@ proof-springs: setup
 	@$(PY) $(BLIND)/score.py --answers $(SPRINGS_OUT)/answers --diagnoses $(SPRINGS_OUT)/diagnoses \
 	    --out $(SPRINGS_OUT)/score.json
 
+# Physics that no library lists, six kinds to build on (build), six to be opened once (opened-once):
+# what law is found, where, of what. The other half is no set to look at twice.
+.PHONY: proof-unlisted
+UNLISTED ?= build
+UNLISTED_SEED ?= 4001
+UNLISTED_OUT := $(BLIND_OUT)/unlisted-$(UNLISTED)-$(UNLISTED_SEED)
+proof-unlisted: setup
+	@$(PY) $(BLIND)/generate.py --seed $(UNLISTED_SEED) --count $(N) --unlisted $(UNLISTED) \
+	    --jobs $(JOBS) --out $(UNLISTED_OUT)/cases --answers $(UNLISTED_OUT)/answers
+	@$(PY) $(BLIND)/diagnose_all.py --cases $(UNLISTED_OUT)/cases --out $(UNLISTED_OUT)/diagnoses \
+	    --count $(N) --jobs $(JOBS)
+	@$(PY) $(BLIND)/unlisted_score.py --answers $(UNLISTED_OUT)/answers \
+	    --diagnoses $(UNLISTED_OUT)/diagnoses --out $(B)/bench/unlisted-$(UNLISTED).md
+
 # A vehicle.toml that is far off, as the dissertation's was: what is concealed, what is said.
 .PHONY: proof-far-off
 proof-far-off: setup

@@ -16,7 +16,7 @@ bench-estimator: setup-test $(ESTIMATOR_SO) bench-cortex $(B)/bench/drift.txt
 	@$(PY) tests/bench/estimator.py $(ESTIMATOR_SO) --drift $(B)/bench/drift.txt \
 	    --report $(B)/bench/estimator.md
 bench:: bench-estimator
-test:: $(ESTIMATOR_SO)
+checks:: $(ESTIMATOR_SO)
 	@$(PY) tests/bench/estimator.py $(ESTIMATOR_SO) --quick >$(B)/bench/estimator-quick.md \
 	    || { cat $(B)/bench/estimator-quick.md; exit 1; }
 	@tail -n 1 $(B)/bench/estimator-quick.md
@@ -84,7 +84,7 @@ bench-drift: $(B)/bench/drift.txt
 	@cat $<
 $(B)/bench/drift.txt: $(FAST_FORWARD)
 	@$< 1000000000 >$@
-test:: $(FAST_FORWARD)
+checks:: $(FAST_FORWARD)
 	@$< 2000000
 
 # --- fuzzers: make fuzz FUZZ_SECONDS=600; in the tests a few thousand runs ------------------------
@@ -114,7 +114,7 @@ proofs:
 	    awk -v rows=$$rows '/Proved goals/{split($$0,g,/[:\/]/); \
 	    print "ring of " rows " rows:" g[2] "/" g[3] " goals proved"; bad = g[2]+0 != g[3]+0} \
 	    END{exit bad}' $(B)/proofs/$$rows.log || { cat $(B)/proofs/$$rows.log; exit 1; }; done
-test::
+checks::
 	@if command -v frama-c >/dev/null && command -v why3 >/dev/null && command -v z3 >/dev/null; then \
 	    $(MAKE) --no-print-directory -s proofs PROOF_ROWS=512; \
 	    else echo "proofs: not run, frama-c why3 z3 are not all here"; fi

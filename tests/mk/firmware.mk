@@ -196,5 +196,5 @@ soak: setup-test $(FW)/soak
 	@nice -n 19 $(FW)/soak 600 $(FW)/soak.md
 	@cat $(FW)/soak.md
 
-test:: firmware-test
+checks:: firmware-test
 bench:: firmware-bench

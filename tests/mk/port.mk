@@ -32,7 +32,7 @@ port-test: $(PORT_TESTS:%=$(B)/port/test_%)
 	    echo "$${t#$(B)/}: $$(grep -E 'Tests [0-9]+ Failures' <<<"$$out" || tail -n 1 <<<"$$out")"; \
 	    done; exit $$status
 quick:: port-test
-test:: port-test
+checks:: port-test
 
 # --- NUCLEO-G474RE --------------------------------------------------------------------------------
 BOARD_FLAGS := -std=gnu99 -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard -mthumb -Os -g \

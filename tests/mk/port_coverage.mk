@@ -20,4 +20,4 @@ coverage-port: setup-test $(B)/gcc/libsway.a
 	    $(PORT_COVERAGE) >$(PORT_COVERAGE)/summary.txt 2>$(PORT_COVERAGE)/errors.txt \
 	    || { cat $(PORT_COVERAGE)/lines.txt $(PORT_COVERAGE)/errors.txt; exit 1; }
 	@sed 's/^/port\/ /' $(PORT_COVERAGE)/summary.txt
-test:: coverage-port
+checks:: coverage-port

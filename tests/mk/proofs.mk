@@ -14,6 +14,6 @@ proofs-any: $(CODEC).c
 	    $(ANY_PROVE) -main prove_$$name $(ANY_SOURCES) $(CODEC).c >$$log 2>&1 || { cat $$log; exit 1; }; \
 	    ! grep -qE 'eva:alarm|eva:garbled|No code nor implicit' $$log || { cat $$log; exit 1; }; done
 	@echo "proofs-any: $(words $(ANY_NAMES)) of $(words $(ANY_NAMES)) proved: $(ANY_NAMES)"
-test::
+checks::
 	@if command -v frama-c >/dev/null; then $(MAKE) --no-print-directory -s proofs-any; \
 	    else echo "proofs-any: not run, frama-c is not here"; fi

@@ -56,7 +56,8 @@ static void finish(void)
 
 static void a_single_axle_takes_the_whole_force(void)
 {
-    const test_plant_t plant = {-0.1 + 4.2 * I, 28, {109300, 185200, 0, 250000}, {2690, 10350}, 0};
+    const test_plant_t plant = {-0.1 + 4.2 * I, 28, {109300, 185200, 0, 250000},
+                                {2690, 10350},  0,  0};
     vehicle.trailer.axles = 1;
     vehicle.trailer.front_cornering_stiffness_n_per_rad = 0;
     plant_line(&plant, &vehicle, &line);
@@ -118,8 +119,8 @@ static void the_articulation_is_taken_where_it_is_measured(void)
 
 static void a_ratio_of_one_axle_alone_is_no_ratio(void)
 {
-    const test_plant_t plant = {
-        -0.1 + 4.2 * I, 28, {109300, 185200, 120000, 120000}, {2690, 10350}, 0};
+    const test_plant_t plant = {-0.1 + 4.2 * I, 28, {109300, 185200, 120000, 120000},
+                                {2690, 10350},  0,  0};
     for (int missing = 0; missing < 2; missing++) {
         vehicle = reference_vehicle();
         vehicle.trailer.front_cornering_stiffness_n_per_rad = missing == 0 ? 0 : 90000;

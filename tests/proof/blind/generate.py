@@ -22,6 +22,7 @@ import effects
 import knowledge
 import numpy as np
 import recorder
+import unlisted
 from effects import Draw
 from knowledge import Knowledge
 from numpy.random import Generator
@@ -121,16 +122,16 @@ def road_physics(rng: Generator) -> Physics:
 
 
 def draw_kind(
-    rng: Generator, index: int, clean_tier: str | None = None
+    rng: Generator, index: int, only: str | None = None
 ) -> tuple[str, list[Draw], Knowledge]:
     """Kind of the case, its effects, what is known; strengths are spread evenly.
 
-    With a `clean_tier` nothing is concealed, and that is what the user knows.
+    `only`: a tier, in which nothing is concealed; or a half of the unlisted kinds.
     """
     kind = str(rng.choice(KINDS, p=SHARES))
     strength = float(rng.uniform(0.0, 1.0))
-    if clean_tier is not None:
-        return "clean", [], knowledge.draw(rng, tier=clean_tier)
+    if only is not None:
+        return _only(rng, index, only)
     known = knowledge.draw(rng, tier="A" if "simulation" in kind else None)
 
     def make(function: Any, u: float) -> Draw:
@@ -159,6 +160,12 @@ def draw_kind(
     return kind, draws, known
 
 
+def _only(rng: Generator, index: int, only: str) -> tuple[str, list[Draw], Knowledge]:
+    if only in unlisted.HALVES:
+        return "unlisted", [unlisted.draw(only, rng, index)], knowledge.draw(rng, tier="A")
+    return "clean", [], knowledge.draw(rng, tier=only)
+
+
 def draw_hidden(rng: Generator, draws: list[Draw], known: Knowledge) -> tuple[str, ...]:
     """What the tier lacks, now and then another channel; never one that is faulty itself."""
     groups = (("FzFL", "FzFR", "FzRL", "FzRR"), ("HitchFx", "HitchFy"), ("LatAcc2",))
@@ -169,10 +176,10 @@ def draw_hidden(rng: Generator, draws: list[Draw], known: Knowledge) -> tuple[st
     return () if used & set(hidden) else hidden
 
 
-def draw_case(seed: int, index: int, clean_tier: str | None = None) -> Case:
+def draw_case(seed: int, index: int, only: str | None = None) -> Case:
     """Case number `index` of a seed."""
     rng = np.random.default_rng((seed, index))
-    kind, draws, known = draw_kind(rng, index, clean_tier)
+    kind, draws, known = draw_kind(rng, index, only)
     base, always = Physics(), {}
     if "simulation" in kind:
         whole, base = drives.with_suspension(drives.draw_combination(rng)), full_physics()
@@ -399,15 +406,13 @@ def make_runs(case: Case, plants: Plants, top: float, out: Path, answers: Path) 
     }
 
 
-def make_case(
-    seed: int, index: int, out: Path, answers: Path, clean_tier: str | None = None
-) -> str:
+def make_case(seed: int, index: int, out: Path, answers: Path, only: str | None = None) -> str:
     """Write one case; returns its name."""
     name = f"b{index + 1:03d}"
     kept, digest = answers / name / "answer.json", generator_digest()
     if kept.exists() and json.loads(kept.read_text()).get("generator") == digest:
         return name
-    case = draw_case(seed, index, clean_tier)
+    case = draw_case(seed, index, only)
     plants = case.plant(), case.plant(healthy=True)
     top = 0.99 * critical_speed(plants[0])
     for attempt in range(4):
@@ -437,14 +442,14 @@ def _job(arguments: tuple[int, int, Path, Path, str | None]) -> str:
 
 
 def generate(
-    seed: int, count: int, out: Path, answers: Path, jobs: int, clean_tier: str | None = None
+    seed: int, count: int, out: Path, answers: Path, jobs: int, only: str | None = None
 ) -> None:
     """Write `count` cases; those that are there already are kept."""
     out.mkdir(parents=True, exist_ok=True)
     answers.mkdir(parents=True, exist_ok=True)
     (out / "measurement.dbc").write_text(recorder.dbc_text(trailer=False))
     (out / "measurement_trailer.dbc").write_text(recorder.dbc_text(trailer=True))
-    work = [(seed, index, out, answers, clean_tier) for index in range(count)]
+    work = [(seed, index, out, answers, only) for index in range(count)]
     with multiprocessing.get_context("spawn").Pool(jobs) as pool:
         for done, name in enumerate(pool.imap_unordered(_job, work), 1):
             print(f"\r{done}/{count} {name}", end="", file=sys.stderr, flush=True)
@@ -460,8 +465,11 @@ def main() -> None:
     parser.add_argument("--answers", type=Path, required=True)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--clean", choices=knowledge.TIERS, help="nothing concealed, this tier")
+    parser.add_argument("--unlisted", choices=unlisted.HALVES, help="physics that nobody lists")
     given = parser.parse_args()
-    generate(given.seed, given.count, given.out, given.answers, given.jobs, given.clean)
+    generate(
+        given.seed, given.count, given.out, given.answers, given.jobs, given.clean or given.unlisted
+    )
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ from swaywatch.models.multibody_vehicle import (
     AXLES,
     DAMPER_KINDS,
     GRAVITY,
+    MORE,
     TYRE_LAWS,
     Axle,
     Combination,
@@ -166,6 +167,10 @@ def _scalars(combination: Combination, physics: Physics) -> Array:
     g[k.G_SLOSH_MASS], g[k.G_SLOSH_X] = physics.slosh_mass_kg, physics.slosh_position_m
     g[k.G_SLOSH_OMEGA] = 2 * np.pi * physics.slosh_frequency_hz
     g[k.G_SLOSH_ZETA] = physics.slosh_damping
+    if physics.more:
+        g[k.G_MORE] = MORE.index(physics.more) + 1
+        g[k.G_MORE_SIZE], g[k.G_MORE_AT] = physics.more_size, physics.more_at
+        g[k.G_MORE_HZ] = 2 * np.pi * physics.more_frequency_hz
     g[k.G_YAW_CONTROL] = physics.yaw_moment_nms_rad
     g[k.G_CAR_LEVER], g[k.G_TRAILER_LEVER] = car.hitch_to_cog_m, trailer.hitch_to_cog_m
     g[k.G_BALL], g[k.G_RADIUS] = combination.ball_height_m, combination.wheel_radius_m

@@ -35,8 +35,8 @@ from numba.extending import intrinsic
     G_CAR_ROLL_ZETA, G_TRAILER_ROLL_GAIN, G_TRAILER_ROLL_OMEGA, G_TRAILER_ROLL_ZETA,
     G_HARMONIC_AXLE, G_SLOSH_MASS, G_SLOSH_OMEGA, G_SLOSH_ZETA, G_SLOSH_X, G_YAW_CONTROL,
     G_CAR_LEVER, G_TRAILER_LEVER, G_BALL, G_CAR_HEIGHT, G_TRAILER_HEIGHT, G_HITCH_DOF, G_RADIUS,
-    G_REAR_X, G_SIZE,
-) = range(39)  # fmt: skip
+    G_REAR_X, G_MORE, G_MORE_SIZE, G_MORE_AT, G_MORE_HZ, G_SIZE,
+) = range(43)  # fmt: skip
 
 # Inputs, one row per step.
 (
@@ -45,7 +45,7 @@ from numba.extending import intrinsic
 ) = range(15)  # fmt: skip
 
 # States beyond MuJoCo's.
-Z_SLIP, Z_ROLL, Z_SPEED, Z_SLOSH, Z_MEAN, Z_SIZE = 0, 8, 12, 13, 15, 16
+Z_SLIP, Z_ROLL, Z_SPEED, Z_SLOSH, Z_MEAN, Z_MORE, Z_SIZE = 0, 8, 12, 13, 15, 16, 18
 
 # What is kept of each step.
 (
@@ -60,6 +60,13 @@ CAR, TRAILER_PLANAR, TRAILER_FULL = 1, 2, 6
 # Rows of the scratch table: a point's position and velocity; of wheels also these two.
 TRAVEL, SPEED = 6, 7
 AIR_DENSITY, SIDE_AREA = 1.2, 5.0
+# Physics beyond what any library of effects lists, numbered as `MORE` of multibody_vehicle.py.
+(
+    STOP, TRAILER_STEERS, CAR_AIR, TOW_ASSIST, ROOF_LOAD, AXLE_HYSTERESIS, TARPAULIN, HEADING_WIND,
+    TRAILER_BRAKES, HYDRAULIC, REAR_STEERS, SCRUB,
+) = range(1, 13)  # fmt: skip
+MORE_DAMPING = 0.05
+SLOW_RAD_S = 0.005
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
 SPEED_GAIN, INTEGRAL_GAIN = 0.8, 0.2  # of the driver who holds the speed, 1/s and 1/s2
 _G = 9.81
@@ -284,6 +291,62 @@ def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, work: Any, out: An
 
 
 @njit(cache=True)
+def _more_steer(g: Any, z: Any, rate: float, wheel: int, out: Any) -> float:
+    """Steering of a wheel's axle by physics that nobody lists, rad."""
+    kind, size = g[G_MORE], g[G_MORE_SIZE]
+    if kind == TRAILER_STEERS and wheel >= 4:
+        return float(size * (out[O_YAW2] - out[O_YAW1]))
+    if kind == AXLE_HYSTERESIS and wheel >= 4:
+        return float(size * z[Z_MORE])
+    if kind == TOW_ASSIST and wheel < 2:
+        return float(size * rate)
+    if kind == REAR_STEERS and 2 <= wheel < 4:
+        return float(size * out[O_STEER])
+    return 0.0
+
+
+@njit(cache=True)
+def _more_moments(g: Any, z: Any, zdot: Any, view: Any, trailer: int, out: Any) -> None:
+    """Moments of physics that nobody lists, and the state of dry friction (after Dahl)."""
+    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+    hitch = int(g[G_HITCH_DOF])
+    rate, angle = view.qvel[hitch], out[O_YAW2] - out[O_YAW1]
+    if kind == STOP:
+        view.qfrc[hitch] -= math.copysign(size * max(abs(angle) - at, 0.0), angle)
+    elif kind == HYDRAULIC:
+        view.qfrc[hitch] -= size * abs(rate) * rate
+    elif kind == TRAILER_BRAKES:
+        r = out[O_RATE2]
+        view.xfrc[trailer, 5] -= math.copysign(size * max(abs(r) - at, 0.0), r)
+    elif kind == SCRUB:
+        view.xfrc[trailer, 5] -= size * math.tanh(out[O_RATE2] / SLOW_RAD_S)
+    elif kind == AXLE_HYSTERESIS:
+        zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / at
+
+
+@njit(cache=True)
+def _more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any) -> float:
+    """Side force of physics that nobody lists, on the car or the trailer, N.
+
+    `beta` and `pressure` (half the air's density times speed squared) are of that body.
+    """
+    kind, size, omega = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_HZ]
+    if kind == CAR_AIR:
+        return float(-size * pressure * beta)
+    if kind == HEADING_WIND:
+        return float(size * math.sin(out[O_YAW2]))
+    if kind == TARPAULIN:
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = omega * omega * (beta - z[Z_MORE])
+        zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+        return float(-size * pressure * z[Z_MORE])
+    if kind == ROOF_LOAD:
+        pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+        return float(size * pull)
+    return 0.0
+
+
+@njit(cache=True)
 def _tyres(
     g: Any, wheels: Any, u: Any, z: Any, zdot: Any, view: Any, play: float, drive: float,
     work: Any, out: Any,
@@ -306,6 +369,7 @@ def _tyres(
         w = wheels[i]
         roll = out[O_ROLL1] if i < 4 else out[O_ROLL2]
         steer = w[W_STEERED] * out[O_STEER] + w[W_ROLL_STEER] * roll
+        steer += _more_steer(g, z, view.qvel[int(g[G_HITCH_DOF])], i, out)
         slip = work[i, TRAVEL] - steer
         out[O_SLIP + i] = slip
         if w[W_RELAXATION] > 0.0:
@@ -326,8 +390,10 @@ def _tyres(
 
 
 @njit(cache=True)
-def _bodies(g: Any, u: Any, z: Any, view: Any, trailer: int, work: Any, out: Any) -> None:
-    """Air, gusts, cross-fall, cargo and yaw control."""
+def _bodies(
+    g: Any, u: Any, z: Any, zdot: Any, view: Any, trailer: int, work: Any, out: Any
+) -> None:
+    """Air, gusts, cross-fall, cargo, yaw control and what nobody lists."""
     full = g[G_FULL]
     lever, up = g[G_TRAILER_LEVER], (g[G_TRAILER_HEIGHT] - g[G_BALL]) * full
     c1, s1, c2, s2 = (
@@ -359,6 +425,18 @@ def _bodies(g: Any, u: Any, z: Any, view: Any, trailer: int, work: Any, out: Any
         side2 += pull
     out[O_FORCE_X] += -drag2 * c2 - side2 * s2
     out[O_FORCE_Y] += -drag2 * s2 + side2 * c2
+    if g[G_MORE] == 0.0:
+        return
+    _more_moments(g, z, zdot, view, trailer, out)
+    if g[G_MORE] == CAR_AIR or g[G_MORE] == ROOF_LOAD:
+        beta1 = math.atan2(c1 * cog1[4] - s1 * cog1[3], v1)
+        side1 = _more_side(g, z, zdot, beta1, 0.5 * AIR_DENSITY * v1 * v1, out)
+        _push(view, CAR, cog1, -s1 * side1, c1 * side1, 0.0)
+        return
+    side2 = _more_side(g, z, zdot, beta, 0.5 * AIR_DENSITY * v2 * v2, out)
+    _push(view, trailer, cog2, -s2 * side2, c2 * side2, 0.0)
+    out[O_FORCE_X] -= s2 * side2
+    out[O_FORCE_Y] += c2 * side2
 
 
 @njit(cache=True)
@@ -422,6 +500,11 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
     zdot[Z_SLOSH] = z[Z_SLOSH + 1]
     zdot[Z_SLOSH + 1] = -omega * omega * z[Z_SLOSH] - 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
     zdot[Z_SLOSH + 1] -= across2 + g[G_SLOSH_X] * yaw2 + _G * math.sin(u[U_BANK])
+    if g[G_MORE] == ROOF_LOAD:
+        omega = g[G_MORE_HZ]
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - across1
+        zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
     zdot[Z_MEAN] = r1 * r1 - z[Z_MEAN]
     zdot[Z_SPEED] = u[U_SPEED] - out[O_SPEED]
 
@@ -449,7 +532,7 @@ def _evaluate(
     if g[G_FULL] == 1.0:
         _suspension(g, wheels, u, view, held[2:], out)
     _tyres(g, wheels, u, z, zdot, view, held[0], drive, work, out)
-    _bodies(g, u, z, view, trailer, work, out)
+    _bodies(g, u, z, zdot, view, trailer, work, out)
     hitch = int(g[G_HITCH_DOF])
     rate, angle = view.qvel[hitch], out[O_YAW2] - out[O_YAW1]
     moment = g[G_HITCH_FRICTION] * math.tanh(rate / 0.004) + g[G_HITCH_DAMPING] * rate

@@ -103,6 +103,28 @@ class HarmonicLoad:
     axle: str = "car_rear"
 
 
+MORE = (
+    "jackknife_stop", "trailer_axle_steers", "car_air", "tow_assist", "roof_load",
+    "axle_hysteresis", "tarpaulin", "heading_wind", "trailer_brakes", "hydraulic_hitch",
+    "rear_wheel_steering", "tandem_scrub",
+)  # fmt: skip
+"""Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
+
+- moment about the ball beyond an articulation, N m/rad (rad)
+- angle of the trailer's axles per articulation
+- side area of the car times the slope of its air force, m2/rad
+- angle of the front wheels per articulation rate, s
+- mass on the car that swings sideways, kg (Hz)
+- angle of the trailer's axles per articulation, through dry friction (rad at which it slides)
+- the same of a tarpaulin as of the car, that follows the side-slip with a swing, m2/rad (Hz)
+- side force on the trailer at a heading of 90 deg, N
+- yaw moment on the trailer beyond a yaw rate, N m s/rad (rad/s)
+- moment at the ball per squared articulation rate, N m s2/rad2
+- angle of the car's rear wheels per angle of the front ones
+- dry yaw moment on the trailer, N m
+"""
+
+
 @dataclass(frozen=True)
 class Physics:
     """Everything that can be switched on; the defaults are the healthy planar combination.
@@ -141,6 +163,8 @@ class Physics:
         A controller's moment on the car, -k times its yaw rate.
     wheel_drag_n
         Drag of the trailer's front right wheel, as from a dragging brake.
+    more, more_size, more_at, more_frequency_hz
+        One kind of `MORE`, its size, where it begins or ends, and a frequency of its own.
     """
 
     full: bool = False
@@ -167,6 +191,10 @@ class Physics:
     slosh_position_m: float = 0.0
     yaw_moment_nms_rad: float = 0.0
     wheel_drag_n: float = 0.0
+    more: str = ""
+    more_size: float = 0.0
+    more_at: float = 0.0
+    more_frequency_hz: float = 1.0
 
 
 def _axle(place: float, stiffness: float, track: float, spring: float, bar: float) -> Axle:

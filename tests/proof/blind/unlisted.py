@@ -1,0 +1,130 @@
+"""Twelve kinds of physics that no library lists: half to build on, half to be opened once.
+
+Written down before the discovery was tried on any of them. A kind counts as found where a law is
+claimed at one of its places and of one of its variables (`answer["places"]`, `["variables"]`, in
+the words of `discovered` in a diagnosis.json): in a swing two variables in phase are one. Values of
+the file are exact and all sensors there: within tolerances many of these are no more than a value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from effects import Draw, log_between
+from numpy.random import Generator
+
+from swaywatch.models.multibody_vehicle import Combination, Physics
+
+
+def _draw(name: str, size: float, places: str, variables: str, **more: float) -> Draw:
+    """A kind of `Physics.more`; places and variables are words with blanks between."""
+    settings: dict[str, Any] = {"more": name, "more_size": size} | more
+
+    def combination(whole: Combination) -> Combination:
+        if name != "roof_load":
+            return whole
+        return replace(whole, car=replace(whole.car, mass_kg=whole.car.mass_kg - size))
+
+    def physics(healthy: Physics) -> Physics:
+        return replace(healthy, **settings)
+
+    return Draw(
+        {"id": name, **settings, "places": places.split(), "variables": variables.split()},
+        places.partition(" ")[0],
+        physics=physics,
+        combination=combination,
+        outside=True,
+        value=size,
+    )
+
+
+def jackknife_stop(rng: Generator, u: float) -> Draw:
+    """Rubber or bodywork that is touched beyond some degrees."""
+    at = round(float(rng.uniform(0.01, 0.04)), 4)
+    size = log_between(2e3, 2e5, u)
+    return _draw("jackknife_stop", size, "hitch", "articulation", more_at=at)
+
+
+def trailer_axle_steers(rng: Generator, u: float) -> Draw:
+    """A trailer's axles that are steered by the drawbar, into the bend or out of it."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.005, 0.2, u)
+    return _draw("trailer_axle_steers", size, "slip_trailer", "articulation")
+
+
+def car_air(rng: Generator, u: float) -> Draw:
+    """Air on the car's side."""
+    return _draw("car_air", log_between(1.0, 30.0, u), "force_car moment_car", "sideslip_car")
+
+
+def tow_assist(rng: Generator, u: float) -> Draw:
+    """Power steering that answers the articulation rate."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.001, 0.04, u)
+    return _draw("tow_assist", size, "slip_car_front", "articulation_rate")
+
+
+def roof_load(rng: Generator, u: float) -> Draw:
+    """A load on the roof that is not lashed."""
+    hz = round(float(rng.uniform(0.8, 2.0)), 3)
+    return _draw("roof_load", log_between(10.0, 150.0, u), "car", "swing", more_frequency_hz=hz)
+
+
+def axle_hysteresis(rng: Generator, u: float) -> Draw:
+    """Axles of the trailer that give way in worn bushes, with dry friction."""
+    at = round(float(rng.uniform(0.005, 0.03)), 4)
+    size = log_between(0.02, 0.6, u)
+    variables = "articulation articulation_rate"
+    return _draw("axle_hysteresis", size, "slip_trailer", variables, more_at=at)
+
+
+def tarpaulin(rng: Generator, u: float) -> Draw:
+    """Air on a tarpaulin that bulges with a swing of its own."""
+    hz = round(float(rng.uniform(0.8, 2.0)), 3)
+    return _draw(
+        "tarpaulin", log_between(1.0, 30.0, u), "force_trailer moment_trailer trailer",
+        "sideslip_trailer articulation yaw_rate_trailer swing", more_frequency_hz=hz,
+    )  # fmt: skip
+
+
+def heading_wind(rng: Generator, u: float) -> Draw:
+    """A steady wind over an open road: its part across the trailer goes with the heading."""
+    return _draw("heading_wind", log_between(300.0, 2e4, u), "force_trailer", "heading")
+
+
+def trailer_brakes(rng: Generator, u: float) -> Draw:
+    """A stability controller in the trailer that begins at a yaw rate."""
+    at = round(float(rng.uniform(0.01, 0.06)), 4)
+    size = log_between(300.0, 2e4, u)
+    return _draw("trailer_brakes", size, "moment_trailer", "yaw_rate_trailer", more_at=at)
+
+
+def hydraulic_hitch(rng: Generator, u: float) -> Draw:
+    """A hydraulic damper at the drawbar: its moment goes with the square of the rate."""
+    return _draw("hydraulic_hitch", log_between(300.0, 2e4, u), "hitch", "articulation_rate")
+
+
+def rear_wheel_steering(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that are steered with the front ones."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.005, 0.2, u)
+    return _draw("rear_wheel_steering", size, "slip_car_rear", "steer")
+
+
+def tandem_scrub(rng: Generator, u: float) -> Draw:
+    """Tyres of a tandem that scrub: a moment of nearly one size against each turn."""
+    size = log_between(30.0, 1500.0, u)
+    return _draw("tandem_scrub", size, "moment_trailer", "yaw_rate_trailer")
+
+
+BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
+OPENED_ONCE = (
+    tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
+)  # fmt: skip
+HALVES = {"build": BUILD, "opened-once": OPENED_ONCE}
+
+
+def draw(half: str, rng: Generator, index: int) -> Draw:
+    """One of a half, in turn; strong enough to be worth looking for."""
+    strength = float(rng.uniform(0.4, 1.0))
+    drawn: Draw = HALVES[half][index % len(HALVES[half])](rng, strength)
+    drawn.strength = strength
+    return drawn

@@ -1,0 +1,90 @@
+"""Table of physics that nobody lists: what was concealed, what was found, where, of what.
+
+``python unlisted_score.py --answers DIR --diagnoses DIR --out FILE.md``. Found: a law at one of the
+kind's places and of one of its variables, and it predicts the kept-out run better than the library.
+Of one that the library has under a name nothing else may be claimed; a `law` is a claim of its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+SEEN = 20.0
+"""Largest RMS change of a signal over its noise from which a kind is to be found."""
+
+
+def row(answer: Mapping[str, Any], result: Mapping[str, Any] | None) -> dict[str, Any]:
+    """One case."""
+    concealed = answer["effects"][0]
+    seen = max(run["visibility"] for name, run in answer.items() if _is_run(name, run))
+    found: dict[str, Any] = {
+        "case": answer["case"], "kind": concealed["id"], "tier": answer["tier"], "seen": seen,
+        "word": "no verdict", "law": "", "library": "", "right": False, "gain": None,
+    }  # fmt: skip
+    if result is None:
+        return found
+    found["word"] = result["verdict"]
+    physics = [e["id"] for e in result["effects"] if e.get("kind") != "measurement"]
+    found["library"] = ", ".join(physics)
+    for law in result.get("discovered", []):
+        found["law"] = f"{law['place']} of {law['depends_on']}, {law['shape']}"
+        right = law["place"] in concealed["places"] and law["depends_on"] in concealed["variables"]
+        found["right"] = right
+        kept = law.get("kept_out")
+        found["gain"] = kept["gain_over_library"] if kept else None
+    return found
+
+
+def _is_run(name: str, value: Any) -> bool:
+    return name.startswith("run") and isinstance(value, dict) and "visibility" in value
+
+
+def table(rows: list[dict[str, Any]]) -> list[str]:
+    """Markdown."""
+    lines = [
+        "| case | concealed | tier | RMS change over noise | verdict | law found | kept-out gain | "
+        "from the library | |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for r in rows:
+        gain = "" if r["gain"] is None else f"{100 * r['gain']:.0f} %"
+        word = "right" if r["right"] else "weak" if r["seen"] < SEEN else "missed"
+        lines.append(
+            f"| {r['case']} | {r['kind']} | {r['tier']} | {r['seen']:.0f} | {r['word']} | "
+            f"{r['law']} | {gain} | {r['library']} | {word} |"
+        )
+    strong = [r for r in rows if r["seen"] >= SEEN]
+    right = sum(r["right"] for r in strong)
+    wrong = sum(bool(r["law"]) and not r["right"] for r in rows)
+    open_said = sum(not r["right"] and r["word"] == "unexplained" for r in strong)
+    return [
+        *lines,
+        "",
+        f"Of {len(strong)} with {SEEN:.0f} or more: right place and variable {right}, said to be "
+        f"unexplained {open_said}; laws of another place or variable in all: {wrong}.",
+    ]
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--answers", type=Path, required=True)
+    parser.add_argument("--diagnoses", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    rows = []
+    for path in sorted(given.answers.glob("*/answer.json")):
+        answer = json.loads(path.read_text())
+        verdict = given.diagnoses / answer["case"] / "diagnosis.json"
+        rows.append(row(answer, json.loads(verdict.read_text()) if verdict.exists() else None))
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    given.out.write_text("\n".join([*table(rows), ""]), encoding="utf-8")
+    print(given.out.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    main()
