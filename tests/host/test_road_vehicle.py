@@ -164,8 +164,8 @@ def test_the_load_of_a_trailers_wheels_is_asked_for_where_their_forces_are(loade
 
 
 def test_friction_at_the_hitch_of_a_vehicle_on_springs() -> None:
-    """As its user knows it; tyres relax and saturate, accelerometers see gravity."""
-    runs = sorted(CASE.glob("run*.mf4"))
+    """As its user knows it, from one run; tyres relax and saturate, accelerometers see gravity."""
+    runs = sorted(CASE.glob("run*.mf4"))[:1]
     result = diagnose(runs, CASE / "vehicle.toml", CASE / "signals.toml")
     truth = json.loads((CASE / "truth.json").read_text())["effects"][0]
     assert result["verdict"] == "missing_physics"
