@@ -168,6 +168,17 @@ def test_a_hitch_spring_is_found() -> None:
     assert kept[0].values == found.term.values
 
 
+def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
+    """Touched in the largest swings only: the best straight law says little and is elsewhere."""
+    truth = Term(effect_of(Law("hitch", "articulation", "dead zone")), (60000.0, 0.025))
+    found = discover([], [searched((truth,))], silent)
+    assert found is not None
+    assert (found.law.place, found.law.motion, found.law.shape) == (
+        "hitch", "articulation", "dead zone",
+    )  # fmt: skip
+    assert found.term.values == pytest.approx((60000.0, 0.025), rel=0.1)
+
+
 def test_a_swinging_load_is_found_with_its_frequency() -> None:
     effect = effect_of(Law("trailer", "swing"))
     truth = Term(effect, (90.0, 0.85, 0.05, -0.6))

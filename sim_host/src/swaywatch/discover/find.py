@@ -29,6 +29,7 @@ from swaywatch.discover.grammar import (
     BODIES,
     FREQUENCIES_HZ,
     ID,
+    SHAPES,
     Law,
     effect_of,
     grammar,
@@ -122,10 +123,12 @@ class Hunt:
         return self.path.search
 
     def weighed(self, candidate: Candidate) -> Candidate:
-        """With its evidence: a law was chosen among all laws too."""
+        """With its evidence: a law was chosen among all laws too, and its shape among shapes."""
         found = self.search.weighed(candidate)
-        laws = sum(t.effect.id == ID for t in found.fit.terms)
-        return replace(found, evidence=found.evidence - laws * math.log(len(grammar())))
+        laws = [law_in(t) for t in found.fit.terms if t.effect.id == ID]
+        bent = sum(law.shape != SHAPES[0] for law in laws)
+        price = len(laws) * math.log(len(grammar())) + bent * math.log(len(SHAPES))
+        return replace(found, evidence=found.evidence - price)
 
     def beside(self, parent: Fit) -> list[Candidate]:
         """The most promising laws beside what a parent has, under the observer."""
@@ -139,10 +142,32 @@ class Hunt:
         starts = [replace(near, terms=(*near.terms, Term(e, v))) for _, v, e in ranked]
         close = self.search.close
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
+        if not self.path.clean:
+            fits = [*fits, *self._bent(near, fits)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
         least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
         found = [Candidate(f, parent) for f in fits if f.chi2 < least]
         return found if parent.terms else [*found, *self._swinging(parent, least)]
+
+    def _bent(self, near: Fit, straight: Sequence[Fit]) -> list[Fit]:
+        """The straight laws in other shapes: a stop or a cube is hardly a straight line.
+
+        Only where the library leaves more than noise.
+        """
+        starts = []
+        for fit in straight:
+            term = fit.terms[-1]
+            for law in refined(law_in(term)):
+                if law.lagged:
+                    continue
+                effect = effect_of(law)
+                values = tuple(
+                    math.copysign(p.starts[0], term.values[0] if p.name == "gain" else 1.0)
+                    for p in effect.parameters
+                )
+                starts.append(replace(near, terms=(*near.terms, Term(effect, values))))
+        close = self.search.close
+        return close.side_by_side(lambda f: close.run(f, 10), starts)
 
     def _swinging(self, parent: Fit, least: float) -> list[Candidate]:
         """Swinging masses in the vehicle as believed, where the library is not plain.
