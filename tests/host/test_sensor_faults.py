@@ -223,6 +223,7 @@ G = 9.80665
 CAR_ACC, TRAILER_ACC = "car_lateral_acceleration", "trailer_lateral_acceleration"
 CAR_YAW, TRAILER_YAW = "car_yaw_rate", "trailer_yaw_rate"
 HITCH, STEER = "hitch_lateral_force", "steering_wheel_angle"
+WHEEL_FORCES = [f"wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr")]
 
 
 @pytest.mark.parametrize(
@@ -234,6 +235,8 @@ HITCH, STEER = "hitch_lateral_force", "steering_wheel_angle"
         {CAR_ACC: G, HITCH: -1.0},
         {HITCH: -1.0, STEER: -1.0},
         {CAR_ACC: G, HITCH: 1e3, TRAILER_YAW: -1.0},
+        dict.fromkeys(WHEEL_FORCES, 1e3),
+        {HITCH: -1.0} | dict.fromkeys(WHEEL_FORCES, 1e3),
     ],
 )
 def test_several_wrong_signs_and_units(drive: Drive, wrong: dict[str, float]) -> None:

@@ -48,8 +48,8 @@ FACTORS: tuple[tuple[float, str], ...] = (
     (1e3 / GRAVITY, "it is in m/s2, not in mg"),
     (0.3048, "it is in ft/s2, not in m/s2"),
 )
-_OF_ACCELERATIONS = (1e-3 * GRAVITY, 1e3 / GRAVITY, 0.3048)
 """Factor that puts a channel right, and what it means."""
+_OF_ACCELERATIONS = (1e-3 * GRAVITY, 1e3 / GRAVITY, 0.3048)
 
 
 def factor_text(factor: float, name: str) -> str | None:
@@ -65,7 +65,10 @@ def known_factor(factor: float) -> float | None:
 
 
 def check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list[Finding]]:
-    """The one channel whose sign or unit explains every relation that does not hold."""
+    """The one channel, else the fewest, whose signs or units explain what does not hold.
+
+    Returns the rest that is left then (inf: nothing explains it) and the findings.
+    """
     broken = [relation for relation in relations if relation.is_broken()]
     rolled = [r for r in relations if r.tight and r.rest() > BROKEN and r not in broken]
     if not broken and not rolled:
@@ -245,7 +248,7 @@ def _kinds(names: Iterable[str]) -> list[Change]:
     """All channels of one quantity have the same wrong sign or unit."""
     found: dict[str, list[str]] = {}
     for name in names:
-        for quantity in ("acceleration", "yaw_rate", "force"):
+        for quantity in ("acceleration", "yaw_rate", "force", "wheel_lateral_force"):
             if quantity in name:
                 found.setdefault(quantity, []).append(name)
     return [
