@@ -303,7 +303,6 @@ def _several_wrong(
     mine = [own for own in mine if own.relation.tight] or mine
     before = max(own.relation.rest() for own in mine)
     after = max(float(own.rests(own.scaled(*factors))[0][0]) for own in mine)
-    names = "; ".join(relation.name for relation in broken)
     findings = []
     for name, factor in change:
         signal = drive.channels[name].signal
@@ -314,9 +313,10 @@ def _several_wrong(
                 "error",
                 "sign_or_unit",
                 (signal,),
-                f"{signal}: {factor_text(factor, name)}, beside {' and '.join(others)}. Does not "
-                f"hold: {names} (residual {100 * before:.0f} %, when all are put right "
-                f"{100 * after:.0f} %); say so in the signals.toml, e.g. "
+                f"{signal}: {factor_text(factor, name)}, beside {' and '.join(others)}. "
+                f"{len(broken)} relations between signals do not hold (residual "
+                f"{100 * before:.0f} %, when all are put right {100 * after:.0f} %); "
+                "say so in the signals.toml, e.g. "
                 f'{name} = {{ signal = "{signal}", {setting}',
                 channels=(name,),
                 windows=(whole_of(drive, name),),
