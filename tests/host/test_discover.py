@@ -16,7 +16,7 @@ from swaywatch.diagnose.plant import LAW_OF, LAW_TO, OUTPUT, SCALARS, PlantInput
 from swaywatch.diagnose.runs import Run
 from swaywatch.diagnose.search import Search
 from swaywatch.diagnose.term import Term
-from swaywatch.discover.find import discover
+from swaywatch.discover.find import Laws
 from swaywatch.discover.grammar import Law, effect_of, grammar, law_of
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
@@ -78,6 +78,10 @@ def test_shapes_and_speed() -> None:
     faster = plant(**straight, law_speed_power=2.0)
     equal = plant(**(straight | {"law_gain": 6e3 * (SPEED / 25.0) ** 2}))
     assert difference(simulate(faster), simulate(equal)) < 1e-9
+    sticks = {"law_shape": 6.0}
+    assert difference(base, simulate(plant(**straight, **sticks, law_bend=1e3))) < 1e-3
+    slips = simulate(plant(**straight, **sticks, law_bend=0.002))
+    assert difference(base, slips) > 1e-3
     late = simulate(plant(**straight, law_lag=0.0005))
     assert difference(base, late) < 0.02  # held at its shortest lag
     assert difference(base, simulate(plant(**straight, law_lag=0.4))) > 0.005
@@ -114,6 +118,10 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             Physics(slosh_mass_kg=140.0, slosh_frequency_hz=0.9, slosh_damping=0.05,
                     slosh_position_m=0.0),
             Law("trailer", "swing"), (140.0, 0.9, 0.05, 0.0),
+        ),
+        (
+            Physics(more="axle_hysteresis", more_size=0.4, more_at=0.01),
+            Law("slip_trailer", "articulation", "hysteretic"), (0.4, 0.01),
         ),
     ],
 )  # fmt: skip
@@ -154,7 +162,7 @@ def silent(stage: str, share: float) -> None:
 
 def test_a_hitch_spring_is_found() -> None:
     truth = Term(effect_of(Law("hitch", "articulation")), (4000.0,))
-    found = discover([], [searched((truth,))], silent)
+    found = Laws([searched((truth,))]).discover([], silent)
     assert found is not None
     assert (found.law.place, found.law.motion, found.law.shape) == (
         "hitch", "articulation", "straight",
@@ -171,7 +179,7 @@ def test_a_hitch_spring_is_found() -> None:
 def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
     """Touched in the largest swings only: the best straight law says little and is elsewhere."""
     truth = Term(effect_of(Law("hitch", "articulation", "dead zone")), (60000.0, 0.025))
-    found = discover([], [searched((truth,))], silent)
+    found = Laws([searched((truth,))]).discover([], silent)
     assert found is not None
     assert (found.law.place, found.law.motion, found.law.shape) == (
         "hitch", "articulation", "dead zone",
@@ -182,7 +190,7 @@ def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
 def test_a_swinging_load_is_found_with_its_frequency() -> None:
     effect = effect_of(Law("trailer", "swing"))
     truth = Term(effect, (90.0, 0.85, 0.05, -0.6))
-    found = discover([], [searched((truth,))], silent)
+    found = Laws([searched((truth,))]).discover([], silent)
     assert found is not None
     assert (found.law.place, found.law.swings) == ("trailer", True)
     mass, hertz, damping, place = found.term.values
@@ -193,7 +201,7 @@ def test_a_swinging_load_is_found_with_its_frequency() -> None:
 
 
 def test_nothing_is_found_where_nothing_is_missing() -> None:
-    assert discover([], [searched(())], silent) is None
+    assert Laws([searched(())]).discover([], silent) is None
 
 
 def test_every_law_has_a_word_and_its_word_is_read_back() -> None:

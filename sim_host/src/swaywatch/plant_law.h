@@ -14,6 +14,13 @@ INLINE V NAME(bent)(V z, V shape, V at)
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
+/// Dry friction behind an elastic part (Dahl): follows the articulation, and slips at a bend.
+INLINE V NAME(dragged)(const V *x, const V *of, const V *e)
+{
+    const V rate = of[1], some = NAME(most)(e[E_LAW_BEND], NAME(all)(1e-9));
+    return rate - NAME(absolute)(rate) * x[X_LAW] / some;
+}
+
 /// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag.
 INLINE V NAME(law)(const V *x, const V *of, const V *e, V speed, V *dx)
 {
@@ -22,11 +29,15 @@ INLINE V NAME(law)(const V *x, const V *of, const V *e, V speed, V *dx)
         z += e[E_LAW_OF_ARTICULATION + j] * of[j];
     }
     const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
-    V value = e[E_LAW_GAIN] * NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]);
+    const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
+    const V bent =
+        NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
+    V value = e[E_LAW_GAIN] * bent;
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
     const V lag = e[E_LAW_LAG];
-    dx[X_LAW] = NAME(where)(lag, (value - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S)));
+    const V late = (value - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
+    dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, of, e), NAME(where)(lag, late));
     return NAME(choose)(lag > 0.0, x[X_LAW], value);
 }
 

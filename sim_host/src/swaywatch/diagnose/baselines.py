@@ -25,6 +25,8 @@ CARES = (1.0, 0.15)
 EXACT = 0.4  # tolerances, median over the file
 #: Misfit, over that of a vehicle on springs, from which a rigid one is not searched any further.
 HOPELESS = 1.25
+#: Effects that are tried before laws are; more only where no law alone leaves nothing but noise.
+BESIDE_LAW = 1
 #: Misfit, over that of the best, up to which another first effect is followed.
 NEAR = 1.5
 
@@ -225,6 +227,8 @@ def path(
     for depth in range(1, most + 1):
         if rival and depth > rival.most and search.weighed(best).evidence < rival.evidence:
             break
+        if depth > BESIDE_LAW and _needless(search, base, best):
+            break
         found: list[Candidate] = []
         for index, parent in enumerate(beam):
             progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)
@@ -247,6 +251,14 @@ def path(
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
     return Path(search, base, _needed(search, best))
+
+
+def _needless(search: Search, base: Candidate, best: Candidate) -> bool:
+    """One law that is none of these effects leaves only noise, and is far likelier than these."""
+    if search.beyond is None or explained(base.fit, best.fit):
+        return False
+    law = search.beyond(search)
+    return law is not None and search.weighed(best).evidence < law
 
 
 def _in_windows(search: Search, base: Candidate, known: Fit) -> bool:

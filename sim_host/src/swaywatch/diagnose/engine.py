@@ -28,7 +28,7 @@ from swaywatch.diagnose.solo import diagnose_solo
 from swaywatch.diagnose.stability import stability
 from swaywatch.diagnose.stretches import misfit_of
 from swaywatch.diagnose.verdict import Verdict, decide
-from swaywatch.discover.find import Discovery, discover
+from swaywatch.discover.find import Discovery, Laws
 from swaywatch.discover.report import take_law, with_law
 from swaywatch.errors import RecordingError
 from swaywatch.vehicle import load_vehicle
@@ -147,8 +147,11 @@ def _searched(
     if not own:
         return decide(planar, None, progress), None
     springs = possible(Search(on_springs(problem), outside(effects), progress))
+    laws = Laws((planar[0], springs))
+    for search in (*planar, springs):
+        search.beyond = laws.alone
     verdict = decide(planar, springs, progress)
-    law = discover(verdict.paths, [planar[0], springs], progress)
+    law = laws.discover(verdict.paths, progress)
     return (verdict if law is None else with_law(verdict, law)), law
 
 

@@ -100,7 +100,7 @@ SCALARS = (
     "trail_car_front", "trail_car_rear", "trail_trailer",  # m, pneumatic trail without slip
     # a law: N, Nm or rad per unit of what it depends on, at 25 m/s; 0: there is none
     "law_gain",
-    "law_shape",  # 0 straight, 1 saturating, 2 dead zone, 3 cube, 4 odd square, 5 even square
+    "law_shape",  # as in discover/grammar.py
     "law_bend",  # what it depends on, where it saturates or the dead zone ends
     "law_speed_power",  # 0, 1 or 2
     "law_lag",  # s

@@ -224,6 +224,9 @@ class Linear:
         return more, tuple(start), effect
 
 
+Beyond = Callable[["Search"], float | None]
+
+
 class Search:
     """Search over one problem.
 
@@ -247,6 +250,9 @@ class Search:
             and (not own or not e.extra.get("needs_simulation"))
         ]
         self.progress = progress
+        #: Evidence that these effects have to reach because one law that is none of them leaves
+        #: only noise; None where there is no such law.
+        self.beyond: Beyond | None = None
         self.noise = 1.0
         self.tried: list[Candidate] = []
         self._base: Candidate | None = None

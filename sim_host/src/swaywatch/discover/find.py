@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.baselines import Path, noticeable
 from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.evidence import APART, CLAIMED, DISCREPANCY, inflation, residuals, worth
+from swaywatch.diagnose.evidence import (
+    APART,
+    CLAIMED,
+    DISCREPANCY,
+    explained,
+    inflation,
+    residuals,
+    worth,
+)
 from swaywatch.diagnose.fit import Fit, Fitter, predict_run
 from swaywatch.diagnose.holdout import carried, start_values
 from swaywatch.diagnose.judge import errors, nrmse
@@ -39,6 +47,7 @@ from swaywatch.discover.grammar import (
 Array = NDArray[np.float64]
 
 SHORT_LIST = 12  # laws that are fitted under the observer
+BEGUN = 3  # steps of the fits of all shapes; the best of them are fitted on
 POLISHED = 2  # of them in free simulation, beside each parent, ...
 MOST_POLISHED = 4  # ... and of all
 NEAR = 1.15  # misfit under the observer, over the least, up to which a law is followed
@@ -116,6 +125,7 @@ class Hunt:
 
     path: Path
     tried: list[Candidate] = field(default_factory=list)
+    alone: bool = False  # laws were tried beside nothing
 
     @property
     def search(self) -> Search:
@@ -167,7 +177,9 @@ class Hunt:
                 )
                 starts.append(replace(near, terms=(*near.terms, Term(effect, values))))
         close = self.search.close
-        return close.side_by_side(lambda f: close.run(f, 10), starts)
+        begun = close.side_by_side(lambda f: close.run(f, BEGUN), starts)
+        begun.sort(key=lambda f: f.chi2)
+        return close.side_by_side(lambda f: close.run(f, 10), begun[:SHORT_LIST])
 
     def _swinging(self, parent: Fit, least: float) -> list[Candidate]:
         """Swinging masses in the vehicle as believed, where the library is not plain.
@@ -246,46 +258,88 @@ class Hunt:
         return found
 
 
-def discover(
-    paths: Sequence[Path], others: Sequence[Search], progress: Progress
-) -> Discovery | None:
-    """The law that explains the runs better than the library does, or None.
+class Laws:
+    """Laws of one diagnosis: tried while the library is searched, and after it.
 
-    Parameters
-    ----------
-    paths
-        What the diagnosis tried, from each baseline.
-    others
-        Searches of baselines, the quickest first: from that one laws are tried in any case, from
-        the others where no path leaves only noise.
-    progress
-        Called with a stage and the share done.
+    The library goes more effects deep where one is not enough; where one law alone leaves only
+    noise that would be time lost. So laws are tried before, beside nothing.
     """
-    progress("laws beyond the library", 0.93)
-    hunts = [Hunt(path) for path in _one_of_each(paths)]
-    clean = any(path.clean for path in paths)
-    for index, search in enumerate(others):
-        tried = any(search is path.search for path in paths)
-        if not tried and not (index and clean):
-            base = search.baseline()
-            hunts.append(Hunt(Path(search, base, base)))
-    _share_noise(hunts)
-    _polish_best(hunts)
-    _share_noise(hunts)
-    best = _best(hunts)
-    if best is None or not _ahead(hunts, best[1]):
+
+    def __init__(self, searches: Sequence[Search]) -> None:
+        """Searches of baselines, the quickest first."""
+        self.searches = searches
+        self._alone: dict[int, Hunt] = {}
+
+    def alone(self, search: Search) -> float | None:
+        """What the library has to reach against a law that leaves only noise; None without one.
+
+        Parameters
+        ----------
+        search
+            Where the library is searched; laws are tried in the quickest one before. Asked again
+            it answers from what it has tried.
+        """
+        for where in dict.fromkeys((self.searches[0], search)):
+            hunt = self._begun(where)
+            search.noise = where.noise = min(search.noise, where.noise)
+            best = _best([hunt])
+            if best is not None and _leaves_noise(*best):
+                return best[1].evidence - _least_ahead(best[1])
         return None
-    hunt, candidate = best
-    progress("shape of the law", 0.95)
-    candidate = hunt.shaped(candidate)
-    _share_noise(hunts)
-    candidate = _completed(hunt, candidate)
-    return _claimed(hunts, hunt, candidate)
+
+    def _going_on(self, path: Path) -> Hunt:
+        """A hunt on a path, with what was tried beside nothing before."""
+        begun = self._alone.get(id(path.search))
+        return Hunt(path) if begun is None else Hunt(path, [*begun.tried], alone=True)
+
+    def _begun(self, search: Search) -> Hunt:
+        """Laws beside nothing, tried once."""
+        if id(search) not in self._alone:
+            base = search.baseline()
+            self._alone[id(search)] = hunt = Hunt(Path(search, base, base))
+            _polish_best([hunt])
+        return self._alone[id(search)]
+
+    def discover(self, paths: Sequence[Path], progress: Progress) -> Discovery | None:
+        """The law that explains the runs better than the library does, or None.
+
+        From the quickest search laws are tried in any case, from the others where no path leaves
+        only noise.
+
+        Parameters
+        ----------
+        paths
+            What the diagnosis tried, from each baseline.
+        progress
+            Called with a stage and the share done.
+        """
+        progress("laws beyond the library", 0.93)
+        hunts = [self._going_on(path) for path in _one_of_each(paths)]
+        clean = any(path.clean for path in paths)
+        for index, search in enumerate(self.searches):
+            wanted = id(search) in self._alone or not (index and clean)
+            if wanted and not any(search is path.search for path in paths):
+                base = search.baseline()
+                hunts.append(self._going_on(Path(search, base, base)))
+        _share_noise(hunts)
+        best = _best(hunts)
+        if best is None or not _leaves_noise(*best) or not _ahead(hunts, best[1]):
+            _polish_best(hunts)
+            _share_noise(hunts)
+            best = _best(hunts)
+        if best is None or not _ahead(hunts, best[1]):
+            return None
+        hunt, candidate = best
+        progress("shape of the law", 0.95)
+        candidate = hunt.shaped(candidate)
+        _share_noise(hunts)
+        candidate = _completed(hunt, candidate)
+        return _claimed(hunts, hunt, candidate)
 
 
 def _polish_best(hunts: Sequence[Hunt]) -> None:
     """The best laws of all parents and baselines in free simulation."""
-    near = [(h, c) for h in hunts for parent in _parents(h.path) for c in h.beside(parent)]
+    near = [(h, c) for h in hunts for parent in _parents(h) for c in h.beside(parent)]
     if not near:
         return
     near.sort(key=lambda pair: pair[1].fit.chi2)
@@ -303,8 +357,13 @@ def _polish_best(hunts: Sequence[Hunt]) -> None:
 
 def _ahead(hunts: Sequence[Hunt], candidate: Candidate) -> bool:
     """The law is likelier than the best of the library, by more than the plant's own form."""
+    return candidate.evidence > _library(hunts)[1].evidence + _least_ahead(candidate)
+
+
+def _least_ahead(candidate: Candidate) -> float:
+    """Logarithm of the odds from which a law is said."""
     every_tyre = law_in(candidate.fit.terms[-1]).motion == "side_force"
-    return candidate.evidence > _library(hunts)[1].evidence + (CLAIMED if every_tyre else FORM)
+    return CLAIMED if every_tyre else FORM
 
 
 def _library(hunts: Sequence[Hunt]) -> tuple[Hunt, Candidate]:
@@ -321,17 +380,16 @@ def _one_of_each(paths: Sequence[Path]) -> list[Path]:
     return list(found.values())
 
 
-def _parents(path: Path) -> list[Fit]:
+def _parents(hunt: Hunt) -> list[Fit]:
     """What laws are tried beside: nothing, and what the library found.
 
     One effect that leaves only noise is not asked to make room: a law that would do without it is
     found beside it, and takes it out then (`_completed`).
     """
-    known = path.best.fit
-    if not known.terms:
-        return [path.base.fit]
+    path, known = hunt.path, hunt.path.best.fit
     plain = path.clean and len(known.terms) < SEVERAL
-    return [known] if plain else [path.base.fit, known]
+    alone = [] if hunt.alone or (plain and known.terms) else [path.base.fit]
+    return [*alone, known] if known.terms else alone
 
 
 def _share_noise(hunts: Sequence[Hunt]) -> None:
@@ -344,6 +402,11 @@ def _best(hunts: Sequence[Hunt]) -> tuple[Hunt, Candidate] | None:
     """The likeliest law that takes away enough."""
     found = [(h, h.weighed(c)) for h in hunts for c in h.tried if _enough(h, c)]
     return max(found, key=lambda pair: pair[1].evidence, default=None)
+
+
+def _leaves_noise(hunt: Hunt, candidate: Candidate) -> bool:
+    """The law leaves only noise of what the calibrated vehicle leaves."""
+    return explained(hunt.path.base.fit, candidate.fit)
 
 
 def _enough(hunt: Hunt, candidate: Candidate) -> bool:

@@ -21,8 +21,12 @@ from swaywatch.errors import SwaywatchError
 
 ID = "law"
 SPEED_M_S = 25.0  # at which the gain of a law is said
-SHAPES = ("straight", "saturating", "dead zone", "cube", "odd square", "even square")
-BENDS = (1, 2)  # shapes with a bend
+#: In the plant's numbering. Hysteretic: dry friction behind an elastic part, after Dahl; it follows
+#: the articulation only, whose rate is a state too.
+SHAPES = (
+    "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
+)  # fmt: skip
+BENDS = (1, 2, 6)  # shapes with a bend
 
 
 @dataclass(frozen=True)
@@ -290,6 +294,7 @@ def formula(law: Law) -> str:
         "cube": f"{symbol}^3",
         "odd square": f"{symbol} |{symbol}|",
         "even square": f"{symbol}^2",
+        "hysteretic": "z, dz/dt = dtheta/dt - |dtheta/dt| z / bend",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
     speed = {0: "", 1: f" (v / {SPEED_M_S:g} m/s)", 2: f" (v / {SPEED_M_S:g} m/s)^2"}[law.power]
@@ -316,7 +321,9 @@ def refined(law: Law) -> list[Law]:
     """The same law with another shape or behind a lag."""
     if law.swings or law.motion == "side_force":
         return []
-    found = [Law(law.place, law.motion, shape, law.power) for shape in SHAPES[1:]]
+    sticks = law.motion == "articulation" and law.place != "hitch"  # there it is the library's
+    shapes = SHAPES[1:] if sticks else SHAPES[1:-1]
+    found = [Law(law.place, law.motion, shape, law.power) for shape in shapes]
     return [*found, Law(law.place, law.motion, power=law.power, lagged=True)]
 
 

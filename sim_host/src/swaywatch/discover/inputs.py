@@ -8,6 +8,7 @@ can be held against it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -138,6 +139,15 @@ def motion(found: Discovery, index: int, law: Law) -> Array | None:
     return np.asarray(np.arctan((across - behind * column["trailer_yaw_rate"]) / along))
 
 
+def dragged(z: Array, bend: float) -> Array:
+    """What follows `z` behind dry friction and slips at `bend` (Dahl), shape (n,)."""
+    state = np.zeros_like(z)
+    for i, step in enumerate(np.diff(z)):
+        kept = math.exp(-abs(step) / bend)  # exact while z goes one way
+        state[i + 1] = kept * state[i] + math.copysign(bend * (1.0 - kept), step)
+    return state
+
+
 def valued(found: Discovery, z: Array, speed: Array) -> Array:
     """The law (without its lag) at values of what it depends on, shape (n,)."""
     law = found.law
@@ -150,6 +160,7 @@ def valued(found: Discovery, z: Array, speed: Array) -> Array:
         "cube": z**3,
         "odd square": z * np.abs(z),
         "even square": z**2,
+        "hysteretic": dragged(z, bend),
     }
     assert set(bent) == set(SHAPES)
     return np.asarray(values["gain"] * bent[law.shape] * (speed / SPEED_M_S) ** law.power)

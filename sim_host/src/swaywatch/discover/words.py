@@ -23,6 +23,8 @@ def suggestion(law: Law, gain: float) -> str:
     names = KNOWN.get((law.place, law.motion), ("", ""))
     if law.place == "hitch" and law.shape == "dead zone":
         return "a stop: something that touches at large articulation"
+    if law.shape == "hysteretic" and law.place == "slip_trailer":
+        return "axles that give way in worn bushes"
     return names[0 if gain >= 0.0 else 1]
 
 
@@ -69,6 +71,9 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         words += f", levelling off about {abs(parameters['bend']['value']):.3g} {motion.unit}"
     if law.shape == "dead zone":
         words += f", beyond {abs(parameters['bend']['value']):.3g} {motion.unit} only"
+    if law.shape == "hysteretic":
+        slips = f"{abs(parameters['bend']['value']):.3g} {motion.unit}"
+        words += f", slipping at {slips} (dry friction)"
     words += {
         0: ", the same at every speed",
         1: f", at {SPEED_M_S:g} m/s and growing with the speed",
