@@ -5,11 +5,12 @@
 
 #define TURN (SWAY_E2E_COUNTER_MAX + 1)
 
-uint8_t sway_e2e_crc_byte(uint8_t crc, uint8_t byte)
+/* One byte more under CRC-8H2F: polynomial 0x2F. */
+static uint8_t crc_byte(uint8_t crc, uint8_t byte)
 {
     /* remainders of four bits and as many zeros */
-    static const uint8_t table[16] = {0x00, 0x1D, 0x3A, 0x27, 0x74, 0x69, 0x4E, 0x53,
-                                      0xE8, 0xF5, 0xD2, 0xCF, 0x9C, 0x81, 0xA6, 0xBB};
+    static const uint8_t table[16] = {0x00, 0x2F, 0x5E, 0x71, 0xBC, 0x93, 0xE2, 0xCD,
+                                      0x57, 0x78, 0x09, 0x26, 0xEB, 0xC4, 0xB5, 0x9A};
     uint32_t r = (uint32_t)crc ^ (uint32_t)byte;
     r = ((r << 4) & 0xFFU) ^ table[r >> 4];
     return (uint8_t)(((r << 4) & 0xFFU) ^ table[r >> 4]);
@@ -17,12 +18,11 @@ uint8_t sway_e2e_crc_byte(uint8_t crc, uint8_t byte)
 
 uint8_t sway_e2e_crc(uint32_t can_id, const uint8_t *data)
 {
-    uint8_t crc = sway_e2e_crc_byte(0xFFU, (uint8_t)(can_id & 0xFFU));
-    crc = sway_e2e_crc_byte(crc, (uint8_t)((can_id >> 8) & 0xFFU));
+    uint8_t crc = 0xFFU;
     for (uint32_t i = 1U; i < SWAY_E2E_LENGTH; i++) {
-        crc = sway_e2e_crc_byte(crc, data[i]);
+        crc = crc_byte(crc, data[i]);
     }
-    return (uint8_t)(crc ^ 0xFFU);
+    return (uint8_t)(crc_byte(crc, (uint8_t)(can_id & 0xFFU)) ^ 0xFFU);
 }
 
 void sway_e2e_protect(uint32_t can_id, uint8_t counter, uint8_t *data)
@@ -33,12 +33,12 @@ void sway_e2e_protect(uint32_t can_id, uint8_t counter, uint8_t *data)
 
 uint8_t sway_e2e_next(uint8_t counter)
 {
-    return counter >= SWAY_E2E_COUNTER_MAX ? 0U : (uint8_t)(counter + 1U);
+    return (uint8_t)((counter + 1U) & 0x0FU);
 }
 
 bool sway_e2e_check(uint32_t can_id, const uint8_t *data)
 {
-    return data[0] == sway_e2e_crc(can_id, data) && (data[1] & 0x0FU) <= SWAY_E2E_COUNTER_MAX;
+    return data[0] == sway_e2e_crc(can_id, data);
 }
 
 /* The number congruent to `steps` modulo TURN that is nearest to elapsed / period. */

@@ -62,12 +62,12 @@ DRILLS = [
 
 
 def crc(frame_id: int, data: bytes) -> int:
-    """CRC-8 SAE J1850 over the identifier and bytes 1 to 7."""
+    """CRC of AUTOSAR E2E profile 2, bit by bit."""
     value = 0xFF
-    for byte in (frame_id & 255, frame_id >> 8, *data[1:]):
+    for byte in (*data[1:], frame_id & 255):
         value ^= byte
         for _ in range(8):
-            value = (value << 1) ^ (0x1D if value & 0x80 else 0)
+            value = (value << 1) ^ (0x2F if value & 0x80 else 0)
         value &= 255
     return value ^ 0xFF
 
@@ -79,7 +79,7 @@ def request(number: int, command: int, index: int = 0, value: int = 0) -> str:
         message.encode(
             {
                 "ParameterRequestCrc": 0,
-                "ParameterRequestCounter": number % 15,
+                "ParameterRequestCounter": number % 16,
                 "ParameterCommand": command,
                 "ParameterIndex": index,
                 "ParameterValue": value,
@@ -288,7 +288,7 @@ def standing(start_us: int) -> list[tuple[int, str]]:
     frames = []
     for i in range(int(AHEAD_S * 100)):
         data = bytearray(8)
-        data[1] = i % 15
+        data[1] = i % 16
         data[0] = crc(SPEED, bytes(data))
         frames.append((start_us + 10000 * i, f"{SPEED:03X}#{data.hex().upper()}"))
     return frames

@@ -31,7 +31,7 @@
 #define FIRST_STATUS 0x1A0
 #define STATUS_COUNT 32
 #define ID_REQUEST SWAYWATCH_DBC_SWAY_PARAMETER_REQUEST_FRAME_ID
-#define TURN 15
+#define TURN (SWAY_E2E_COUNTER_MAX + 1)
 #define FREQUENCY_HZ (43000.0 / 65536.0)
 #define NEVER INT64_MIN
 #define CAR_MOTION 1 // of the senders: speed, car, trailer, steering

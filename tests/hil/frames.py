@@ -23,7 +23,7 @@ def _table() -> bytes:
     for byte in range(256):
         value = byte
         for _ in range(8):
-            value = (value << 1) ^ (0x11D if value & 0x80 else 0)
+            value = (value << 1) ^ (0x12F if value & 0x80 else 0)
         table.append(value)
     return bytes(table)
 
@@ -32,10 +32,10 @@ _CRC = _table()
 
 
 def crc(can_id: int, data: bytes) -> int:
-    """CRC-8 SAE J1850 over identifier and bytes 1 to 7."""
+    """CRC of AUTOSAR E2E profile 2 over bytes 1 to 7 and the data ID."""
     table = _CRC
-    value = table[table[0xFF ^ (can_id & 0xFF)] ^ (can_id >> 8)]
-    for byte in data[1:]:
+    value = 0xFF
+    for byte in (*data[1:], can_id & 255):
         value = table[value ^ byte]
     return value ^ 0xFF
 
@@ -47,8 +47,8 @@ def protect(can_id: int, counter: int, payload: bytes, validity: int = 0) -> byt
 
 
 def good(can_id: int, data: bytes) -> bool:
-    """True where CRC and counter of a received frame are right."""
-    return len(data) == 8 and data[0] == crc(can_id, data) and data[1] & 15 <= 14
+    """True where length and CRC of a received frame are right."""
+    return len(data) == 8 and data[0] == crc(can_id, data)
 
 
 def can_frame(can_id: int, data: bytes) -> bytes:
@@ -65,7 +65,7 @@ class Sender:
     def next(self, can_id: int, payload: bytes, validity: int = 0) -> bytes:
         """The next frame of `can_id`, as struct can_frame."""
         counter = self.counters.get(can_id, 0)
-        self.counters[can_id] = 0 if counter == 14 else counter + 1
+        self.counters[can_id] = (counter + 1) % 16
         return can_frame(can_id, protect(can_id, counter, payload, validity))
 
     def motion(

@@ -37,7 +37,13 @@ class Foreign:
 
     @staticmethod
     def _crc(data: bytes) -> int:
-        return f.crc(data[0], bytes(1) + data[2:])  # the same polynomial, behind the two bytes
+        """CRC-8 SAE J1850, bit by bit."""
+        value = 0xFF
+        for byte in data:
+            value ^= byte
+            for _ in range(8):
+                value = (value << 1 ^ (0x1D if value & 0x80 else 0)) & 0xFF
+        return value ^ 0xFF
 
 
 def test_only_a_production_bus(bus, report, tmp_path):

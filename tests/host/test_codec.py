@@ -13,6 +13,7 @@ from pathlib import Path
 
 import cantools
 import pytest
+from cantools.autosar.end_to_end import check_profile2_crc, compute_profile2_crc
 from cantools.database.can import Message
 from cantools.database.can.signal import Signal
 
@@ -383,18 +384,13 @@ def test_every_status_field_is_one_signal() -> None:
 
 
 # --- protection -----------------------------------------------------------------------------------
-def crc(data: bytes) -> int:
-    """CRC-8 SAE J1850, bit by bit."""
-    value = 0xFF
-    for byte in data:
-        value ^= byte
-        for _ in range(8):
-            value = (value << 1 ^ (0x1D if value & 0x80 else 0)) & 0xFF
-    return value ^ 0xFF
+def data_id(message: Message) -> int:
+    """As the comments of the DBC say it: the same at every counter."""
+    return message.frame_id & 0xFF
 
 
-def test_crc_is_that_of_the_catalogue() -> None:
-    assert crc(b"123456789") == 0x4B
+def test_every_message_has_another_data_id() -> None:
+    assert len({data_id(m) for m in DATABASE.messages}) == len(DATABASE.messages)
 
 
 @pytest.mark.parametrize("message", DATABASE.messages, ids=lambda message: str(message.name))
@@ -406,14 +402,16 @@ def test_crc_and_counter_of_every_identifier(message: Message) -> None:
         data = ffi.new("uint8_t[8]", payload)
         lib.sway_e2e_protect(message.frame_id, counter, data)
         frame = bytes(data)
-        low, high = message.frame_id & 0xFF, message.frame_id >> 8
         raw = unpack(message, frame)
-        assert raw[crc_name] == crc(bytes((low, high)) + frame[1:])
-        assert raw[counter_name] == number % 15
+        assert raw[crc_name] == compute_profile2_crc(frame, data_id(message))
+        assert raw[counter_name] == number % 16
         assert frame[2:] == payload[2:]
         assert frame[1] >> 4 == payload[1] >> 4
         assert lib.sway_e2e_check(message.frame_id, data)
-        assert not lib.sway_e2e_check(message.frame_id ^ 0x100, data)
+        assert check_profile2_crc(frame, data_id(message))
+        for other in DATABASE.messages:
+            right = bool(lib.sway_e2e_check(other.frame_id, data))
+            assert right == (other.frame_id == message.frame_id)
         counter = lib.sway_e2e_next(counter)
 
 

@@ -140,7 +140,7 @@ FW_SOURCE_p01-run2 := tests/data/practice/p01/run2.blf
 FW_SOURCE_p03-run1 := tests/data/practice/p03/run1.asc
 FW_SECONDS ?= 15
 define firmware_case
-$(FW)/cases/$(1).log: $(FW_SOURCE_$(1)) | $(VENV)/stamp-package
+$(FW)/cases/$(1).log: $(FW_SOURCE_$(1)) lib/bus/sway_e2e.c dbc/swaywatch.dbc | $(VENV)/stamp-package
 	@mkdir -p $$(@D)
 	@$(VENV)/bin/swaywatch convert $$< --signals $(dir $(FW_SOURCE_$(1)))signals.toml --to $$@
 $(FW)/cases/$(1).short.log: $(FW)/cases/$(1).log

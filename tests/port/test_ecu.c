@@ -65,12 +65,12 @@ static void test_a_second_sender_is_told(void)
     unsigned told = 0;
     for (unsigned i = 0; i < 500U; i++) {
         sway_port_frame_t frame = {.id = SWAYWATCH_DBC_SWAY_SPEED_FRAME_ID, .dlc = 8};
-        sway_e2e_protect(frame.id, (uint8_t)(i % 15U), frame.data);
+        sway_e2e_protect(frame.id, (uint8_t)(i % 16U), frame.data);
         now_us += 8600;
         sent_count = 0U;
         give(frame);
         frame.data[2] = 1;
-        sway_e2e_protect(frame.id, (uint8_t)(i % 15U), frame.data);
+        sway_e2e_protect(frame.id, (uint8_t)(i % 16U), frame.data);
         now_us -= 600;
         give(frame);
         const sway_port_frame_t *said = last_of(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID);
@@ -103,7 +103,7 @@ static void test_safe_state_sends_nothing_but_reports(void)
     sent_count = 0U;
     for (uint8_t i = 0; i < 100U; i++) {
         sway_port_frame_t frame = {.id = 0x121, .dlc = 8};
-        sway_e2e_protect(frame.id, i % 15U, frame.data);
+        sway_e2e_protect(frame.id, i % 16U, frame.data);
         give(frame);
     }
     TEST_ASSERT_TRUE(sent_count >= 1U && sent_count <= 2U); // 100 ms

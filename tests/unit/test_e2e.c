@@ -1,4 +1,5 @@
 /* Protection of frames: CRC of every identifier, counter, and how many frames are missing. */
+#include <stdio.h>
 #include <string.h>
 
 #include "bus/sway_e2e.h"
@@ -7,6 +8,7 @@
 #define LIMIT_US 300000
 
 static sway_e2e_t e2e;
+static uint32_t noise = 1;
 
 void setUp(void)
 {
@@ -17,14 +19,14 @@ void tearDown(void)
 {
 }
 
-/* CRC-8 SAE J1850, bit by bit. */
+/* CRC-8H2F, bit by bit. */
 static uint8_t reference_crc(const uint8_t *bytes, unsigned length)
 {
     unsigned crc = 0xFF;
     for (unsigned i = 0; i < length; i++) {
         crc ^= bytes[i];
         for (int bit = 0; bit < 8; bit++) {
-            crc = (crc << 1 ^ ((crc & 0x80U) != 0 ? 0x1DU : 0U)) & 0xFFU;
+            crc = (crc << 1 ^ ((crc & 0x80U) != 0 ? 0x2FU : 0U)) & 0xFFU;
         }
     }
     return (uint8_t)(crc ^ 0xFFU);
@@ -33,18 +35,18 @@ static uint8_t reference_crc(const uint8_t *bytes, unsigned length)
 static void crc_is_that_of_the_catalogue_for_every_identifier(void)
 {
     const uint8_t check[] = "123456789";
-    TEST_ASSERT_EQUAL_HEX8(0x4B, reference_crc(check, 9));
-    uint32_t noise = 1;
+    TEST_ASSERT_EQUAL_HEX8(0xDF, reference_crc(check, 9));
     for (uint32_t id = 0; id < 0x800; id++) {
-        uint8_t bytes[10] = {(uint8_t)(id & 0xFFU), (uint8_t)(id >> 8)};
-        for (int i = 2; i < 10; i++) {
+        uint8_t data[9];
+        for (int i = 0; i < 8; i++) {
             noise = noise * 1664525U + 1013904223U;
-            bytes[i] = (uint8_t)(noise >> 24);
+            data[i] = (uint8_t)(noise >> 24);
         }
-        uint8_t data[8];
-        memcpy(data + 1, bytes + 2, 7);
-        data[0] = bytes[9]; /* not looked at */
-        TEST_ASSERT_EQUAL_HEX8(reference_crc(bytes, 9), sway_e2e_crc(id, data));
+        data[8] = (uint8_t)(id & 0xFFU);
+        const uint8_t expected = reference_crc(data + 1, 8);
+        TEST_ASSERT_EQUAL_HEX8(expected, sway_e2e_crc(id, data));
+        data[0] ^= 0xFFU; /* not looked at */
+        TEST_ASSERT_EQUAL_HEX8(expected, sway_e2e_crc(id, data));
     }
 }
 
@@ -62,17 +64,100 @@ static void protect_writes_counter_and_crc_and_nothing_else(void)
             TEST_ASSERT_FALSE(sway_e2e_check(0x1A5, data));
         }
     }
-    uint8_t data[8] = {0};
-    sway_e2e_protect(0x1A5, 15, data);
-    TEST_ASSERT_FALSE(sway_e2e_check(0x1A5, data)); /* the counter that is never sent */
 }
 
-static void counter_runs_from_0_to_14(void)
+/* 1 where a frame of 0x122 with the bits of `error` turned is not refused; bit 63 is sent first. */
+static uint32_t missed(const uint8_t *data, uint64_t error)
 {
-    for (uint8_t counter = 0; counter < 14; counter++) {
+    uint8_t bad[8];
+    for (unsigned i = 0; i < 8; i++) {
+        bad[i] = (uint8_t)(data[i] ^ (error >> (56U - 8U * i) & 0xFFU));
+    }
+    return sway_e2e_check(0x122, bad) ? 1 : 0;
+}
+
+static uint64_t any_bits(void)
+{
+    uint64_t any = 0;
+    for (unsigned i = 0; i < 8; i++) {
+        noise = noise * 1664525U + 1013904223U;
+        any = any << 8 | noise >> 24;
+    }
+    return any;
+}
+
+static void any_frame(uint8_t counter, uint8_t *data)
+{
+    const uint64_t any = any_bits();
+    for (unsigned i = 0; i < 8; i++) {
+        data[i] = (uint8_t)(any >> (8U * i));
+    }
+    sway_e2e_protect(0x122, counter, data);
+}
+
+/* These three are the table in port/README.md. */
+static void errors_of_up_to_three_bits_are_found(void)
+{
+    for (uint8_t counter = 0; counter <= SWAY_E2E_COUNTER_MAX; counter++) {
+        uint8_t data[8];
+        any_frame(counter, data);
+        for (unsigned a = 0; a < 64; a++) {
+            for (unsigned b = a; b < 64; b++) {
+                const uint64_t two = UINT64_C(1) << a | UINT64_C(1) << b;
+                for (unsigned c = b; c < 64; c++) {
+                    TEST_ASSERT_EQUAL(0, missed(data, two | UINT64_C(1) << c));
+                }
+            }
+        }
+    }
+}
+
+/* The CRC comes first in the frame and last in what it is taken of: a burst over the edge of byte 0
+ * is two. */
+static void bursts_of_up_to_eight_bits_are_found_except_over_the_edge_of_the_crc(void)
+{
+    uint8_t data[8];
+    any_frame(5, data);
+    uint32_t edge = 0, over = 0;
+    for (unsigned last = 0; last < 64; last++) {
+        for (uint64_t burst = 1; burst < 256; burst += 2) {
+            const uint64_t error = burst << last;
+            const bool is_over = error >> 56 != 0 && (error & UINT64_C(0x00FFFFFFFFFFFFFF)) != 0;
+            const uint32_t passed = missed(data, error);
+            edge += is_over ? 1 : 0;
+            over += is_over ? passed : 0;
+            TEST_ASSERT_EQUAL(is_over ? passed : 0, passed);
+        }
+    }
+    printf("bursts of up to 8 bits over the edge of byte 0: %u of %u missed\n", over, edge);
+    TEST_ASSERT_LESS_THAN(edge / 100, over);
+}
+
+static void of_other_errors_one_in_256_is_missed(void)
+{
+    const uint32_t tries = 1U << 18;
+    uint32_t random = 0, four = 0;
+    for (uint32_t i = 0; i < tries; i++) {
+        uint8_t data[8];
+        any_frame((uint8_t)(i % 16), data);
+        random += missed(data, any_bits());
+        uint64_t error = 0;
+        for (uint64_t bits = any_bits(); error == 0 || (error & (error - 1)) == 0; bits >>= 6) {
+            error = UINT64_C(1) << (bits & 63U) | UINT64_C(1) << (bits >> 6 & 63U) |
+                    UINT64_C(1) << (bits >> 12 & 63U) | UINT64_C(1) << (bits >> 18 & 63U);
+        }
+        four += missed(data, error);
+    }
+    printf("any bits: %u of %u missed, four bits: %u\n", random, tries, four);
+    TEST_ASSERT_UINT32_WITHIN(tries / 256 / 10, tries / 256, random);
+    TEST_ASSERT_LESS_THAN(tries / 100, four);
+}
+
+static void counter_runs_from_0_to_15(void)
+{
+    for (uint8_t counter = 0; counter < 15; counter++) {
         TEST_ASSERT_EQUAL(counter + 1, sway_e2e_next(counter));
     }
-    TEST_ASSERT_EQUAL(0, sway_e2e_next(14));
     TEST_ASSERT_EQUAL(0, sway_e2e_next(15));
 }
 
@@ -95,7 +180,7 @@ static int32_t then(int intervals, int64_t period_us, int ahead, int64_t elapsed
 {
     uint8_t counter = 3;
     const int64_t time_us = frames(&counter, intervals, period_us);
-    return sway_e2e_step(&e2e, (uint8_t)((counter + ahead) % 15), time_us + elapsed_us, LIMIT_US);
+    return sway_e2e_step(&e2e, (uint8_t)((counter + ahead) % 16), time_us + elapsed_us, LIMIT_US);
 }
 
 static void first_frame_is_in_order_whatever_its_counter(void)
@@ -108,23 +193,23 @@ static void first_frame_is_in_order_whatever_its_counter(void)
 
 static void before_the_period_is_known_the_nearest_step_is_told(void)
 {
-    for (int ahead = 0; ahead < 15; ahead++) {
-        TEST_ASSERT_EQUAL(ahead <= 7 ? ahead : ahead - 15, then(0, 0, ahead, 200000));
-        TEST_ASSERT_EQUAL(ahead <= 7 ? ahead : ahead - 15,
+    for (int ahead = 0; ahead < 16; ahead++) {
+        TEST_ASSERT_EQUAL(ahead <= 8 ? ahead : ahead - 16, then(0, 0, ahead, 200000));
+        TEST_ASSERT_EQUAL(ahead <= 8 ? ahead : ahead - 16,
                           then(SWAY_E2E_LEARN_MIN - 1, 10000, ahead, 200000));
     }
 }
 
 static void the_period_is_relied_on_from_the_eighth_interval(void)
 {
-    TEST_ASSERT_EQUAL(5, then(SWAY_E2E_LEARN_MIN - 1, 10000, 5, 200000));
-    TEST_ASSERT_EQUAL(20, then(SWAY_E2E_LEARN_MIN, 10000, 5, 200000));
+    TEST_ASSERT_EQUAL(4, then(SWAY_E2E_LEARN_MIN - 1, 10000, 4, 200000));
+    TEST_ASSERT_EQUAL(20, then(SWAY_E2E_LEARN_MIN, 10000, 4, 200000));
 }
 
 static void a_period_below_the_shortest_is_not_relied_on(void)
 {
-    TEST_ASSERT_EQUAL(20, then(20, SWAY_E2E_PERIOD_MIN_US, 5, 20 * SWAY_E2E_PERIOD_MIN_US));
-    TEST_ASSERT_EQUAL(5, then(20, SWAY_E2E_PERIOD_MIN_US - 1, 5, 20 * SWAY_E2E_PERIOD_MIN_US));
+    TEST_ASSERT_EQUAL(20, then(20, SWAY_E2E_PERIOD_MIN_US, 4, 20 * SWAY_E2E_PERIOD_MIN_US));
+    TEST_ASSERT_EQUAL(4, then(20, SWAY_E2E_PERIOD_MIN_US - 1, 4, 20 * SWAY_E2E_PERIOD_MIN_US));
 }
 
 /* Up to the limit every missing frame is counted, over turns of the counter; only a step of one
@@ -134,50 +219,50 @@ static void missing_frames_are_counted_up_to_the_limit(void)
     for (int steps = 2; steps <= 30; steps++) {
         for (int64_t jitter_us = -60000; jitter_us <= 60000; jitter_us += 12000) {
             const int64_t elapsed_us = steps * INT64_C(10000) + jitter_us;
-            if (steps % 15 != 1 && elapsed_us >= 0 && elapsed_us <= LIMIT_US) {
-                TEST_ASSERT_EQUAL(steps, then(40, 10000, steps % 15, elapsed_us));
+            if (steps % 16 != 1 && elapsed_us >= 0 && elapsed_us <= LIMIT_US) {
+                TEST_ASSERT_EQUAL(steps, then(40, 10000, steps % 16, elapsed_us));
             }
         }
     }
-    TEST_ASSERT_EQUAL(1, then(40, 10000, 16, 160000));
+    TEST_ASSERT_EQUAL(1, then(40, 10000, 17, 170000));
 }
 
 static void late_frames_are_told_by_how_much(void)
 {
     for (int late = 1; late <= 7; late++) {
-        TEST_ASSERT_EQUAL(-late, then(40, 10000, 15 - late, 100));
-        TEST_ASSERT_EQUAL(-late, then(0, 0, 15 - late, 100));
+        TEST_ASSERT_EQUAL(-late, then(40, 10000, 16 - late, 100));
+        TEST_ASSERT_EQUAL(-late, then(0, 0, 16 - late, 100));
     }
 }
 
-/* 8 ahead after half a period: 8 steps on and 7 steps back are equally near. */
+/* 9 ahead after one period: 9 steps on and 7 steps back are equally near. */
 static void between_two_equally_near_the_later_is_told(void)
 {
-    TEST_ASSERT_EQUAL(-7, then(40, 10000, 8, 4999));
-    TEST_ASSERT_EQUAL(8, then(40, 10000, 8, 5000));
-    TEST_ASSERT_EQUAL(8, then(40, 10000, 8, 5001));
+    TEST_ASSERT_EQUAL(-7, then(40, 10000, 9, 9999));
+    TEST_ASSERT_EQUAL(9, then(40, 10000, 9, 10000));
+    TEST_ASSERT_EQUAL(9, then(40, 10000, 9, 10001));
 }
 
 static void a_frame_that_comes_again_is_no_step(void)
 {
     TEST_ASSERT_EQUAL(0, then(0, 0, 0, 10000));
     TEST_ASSERT_EQUAL(0, then(40, 10000, 0, 10000));
-    TEST_ASSERT_EQUAL(0, then(40, 10000, 0, 74999));
-    TEST_ASSERT_EQUAL(15, then(40, 10000, 0, 75001));
+    TEST_ASSERT_EQUAL(0, then(40, 10000, 0, 79999));
+    TEST_ASSERT_EQUAL(16, then(40, 10000, 0, 80001));
     uint8_t counter = 3;
     const int64_t time_us = frames(&counter, 40, 10000);
     for (int i = 1; i <= 100; i++) { /* a stuck counter is heard all the time */
         TEST_ASSERT_EQUAL(0, sway_e2e_step(&e2e, counter, time_us + i * 10000, LIMIT_US));
     }
     TEST_ASSERT_EQUAL(
-        2, sway_e2e_step(&e2e, (uint8_t)((counter + 2) % 15), time_us + 1020000, LIMIT_US));
+        2, sway_e2e_step(&e2e, (uint8_t)((counter + 2) % 16), time_us + 1020000, LIMIT_US));
 }
 
 static void beyond_the_limit_the_counter_alone_counts(void)
 {
-    TEST_ASSERT_EQUAL(30, then(40, 10000, 0, LIMIT_US));
+    TEST_ASSERT_EQUAL(32, then(40, 10000, 0, LIMIT_US));
     TEST_ASSERT_EQUAL(1, then(40, 10000, 0, LIMIT_US + 1)); /* silent, not stuck */
-    for (int ahead = 1; ahead < 15; ahead++) {
+    for (int ahead = 1; ahead < 16; ahead++) {
         TEST_ASSERT_EQUAL(ahead, then(40, 10000, ahead, LIMIT_US + 1));
         TEST_ASSERT_EQUAL(ahead, then(0, 0, ahead, LIMIT_US + 1));
         TEST_ASSERT_EQUAL(ahead, then(40, 10000, ahead, INT64_C(1) << 40));
@@ -191,7 +276,7 @@ static void a_late_frame_changes_nothing(void)
     const int64_t time_us = frames(&counter, 40, 10000);
     const sway_e2e_t before = e2e;
     TEST_ASSERT_EQUAL(-2,
-                      sway_e2e_step(&e2e, (uint8_t)((counter + 13) % 15), time_us + 9, LIMIT_US));
+                      sway_e2e_step(&e2e, (uint8_t)((counter + 14) % 16), time_us + 9, LIMIT_US));
     TEST_ASSERT_EQUAL(before.counter, e2e.counter);
     TEST_ASSERT_EQUAL(before.time_us, e2e.time_us);
     TEST_ASSERT_EQUAL(before.period_us, e2e.period_us);
@@ -238,7 +323,7 @@ static void time_that_goes_back_is_no_time(void)
     TEST_ASSERT_EQUAL(1, sway_e2e_step(&e2e, 4, time_us - 5000, LIMIT_US));
     TEST_ASSERT_EQUAL(0, e2e.period_us);
     TEST_ASSERT_EQUAL(time_us - 5000, e2e.time_us);
-    TEST_ASSERT_EQUAL(-1, then(40, 10000, 14, -50000));
+    TEST_ASSERT_EQUAL(-1, then(40, 10000, 15, -50000));
 }
 
 int main(void)
@@ -246,7 +331,10 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(crc_is_that_of_the_catalogue_for_every_identifier);
     RUN_TEST(protect_writes_counter_and_crc_and_nothing_else);
-    RUN_TEST(counter_runs_from_0_to_14);
+    RUN_TEST(errors_of_up_to_three_bits_are_found);
+    RUN_TEST(bursts_of_up_to_eight_bits_are_found_except_over_the_edge_of_the_crc);
+    RUN_TEST(of_other_errors_one_in_256_is_missed);
+    RUN_TEST(counter_runs_from_0_to_15);
     RUN_TEST(first_frame_is_in_order_whatever_its_counter);
     RUN_TEST(before_the_period_is_known_the_nearest_step_is_told);
     RUN_TEST(the_period_is_relied_on_from_the_eighth_interval);

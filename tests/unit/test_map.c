@@ -66,12 +66,22 @@ void tearDown(void)
 {
 }
 
+/* CRC-8 SAE J1850, bit by bit. */
+static uint8_t crc_byte(uint8_t crc, uint8_t byte)
+{
+    unsigned r = crc ^ (unsigned)byte;
+    for (int bit = 0; bit < 8; bit++) {
+        r = (r << 1 ^ ((r & 0x80U) != 0 ? 0x1DU : 0U)) & 0xFFU;
+    }
+    return (uint8_t)r;
+}
+
 static void protect(uint8_t counter)
 {
     data[4] = counter;
-    uint8_t crc = sway_e2e_crc_byte(sway_e2e_crc_byte(0xFF, 0x34), 0x12);
+    uint8_t crc = crc_byte(crc_byte(0xFF, 0x34), 0x12);
     for (int i = 0; i < 5; i++) {
-        crc = sway_e2e_crc_byte(crc, data[i]);
+        crc = crc_byte(crc, data[i]);
     }
     data[5] = (uint8_t)(crc ^ 0xFF);
 }
