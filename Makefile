@@ -146,11 +146,14 @@ $(B)/$(1)/libsway.a: $$(LIB_NAMES:%=$(B)/$(1)/lib/%.o) $(B)/$(1)/codec/swaywatch
     $(B)/$(1)/kissfft/kiss_fft.o
 	@rm -f $$@
 	@ar rcs $$@ $$^
-$(B)/$(1)/unit/%: tests/unit/%.c $(B)/$(1)/libsway.a | $(UNITY_DIR)/unity.h
+$(B)/$(1)/unity.o: $(UNITY_DIR)/unity.h
+	@mkdir -p $$(@D)
+	@$$(CC_$(1)) -std=c99 $$(CFLAGS_$(1)) -DUNITY_INCLUDE_DOUBLE -c $(UNITY_DIR)/unity.c -o $$@
+$(B)/$(1)/unit/%: tests/unit/%.c $(B)/$(1)/libsway.a $(B)/$(1)/unity.o
 	@mkdir -p $$(@D)
 	@echo "CC $$@"
 	@$$(CC_$(1)) -std=c99 -Wall -Wextra -D_GNU_SOURCE $$(CFLAGS_$(1)) $$(DEFINE) $$(INCLUDE) -Itests/unit \
-	    -I$(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE -MMD -MP $$< $(UNITY_DIR)/unity.c \
+	    -I$(UNITY_DIR) -DUNITY_INCLUDE_DOUBLE -MMD -MP $$< $(B)/$(1)/unity.o \
 	    $(B)/$(1)/libsway.a -lm -o $$@
 -include $$(wildcard $(B)/$(1)/lib/*/*.d $(B)/$(1)/unit/*.d)
 endef
@@ -201,15 +204,16 @@ bench:: setup-test
 
 checks:: lint
 
-# The loop with hardware waits for real time more than it works: the other checks run beside it.
+# The loop with hardware waits for real time more than it works: the other checks run beside it, two
+# at a time.
 # pytest is last, so that a test run ends with its line. A file of tests runs in one process;
 # PYTEST_WORKERS=0 runs all of them in this one.
 PYTEST_WORKERS ?= 2
 test:: setup-test
-	@$(MAKE) --no-print-directory -j2 -Otarget hil-checks checks
+	@$(MAKE) --no-print-directory -j3 -Otarget hil-checks checks
 ifneq ($(wildcard tests/host/test_*.py),)
 test::
-	@$(VENV)/bin/pytest -q -n $(PYTEST_WORKERS) --dist loadfile --durations=15 tests/host
+	@$(VENV)/bin/pytest -q -n $(PYTEST_WORKERS) --dist loadfile --durations=40 tests/host
 endif
 
 clean:
