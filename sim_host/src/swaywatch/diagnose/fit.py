@@ -32,6 +32,7 @@ ColumnOf = Callable[[int], Array]
 #: Of each run: derivatives to beliefs, offsets and start values, and their products.
 Background = dict[int, tuple[Array, Array]]
 
+WHILE_SETTLING = 0.05  # weight of residuals
 #: Pull of the yaw rates during the search, 1/s: half the angular frequency of sway.
 OBSERVER = 2.0
 ADDED = (
@@ -346,9 +347,10 @@ class Comparison:
         self.names = problem.channels(run)
         self.measured = block_mean(np.stack([run.channels[n] for n in self.names], axis=1))
         self.scales = np.array([scale(run, name) for name in self.names])
-        # 0 where the sensor said nothing
+        # 0 where the sensor said nothing; enough while a piece settles to find its start values
         rows = [run.kept_blocks(name) for name in self.names]
         self.kept = np.stack(rows, axis=1).astype(float)
+        self.kept[: run.settling // BLOCK] *= WHILE_SETTLING
         self.at = [i for i, name in enumerate(self.names) if _MADE_OF[name]]
         self.columns = [_MADE_OF[self.names[i]][0] for i in self.at]
         self.read: dict[Callable[..., None], tuple[int, ...]] = {}
@@ -440,10 +442,11 @@ class Comparison:
         e = self.measured - means
         if self.run.correction:
             e = _without_heave(self.names, loads, e)
-        if not self.run.kept:
+        if not self.run.kept and not self.run.settling:
             return np.asarray((e - e.mean(axis=0)) / self.scales)
         mean = (e * self.kept).sum(axis=0) / self.kept.sum(axis=0)
-        return np.asarray((e - mean) / self.scales * self.kept / np.sqrt(self.kept.mean(axis=0)))
+        size = np.sqrt((self.kept**2).mean(axis=0))
+        return np.asarray((e - mean) / self.scales * self.kept / size)
 
 
 def roll_filter(acceleration: Array) -> Array:

@@ -16,6 +16,9 @@ RATE_HZ = 100.0
 NOISE_BAND_HZ = (3.0, 4.8)
 HIGH_SHARE = 0.7
 BLOCK = 10  # samples averaged for one residual: 10 Hz, and the wheels' ripple at 10 Hz drops out
+#: Samples after a start in mid-motion until bodies and tyres have forgotten how they rolled then.
+SETTLING = 200
+MOVING_RAD_S = 0.02  # yaw rate at the first block from which a recording starts in mid-motion
 
 #: Channels a single measurement fault can sit in, by the name of the component.
 FAULT_CHANNELS: dict[str, tuple[str, ...]] = {
@@ -63,6 +66,8 @@ class Run:
         Of the channels that say nothing at times: where, shape (n,).
     kept
         Of the channels of which not all samples count: which do, shape (n,).
+    settling
+        Samples at the beginning that hardly count: nobody knows how the bodies roll there.
     """
 
     name: str
@@ -80,6 +85,7 @@ class Run:
     simulated: dict[str, Array] = field(default_factory=dict)
     silent: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
     kept: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
+    settling: int = 0
 
     def kept_blocks(self, name: str) -> NDArray[np.bool_]:
         """Which block means of a channel count. Shape (n // BLOCK,)."""
@@ -150,6 +156,9 @@ class Run:
         self.speed = low_pass(self.channels["speed"], 0.7, order=2)
         self.acceleration = np.gradient(self.speed) * RATE_HZ
         self.steer = low_pass(self.channels["steering_wheel_angle"], 10.0) / self.steering_ratio
+        rates = [v for k, v in self.channels.items() if k.endswith("yaw_rate")]
+        moving = any(abs(float(np.mean(rate[:BLOCK]))) > MOVING_RAD_S for rate in rates)
+        self.settling = SETTLING if moving else 0
         return self
 
 

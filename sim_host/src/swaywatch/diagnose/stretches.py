@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, Trial
 from swaywatch.diagnose.plant import LANES
-from swaywatch.diagnose.runs import BLOCK, RATE_HZ, Run
+from swaywatch.diagnose.runs import BLOCK, RATE_HZ, SETTLING, Run
 from swaywatch.diagnose.sensor_faults import MOST_LOST
 
 Array = NDArray[np.float64]
@@ -149,6 +149,8 @@ def _cut(run: Run) -> list[Run]:
     for first, last in pairwise(edges):
         piece = run.part(first, last)
         piece.name = f"{run.name} from {piece.time[0]:.0f} to {piece.time[-1]:.0f} s"
+        if first:  # cut in mid-motion
+            piece.settling = SETTLING
         found.append(_without_silent(piece))
     return found
 
