@@ -6,6 +6,7 @@
 #include "core/sway_publish.h"
 
 /* A speed older than this is not known any more. */
+#define SLOWEST_MM_S 8334 // 30 km/h: below it there is no model, whoever would give it
 #define SPEED_OLD_US 1000000
 
 /* What is being done with the newest line. */
@@ -236,8 +237,8 @@ static void begin_model(sway_core_t *core)
     core->modelled = false;
     core->watched = false;
     core->stage = STAGE_PUBLISH;
-    if (speed < 0) {
-        return;
+    if (speed < SLOWEST_MM_S) {
+        return; // unknown, or too slow for tyres to say anything
     }
     const sway_real_t speed_m_s = sway_real_ratio(speed, 1000);
     if (watch_begin(core, speed_m_s)) {

@@ -590,6 +590,31 @@ static void a_model_is_the_observers_until_the_trailer_is_heard(void)
                           value(core.margin.model.damping_ratio)) > 1e-4);
 }
 
+/* 30 km/h are 8333.3 mm/s. A parked car has no damping, whether its trailer is heard or not. */
+static void below_30_km_h_there_is_no_model(void)
+{
+    const uint32_t masks[] = {BIT(STEERING_WHEEL_ANGLE) | BIT(CAR_YAW_RATE) | BIT(CAR_LATERAL_ACC) |
+                                  BIT(SPEED),
+                              YAW | BIT(SPEED)};
+    const sway_status_t *const status = sway_core_status(&core);
+    for (unsigned i = 0; i < 2; i++) {
+        setUp();
+        drive(&core, 0, 6, masks[i]);
+        TEST_ASSERT_BITS_HIGH(SWAY_VALID_MODEL | SWAY_VALID_MARGIN, status->valid);
+        double at_s = 6;
+        const double slow[] = {8.333, 2, 0.1, 0};
+        for (unsigned k = 0; k < 4; k++) {
+            plant.v = slow[k];
+            drive(&core, at_s, at_s + 3, masks[i]);
+            at_s += 3;
+            TEST_ASSERT_BITS_LOW(SWAY_VALID_MODEL | SWAY_VALID_CRITICAL_SPEED, status->valid);
+        }
+        plant.v = 8.334;
+        drive(&core, at_s, at_s + 3, masks[i]);
+        TEST_ASSERT_BITS_HIGH(SWAY_VALID_MODEL, status->valid);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -618,5 +643,6 @@ int main(void)
     RUN_TEST(an_offset_is_found_on_the_way);
     RUN_TEST(a_model_is_that_of_the_speed_that_is_driven);
     RUN_TEST(a_model_is_the_observers_until_the_trailer_is_heard);
+    RUN_TEST(below_30_km_h_there_is_no_model);
     return UNITY_END();
 }
