@@ -6,8 +6,8 @@
 #include "core/sway_publish.h"
 
 /* A speed older than this is not known any more. */
-#define SLOWEST_MM_S 8334 // 30 km/h: below it there is no model, whoever would give it
 #define SPEED_OLD_US 1000000
+#define SLOWEST_MM_S 8334 // 30 km/h, as sway_margin_start() asks for
 
 /* What is being done with the newest line. */
 enum { STAGE_IDLE, STAGE_IDENTIFY, STAGE_BEGIN_MODEL, STAGE_MODEL, STAGE_WATCH, STAGE_PUBLISH };
@@ -237,11 +237,9 @@ static void begin_model(sway_core_t *core)
     core->modelled = false;
     core->watched = false;
     core->stage = STAGE_PUBLISH;
-    if (speed < SLOWEST_MM_S) {
-        return; // unknown, or too slow for tyres to say anything
-    }
+    /* unknown is below zero: too slow for either */
     const sway_real_t speed_m_s = sway_real_ratio(speed, 1000);
-    if (watch_begin(core, speed_m_s)) {
+    if (speed >= SLOWEST_MM_S && watch_begin(core, speed_m_s)) {
         core->watched = true;
         core->stage = STAGE_WATCH;
         return;
