@@ -40,7 +40,7 @@ def test_protection_is_in_the_same_place_everywhere(message: Message) -> None:
     assert (crc.start, crc.length, counter.start, counter.length) == (0, 8, 8, 4)
     assert crc.name.endswith("Crc")
     assert counter.name.endswith("Counter")
-    assert counter.maximum == 14
+    assert counter.maximum == 15
 
 
 def layout(message: Message) -> list[tuple[object, ...]]:
