@@ -5,24 +5,25 @@
 
 #define TURN (SWAY_E2E_COUNTER_MAX + 1)
 
-/* One byte more under CRC-8H2F: polynomial 0x2F. */
-static uint8_t crc_byte(uint8_t crc, uint8_t byte)
+/* CRC-8H2F: polynomial 0x2F */
+static const uint8_t table[16] = {0x00, 0x2F, 0x5E, 0x71, 0xBC, 0x93, 0xE2, 0xCD,
+                                  0x57, 0x78, 0x09, 0x26, 0xEB, 0xC4, 0xB5, 0x9A};
+
+uint8_t sway_e2e_crc_byte(const uint8_t *remainders, uint8_t crc, uint8_t byte)
 {
-    /* remainders of four bits and as many zeros */
-    static const uint8_t table[16] = {0x00, 0x2F, 0x5E, 0x71, 0xBC, 0x93, 0xE2, 0xCD,
-                                      0x57, 0x78, 0x09, 0x26, 0xEB, 0xC4, 0xB5, 0x9A};
     uint32_t r = (uint32_t)crc ^ (uint32_t)byte;
-    r = ((r << 4) & 0xFFU) ^ table[r >> 4];
-    return (uint8_t)(((r << 4) & 0xFFU) ^ table[r >> 4]);
+    r = ((r << 4) & 0xFFU) ^ remainders[r >> 4];
+    return (uint8_t)(((r << 4) & 0xFFU) ^ remainders[r >> 4]);
 }
 
 uint8_t sway_e2e_crc(uint32_t can_id, const uint8_t *data)
 {
     uint8_t crc = 0xFFU;
     for (uint32_t i = 1U; i < SWAY_E2E_LENGTH; i++) {
-        crc = crc_byte(crc, data[i]);
+        crc = sway_e2e_crc_byte(table, crc, data[i]);
     }
-    return (uint8_t)(crc_byte(crc, (uint8_t)(can_id & 0xFFU)) ^ 0xFFU);
+    crc = sway_e2e_crc_byte(table, crc, (uint8_t)(can_id & 0xFFU));
+    return (uint8_t)(crc ^ 0xFFU);
 }
 
 void sway_e2e_protect(uint32_t can_id, uint8_t counter, uint8_t *data)

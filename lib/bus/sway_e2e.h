@@ -28,6 +28,10 @@ typedef struct {
     bool started;
 } sway_e2e_t;
 
+/// One byte more under a CRC-8. `remainders`: of the 16 numbers of four bits, with as many zeros
+/// behind them, by its polynomial. Constant time.
+uint8_t sway_e2e_crc_byte(const uint8_t *remainders, uint8_t crc, uint8_t byte);
+
 /// CRC of a frame of 8 bytes; byte 0 is not looked at. Constant time.
 uint8_t sway_e2e_crc(uint32_t can_id, const uint8_t *data);
 

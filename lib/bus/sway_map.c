@@ -116,16 +116,9 @@ static int32_t raw_value(const sway_map_field_t *f, const uint8_t *data)
     return is_negative ? (int32_t)((int64_t)whole - ((int64_t)1 << f->length)) : whole;
 }
 
-/* One byte more under CRC-8 of polynomial 0x1D: SAE J1850, AUTOSAR E2E profile 1. */
-static uint8_t crc_byte(uint8_t crc, uint8_t byte)
-{
-    /* remainders of four bits and as many zeros */
-    static const uint8_t table[16] = {0x00, 0x1D, 0x3A, 0x27, 0x74, 0x69, 0x4E, 0x53,
-                                      0xE8, 0xF5, 0xD2, 0xCF, 0x9C, 0x81, 0xA6, 0xBB};
-    uint32_t r = (uint32_t)crc ^ (uint32_t)byte;
-    r = ((r << 4) & 0xFFU) ^ table[r >> 4];
-    return (uint8_t)(((r << 4) & 0xFFU) ^ table[r >> 4]);
-}
+/* CRC-8 of polynomial 0x1D: SAE J1850, AUTOSAR E2E profile 1 */
+static const uint8_t table[16] = {0x00, 0x1D, 0x3A, 0x27, 0x74, 0x69, 0x4E, 0x53,
+                                  0xE8, 0xF5, 0xD2, 0xCF, 0x9C, 0x81, 0xA6, 0xBB};
 
 static bool is_crc_right(const sway_map_message_t *m, uint8_t dlc, const uint8_t *data)
 {
@@ -134,11 +127,11 @@ static bool is_crc_right(const sway_map_message_t *m, uint8_t dlc, const uint8_t
     }
     uint8_t crc = (uint8_t)m->crc_start;
     for (uint32_t i = 0U; i < m->crc_prefix_size; i++) {
-        crc = crc_byte(crc, (uint8_t)((m->crc_prefix >> (8U * i)) & 0xFFU));
+        crc = sway_e2e_crc_byte(table, crc, (uint8_t)((m->crc_prefix >> (8U * i)) & 0xFFU));
     }
     for (uint32_t i = 0U; i < dlc; i++) {
         if (i != m->crc_byte) {
-            crc = crc_byte(crc, data[i]);
+            crc = sway_e2e_crc_byte(table, crc, data[i]);
         }
     }
     return data[m->crc_byte] == (uint8_t)(crc ^ (uint8_t)m->crc_final);
