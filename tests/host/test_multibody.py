@@ -242,6 +242,12 @@ UNLISTED = {
     "hydraulic_hitch": (5000.0, 0.0),
     "rear_wheel_steering": (0.1, 0.0),
     "tandem_scrub": (500.0, 0.0),
+    "gap_air": (30.0, 0.0),
+    "trailer_hubs": (500.0, 0.05),
+    "variable_ratio": (2.0, 0.0),
+    "late_assist": (0.1, 0.2),
+    "car_brakes": (5000.0, 0.02),
+    "turning_load": (400.0, 0.0),
 }
 
 
@@ -262,8 +268,13 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     on_the_car = kind in ("car_air", "roof_load")
     assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
     side, moment = _rest_of_the_trailer(whole.trailer, motion)
-    assert (np.abs(side[inner]).max() > 4.0 * leans) == (kind in ("tarpaulin", "heading_wind"))
-    turns = ("trailer_brakes", "tandem_scrub", "jackknife_stop", "hydraulic_hitch")
+    assert (np.abs(side[inner]).max() > 4.0 * leans) == (
+        kind in ("tarpaulin", "heading_wind", "gap_air")
+    )
+    turns = (
+        "trailer_brakes", "tandem_scrub", "jackknife_stop", "hydraulic_hitch", "trailer_hubs",
+        "turning_load",
+    )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 
 

@@ -126,7 +126,7 @@ def draw_kind(
 ) -> tuple[str, list[Draw], Knowledge]:
     """Kind of the case, its effects, what is known; strengths are spread evenly.
 
-    `only`: a tier, in which nothing is concealed; or a half of the unlisted kinds.
+    `only`: a tier, in which nothing is concealed; or a set of the unlisted kinds.
     """
     kind = str(rng.choice(KINDS, p=SHARES))
     strength = float(rng.uniform(0.0, 1.0))
@@ -161,7 +161,7 @@ def draw_kind(
 
 
 def _only(rng: Generator, index: int, only: str) -> tuple[str, list[Draw], Knowledge]:
-    if only in unlisted.HALVES:
+    if only in unlisted.SETS:
         return "unlisted", [unlisted.draw(only, rng, index)], knowledge.draw(rng, tier="A")
     return "clean", [], knowledge.draw(rng, tier=only)
 
@@ -465,7 +465,7 @@ def main() -> None:
     parser.add_argument("--answers", type=Path, required=True)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--clean", choices=knowledge.TIERS, help="nothing concealed, this tier")
-    parser.add_argument("--unlisted", choices=unlisted.HALVES, help="physics that nobody lists")
+    parser.add_argument("--unlisted", choices=unlisted.SETS, help="physics that nobody lists")
     given = parser.parse_args()
     generate(
         given.seed, given.count, given.out, given.answers, given.jobs, given.clean or given.unlisted

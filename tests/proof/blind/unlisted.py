@@ -1,6 +1,7 @@
-"""Twelve kinds of physics that no library lists: half to build on, half to be opened once.
+"""Eighteen kinds of physics that no library lists: a third to build on, the rest opened once each.
 
-Written down before the discovery was tried on any of them. A kind counts as found where a law is
+Written down before the discovery was tried on any of them (the last six on 2026-11-23, after the
+second six had been opened and learnt from). A kind counts as found where a law is
 claimed at one of its places and of one of its variables (`answer["places"]`, `["variables"]`, in
 the words of `discovered` in a diagnosis.json): in a swing two variables in phase are one. Values of
 the file are exact and all sensors there: within tolerances many of these are no more than a value.
@@ -22,9 +23,13 @@ def _draw(name: str, size: float, places: str, variables: str, **more: float) ->
     settings: dict[str, Any] = {"more": name, "more_size": size} | more
 
     def combination(whole: Combination) -> Combination:
-        if name != "roof_load":
-            return whole
-        return replace(whole, car=replace(whole.car, mass_kg=whole.car.mass_kg - size))
+        car, trailer = whole.car, whole.trailer
+        if name == "roof_load":
+            return replace(whole, car=replace(car, mass_kg=car.mass_kg - size))
+        if name == "turning_load":
+            rest = trailer.yaw_inertia_kgm2 - size
+            return replace(whole, trailer=replace(trailer, yaw_inertia_kgm2=rest))
+        return whole
 
     def physics(healthy: Physics) -> Physics:
         return replace(healthy, **settings)
@@ -115,16 +120,58 @@ def tandem_scrub(rng: Generator, u: float) -> Draw:
     return _draw("tandem_scrub", size, "moment_trailer", "yaw_rate_trailer")
 
 
+def gap_air(rng: Generator, u: float) -> Draw:
+    """Air in the gap between the bodies: a side force on the trailer with the articulation."""
+    return _draw("gap_air", log_between(1.0, 60.0, u), "force_trailer", "articulation")
+
+
+def trailer_hubs(rng: Generator, u: float) -> Draw:
+    """Driven hubs of the trailer that work against its swing, as strong as they can."""
+    at = round(float(rng.uniform(0.01, 0.1)), 4)
+    size = log_between(50.0, 2500.0, u)
+    return _draw("trailer_hubs", size, "moment_trailer", "articulation_rate", more_at=at)
+
+
+def variable_ratio(rng: Generator, u: float) -> Draw:
+    """Steering that is more direct, or less, away from its middle."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 6.0, u)
+    return _draw("variable_ratio", size, "slip_car_front", "steer")
+
+
+def late_assist(rng: Generator, u: float) -> Draw:
+    """Steering assistance that answers the articulation late."""
+    at = round(float(rng.uniform(0.1, 0.5)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.003, 0.15, u)
+    variables = "articulation articulation_rate"
+    return _draw("late_assist", size, "slip_car_front", variables, more_at=at)
+
+
+def car_brakes(rng: Generator, u: float) -> Draw:
+    """A controller of the car that brakes one side beyond an articulation rate."""
+    at = round(float(rng.uniform(0.01, 0.06)), 4)
+    size = log_between(300.0, 2e4, u)
+    return _draw("car_brakes", size, "moment_car", "articulation_rate", more_at=at)
+
+
+def turning_load(rng: Generator, u: float) -> Draw:
+    """A load in the trailer that turns by itself: a boom, a boat on its cradle."""
+    hz = round(float(rng.uniform(0.5, 1.5)), 3)
+    size = log_between(20.0, 600.0, u)
+    variables = "swing yaw_rate_trailer"
+    return _draw("turning_load", size, "trailer moment_trailer", variables, more_frequency_hz=hz)
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
 )  # fmt: skip
-HALVES = {"build": BUILD, "opened-once": OPENED_ONCE}
+SECOND = (gap_air, trailer_hubs, variable_ratio, late_assist, car_brakes, turning_load)
+SETS = {"build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND}
 
 
-def draw(half: str, rng: Generator, index: int) -> Draw:
-    """One of a half, in turn; strong enough to be worth looking for."""
+def draw(which: str, rng: Generator, index: int) -> Draw:
+    """One of a set, in turn; strong enough to be worth looking for."""
     strength = float(rng.uniform(0.4, 1.0))
-    drawn: Draw = HALVES[half][index % len(HALVES[half])](rng, strength)
+    drawn: Draw = SETS[which][index % len(SETS[which])](rng, strength)
     drawn.strength = strength
     return drawn

@@ -63,8 +63,9 @@ AIR_DENSITY, SIDE_AREA = 1.2, 5.0
 # Physics beyond what any library of effects lists, numbered as `MORE` of multibody_vehicle.py.
 (
     STOP, TRAILER_STEERS, CAR_AIR, TOW_ASSIST, ROOF_LOAD, AXLE_HYSTERESIS, TARPAULIN, HEADING_WIND,
-    TRAILER_BRAKES, HYDRAULIC, REAR_STEERS, SCRUB,
-) = range(1, 13)  # fmt: skip
+    TRAILER_BRAKES, HYDRAULIC, REAR_STEERS, SCRUB, GAP_AIR, TRAILER_HUBS, VARIABLE_RATIO,
+    LATE_ASSIST, CAR_BRAKES, TURNING_LOAD,
+) = range(1, 19)  # fmt: skip
 MORE_DAMPING = 0.05
 SLOW_RAD_S = 0.005
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
@@ -294,15 +295,18 @@ def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, work: Any, out: An
 def _more_steer(g: Any, z: Any, rate: float, wheel: int, out: Any) -> float:
     """Steering of a wheel's axle by physics that nobody lists, rad."""
     kind, size = g[G_MORE], g[G_MORE_SIZE]
+    angle = 0.0
     if kind == TRAILER_STEERS and wheel >= 4:
-        return float(size * (out[O_YAW2] - out[O_YAW1]))
-    if kind == AXLE_HYSTERESIS and wheel >= 4:
-        return float(size * z[Z_MORE])
-    if kind == TOW_ASSIST and wheel < 2:
-        return float(size * rate)
-    if kind == REAR_STEERS and 2 <= wheel < 4:
-        return float(size * out[O_STEER])
-    return 0.0
+        angle = out[O_YAW2] - out[O_YAW1]
+    elif (kind == AXLE_HYSTERESIS and wheel >= 4) or (kind == LATE_ASSIST and wheel < 2):
+        angle = z[Z_MORE]
+    elif kind == TOW_ASSIST and wheel < 2:
+        angle = rate
+    elif kind == REAR_STEERS and 2 <= wheel < 4:
+        angle = out[O_STEER]
+    elif kind == VARIABLE_RATIO and wheel < 2:
+        angle = out[O_STEER] * abs(out[O_STEER])
+    return float(size * angle)
 
 
 @njit(cache=True)
@@ -320,6 +324,16 @@ def _more_moments(g: Any, z: Any, zdot: Any, view: Any, trailer: int, out: Any) 
         view.xfrc[trailer, 5] -= math.copysign(size * max(abs(r) - at, 0.0), r)
     elif kind == SCRUB:
         view.xfrc[trailer, 5] -= size * math.tanh(out[O_RATE2] / SLOW_RAD_S)
+    elif kind == TRAILER_HUBS:
+        view.xfrc[trailer, 5] -= size * math.tanh(rate / at)
+    elif kind == CAR_BRAKES:
+        view.xfrc[CAR, 5] += math.copysign(size * max(abs(rate) - at, 0.0), rate)
+    elif kind == TURNING_LOAD:
+        omega = g[G_MORE_HZ]
+        pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+        view.xfrc[trailer, 5] += size * pull
+    elif kind == LATE_ASSIST:
+        zdot[Z_MORE] = (angle - z[Z_MORE]) / at
     elif kind == AXLE_HYSTERESIS:
         zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / at
 
@@ -333,6 +347,8 @@ def _more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any
     kind, size, omega = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_HZ]
     if kind == CAR_AIR:
         return float(-size * pressure * beta)
+    if kind == GAP_AIR:
+        return float(-size * pressure * (out[O_YAW2] - out[O_YAW1]))
     if kind == HEADING_WIND:
         return float(size * math.sin(out[O_YAW2]))
     if kind == TARPAULIN:
@@ -504,6 +520,11 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         omega = g[G_MORE_HZ]
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - across1
+        zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+    if g[G_MORE] == TURNING_LOAD:
+        omega = g[G_MORE_HZ]
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - yaw2
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
     zdot[Z_MEAN] = r1 * r1 - z[Z_MEAN]
     zdot[Z_SPEED] = u[U_SPEED] - out[O_SPEED]

@@ -106,7 +106,8 @@ class HarmonicLoad:
 MORE = (
     "jackknife_stop", "trailer_axle_steers", "car_air", "tow_assist", "roof_load",
     "axle_hysteresis", "tarpaulin", "heading_wind", "trailer_brakes", "hydraulic_hitch",
-    "rear_wheel_steering", "tandem_scrub",
+    "rear_wheel_steering", "tandem_scrub", "gap_air", "trailer_hubs", "variable_ratio",
+    "late_assist", "car_brakes", "turning_load",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -122,6 +123,12 @@ MORE = (
 - moment at the ball per squared articulation rate, N m s2/rad2
 - angle of the car's rear wheels per angle of the front ones
 - dry yaw moment on the trailer, N m
+- area times the slope of the trailer's air force over the articulation, m2/rad
+- yaw moment on the trailer against a large articulation rate, N m (rad/s of its half)
+- angle of the front wheels per squared angle of theirs, 1/rad
+- angle of the front wheels per articulation, late (s)
+- yaw moment on the car beyond an articulation rate, N m s/rad (rad/s)
+- inertia in the trailer that turns by itself, kg m2 (Hz); the trailer's own is beside it
 """
 
 
