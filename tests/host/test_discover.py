@@ -123,6 +123,22 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             Physics(more="axle_hysteresis", more_size=0.4, more_at=0.01),
             Law("slip_trailer", "articulation", "hysteretic"), (0.4, 0.01),
         ),
+        (
+            Physics(more="tandem_scrub", more_size=400.0),
+            Law("moment_trailer", "yaw_rate_trailer", "saturating"), (-80000.0, 0.005),
+        ),
+        (
+            Physics(more="heading_wind", more_size=20000.0),
+            Law("force_trailer", "heading"), (20000.0,),
+        ),
+        (
+            Physics(more="hydraulic_hitch", more_size=10000.0),
+            Law("hitch", "articulation_rate", "odd square"), (10000.0,),
+        ),
+        (
+            Physics(more="variable_ratio", more_size=5.0),
+            Law("slip_car_front", "steer", "odd square"), (5.0,),
+        ),
     ],
 )  # fmt: skip
 def test_laws_agree_with_an_independent_simulator(
@@ -187,6 +203,28 @@ def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
     assert found.term.values == pytest.approx((60000.0, 0.025), rel=0.1)
 
 
+@pytest.mark.parametrize(
+    ("law", "values"),
+    [
+        (Law("moment_trailer", "yaw_rate_trailer", "saturating"), (-40000.0, 0.005)),
+        (Law("hitch", "articulation_rate", "odd square"), (6000.0,)),
+        (Law("force_trailer", "heading"), (9000.0,)),
+    ],
+)
+def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
+    law: Law, values: tuple[float, ...]
+) -> None:
+    """A scrub is nearly of one size; a hydraulic damper is no damping; a wind no motion."""
+    found = Laws([searched((Term(effect_of(law), values),))]).discover([], silent)
+    assert found is not None
+    assert found.law == law
+    if law.shape == "saturating":  # its size; how steeply it gets there is hardly seen
+        values = (values[0] * values[1],)
+        assert found.term.values[0] * found.term.values[1] == pytest.approx(values[0], rel=0.05)
+    else:
+        assert found.term.values == pytest.approx(values, rel=0.05)
+
+
 def test_a_swinging_load_is_found_with_its_frequency() -> None:
     effect = effect_of(Law("trailer", "swing"))
     truth = Term(effect, (90.0, 0.85, 0.05, -0.6))
@@ -228,6 +266,13 @@ def test_words() -> None:
     row = {"gain": {"value": 3100.0, "low": 2900.0, "high": 3300.0}}
     assert "3.10 +- 0.20 kNm per rad of the articulation" in sentence(spring, row)
     assert "spring" in suggestion(spring, 3100.0)
+    scrub = Law("moment_trailer", "yaw_rate_trailer", "saturating")
+    limit = {"value": 188.0, "low": 184.0, "high": 192.0}
+    row = {"gain": row["gain"], "bend": {"value": 0.005}, "limit": limit}
+    assert "levelling off at 188.0 +- 4.0 Nm" in sentence(scrub, row)
+    wind = Law("force_trailer", "heading")
+    assert "kN per rad of the heading of the trailer" in sentence(wind, row)
+    assert "wind" in suggestion(wind, 9000.0)
     assert "stores" in energy(spring, 3100.0)
     assert "takes" in energy(Law("moment_trailer", "yaw_rate_trailer"), -500.0)
     assert "can give" in energy(Law("moment_trailer", "yaw_rate_trailer"), 500.0)

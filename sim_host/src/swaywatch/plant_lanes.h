@@ -18,7 +18,7 @@
 #define PLANT_STATES_OF_HEAVE 24
 #define PLANT_STATES_OF_A_LAW 29
 #define PLANT_STATES 37
-#define PLANT_LAW_STATES 9
+#define PLANT_LAW_STATES 10
 #define PLANT_BLOCK 10
 #define PLANT_LANES 8
 
@@ -122,6 +122,7 @@ enum plant_scalar {
     E_LAW_OF_STEER,
     E_LAW_OF_ROLL_CAR,
     E_LAW_OF_ROLL_TRAILER,
+    E_LAW_OF_HEADING,
     E_LAW_TO_HITCH,
     E_LAW_TO_FORCE_CAR,
     E_LAW_TO_FORCE_TRAILER,
@@ -297,7 +298,7 @@ enum plant_state {
     X_ROLL_RATE = 14,
     X_HEAVE = 16, ///< m, over the four axles
     X_HEAVE_RATE = 20,
-    X_LAW = 24,  ///< N, Nm or rad, of a law behind its lag
+    X_LAW = 24,  ///< N, Nm or rad, of a law behind its lag; rad, the heading that it goes with
     X_MODE = 25, ///< m, to the left, of what swings in the bodies
     X_MODE_RATE = 27,
     X_LAG = 29,       ///< N, Nm: the car's side force and moment behind the suspension's lag

@@ -38,6 +38,8 @@ INLINE V NAME(law)(const V *x, const V *of, const V *e, V speed, V *dx)
     const V lag = e[E_LAW_LAG];
     const V late = (value - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
     dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, of, e), NAME(where)(lag, late));
+    // one state: what goes with the heading has neither lag nor friction
+    dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
     return NAME(choose)(lag > 0.0, x[X_LAW], value);
 }
 

@@ -258,7 +258,9 @@ def _needless(search: Search, base: Candidate, best: Candidate) -> bool:
     if search.beyond is None or explained(base.fit, best.fit):
         return False
     law = search.beyond(search)
-    return law is not None and search.weighed(best).evidence < law
+    needless = law is not None and search.weighed(best).evidence < law
+    search.ended_by_law |= needless
+    return needless
 
 
 def _in_windows(search: Search, base: Candidate, known: Fit) -> bool:

@@ -152,6 +152,11 @@ def _searched(
         search.beyond = laws.alone
     verdict = decide(planar, springs, progress)
     law = laws.discover(verdict.paths, progress)
+    if law is None and any(search.ended_by_law for search in (*planar, springs)):
+        # for a law that is not claimed after all: the library goes as deep as without one
+        for search in (*planar, springs):
+            search.beyond = None
+        verdict = decide(planar, springs, progress)
     return (verdict if law is None else with_law(verdict, law)), law
 
 

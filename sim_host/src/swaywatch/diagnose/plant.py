@@ -51,10 +51,11 @@ BODY = (
 )  # fmt: skip
 AXLES = ("car_front", "car_rear", "trailer_front", "trailer_rear")
 
-#: What a law can depend on: rad, rad/s; side-slip angles at the centres of gravity.
+#: What a law can depend on: rad, rad/s; side-slip angles at the centres of gravity; the trailer's
+#: heading from the start.
 LAW_OF = (
     "articulation", "articulation_rate", "yaw_rate_car", "yaw_rate_trailer", "sideslip_car",
-    "sideslip_trailer", "steer", "roll_car", "roll_trailer",
+    "sideslip_trailer", "steer", "roll_car", "roll_trailer", "heading",
 )  # fmt: skip
 #: Where it can act: moment at the ball on the car (its opposite on the trailer), forces and moments
 #: on the bodies, steering angles of axles.

@@ -253,6 +253,7 @@ class Search:
         #: Evidence that these effects have to reach because one law that is none of them leaves
         #: only noise; None where there is no such law.
         self.beyond: Beyond | None = None
+        self.ended_by_law = False
         self.noise = 1.0
         self.tried: list[Candidate] = []
         self._base: Candidate | None = None

@@ -9,7 +9,7 @@ than models of this depth leave anyway, and predicts each run from the others be
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -34,6 +34,7 @@ from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.search import Candidate, Linear, Progress, Search
 from swaywatch.diagnose.term import Term
 from swaywatch.discover.grammar import (
+    BENT_ONLY,
     BODIES,
     FREQUENCIES_HZ,
     ID,
@@ -113,6 +114,27 @@ def law_in(term: Term) -> Law:
     return law
 
 
+def _begun(law: Law, sign: float) -> Term:
+    """A law with the values that a fit begins with."""
+    effect = effect_of(law)
+    starts = [sign * p.starts[0] if p.name == "gain" else p.starts[0] for p in effect.parameters]
+    return Term(effect, tuple(starts))
+
+
+def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
+    """The best fit of each law, the best first."""
+    kept: dict[Law, Fit] = {}
+    for fit in sorted(fits, key=lambda f: f.chi2):
+        kept.setdefault(law_in(fit.terms[-1]), fit)
+    return list(kept.values())
+
+
+def _shapes(term: Term) -> list[Term]:
+    """A straight law in other shapes, as fits begin with them."""
+    sign = math.copysign(1.0, term.values[0])
+    return [_begun(law, sign) for law in refined(law_in(term)) if not law.lagged]
+
+
 def _band(effect: Effect) -> int:
     """Where on the scale of frequencies the fit of a swinging mass begins."""
     at = effect.extra["start_hz"]
@@ -162,24 +184,35 @@ class Hunt:
     def _bent(self, near: Fit, straight: Sequence[Fit]) -> list[Fit]:
         """The straight laws in other shapes: a stop or a cube is hardly a straight line.
 
-        Only where the library leaves more than noise.
+        Only where the library leaves more than noise. Beside nothing also from the vehicle as
+        believed: the calibrated one is bent to make up for the law. A shape has to do clearly
+        better than the straight line.
         """
-        starts = []
-        for fit in straight:
-            term = fit.terms[-1]
-            for law in refined(law_in(term)):
-                if law.lagged:
-                    continue
-                effect = effect_of(law)
-                values = tuple(
-                    math.copysign(p.starts[0], term.values[0] if p.name == "gain" else 1.0)
-                    for p in effect.parameters
-                )
-                starts.append(replace(near, terms=(*near.terms, Term(effect, values))))
         close = self.search.close
+        terms = [bent for fit in straight for bent in _shapes(fit.terms[-1])]
+        terms += [_begun(law, 1.0) for law in BENT_ONLY]
+        starts = [replace(near, terms=(*near.terms, term)) for term in terms]
+        if not near.terms:
+            terms += [fit.terms[-1] for fit in straight]
+            starts += [replace(close.start(), terms=(term,)) for term in terms]
         begun = close.side_by_side(lambda f: close.run(f, BEGUN), starts)
-        begun.sort(key=lambda f: f.chi2)
-        return close.side_by_side(lambda f: close.run(f, 10), begun[:SHORT_LIST])
+        best = _best_of_each_law(begun)[:SHORT_LIST]
+        found = close.side_by_side(lambda f: close.run(f, 10), best)
+        lines: dict[str, float] = {}
+        for fit in (*straight, *found):
+            term = fit.terms[-1]
+            if law_in(term).shape == SHAPES[0]:
+                name = term.effect.component
+                lines[name] = min(lines.get(name, fit.chi2), fit.chi2)
+        return [f for f in found if self._bends(f, lines)]
+
+    def _bends(self, fit: Fit, lines: Mapping[str, float]) -> bool:
+        """A straight line, or clearly better than the same law as one."""
+        term = fit.terms[-1]
+        line = lines.get(term.effect.component, math.inf)
+        if law_in(term).shape == SHAPES[0] or not math.isfinite(line):
+            return True
+        return fit.chi2 < line - max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * line)
 
     def _swinging(self, parent: Fit, least: float) -> list[Candidate]:
         """Swinging masses in the vehicle as believed, where the library is not plain.

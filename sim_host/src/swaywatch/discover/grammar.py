@@ -27,6 +27,7 @@ SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
 )  # fmt: skip
 BENDS = (1, 2, 6)  # shapes with a bend
+LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times bend
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,7 @@ MOTIONS = {
         Motion("steer", "steering angle of the front wheels", "delta", "rad", 0.02),
         Motion("roll_car", "roll of the car", "phi1", "rad", 0.03),
         Motion("roll_trailer", "roll of the trailer", "phi2", "rad", 0.03),
+        Motion("heading", "heading of the trailer", "psi2", "rad", 0.1),
     )
 }
 
@@ -86,8 +88,8 @@ MOTIONS = {
 #: does alike (a force of a body's own sideslip is its tyres' stiffness, of its yaw rate its mass).
 PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
     "hitch": {"articulation": (0, 2)},
-    "force_car": {"sideslip_car": (2,), "articulation": (0, 2)},
-    "force_trailer": {"articulation": (0, 2)},
+    "force_car": {"sideslip_car": (2,), "articulation": (0, 2), "heading": (0,)},
+    "force_trailer": {"articulation": (0, 2), "heading": (0,)},
     "moment_car": {
         "yaw_rate_car": (0, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2),
@@ -143,6 +145,16 @@ class Law:
     def swings(self) -> bool:
         """A mass with a frequency of its own."""
         return self.motion == "swing"
+
+
+#: Laws whose straight form the library or the file has: a damper at the ball, the steering's ratio,
+#: roll steer. A friction at the ball and a play of the steering are the library's, too.
+BENT_ONLY = (
+    *(Law("hitch", "articulation_rate", bent) for bent in ("odd square", "cube", "dead zone")),
+    *(Law("slip_car_front", "steer", bent) for bent in ("odd square", "cube")),
+    *(Law("slip_car_rear", "roll_car", bent) for bent in ("odd square", "cube")),
+    *(Law("slip_trailer", "roll_trailer", bent) for bent in ("odd square", "cube")),
+)
 
 
 def law_of(spec: str) -> Law:
@@ -250,6 +262,7 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
         source="found in the recording",
         parameters=parameters,
         act=act,
+        report=_with_limit if law.shape in LIMITED else dict,
         plausibility=0.0 if (law.place, law.motion) in KNOWN else UNHEARD_OF,
         decided_by="the same manoeuvre at another speed and another amplitude",
         extra={
@@ -259,6 +272,11 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
         }
         | ({"possible": _can_swing} if law.swings else {}),
     )
+
+
+def _with_limit(values: Values) -> dict[str, float]:
+    """Also the size that the law levels off at."""
+    return dict(values) | {"limit": abs(values["gain"] * values["bend"])}
 
 
 def _can_swing(values: Values) -> bool:
@@ -317,14 +335,24 @@ def grammar() -> tuple[Effect, ...]:
     return tuple(found)
 
 
+def _of_one(one: Law, other: Law) -> bool:
+    return (one.place, one.motion) == (other.place, other.motion)
+
+
 def refined(law: Law) -> list[Law]:
-    """The same law with another shape or behind a lag."""
+    """The same law with another shape, over the speed too, or behind a lag."""
+    if law in BENT_ONLY:
+        return [other for other in BENT_ONLY if other != law and _of_one(other, law)]
     if law.swings or law.motion == "side_force":
         return []
     sticks = law.motion == "articulation" and law.place != "hitch"  # there it is the library's
-    shapes = SHAPES[1:] if sticks else SHAPES[1:-1]
-    found = [Law(law.place, law.motion, shape, law.power) for shape in shapes]
-    return [*found, Law(law.place, law.motion, power=law.power, lagged=True)]
+    shapes = SHAPES if sticks else SHAPES[:-1]
+    # which power of the speed the straight law has says little of a bent one
+    powers = PAIRS[law.place][law.motion]
+    found = [Law(law.place, law.motion, shape, power) for shape in shapes for power in powers]
+    found = [other for other in found if (other.shape, other.power) != (law.shape, law.power)]
+    lagged = Law(law.place, law.motion, power=law.power, lagged=True)
+    return found if law.motion == "heading" else [*found, lagged]
 
 
 assert set(PLACES) == set(LAW_TO)

@@ -20,7 +20,7 @@ from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
 from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, plant_of
 from swaywatch.diagnose.locate import Locator
 from swaywatch.diagnose.plant import BODY, OUTPUT, PlantInput, simulate
-from swaywatch.diagnose.runs import Run
+from swaywatch.diagnose.runs import RATE_HZ, Run
 from swaywatch.discover.find import Discovery
 from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, SHAPES, SPEED_M_S, Law
 
@@ -110,7 +110,7 @@ def missing_inputs(found: Discovery) -> dict[str, Any]:
 _COLUMNS = {
     "articulation": ("articulation",), "yaw_rate_car": ("car_yaw_rate",),
     "yaw_rate_trailer": ("trailer_yaw_rate",), "roll_car": ("car_roll",),
-    "roll_trailer": ("trailer_roll",),
+    "roll_trailer": ("trailer_roll",), "heading": ("trailer_yaw_rate",),  # its integral
 }  # fmt: skip
 
 
@@ -125,7 +125,8 @@ def motion(found: Discovery, index: int, law: Law) -> Array | None:
     out = simulate(plant)
     column = {name: out[:, i] for i, name in enumerate(OUTPUT)}
     if law.motion in _COLUMNS:
-        return np.asarray(column[_COLUMNS[law.motion][0]])
+        course = np.asarray(column[_COLUMNS[law.motion][0]])
+        return np.cumsum(course) / RATE_HZ if law.motion == "heading" else course
     if law.motion == "articulation_rate":
         return np.asarray(column["trailer_yaw_rate"] - column["car_yaw_rate"])
     side = column["lateral_velocity"]

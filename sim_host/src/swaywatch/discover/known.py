@@ -8,6 +8,7 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
         "a spring: a weight-distributing hitch, a coupling that pulls straight",
         "a moment that folds the combination: a tilted or worn coupling",
     ),
+    ("hitch", "articulation_rate"): ("a hydraulic damper", ""),
     ("moment_car", "yaw_rate_car"): (
         "a controller that turns the car in",
         "a stability controller that brakes against the yaw",
@@ -24,7 +25,10 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
         "scrub of axles close together, or trailer brakes under a stability controller",
     ),
     ("moment_trailer", "articulation_rate"): ("", "trailer brakes under a stability controller"),
+    ("force_trailer", "heading"): ("a steady wind over a road that turns",) * 2,
+    ("force_car", "heading"): ("a steady wind over a road that turns",) * 2,
     ("slip_trailer", "articulation"): ("a steered trailer axle", "a steered trailer axle"),
+    ("slip_car_front", "steer"): ("steering whose ratio changes over its angle",) * 2,
     ("slip_car_rear", "steer"): ("rear-wheel steering, same sense", "rear-wheel steering"),
     ("slip_car_front", "yaw_rate_car"): (
         "steering that follows the yaw",

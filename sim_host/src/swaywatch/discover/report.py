@@ -76,6 +76,8 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
     law, term = found.law, found.term
     for p in term.effect.parameters:
         parameters[p.name]["unit"] = p.unit
+    if "limit" in parameters:
+        parameters["limit"]["unit"] = PLACES[law.place].unit
     main = term.values[0]
     before, after = level(found.base), level(found.fit)
     rows = np.array(found.kept_out) if found.kept_out else None

@@ -74,7 +74,10 @@ def save_law(result: Mapping[str, Any], path: Path) -> bool:
         file=path.name,
         id=path.stem,
         spec=law["spec"],
-        starts={name: float(f"{row['value']:.6g}") for name, row in law["parameters"].items()},
+        starts={
+            p.name: float(f"{law['parameters'][p.name]['value']:.6g}")
+            for p in effect_of(law_of(law["spec"])).parameters
+        },
         source=f"found in {runs}",
     )
     try:

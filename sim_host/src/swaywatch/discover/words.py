@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from swaywatch.discover.grammar import MOTIONS, PLACES, SPEED_M_S, Law
+from swaywatch.discover.grammar import MOTIONS, PLACES, SPEED_M_S, Law, Place
 from swaywatch.discover.known import KNOWN
 
 #: Motions that a place works against: their product is power.
@@ -68,12 +68,12 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     per = motion.unit if not order else f"({motion.unit}){order}"
     words = f"{place.words}: {_range(gain, factor)} {unit} per {per} of the {motion.words}{shape}"
     if law.shape == "saturating":
-        words += f", levelling off about {abs(parameters['bend']['value']):.3g} {motion.unit}"
+        words += f", levelling off at {_limit(parameters, place)}"
     if law.shape == "dead zone":
         words += f", beyond {abs(parameters['bend']['value']):.3g} {motion.unit} only"
     if law.shape == "hysteretic":
         slips = f"{abs(parameters['bend']['value']):.3g} {motion.unit}"
-        words += f", slipping at {slips} (dry friction)"
+        words += f", slipping at {slips}, {_limit(parameters, place)} (dry friction)"
     words += {
         0: ", the same at every speed",
         1: f", at {SPEED_M_S:g} m/s and growing with the speed",
@@ -82,6 +82,15 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.lagged and "lag_s" in parameters:
         words += f", {1000.0 * parameters['lag_s']['value']:.0f} ms late"
     return words
+
+
+def _limit(parameters: Mapping[str, Mapping[str, Any]], place: Place) -> str:
+    """The size that a law levels off at, with its unit."""
+    limit = parameters["limit"]
+    unit, factor = _UNITS[place.unit]
+    if abs(limit["value"]) * factor < 0.5:
+        unit, factor = place.unit, 1.0
+    return f"{_range(limit, factor)} {unit}"
 
 
 def _range(row: Mapping[str, Any], factor: float = 1.0) -> str:
