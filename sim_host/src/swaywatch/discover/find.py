@@ -27,19 +27,19 @@ from swaywatch.diagnose.evidence import (
     residuals,
     worth,
 )
-from swaywatch.diagnose.fit import Fit, Fitter, predict_run
+from swaywatch.diagnose.fit import Background, Fit, Fitter, predict_run
 from swaywatch.diagnose.holdout import carried, start_values
 from swaywatch.diagnose.judge import errors, nrmse
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.search import Candidate, Linear, Progress, Search
 from swaywatch.diagnose.term import Term
 from swaywatch.discover.grammar import (
-    BENT_ONLY,
     BODIES,
     FREQUENCIES_HZ,
     ID,
     SHAPES,
     Law,
+    bendable,
     effect_of,
     grammar,
     refined,
@@ -114,11 +114,14 @@ def law_in(term: Term) -> Law:
     return law
 
 
-def _begun(law: Law, sign: float) -> Term:
-    """A law with the values that a fit begins with."""
-    effect = effect_of(law)
-    starts = [sign * p.starts[0] if p.name == "gain" else p.starts[0] for p in effect.parameters]
-    return Term(effect, tuple(starts))
+def _promising(course: Linear) -> list[Term]:
+    """The straight laws, and swinging masses, that promise most in the linear answer."""
+    best: dict[tuple[str, int], tuple[float, tuple[float, ...], Effect]] = {}
+    # a frequency is not to be extrapolated: each start keeps its own
+    for row in course.best(grammar(), shaped=False):
+        best.setdefault((row[2].component, _band(row[2])), row)
+    ranked = sorted(best.values(), key=lambda row: -row[0])[:SHORT_LIST]
+    return [Term(effect, values) for _, values, effect in ranked]
 
 
 def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
@@ -129,10 +132,17 @@ def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
     return list(kept.values())
 
 
-def _shapes(term: Term) -> list[Term]:
+def _bent(straight: Term) -> list[Term]:
     """A straight law in other shapes, as fits begin with them."""
-    sign = math.copysign(1.0, term.values[0])
-    return [_begun(law, sign) for law in refined(law_in(term)) if not law.lagged]
+    against = straight.values[0] < 0.0
+    return [_begun(law)[against] for law in refined(law_in(straight)) if not law.lagged]
+
+
+def _begun(law: Law) -> tuple[Term, Term]:
+    """A law with the values that a fit begins with, with a positive gain and a negative one."""
+    effect = effect_of(law)
+    gain, *rest = (p.starts[0] for p in effect.parameters)
+    return Term(effect, (gain, *rest)), Term(effect, (-gain, *rest))
 
 
 def _band(effect: Effect) -> int:
@@ -164,38 +174,38 @@ class Hunt:
 
     def beside(self, parent: Fit) -> list[Candidate]:
         """The most promising laws beside what a parent has, under the observer."""
-        near = self.search.close.run(parent, 6)
-        course = Linear(self.search.close, near)
-        best: dict[tuple[str, int], tuple[float, tuple[float, ...], Effect]] = {}
-        # a frequency is not to be extrapolated: each start keeps its own
-        for row in course.best(grammar(), shaped=False):
-            best.setdefault((row[2].component, _band(row[2])), row)
-        ranked = sorted(best.values(), key=lambda row: -row[0])[:SHORT_LIST]
-        starts = [replace(near, terms=(*near.terms, Term(e, v))) for _, v, e in ranked]
         close = self.search.close
+        near = close.run(parent, 6)
+        course = Linear(close, near)
+        terms = _promising(course)
+        starts = [replace(near, terms=(*near.terms, term)) for term in terms]
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         if not self.path.clean:
-            fits = [*fits, *self._bent(near, fits)]
+            fits = [*fits, *self._in_other_shapes(near, fits, course.background)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
         least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
         found = [Candidate(f, parent) for f in fits if f.chi2 < least]
         return found if parent.terms else [*found, *self._swinging(parent, least)]
 
-    def _bent(self, near: Fit, straight: Sequence[Fit]) -> list[Fit]:
+    def _in_other_shapes(
+        self, near: Fit, straight: Sequence[Fit], background: Background
+    ) -> list[Fit]:
         """The straight laws in other shapes: a stop or a cube is hardly a straight line.
 
-        Only where the library leaves more than noise. Beside nothing also from the vehicle as
-        believed: the calibrated one is bent to make up for the law. A shape has to do clearly
+        Only where the library leaves more than noise. Beside nothing every law, in both senses,
+        also from the vehicle as believed: the calibrated one is bent to make up for the law, and
+        what a small one would do says little of one that holds the swing. A shape has to do clearly
         better than the straight line.
         """
         close = self.search.close
-        terms = [bent for fit in straight for bent in _shapes(fit.terms[-1])]
-        terms += [_begun(law, 1.0) for law in BENT_ONLY]
+        terms = [bent for fit in straight for bent in _bent(fit.terms[-1])]
         starts = [replace(near, terms=(*near.terms, term)) for term in terms]
+        begun = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=background), starts)
         if not near.terms:
-            terms += [fit.terms[-1] for fit in straight]
-            starts += [replace(close.start(), terms=(term,)) for term in terms]
-        begun = close.side_by_side(lambda f: close.run(f, BEGUN), starts)
+            believed = close.start()
+            starts = [replace(believed, terms=(t,)) for law in bendable() for t in _begun(law)]
+            rest = Linear(close, believed).background
+            begun += close.side_by_side(lambda f: close.run(f, BEGUN, frozen=rest), starts)
         best = _best_of_each_law(begun)[:SHORT_LIST]
         found = close.side_by_side(lambda f: close.run(f, 10), best)
         lines: dict[str, float] = {}

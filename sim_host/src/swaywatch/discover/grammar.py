@@ -355,4 +355,12 @@ def refined(law: Law) -> list[Law]:
     return found if law.motion == "heading" else [*found, lagged]
 
 
+@cache
+def bendable() -> tuple[Law, ...]:
+    """Every law that one motion makes, in every shape, without lags."""
+    straight = [Law(p, m, power=w) for p, ms in PAIRS.items() for m, ws in ms.items() for w in ws]
+    bent = [law for one in straight for law in refined(one) if not law.lagged]
+    return tuple(dict.fromkeys((*straight, *bent, *BENT_ONLY)))
+
+
 assert set(PLACES) == set(LAW_TO)
