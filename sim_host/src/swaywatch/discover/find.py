@@ -462,18 +462,25 @@ def _enough(hunt: Hunt, candidate: Candidate) -> bool:
 
 
 def _completed(hunt: Hunt, candidate: Candidate) -> Candidate:
-    """Without library effects that the law makes needless, to the very end of the fit."""
-    search = hunt.search
+    """Without library effects that the law makes needless, to the very end of the fit.
+
+    Beside it one has to be worth what it would have to be worth beside another effect.
+    """
+    search, base = hunt.search, hunt.path.base.fit
     while len(candidate.fit.terms) > 1:
-        known = range(len(candidate.fit.terms) - 1)
+        candidate = hunt.weighed(candidate)
+        terms = candidate.fit.terms
         fewer = [
             hunt.weighed(Candidate(search.without(candidate.fit, i), candidate.parent))
-            for i in known
+            for i in range(len(terms) - 1)
         ]
-        first = max(fewer, key=lambda c: c.evidence)
-        if first.evidence < hunt.weighed(candidate).evidence - CLAIMED:
+        first = max(range(len(fewer)), key=lambda i: fewer[i].evidence)
+        last = (*terms[:first], *terms[first + 1 :], terms[first])
+        whole = replace(candidate.fit, terms=last)
+        needed = worth(base, fewer[first].fit, whole, on_springs=search.on_springs)
+        if needed and fewer[first].evidence < candidate.evidence - CLAIMED:
             break
-        candidate = first
+        candidate = fewer[first]
     fit = search.judge.run(candidate.fit, 20, tolerance=1e-6)
     return hunt.weighed(replace(candidate, fit=fit))
 
