@@ -509,7 +509,8 @@ class Fitter:
                 for t in some
             ]
             for trial, outcome in zip(some, run_jobs(jobs, fine=self.fine), strict=True):
-                e = self.comparison(trial.run).residual(outcome, trial.terms, trial.shift)
+                with np.errstate(over="ignore", invalid="ignore"):  # a trial that has run away
+                    e = self.comparison(trial.run).residual(outcome, trial.terms, trial.shift)
                 found.append(np.asarray(e.ravel()))
         return found
 
@@ -678,7 +679,8 @@ class _State:
 
     @property
     def chi2(self) -> float:
-        total = float(sum(np.dot(e, e) for e in self.errors)) + self.prior
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial that has run away
+            total = float(sum(np.dot(e, e) for e in self.errors)) + self.prior
         return total if np.isfinite(total) else np.inf
 
 

@@ -135,7 +135,7 @@ def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
 def _bent(straight: Term) -> list[Term]:
     """A straight law in other shapes, as fits begin with them."""
     against = straight.values[0] < 0.0
-    return [_begun(law)[against] for law in refined(law_in(straight)) if not law.lagged]
+    return [_begun(law)[against] for law in refined(law_in(straight))]
 
 
 def _begun(law: Law) -> tuple[Term, Term]:

@@ -357,9 +357,9 @@ def refined(law: Law) -> list[Law]:
 
 @cache
 def bendable() -> tuple[Law, ...]:
-    """Every law that one motion makes, in every shape, without lags."""
+    """Every law that one motion makes, in every shape, straight ones behind a lag too."""
     straight = [Law(p, m, power=w) for p, ms in PAIRS.items() for m, ws in ms.items() for w in ws]
-    bent = [law for one in straight for law in refined(one) if not law.lagged]
+    bent = [law for one in straight for law in refined(one)]
     return tuple(dict.fromkeys((*straight, *bent, *BENT_ONLY)))
 
 
