@@ -32,8 +32,8 @@ proof-springs: setup
 	@$(PY) $(BLIND)/score.py --answers $(SPRINGS_OUT)/answers --diagnoses $(SPRINGS_OUT)/diagnoses \
 	    --out $(SPRINGS_OUT)/score.json
 
-# Physics that no library lists, six kinds to build on (build), six to be opened once (opened-once):
-# what law is found, where, of what. The other half is no set to look at twice.
+# Physics that no library lists, six kinds to build on (build), and two sets of six that were opened
+# once (opened-once, opened-second): what law is found, where, of what.
 .PHONY: proof-unlisted
 UNLISTED ?= build
 UNLISTED_SEED ?= 4001
