@@ -126,8 +126,9 @@ void sway_trailer_report(const sway_trailer_watch_t *trailer, sway_trailer_repor
 void sway_trailer_remember(const sway_trailer_watch_t *trailer, sway_trailer_memory_t *memory);
 
 /// Squared distance of the trailer from the remembered one by their common covariance, of
-/// SWAY_TRAILER_UNKNOWNS - 1 degrees of freedom (friction does not count): above 20.5 it is
-/// another one, one error in a thousand. Negative: cannot be told.
+/// SWAY_TRAILER_UNKNOWNS - 1 degrees of freedom (friction does not count): above 20.5 it would be
+/// another one, one error in a thousand, if the covariances held. With gusts and production-grade
+/// sensors they do not (sim_host/docs/limits.md). Negative: cannot be told.
 sway_real_t sway_trailer_distance(const sway_trailer_watch_t *trailer,
                                   const sway_trailer_memory_t *memory);
 
