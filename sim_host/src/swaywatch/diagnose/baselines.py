@@ -218,13 +218,15 @@ def path(
         The explanation of another baseline, refitted here: one effect in windows that leaves only
         noise is not looked for again.
     most
-        Effects.
+        Effects, if they leave more than noise.
     """
     beam = [base]
     if known is not None and not _in_windows(search, base, known):
         known = None
     best = base
-    for depth in range(1, most + 1):
+    for depth in range(1, MOST_EFFECTS + 1):
+        if depth > most and not explained(base.fit, best.fit):
+            break
         if rival and depth > rival.most and search.weighed(best).evidence < rival.evidence:
             break
         if depth > BESIDE_LAW and _needless(search, base, best):

@@ -152,11 +152,13 @@ def _searched(
         search.beyond = laws.alone
     verdict = decide(planar, springs, progress)
     law = laws.discover(verdict.paths, progress)
-    if law is None and any(search.ended_by_law for search in (*planar, springs)):
-        # for a law that is not claimed after all: the library goes as deep as without one
+    needs_more = law is None or len(law.fit.terms) > 1
+    if needs_more and any(search.ended_by_law for search in (*planar, springs)):
+        # for a law that does not explain it alone after all: the library goes as deep as without
         for search in (*planar, springs):
             search.beyond = None
         verdict = decide(planar, springs, progress)
+        law = laws.discover(verdict.paths, progress)
     return (verdict if law is None else with_law(verdict, law)), law
 
 
