@@ -240,9 +240,16 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     }
     to->law = (V){0};
     if (has->law) {
-        const V of[PLANT_LAW_STATES] = {
-            x[X_ARTICULATION],         r2 - r1,    r1,          r2,         NAME(slip)(vy * per_vx),
-            NAME(slip)(vy2 * per_vx2), now->steer, to->roll[0], to->roll[1], x[X_LAW]};
+        const V of[PLANT_LAW_STATES] = {x[X_ARTICULATION],
+                                        r2 - r1,
+                                        r1,
+                                        r2,
+                                        NAME(slip)(vy * per_vx),
+                                        NAME(slip)(vy2 * per_vx2),
+                                        now->steer,
+                                        to->roll[0],
+                                        to->roll[1],
+                                        x[X_LAW]};
         to->law = NAME(law)(x, of, e, vx, dx);
     }
     for (int a = 0; a < 4; a++) {
