@@ -71,6 +71,13 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     return True
 
 
+@pytest.fixture(autouse=True)
+def nobody_left() -> Iterator[None]:
+    """Whatever a test did, the next one has the bus to itself."""
+    yield
+    rig.end_all()
+
+
 @pytest.fixture
 def report() -> rig.Report:
     """Where a scenario writes what it showed."""

@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import frames as f
 import numpy as np
@@ -147,6 +148,8 @@ class Bus:
 class Daemon:
     """swaywatchd as a process; its counters by SIGUSR1."""
 
+    started: ClassVar[list[Daemon]] = []
+
     def __init__(self, interface: str = INTERFACE, *options: str) -> None:
         self.lines: list[str] = []
         self.process = subprocess.Popen(
@@ -163,6 +166,7 @@ class Daemon:
             stdout=subprocess.DEVNULL,
             text=True,
         )
+        self.started.append(self)
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
         assert self.said("running", 5.0), self.lines
@@ -293,6 +297,21 @@ class Feeder(threading.Thread):
         self._stop_asked = True
         self.join()
         LATENESS.note(self.worst_late_s)
+
+
+def end_all() -> int:
+    """End what a failed test left running, and how many they were.
+
+    A second ECU or a drive that goes on would spoil every test after it.
+    """
+    feeders = [t for t in threading.enumerate() if isinstance(t, Feeder)]
+    for feeder in feeders:
+        feeder.stop()
+    left = [d for d in Daemon.started if d.process.poll() is None]
+    for daemon in left:
+        daemon.kill()
+    Daemon.started.clear()
+    return len(feeders) + len(left)
 
 
 def swing(plant: Plant, time_s: float) -> None:

@@ -77,3 +77,13 @@ def test_alone_there_is_no_second_ecu(daemon, feeder, bus):
     assert bus.wait_for(rig.inputs_good)
     time.sleep(1.0)
     assert daemon.counts()["other_ecu"] == 0
+
+
+def test_what_a_failed_test_leaves_is_ended(bus):
+    """A daemon that a test started and never ended was a second ECU in every test after it."""
+    left, feeder = rig.Daemon(), rig.Feeder(bus)
+    feeder.start()
+    assert rig.end_all() == 2
+    assert left.process.poll() is not None
+    assert not feeder.is_alive()
+    assert rig.end_all() == 0
