@@ -33,10 +33,13 @@ FEATURES = [
     {"peak_friction_inverse": 1.3},
     {"relaxation_car_front": 0.2, "relaxation_trailer": 0.05},
     {"roll_steer_car_front": 0.1, "free_play": 0.002},
+    {"observer_car": 2.0, "observer_trailer": 2.0},
+    {"law_gain": 3e3, "law_of_articulation": 1.0, "law_to_hitch": 1.0, "law_shape": 1.0,
+     "law_bend": 0.01},
     {"hitch_friction": 300.0, "aero_side": 1.0, "steering_flexibility": 1e-6},
     {"sprung_mass_car": 1400.0, "trail_car_front": 0.03},
     {"sprung_mass_car": 1400.0, "sprung_mass_trailer": 1300.0, "peak_friction_inverse": 1.2},
-]
+]  # fmt: skip
 SPRUNG = {"sprung_height": 0.5, "roll_inertia": 500.0, "roll_stiffness": 9e4,
           "roll_damping_rate": 4e3, "roll_front_share": 0.6, "roll_damping_share": 0.6}  # fmt: skip
 
@@ -74,6 +77,8 @@ def test_alone_and_beside_others(fine: bool) -> None:
     for one, among in zip(plants, together, strict=True):
         assert among.output is not None
         np.testing.assert_array_equal(simulate(one, fine=fine), among.output)
+        (alone,) = run_jobs([Job(one, columns=ALL)], fine=fine)
+        np.testing.assert_array_equal(alone.blocks, among.blocks)
 
 
 def test_blocks_are_sums_of_the_samples() -> None:

@@ -26,6 +26,8 @@
 #define LAW_SPEED 25.0      // m/s, at which the gain of a law is said
 #define SHORTEST_LAW_S 0.01 // lag of a law
 
+_Static_assert(E_SLOTS == PLANT_SCALARS, "every slot is read");
+
 static const double NEUTRAL = 0.0;
 
 #define WIDTH 8

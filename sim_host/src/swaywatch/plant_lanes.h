@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 108
+#define PLANT_SCALARS 109
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -154,6 +154,7 @@ enum plant_scalar {
     E_HEAVE_DAMPING_TRAILER,
     E_JACKING_CAR,
     E_JACKING_TRAILER,
+    E_SLOTS, ///< PLANT_SCALARS
 };
 /// Slots that are functions of time.
 enum plant_series {

@@ -49,6 +49,7 @@ Array = NDArray[np.float64]
 
 SHORT_LIST = 12  # laws that are fitted under the observer
 BEGUN = 3  # steps of the fits of all shapes; the best of them are fitted on
+MOST_OPEN = 40  # laws that are begun in another search than the quickest one
 POLISHED = 2  # of them in free simulation, beside each parent, ...
 MOST_POLISHED = 4  # ... and of all
 NEAR = 1.15  # misfit under the observer, over the least, up to which a law is followed
@@ -158,6 +159,8 @@ class Hunt:
     path: Path
     tried: list[Candidate] = field(default_factory=list)
     alone: bool = False  # laws were tried beside nothing
+    open: Sequence[Law] = field(default_factory=bendable)  # begun from the vehicle as believed
+    ranked: list[Law] = field(default_factory=list)  # of those, the best first
 
     @property
     def search(self) -> Search:
@@ -192,10 +195,10 @@ class Hunt:
     ) -> list[Fit]:
         """The straight laws in other shapes: a stop or a cube is hardly a straight line.
 
-        Only where the library leaves more than noise. Beside nothing every law, in both senses,
-        also from the vehicle as believed: the calibrated one is bent to make up for the law, and
-        what a small one would do says little of one that holds the swing. A shape has to do clearly
-        better than the straight line.
+        Only where the library leaves more than noise. Beside nothing every open law, in both
+        senses, also from the vehicle as believed: the calibrated one is bent to make up for the
+        law, and what a small one would do says little of one that holds the swing. A shape has to
+        do clearly better than the straight line.
         """
         close = self.search.close
         terms = [bent for fit in straight for bent in _bent(fit.terms[-1])]
@@ -203,9 +206,11 @@ class Hunt:
         begun = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=background), starts)
         if not near.terms:
             believed = close.start()
-            starts = [replace(believed, terms=(t,)) for law in bendable() for t in _begun(law)]
+            starts = [replace(believed, terms=(t,)) for law in self.open for t in _begun(law)]
             rest = Linear(close, believed).background
-            begun += close.side_by_side(lambda f: close.run(f, BEGUN, frozen=rest), starts)
+            far = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=rest), starts)
+            self.ranked = [law_in(f.terms[-1]) for f in _best_of_each_law(far)]
+            begun += far
         best = _best_of_each_law(begun)[:SHORT_LIST]
         found = close.side_by_side(lambda f: close.run(f, 10), best)
         lines: dict[str, float] = {}
@@ -333,13 +338,21 @@ class Laws:
     def _going_on(self, path: Path) -> Hunt:
         """A hunt on a path, with what was tried beside nothing before."""
         begun = self._alone.get(id(path.search))
-        return Hunt(path) if begun is None else Hunt(path, [*begun.tried], alone=True)
+        if begun is None:
+            return Hunt(path, open=self._open(path.search))
+        return Hunt(path, [*begun.tried], alone=True)
+
+    def _open(self, search: Search) -> Sequence[Law]:
+        """Every law in the quickest search, the best of those in the others: springs take long."""
+        first = self.searches[0]
+        return bendable() if search is first else self._begun(first).ranked[:MOST_OPEN]
 
     def _begun(self, search: Search) -> Hunt:
         """Laws beside nothing, tried once."""
         if id(search) not in self._alone:
             base = search.baseline()
-            self._alone[id(search)] = hunt = Hunt(Path(search, base, base))
+            hunt = Hunt(Path(search, base, base), open=self._open(search))
+            self._alone[id(search)] = hunt
             _polish_best([hunt])
         return self._alone[id(search)]
 
