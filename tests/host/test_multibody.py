@@ -248,6 +248,12 @@ UNLISTED = {
     "late_assist": (0.1, 0.2),
     "car_brakes": (5000.0, 0.02),
     "turning_load": (400.0, 0.0),
+    "air_damping": (100.0, 0.0),
+    "rolling_load": (100.0, 0.002),
+    "locked_axle": (1000.0, 0.002),
+    "lane_assist": (0.1, 0.0),
+    "bearing_play": (0.003, 0.0),
+    "rear_axle_control": (0.05, 0.1),
 }
 
 
@@ -256,7 +262,10 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     """On the car, the trailer or between: the other body's own balance does not show it."""
     size, at = UNLISTED[kind]
     whole, here = planar.combination, planar.combination.car.mass_kg
-    plant = Multibody(whole, Physics(more=kind, more_size=size, more_at=at))
+    physics = Physics(more=kind, more_size=size, more_at=at)
+    if kind == "rolling_load":
+        physics = replace(physics, slosh_mass_kg=size)
+    plant = Multibody(whole, physics)
     motion, healthy = impulse(plant, 100.0, 20.0), impulse(planar, 100.0, 20.0)
     change = motion.trailer_yaw_rate_rad_s - healthy.trailer_yaw_rate_rad_s
     assert np.abs(change).max() > 0.002 * np.abs(healthy.trailer_yaw_rate_rad_s).max()
@@ -269,11 +278,11 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
     side, moment = _rest_of_the_trailer(whole.trailer, motion)
     assert (np.abs(side[inner]).max() > 4.0 * leans) == (
-        kind in ("tarpaulin", "heading_wind", "gap_air")
+        kind in ("tarpaulin", "heading_wind", "gap_air", "rolling_load")
     )
     turns = (
         "trailer_brakes", "tandem_scrub", "jackknife_stop", "hydraulic_hitch", "trailer_hubs",
-        "turning_load",
+        "turning_load", "air_damping",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 

@@ -1,10 +1,11 @@
-"""Eighteen kinds of physics that no library lists: a third to build on, the rest opened once each.
+"""Twenty-four kinds of physics that no library lists: six to build on, the rest opened once each.
 
-Written down before the discovery was tried on any of them (the last six on 2026-11-23, after the
-second six had been opened and learnt from). A kind counts as found where a law is
-claimed at one of its places and of one of its variables (`answer["places"]`, `["variables"]`, in
-the words of `discovered` in a diagnosis.json): in a swing two variables in phase are one. Values of
-the file are exact and all sensors there: within tolerances many of these are no more than a value.
+Written down before the discovery was tried on any of them (the third and the last six on
+2026-11-23, each after the six before had been opened and learnt from). A kind counts as found
+where a law is claimed at one of its places and of one of its variables (`answer["places"]`,
+`["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing two variables in
+phase are one. Values of the file are exact and all sensors there: within tolerances many of these
+are no more than a value.
 """
 
 from __future__ import annotations
@@ -161,12 +162,60 @@ def turning_load(rng: Generator, u: float) -> Draw:
     return _draw("turning_load", size, "trailer moment_trailer", variables, more_frequency_hz=hz)
 
 
+def air_damping(rng: Generator, u: float) -> Draw:
+    """Air that slows a turn of the trailer: it goes with speed times yaw rate."""
+    return _draw("air_damping", log_between(4.0, 300.0, u), "moment_trailer", "yaw_rate_trailer")
+
+
+def rolling_load(rng: Generator, u: float) -> Draw:
+    """A load that rolls between two boards, free in the middle."""
+    at = round(float(rng.uniform(0.005, 0.05)), 4)
+    hz = round(float(rng.uniform(0.8, 2.0)), 3)
+    mass = round(log_between(15.0, 300.0, u), 2)
+    return _draw(
+        "rolling_load", mass, "trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=hz,
+    )  # fmt: skip
+
+
+def locked_axle(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that turn alike: a moment against bends, until one of them slips."""
+    at = round(float(rng.uniform(5e-4, 5e-3)), 5)
+    size = log_between(50.0, 2500.0, u)
+    return _draw("locked_axle", size, "moment_car", "yaw_rate_car", more_at=at)
+
+
+def lane_assist(rng: Generator, u: float) -> Draw:
+    """Front wheels that are steered back to the road's heading beside the driver."""
+    return _draw("lane_assist", log_between(0.005, 0.3, u), "slip_car_front", "heading")
+
+
+def bearing_play(rng: Generator, u: float) -> Draw:
+    """Worn wheel bearings of the trailer: its wheels turn a little with each side force."""
+    size = log_between(2e-4, 1e-2, u)
+    variables = "sideslip_trailer articulation yaw_rate_trailer"
+    return _draw("bearing_play", size, "slip_trailer force_trailer", variables)
+
+
+def rear_axle_control(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that are steered with its yaw rate, late."""
+    at = round(float(rng.uniform(0.05, 0.3)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.002, 0.1, u)
+    variables = "yaw_rate_car"
+    return _draw("rear_axle_control", size, "slip_car_rear", variables, more_at=at)
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
 )  # fmt: skip
 SECOND = (gap_air, trailer_hubs, variable_ratio, late_assist, car_brakes, turning_load)
-SETS = {"build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND}
+THIRD = (
+    air_damping, rolling_load, locked_axle, lane_assist, bearing_play, rear_axle_control,
+)  # fmt: skip
+SETS = {
+    "build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND, "opened-third": THIRD,
+}  # fmt: skip
 
 
 def draw(which: str, rng: Generator, index: int) -> Draw:

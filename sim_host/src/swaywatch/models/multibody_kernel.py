@@ -64,8 +64,9 @@ AIR_DENSITY, SIDE_AREA = 1.2, 5.0
 (
     STOP, TRAILER_STEERS, CAR_AIR, TOW_ASSIST, ROOF_LOAD, AXLE_HYSTERESIS, TARPAULIN, HEADING_WIND,
     TRAILER_BRAKES, HYDRAULIC, REAR_STEERS, SCRUB, GAP_AIR, TRAILER_HUBS, VARIABLE_RATIO,
-    LATE_ASSIST, CAR_BRAKES, TURNING_LOAD,
-) = range(1, 19)  # fmt: skip
+    LATE_ASSIST, CAR_BRAKES, TURNING_LOAD, AIR_DAMPING, ROLLING_LOAD, LOCKED_AXLE, LANE_ASSIST,
+    BEARING_PLAY, REAR_CONTROL,
+) = range(1, 25)  # fmt: skip
 MORE_DAMPING = 0.05
 SLOW_RAD_S = 0.005
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
@@ -292,10 +293,12 @@ def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, work: Any, out: An
 
 
 @njit(cache=True)
-def _more_steer(g: Any, z: Any, rate: float, wheel: int, out: Any) -> float:
-    """Steering of a wheel's axle by physics that nobody lists, rad."""
+def _more_steer(g: Any, z: Any, rate: float, wheel: int, slip: float, out: Any) -> float:
+    """Steering of a wheel's axle by physics that nobody lists, rad; `slip` is without it."""
     kind, size = g[G_MORE], g[G_MORE_SIZE]
     angle = 0.0
+    if kind == BEARING_PLAY and wheel >= 4:
+        return float(size * math.tanh(slip / (1.2 * size)))
     if kind == TRAILER_STEERS and wheel >= 4:
         angle = out[O_YAW2] - out[O_YAW1]
     elif (kind == AXLE_HYSTERESIS and wheel >= 4) or (kind == LATE_ASSIST and wheel < 2):
@@ -306,12 +309,16 @@ def _more_steer(g: Any, z: Any, rate: float, wheel: int, out: Any) -> float:
         angle = out[O_STEER]
     elif kind == VARIABLE_RATIO and wheel < 2:
         angle = out[O_STEER] * abs(out[O_STEER])
+    elif kind == LANE_ASSIST and wheel < 2:
+        angle = -out[O_YAW1]
+    elif kind == REAR_CONTROL and 2 <= wheel < 4:
+        angle = z[Z_MORE]
     return float(size * angle)
 
 
 @njit(cache=True)
-def _more_moments(g: Any, z: Any, zdot: Any, view: Any, trailer: int, out: Any) -> None:
-    """Moments of physics that nobody lists, and the state of dry friction (after Dahl)."""
+def _more_moments(g: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
+    """Moments of physics that nobody lists."""
     kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
     hitch = int(g[G_HITCH_DOF])
     rate, angle = view.qvel[hitch], out[O_YAW2] - out[O_YAW1]
@@ -332,8 +339,20 @@ def _more_moments(g: Any, z: Any, zdot: Any, view: Any, trailer: int, out: Any) 
         omega = g[G_MORE_HZ]
         pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
         view.xfrc[trailer, 5] += size * pull
+    elif kind == AIR_DAMPING:
+        view.xfrc[trailer, 5] -= size * out[O_SPEED] * out[O_RATE2]
+    elif kind == LOCKED_AXLE:
+        view.xfrc[CAR, 5] -= size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0)))
+
+
+@njit(cache=True)
+def _more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
+    """What is late, and the state of dry friction (after Dahl)."""
+    kind, at = g[G_MORE], g[G_MORE_AT]
+    if kind == REAR_CONTROL:
+        zdot[Z_MORE] = (out[O_RATE1] - z[Z_MORE]) / at
     elif kind == LATE_ASSIST:
-        zdot[Z_MORE] = (angle - z[Z_MORE]) / at
+        zdot[Z_MORE] = (out[O_YAW2] - out[O_YAW1] - z[Z_MORE]) / at
     elif kind == AXLE_HYSTERESIS:
         zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / at
 
@@ -385,7 +404,8 @@ def _tyres(
         w = wheels[i]
         roll = out[O_ROLL1] if i < 4 else out[O_ROLL2]
         steer = w[W_STEERED] * out[O_STEER] + w[W_ROLL_STEER] * roll
-        steer += _more_steer(g, z, view.qvel[int(g[G_HITCH_DOF])], i, out)
+        slip = work[i, TRAVEL] - steer
+        steer += _more_steer(g, z, view.qvel[int(g[G_HITCH_DOF])], i, slip, out)
         slip = work[i, TRAVEL] - steer
         out[O_SLIP + i] = slip
         if w[W_RELAXATION] > 0.0:
@@ -403,6 +423,15 @@ def _tyres(
             out[O_FORCE_X] += fx
             out[O_FORCE_Y] += fy
             out[O_FORCE_Z] += up
+
+
+@njit(cache=True)
+def _stretch(g: Any, z: Any) -> float:
+    """Of the spring that holds the cargo, m; a load that rolls is free between its boards."""
+    q = z[Z_SLOSH]
+    if g[G_MORE] != ROLLING_LOAD:
+        return float(q)
+    return math.copysign(max(abs(q) - g[G_MORE_AT], 0.0), q)
 
 
 @njit(cache=True)
@@ -434,7 +463,7 @@ def _bodies(
     view.xfrc[CAR, 5] -= g[G_YAW_CONTROL] * out[O_RATE1]
     if g[G_SLOSH_MASS] > 0.0:
         omega = g[G_SLOSH_OMEGA]
-        pull = omega * omega * z[Z_SLOSH] + 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
+        pull = omega * omega * _stretch(g, z) + 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
         pull *= g[G_SLOSH_MASS]
         _point(view, trailer, -lever + g[G_SLOSH_X], 0.0, up, at)
         _push(view, trailer, at, -s2 * pull, c2 * pull, 0.0)
@@ -443,7 +472,8 @@ def _bodies(
     out[O_FORCE_Y] += -drag2 * s2 + side2 * c2
     if g[G_MORE] == 0.0:
         return
-    _more_moments(g, z, zdot, view, trailer, out)
+    _more_moments(g, z, view, trailer, out)
+    _more_lag(g, z, zdot, view.qvel[int(g[G_HITCH_DOF])], out)
     if g[G_MORE] == CAR_AIR or g[G_MORE] == ROOF_LOAD:
         beta1 = math.atan2(c1 * cog1[4] - s1 * cog1[3], v1)
         side1 = _more_side(g, z, zdot, beta1, 0.5 * AIR_DENSITY * v1 * v1, out)
@@ -514,7 +544,8 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_ROLL + 2 * body + 1] -= 2.0 * zeta * omega * rate
     omega = g[G_SLOSH_OMEGA]
     zdot[Z_SLOSH] = z[Z_SLOSH + 1]
-    zdot[Z_SLOSH + 1] = -omega * omega * z[Z_SLOSH] - 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
+    zdot[Z_SLOSH + 1] = -omega * omega * _stretch(g, z)
+    zdot[Z_SLOSH + 1] -= 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
     zdot[Z_SLOSH + 1] -= across2 + g[G_SLOSH_X] * yaw2 + _G * math.sin(u[U_BANK])
     if g[G_MORE] == ROOF_LOAD:
         omega = g[G_MORE_HZ]

@@ -107,7 +107,8 @@ MORE = (
     "jackknife_stop", "trailer_axle_steers", "car_air", "tow_assist", "roof_load",
     "axle_hysteresis", "tarpaulin", "heading_wind", "trailer_brakes", "hydraulic_hitch",
     "rear_wheel_steering", "tandem_scrub", "gap_air", "trailer_hubs", "variable_ratio",
-    "late_assist", "car_brakes", "turning_load",
+    "late_assist", "car_brakes", "turning_load", "air_damping", "rolling_load", "locked_axle",
+    "lane_assist", "bearing_play", "rear_axle_control",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -129,6 +130,12 @@ MORE = (
 - angle of the front wheels per articulation, late (s)
 - yaw moment on the car beyond an articulation rate, N m s/rad (rad/s)
 - inertia in the trailer that turns by itself, kg m2 (Hz); the trailer's own is beside it
+- yaw moment on the trailer per speed and yaw rate, N s2/rad
+- nothing of its own: the cargo of `slosh_mass_kg` rolls freely between two boards (m either way)
+- yaw moment on the car against a large yaw rate over the speed, N m (rad/m of its three quarters)
+- angle of the front wheels back to the road per heading of the car
+- angle of the trailer's axles with their slip, rad at most
+- angle of the car's rear wheels per yaw rate, s, late (s)
 """
 
 
