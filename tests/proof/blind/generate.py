@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import beside
 import drives
 import effects
 import knowledge
@@ -126,7 +127,7 @@ def draw_kind(
 ) -> tuple[str, list[Draw], Knowledge]:
     """Kind of the case, its effects, what is known; strengths are spread evenly.
 
-    `only`: a tier, in which nothing is concealed; or a set of the unlisted kinds.
+    `only`: a tier, in which nothing is concealed; a set of the unlisted kinds; or one `beside`.
     """
     kind = str(rng.choice(KINDS, p=SHARES))
     strength = float(rng.uniform(0.0, 1.0))
@@ -163,6 +164,10 @@ def draw_kind(
 def _only(rng: Generator, index: int, only: str) -> tuple[str, list[Draw], Knowledge]:
     if only in unlisted.SETS:
         return "unlisted", [unlisted.draw(only, rng, index)], knowledge.draw(rng, tier="A")
+    if only in beside.SETS:
+        known = knowledge.draw(rng, tier="A")
+        known = replace(known, lengths_s=knowledge.USUAL_S)
+        return f"{only}_simulation", beside.draw(only, rng, index), known
     return "clean", [], knowledge.draw(rng, tier=only)
 
 
@@ -466,10 +471,10 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--clean", choices=knowledge.TIERS, help="nothing concealed, this tier")
     parser.add_argument("--unlisted", choices=unlisted.SETS, help="physics that nobody lists")
+    parser.add_argument("--beside", choices=beside.SETS, help="beside the user's own simulation")
     given = parser.parse_args()
-    generate(
-        given.seed, given.count, given.out, given.answers, given.jobs, given.clean or given.unlisted
-    )
+    only = given.clean or given.unlisted or given.beside
+    generate(given.seed, given.count, given.out, given.answers, given.jobs, only)
 
 
 if __name__ == "__main__":
