@@ -167,6 +167,11 @@ class Hunt:
         """Of the path."""
         return self.path.search
 
+    @property
+    def _plain(self) -> bool:
+        """The library leaves only noise, and needs no several effects that may be one law."""
+        return self.path.clean and len(self.path.best.fit.terms) < SEVERAL
+
     def weighed(self, candidate: Candidate) -> Candidate:
         """With its evidence: a law was chosen among all laws too, and its shape among shapes."""
         found = self.search.weighed(candidate)
@@ -183,7 +188,7 @@ class Hunt:
         terms = _promising(course)
         starts = [replace(near, terms=(*near.terms, term)) for term in terms]
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
-        if not self.path.clean:
+        if not self._plain:
             fits = [*fits, *self._in_other_shapes(near, fits, course.background)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
         least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
@@ -195,7 +200,7 @@ class Hunt:
     ) -> list[Fit]:
         """The straight laws in other shapes: a stop or a cube is hardly a straight line.
 
-        Only where the library leaves more than noise. Beside nothing every open law, in both
+        Only where the library is not plain. Beside nothing every open law, in both
         senses, also from the vehicle as believed: the calibrated one is bent to make up for the
         law, and what a small one would do says little of one that holds the swing. A shape has to
         do clearly better than the straight line.
@@ -235,7 +240,7 @@ class Hunt:
         Near the frequency of the sway such a mass changes the whole motion; a vehicle bent to make
         up for it is too far from the true one for the mass to be found beside it.
         """
-        if self.path.clean and len(self.path.best.fit.terms) < SEVERAL:
+        if self._plain:
             return []
         close = self.search.close
         start = close.start()

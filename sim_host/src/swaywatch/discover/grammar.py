@@ -269,6 +269,7 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
             "form": law.spec + (f"@{start_hz:g}" if start_hz else ""),
             "law": law,
             "start_hz": start_hz,
+            "imitated_on_springs": True,
         }
         | ({"possible": _can_swing} if law.swings else {}),
     )

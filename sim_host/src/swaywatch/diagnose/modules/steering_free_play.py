@@ -56,7 +56,7 @@ EFFECTS = [
         act=act,
         lines=("f", "3f"),
         decided_by="road-wheel angle measured at the wheel",
-        extra={"form": form},
+        extra={"form": form, "imitated_on_springs": True},
     )
     for form, act, equation in (
         ("backlash", _backlash, "play operator of width gap on the steering-wheel angle"),
