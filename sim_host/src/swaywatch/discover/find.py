@@ -34,6 +34,7 @@ from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.search import Candidate, Linear, Progress, Search
 from swaywatch.diagnose.term import Term
 from swaywatch.discover.grammar import (
+    BENT_ONLY,
     BODIES,
     FREQUENCIES_HZ,
     ID,
@@ -58,7 +59,8 @@ NEAR = 1.15  # misfit under the observer, over the least, up to which a law is f
 FORM = 75.0
 SWING_HZ = (0.6, 0.8, 1.0, 1.4)  # where a swinging mass is looked for in the vehicle as believed
 SWING_SHARE = 0.07  # of the body's mass, to begin with
-SEVERAL = 2  # library effects that may be one law
+#: Library effects that may be one law: any, where laws are quickly tried; on springs several.
+SEVERAL = {False: 1, True: 2}
 #: Share of the misfit that is left by which a law has to lower it beside library effects.
 BESIDE_KNOWN = 0.03
 #: Error of a left-out run with the law over that with the library: better, not only as good.
@@ -169,8 +171,8 @@ class Hunt:
 
     @property
     def _plain(self) -> bool:
-        """The library leaves only noise, and needs no several effects that may be one law."""
-        return self.path.clean and len(self.path.best.fit.terms) < SEVERAL
+        """The library leaves only noise, and needs nothing that may be a law."""
+        return _plain(self.path)
 
     def weighed(self, candidate: Candidate) -> Candidate:
         """With its evidence: a law was chosen among all laws too, and its shape among shapes."""
@@ -207,17 +209,20 @@ class Hunt:
         """
         close = self.search.close
         terms = [bent for fit in straight for bent in _bent(fit.terms[-1])]
+        terms += [term for law in BENT_ONLY for term in _begun(law)]
         starts = [replace(near, terms=(*near.terms, term)) for term in terms]
         begun = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=background), starts)
+        begun = _best_of_each_law(begun)[:SHORT_LIST]
         if not near.terms:
             believed = close.start()
             starts = [replace(believed, terms=(t,)) for law in self.open for t in _begun(law)]
             rest = Linear(close, believed).background
             far = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=rest), starts)
-            self.ranked = [law_in(f.terms[-1]) for f in _best_of_each_law(far)]
-            begun += far
-        best = _best_of_each_law(begun)[:SHORT_LIST]
-        found = close.side_by_side(lambda f: close.run(f, 10), best)
+            far = _best_of_each_law(far)
+            self.ranked = [law_in(f.terms[-1]) for f in far]
+            # a vehicle that is not bent yet leaves more: the best of each start go on
+            begun = _best_of_each_law([*begun, *far[:SHORT_LIST]])
+        found = close.side_by_side(lambda f: close.run(f, 10), begun)
         lines: dict[str, float] = {}
         for fit in (*straight, *found):
             term = fit.terms[-1]
@@ -441,15 +446,18 @@ def _one_of_each(paths: Sequence[Path]) -> list[Path]:
     return list(found.values())
 
 
+def _plain(path: Path) -> bool:
+    return path.clean and len(path.best.fit.terms) < SEVERAL[path.search.on_springs]
+
+
 def _parents(hunt: Hunt) -> list[Fit]:
     """What laws are tried beside: nothing, and what the library found.
 
-    One effect that leaves only noise is not asked to make room: a law that would do without it is
-    found beside it, and takes it out then (`_completed`).
+    On springs one effect that leaves only noise is not asked to make room: a law that would do
+    without it is found beside it, and takes it out then (`_completed`).
     """
     path, known = hunt.path, hunt.path.best.fit
-    plain = path.clean and len(known.terms) < SEVERAL
-    alone = [] if hunt.alone or (plain and known.terms) else [path.base.fit]
+    alone = [] if hunt.alone or (_plain(path) and known.terms) else [path.base.fit]
     return [*alone, known] if known.terms else alone
 
 
