@@ -249,6 +249,8 @@ def path(
             break
         fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)
         best = found[0] = search.weighed(replace(found[0], fit=fit))
+        if depth == 1 and search.rebased(best.fit):
+            return path(search, search.baseline(), progress, rival, known, most)
         # where nothing is left, a second best start leads nowhere else
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]

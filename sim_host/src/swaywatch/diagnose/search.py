@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.effect import RISE, Effect
-from swaywatch.diagnose.evidence import REMAINS, explained, inflation, log_evidence, residuals
+from swaywatch.diagnose.evidence import (
+    DISCREPANCY,
+    REMAINS,
+    explained,
+    inflation,
+    log_evidence,
+    residuals,
+)
 from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, Problem, Trial
 from swaywatch.diagnose.locate import (
     MOST_AT_ONCE,
@@ -280,6 +287,19 @@ class Search:
         self.noise = inflation(residuals(self.judge, fit))
         self._base = Candidate(fit, fit)
         return self._base
+
+    def rebased(self, found: Fit) -> bool:
+        """Whether the vehicle that an effect was found beside fits better without it than before.
+
+        Then the baseline was stuck, and the effect only led out of there; it is the baseline now.
+        """
+        before = self.baseline().fit
+        fit = self.judge.run(replace(found, terms=()), 12, tolerance=3e-4)
+        if not fit.chi2 < (1.0 - DISCREPANCY) * before.chi2:
+            return False
+        self.noise = inflation(residuals(self.judge, fit))
+        self._base = Candidate(fit, fit)
+        return True
 
     def released(self, fit: Fit, iterations: int = 10) -> Fit:
         """A fit under the observer, refitted with everything free where it is judged."""
