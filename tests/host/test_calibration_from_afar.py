@@ -13,7 +13,7 @@ from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.fit import Problem
 from swaywatch.diagnose.plant import BODY
 from swaywatch.diagnose.road_vehicle import on_springs
-from swaywatch.diagnose.search import Search, level
+from swaywatch.diagnose.search import Candidate, Search, level
 from swaywatch.diagnose.term import Term
 from swaywatch.diagnose.verdict import _as_term, equivalents_of
 from swaywatch.recording import write_recording
@@ -90,3 +90,20 @@ def test_tyres_that_are_all_too_soft_are_no_elastic_steering(
     beside = [Term({e.name: e for e in library()}[f"parameter_error:{TYRES[1]}"], (0.87,))]
     names = equivalents_of(found[0], [found[0], *beside], [])
     assert len(names) >= 1, "the other of the two is said beside it"
+
+
+def test_a_baseline_that_was_stuck_is_begun_again(problem: Problem) -> None:
+    """From where an effect led out; one that is as good as it can be stays."""
+    search = Search(problem, [], lambda stage, share: None)
+    best = search.baseline()
+    assert not search.rebased(best.fit)
+    assert search.baseline() is best
+    shift = best.fit.shift.copy()
+    shift[problem.beliefs.at["vehicle", TYRES[1]]] += 3.0
+    stuck = search.judge.run(replace(best.fit, shift=shift), 0)
+    assert stuck.chi2 > 1.1 * best.fit.chi2
+    search._base = Candidate(stuck, stuck)
+    effect = next(e for e in library() if e.name == "hitch_damping:hitch")
+    assert search.rebased(replace(best.fit, terms=(Term(effect, (1.0,)),)))
+    assert not search.baseline().fit.terms
+    assert search.baseline().fit.chi2 == pytest.approx(best.fit.chi2, rel=1e-3)

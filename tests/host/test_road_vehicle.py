@@ -15,7 +15,7 @@ from swaywatch.diagnose.beliefs import beliefs_of
 from swaywatch.diagnose.data import load
 from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import diagnose
-from swaywatch.diagnose.evidence import explained
+from swaywatch.diagnose.evidence import explained, worth
 from swaywatch.diagnose.fit import Fit, plant_of
 from swaywatch.diagnose.model import beliefs_in, model_block
 from swaywatch.diagnose.plant import BODY, SCALARS
@@ -221,3 +221,17 @@ def test_a_wrong_tolerance_is_refused_with_what_would_be_right(
     path.write_text((CASE / "vehicle.toml").read_text() + "\n" + lines + "\n")
     with pytest.raises(VehicleError, match=says):
         load_vehicle(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "share"),
+    [("trailer_aerodynamics:trailer", 0.005), ("steering_free_play:steering", 0.03)],
+)
+def test_what_springs_imitate_has_to_take_away_more(name: str, share: float) -> None:
+    effect = next(e for e in library() if e.name == name)
+    term = Term(effect, tuple(p.starts[0] for p in effect.parameters))
+    before = Fit((), np.zeros((1, 5)), np.zeros(0), chi2=10_000.0)
+    for factor, enough in ((0.9, False), (1.1, True)):
+        after = replace(before, terms=(term,), chi2=(1.0 - factor * share) * before.chi2)
+        assert worth(before, before, after, on_springs=True) == enough
+        assert worth(before, before, after) or not enough

@@ -32,8 +32,8 @@ proof-springs: setup
 	@$(PY) $(BLIND)/score.py --answers $(SPRINGS_OUT)/answers --diagnoses $(SPRINGS_OUT)/diagnoses \
 	    --out $(SPRINGS_OUT)/score.json
 
-# Physics that no library lists, six kinds to build on (build), and two sets of six that were opened
-# once (opened-once, opened-second): what law is found, where, of what.
+# Physics that no library lists, six kinds to build on (build), and three sets of six that were opened
+# once (opened-once, opened-second, opened-third): what law is found, where, of what.
 .PHONY: proof-unlisted
 UNLISTED ?= build
 UNLISTED_SEED ?= 4001
@@ -47,6 +47,20 @@ proof-unlisted: setup
 	    --diagnoses $(UNLISTED_OUT)/diagnoses --out $(B)/bench/unlisted-$(UNLISTED).md
 
 # A vehicle.toml that is far off, as the dissertation's was: what is concealed, what is said.
+# Beside the user's own simulation: two effects at once (pairs), the dampers of Table 6-1 (dampers).
+.PHONY: proof-beside
+BESIDE ?= pairs
+BESIDE_SEED ?= 7011
+BESIDE_OUT := $(BLIND_OUT)/beside-$(BESIDE)-$(BESIDE_SEED)
+proof-beside: setup
+	@$(PY) $(BLIND)/generate.py --seed $(BESIDE_SEED) --count $(N) --beside $(BESIDE) \
+	    --out $(BESIDE_OUT)/cases --answers $(BESIDE_OUT)/answers --jobs $(JOBS)
+	@$(PY) $(BLIND)/diagnose_all.py --cases $(BESIDE_OUT)/cases --out $(BESIDE_OUT)/diagnoses \
+	    --count $(N) --jobs $(JOBS)
+	@$(PY) $(BLIND)/beside_score.py --answers $(BESIDE_OUT)/answers \
+	    --diagnoses $(BESIDE_OUT)/diagnoses --limits $(BLIND)/limits.json \
+	    --out $(B)/bench/beside-$(BESIDE).md
+
 .PHONY: proof-far-off
 proof-far-off: setup
 	@$(PY) tests/proof/far_off.py $(BLIND_OUT)/far-off
