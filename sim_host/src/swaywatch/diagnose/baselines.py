@@ -174,9 +174,12 @@ def _own(search: Search, terms: Sequence[Term]) -> tuple[Term, ...]:
 
 
 def _with_care(search: Search, other: Path, progress: Progress) -> Path:
-    """The path of the same vehicle with another care."""
+    """The path of the same vehicle with another care; where little explains, no second search."""
     base = search.baseline()
     same = search.judge.run(other.best.fit, 12)
+    if not other.clean:
+        search.tried.append(Candidate(same, base.fit))
+        return Path(search, base, search.tried[-1] if same.terms else base)
     return path(search, base, progress, known=same)
 
 
