@@ -61,6 +61,17 @@ def test_a_law_of_steering_is_another_steering_ratio() -> None:
     assert difference(simulate(other), simulate(law)) < 1e-3
 
 
+def test_a_law_of_the_cars_heading_steers_with_it() -> None:
+    law = plant()
+    effect_of(Law("slip_car_front", "heading_car")).act(law, None, {"gain": -0.05}, ())
+    moved = simulate(law)
+    heading = np.cumsum(moved[:, OUTPUT.index("car_yaw_rate")]) * 0.01
+    other = plant()
+    other.steer = other.steer - 0.05 * heading
+    assert difference(simulate(other), moved) < 5e-3
+    assert difference(simulate(plant()), moved) > 0.02
+
+
 @pytest.mark.parametrize("place", LAW_TO)
 def test_every_place_acts(place: str) -> None:
     size = 0.5 if place.startswith("slip") else 2e4

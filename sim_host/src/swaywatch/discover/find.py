@@ -22,6 +22,7 @@ from swaywatch.diagnose.evidence import (
     APART,
     CLAIMED,
     DISCREPANCY,
+    REMAINS,
     explained,
     inflation,
     residuals,
@@ -31,7 +32,7 @@ from swaywatch.diagnose.fit import Background, Fit, Fitter, predict_run
 from swaywatch.diagnose.holdout import carried, start_values
 from swaywatch.diagnose.judge import errors, nrmse
 from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.search import Candidate, Linear, Progress, Search
+from swaywatch.diagnose.search import Candidate, Linear, Progress, Search, level
 from swaywatch.diagnose.term import Term
 from swaywatch.discover.grammar import (
     BENT_ONLY,
@@ -515,6 +516,8 @@ def _claimed(hunts: Sequence[Hunt], hunt: Hunt, candidate: Candidate) -> Discove
     """The law as a claim, if the library does not do as well."""
     from_, library = _library(hunts)
     if not _ahead(hunts, candidate) or not noticeable(candidate.fit.terms[-1]):
+        return None
+    if level(candidate.fit) > REMAINS:  # a vehicle bent to fit a wrong law: not even a share counts
         return None
     base = hunt.path.base.fit
     rows = list(

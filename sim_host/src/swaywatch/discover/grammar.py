@@ -80,8 +80,13 @@ MOTIONS = {
         Motion("roll_car", "roll of the car", "phi1", "rad", 0.03),
         Motion("roll_trailer", "roll of the trailer", "phi2", "rad", 0.03),
         Motion("heading", "heading of the trailer", "psi2", "rad", 0.1),
+        Motion("heading_car", "heading of the car", "psi1", "rad", 0.1),
     )
 }
+
+#: Plant slots of motions that have none of their own.
+MADE_OF = {"heading_car": {"heading": 1.0, "articulation": -1.0}}
+HEADINGS = ("heading", "heading_car")
 
 #: Pairs of place and motion, and the powers of the speed that are tried with each. Left out are
 #: library effects (hitch damping, air on the trailer, roll steer) and what a value of the file
@@ -91,14 +96,16 @@ PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
     "force_car": {"sideslip_car": (2,), "articulation": (0, 2), "heading": (0,)},
     "force_trailer": {"articulation": (0, 2), "heading": (0,)},
     "moment_car": {
-        "yaw_rate_car": (0, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
+        "yaw_rate_car": (0, 1, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2),
     },
     "moment_trailer": {
-        "yaw_rate_trailer": (0, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
+        "yaw_rate_trailer": (0, 1, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "steer": (0,),
     },
-    "slip_car_front": {"yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,)},
+    "slip_car_front": {
+        "yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,), "heading_car": (0,),
+    },
     "slip_car_rear": {"steer": (0, 2), "yaw_rate_car": (0,), "articulation": (0,)},
     "slip_trailer": {
         "articulation": (0, 2), "articulation_rate": (0,), "yaw_rate_trailer": (0,),
@@ -183,7 +190,8 @@ def _moves(law: Law) -> Act:
         plant.scalar("law_bend", values.get("bend", 0.0))
         plant.scalar("law_speed_power", float(law.power))
         plant.scalar("law_lag", max(values.get("lag_s", 0.0), 0.0))
-        plant.scalar(f"law_of_{law.motion}", 1.0)
+        for motion, share in MADE_OF.get(law.motion, {law.motion: 1.0}).items():
+            plant.scalar(f"law_of_{motion}", share)
         plant.scalar(f"law_to_{law.place}", 1.0)
 
     return act
@@ -353,7 +361,7 @@ def refined(law: Law) -> list[Law]:
     found = [Law(law.place, law.motion, shape, power) for shape in shapes for power in powers]
     found = [other for other in found if (other.shape, other.power) != (law.shape, law.power)]
     lagged = Law(law.place, law.motion, power=law.power, lagged=True)
-    return found if law.motion == "heading" else [*found, lagged]
+    return found if law.motion in HEADINGS else [*found, lagged]
 
 
 @cache

@@ -22,7 +22,7 @@ from swaywatch.diagnose.locate import Locator
 from swaywatch.diagnose.plant import BODY, OUTPUT, PlantInput, simulate
 from swaywatch.diagnose.runs import RATE_HZ, Run
 from swaywatch.discover.find import Discovery
-from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, SHAPES, SPEED_M_S, Law
+from swaywatch.discover.grammar import BODIES, HEADINGS, ID, MOTIONS, PLACES, SHAPES, SPEED_M_S, Law
 
 Array = NDArray[np.float64]
 
@@ -111,6 +111,7 @@ _COLUMNS = {
     "articulation": ("articulation",), "yaw_rate_car": ("car_yaw_rate",),
     "yaw_rate_trailer": ("trailer_yaw_rate",), "roll_car": ("car_roll",),
     "roll_trailer": ("trailer_roll",), "heading": ("trailer_yaw_rate",),  # its integral
+    "heading_car": ("car_yaw_rate",),
 }  # fmt: skip
 
 
@@ -126,7 +127,7 @@ def motion(found: Discovery, index: int, law: Law) -> Array | None:
     column = {name: out[:, i] for i, name in enumerate(OUTPUT)}
     if law.motion in _COLUMNS:
         course = np.asarray(column[_COLUMNS[law.motion][0]])
-        return np.cumsum(course) / RATE_HZ if law.motion == "heading" else course
+        return np.cumsum(course) / RATE_HZ if law.motion in HEADINGS else course
     if law.motion == "articulation_rate":
         return np.asarray(column["trailer_yaw_rate"] - column["car_yaw_rate"])
     side = column["lateral_velocity"]

@@ -29,6 +29,7 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
     ("force_car", "heading"): ("a steady wind over a road that turns",) * 2,
     ("slip_trailer", "articulation"): ("a steered trailer axle", "a steered trailer axle"),
     ("slip_car_front", "steer"): ("steering whose ratio changes over its angle",) * 2,
+    ("slip_car_front", "heading_car"): ("", "steering that keeps the lane beside the driver"),
     ("slip_car_rear", "steer"): ("rear-wheel steering, same sense", "rear-wheel steering"),
     ("slip_car_front", "yaw_rate_car"): (
         "steering that follows the yaw",
