@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from conftest import DATA
@@ -90,6 +92,17 @@ def test_tyres_that_are_all_too_soft_are_no_elastic_steering(
     beside = [Term({e.name: e for e in library()}[f"parameter_error:{TYRES[1]}"], (0.87,))]
     names = equivalents_of(found[0], [found[0], *beside], [])
     assert len(names) >= 1, "the other of the two is said beside it"
+
+
+def test_what_stands_beside_a_claim_is_no_equivalent_of_it() -> None:
+    """Gain + friction + a load: the load does not stand in the place of the gain (blind pair)."""
+    names = {e.name: e for e in library()}
+    gain = "sensor_gain:car_lateral_acceleration"
+    rolls = "sensor_roll_gravity:car_lateral_acceleration"
+    load = "axle_load_harmonic:car_rear"
+    term = Term(names[gain], (1.07,))
+    others = [SimpleNamespace(names=frozenset(n)) for n in ((gain, load), (rolls,))]
+    assert equivalents_of(term, [term], cast("list[Candidate]", others)) == [rolls]
 
 
 def test_a_baseline_that_was_stuck_is_begun_again(problem: Problem) -> None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import control
 import numpy as np
@@ -23,7 +25,9 @@ from swaywatch.damping.data import Choice, Run, load_runs
 from swaywatch.damping.doubt import Point, Value, points_of
 from swaywatch.damping.find import find
 from swaywatch.damping.model import from_systems, load_model
+from swaywatch.damping.study import Study
 from swaywatch.damping.window import Estimator
+from swaywatch.damping.words import comparison_words
 from swaywatch.errors import ModelError, SignalError
 from swaywatch.recording import Series, write_recording
 
@@ -574,3 +578,31 @@ def test_a_csv_with_other_names_says_what_is_there(tmp_path: Path) -> None:
         load_runs([tmp_path / "a.csv"], Choice())
     with pytest.raises(SignalError, match="no signal 'roll'"):
         load_runs([tmp_path / "a.csv"], Choice(("roll",)))
+
+
+def test_groups_at_different_speeds_are_compared_where_they_are_nearest() -> None:
+    """One test with the damper off at 187 kt, one with it on at 179 kt: no speed in common."""
+    off = [_point(187.0, 0.10), _point(205.0, 0.12)]
+    on = [_point(160.0, 0.30), _point(179.0, 0.20)]
+    found = compare_groups(off, on, ("off", "on"))
+    assert found is not None
+    assert found.apart == (187.0, 179.0)
+    ratio = found.total("damping_ratio")
+    assert ratio is not None
+    assert ratio.difference.value == pytest.approx(-0.10)
+    assert ratio.differs
+    assert compare_groups(off, [], ("off", "on")) is None
+    same = compare_groups(off, [_point(187.0, 0.2)], ("off", "on"))
+    assert same is not None
+    assert same.apart is None
+
+
+def test_what_is_not_certain_to_differ_does_not_agree_for_that() -> None:
+    wide = Value(0.20, 0.10, 5.0)
+    points = [replace(_point(179.0, 0.2), damping_ratio=wide)]
+    found = compare_groups([_point(179.0, 0.10)], points, ("off", "on"))
+    assert found is not None
+    study = SimpleNamespace(against_name="airspeed", against_unit="kt")
+    said = comparison_words(cast("Study", study), found, model=False)
+    assert any("damping ratio of off and of on are not certain to differ, nor" in s for s in said)
+    assert any("frequency of off and of on agree" in s for s in said)

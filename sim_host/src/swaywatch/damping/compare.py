@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -46,11 +46,19 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Of two groups, or of a model with a measurement."""
+    """Of two groups, or of a model with a measurement.
+
+    Attributes
+    ----------
+    apart
+        Where each group was, if they were nowhere at the same speed (or other channel) and the
+        nearest places are compared: what the speed changes is then part of the differences.
+    """
 
     names: tuple[str, str]
     at: tuple[Difference, ...]
     over_all: tuple[Difference, ...]
+    apart: tuple[float, float] | None = None
 
     def of(self, quantity: str) -> list[Difference]:
         """The places of a quantity."""
@@ -99,13 +107,15 @@ def _together(quantity: str, places: Sequence[Difference]) -> Difference:
 def compare_groups(
     first: Sequence[Point], second: Sequence[Point], names: tuple[str, str]
 ) -> Comparison | None:
-    """Two groups of runs where both have points; None: nowhere.
+    """Two groups of runs where both have points, else where they are nearest; None: one is empty.
 
     Without a speed (or another channel) all points are at one place.
     """
+    if not first or not second:
+        return None
     both = [*first, *second]
     x = np.array([point.against for point in both])
-    groups = levels(x) if np.isfinite(x).all() and both else [np.arange(len(both))]
+    groups = levels(x) if np.isfinite(x).all() else [np.arange(len(both))]
     at: list[Difference] = []
     for group in groups:
         parts = [[both[i] for i in group if (i < len(first)) == own] for own in (True, False)]
@@ -115,7 +125,33 @@ def compare_groups(
         for quantity in QUANTITIES:
             means = [mean_of([getattr(point, quantity) for point in part]) for part in parts]
             at.append(_difference(quantity, place, *means))
-    return _comparison(names, at)
+    return _comparison(names, at) or _nearest(first, second, names)
+
+
+def _nearest(
+    first: Sequence[Point], second: Sequence[Point], names: tuple[str, str]
+) -> Comparison | None:
+    """The two places of the groups that are nearest to each other."""
+    sides = []
+    for points in (first, second):
+        x = np.array([point.against for point in points])
+        sides.append(
+            [(float(np.mean(x[group])), [points[i] for i in group]) for group in levels(x)]
+        )
+    left, right = min(
+        ((one, other) for one in sides[0] for other in sides[1]),
+        key=lambda pair: abs(pair[0][0] - pair[1][0]),
+    )
+    at = [
+        _difference(
+            quantity,
+            None,
+            *(mean_of([getattr(point, quantity) for point in part]) for _, part in (left, right)),
+        )
+        for quantity in QUANTITIES
+    ]
+    comparison = _comparison(names, at)
+    return comparison and replace(comparison, apart=(left[0], right[0]))
 
 
 def compare_model(points: Sequence[Point], model: LinearModel) -> Comparison | None:

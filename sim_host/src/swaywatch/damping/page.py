@@ -219,12 +219,14 @@ def _difference_plot(study: Study, comparison: Comparison) -> str:
 def _table(comparison: Comparison) -> str:
     first, second = comparison.names
     rows = []
-    for one in (*comparison.at, *comparison.over_all):
+    apart = comparison.apart
+    everywhere = "all" if apart is None else f"{apart[0]:.4g}, {apart[1]:.4g}"
+    for one in (*comparison.at, *(comparison.over_all if apart is None else ())):
         whole = one.place is None or math.isnan(one.place)
         rows.append(
             (
                 _TITLES[one.quantity],
-                "all" if whole else f"{one.place:.4g}",
+                everywhere if whole else f"{one.place:.4g}",
                 "" if one.first is None else interval(one.first),
                 "" if one.second is None else interval(one.second),
                 interval(one.difference),

@@ -381,6 +381,7 @@ def _comparison_json(comparison: Comparison | None) -> dict[str, Any] | None:
     return {
         "names": list(comparison.names),
         "p_value": comparison.p_value,
+        "apart": None if comparison.apart is None else list(comparison.apart),
         "at": [one(difference) for difference in comparison.at],
         "over_all": [one(difference) for difference in comparison.over_all],
     }

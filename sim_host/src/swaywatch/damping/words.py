@@ -16,6 +16,8 @@ from swaywatch.damping.study import Place, Study, kind_of
 _NAMES = {
     "damping_ratio": "damping ratio", "frequency_hz": "frequency", "growth_1_s": "growth",
 }  # fmt: skip
+#: Half-width of a difference, over the size of what is compared, above which "agree" says too much.
+AGREE = 0.25
 _UNITS = {"damping_ratio": "", "frequency_hz": " Hz", "growth_1_s": " 1/s"}
 
 
@@ -41,7 +43,8 @@ def verdict(study: Study) -> tuple[str, str]:
     """Colour (``good``, ``near``, ``bad``) and one sentence."""
     if not study.points:
         return "near", _none(study)
-    worst = min(study.places, key=lambda place: place.damping_ratio.value)
+    known = [place for place in study.places if place.determinable]
+    worst = min(known or study.places, key=lambda place: place.damping_ratio.value)
     where = "" if math.isnan(worst.against) else f" at {_at(study, worst.against)}"
     lowest = interval(worst.damping_ratio)
     if worst.damping_ratio.high < 0.0:
@@ -50,6 +53,11 @@ def verdict(study: Study) -> tuple[str, str]:
     bounded = zero is not None and (zero.low is not None or zero.high is not None)
     if zero is not None and zero.value is not None and zero.value > 0.0 and bounded:
         return "near", _zero_words(study, zero)
+    if not known:
+        return (
+            "near",
+            f"The damping ratio is not determinable: {lowest}{where}, {_frequency(worst)}.",
+        )
     if len(study.places) == 1:
         kind = "good" if worst.damping_ratio.low > 0.0 else "near"
         return kind, f"The damping ratio is {lowest}{where}, {_frequency(worst)}."
@@ -99,13 +107,10 @@ def _no_model(study: Study, model: LinearModel) -> str:
 def _not_compared(study: Study) -> str:
     """Why there is no difference to tell."""
     assert study.compared is not None
-    without = [
+    which = " and the ".join(
         name for name, one in (("first", study), ("second", study.compared)) if not one.points
-    ]
-    if without:
-        which = " and the ".join(without)
-        return f"Nothing can be compared: no free oscillation in the {which} group."
-    return f"The two groups have no {study.against_name or 'speed'} in common: nothing to compare."
+    )
+    return f"Nothing can be compared: no free oscillation in the {which} group."
 
 
 def _counts(study: Study) -> str:
@@ -214,7 +219,8 @@ def _iso9815(study: Study) -> str:
 
 
 def _weak(study: Study) -> str:
-    weak = [place for place in study.places if not place.determinable]
+    known = [place for place in study.places if place.determinable]
+    weak = [place for place in study.places if not place.determinable] if known else []
     lost = [found.run.name for found in study.found if not _has_point(study, found.run.name)]
     texts = []
     if weak:
@@ -258,6 +264,14 @@ def comparison_words(study: Study, comparison: Comparison, *, model: bool) -> li
         total = comparison.total(quantity)
         if total is not None:
             texts.append(_one_quantity(study, comparison, total, model))
+    if comparison.apart is not None:
+        places = zip(comparison.names, comparison.apart, strict=True)
+        texts.append(
+            f"The two groups have no {study.against_name or 'speed'} in common; the nearest are "
+            "compared ("
+            + ", ".join(f"{name} at {_at(study, at)}" for name, at in places)
+            + "), so what lies between them is part of each difference."
+        )
     return texts
 
 
@@ -268,10 +282,10 @@ def _one_quantity(study: Study, comparison: Comparison, total: Difference, model
     certain = [one for one in at if one.differs]
     both = f"of {first} and of {second}" if not model else f"of {first} and as measured"
     if not total.differs:
-        return (
-            f"The {name} {both} agree: difference {interval(total.difference)}{unit}, "
-            f"{probability(total.p_value)}."
-        )
+        said = f"difference {interval(total.difference)}{unit}, {probability(total.p_value)}"
+        if total.difference.half > AGREE * _size(at):
+            return f"The {name} {both} are not certain to differ, nor to agree: {said}."
+        return f"The {name} {both} agree: {said}."
     where = ""
     if certain and not math.isnan(at[0].place or 0.0) and len(at) > 1:
         places = ", ".join(f"{one.place:.3g}" for one in certain if one.place is not None)
@@ -282,6 +296,12 @@ def _one_quantity(study: Study, comparison: Comparison, total: Difference, model
         f"{_percent(certain or at, total)}: difference {interval(total.difference)}{unit}, "
         f"{probability(total.p_value)}{where}."
     )
+
+
+def _size(at: list[Difference]) -> float:
+    """Typical size of what is compared."""
+    values = [abs(side.value) for one in at for side in (one.first, one.second) if side is not None]
+    return float(np.median(values))
 
 
 def _percent(at: list[Difference], total: Difference) -> str:

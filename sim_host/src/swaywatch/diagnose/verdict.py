@@ -21,6 +21,7 @@ from swaywatch.diagnose.evidence import (
     APART,
     BOUND,
     CLAIMED,
+    FORM,
     REMAINS,
     explained,
     inflation,
@@ -292,9 +293,13 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
     fit = _ordered(found, terms)
     same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
-    equals = [c for c in same if c.evidence > best.evidence - APART]
+    # beside the user's own simulation our plant is a correction, whose form is not exact
+    beside = not search.problem.free_start
+    apart = max(APART, FORM * (best.evidence - plain.evidence) if beside else 0.0)
+    equals = [c for c in same if c.evidence > best.evidence - apart]
     equivalents = [equivalents_of(term, terms, equals) for term in terms]
-    weights = np.exp(np.clip([c.evidence - best.evidence for c in same], -700.0, 50.0))
+    behind = np.array([c.evidence - best.evidence for c in same]) * APART / apart
+    weights = np.exp(np.clip(behind, -700.0, 50.0))
     confidence = []
     for term in terms:
         has = np.array([term.effect.name in c.names for c in same])
@@ -325,8 +330,8 @@ def equivalents_of(term: Term, terms: Sequence[Term], equals: Sequence[Candidate
     names: set[str] = set()
     for candidate in equals:
         theirs = set(candidate.names)
-        if rest <= theirs:
-            names |= theirs - rest - {term.effect.name}
+        if rest <= theirs and term.effect.name not in theirs:
+            names |= theirs - rest
     for twin in TWINS:
         if term.effect.name in twin:
             other = twin[1 - twin.index(term.effect.name)]
