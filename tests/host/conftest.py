@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import subprocess
 from pathlib import Path
 
 import pytest
+
+from swaywatch.cli import main
 
 DATA = Path(__file__).resolve().parent.parent / "data"
 
@@ -30,6 +33,26 @@ class Clock:
 
     def sleep(self, seconds: float) -> None:
         self.now += max(seconds, 1e-5)
+
+
+@pytest.fixture(scope="session")
+def diagnosed_p03(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder that ``swaywatch diagnose`` wrote of practice case p03, once for all processes."""
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    case, out = DATA / "practice" / "p03", shared / "diagnosed_p03"
+    with (shared / "diagnosed_p03.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (out / "report.html").exists():
+            roles = [
+                "--vehicle",
+                str(case / "vehicle.toml"),
+                "--signals",
+                str(case / "signals.toml"),
+            ]
+            runs = [str(case / "run1.asc"), str(case / "run2.asc")]
+            assert main(["diagnose", *runs, *roles, "--out", str(out)]) == 0
+    return out
 
 
 def recordings(*parts: str) -> Path:

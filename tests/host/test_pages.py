@@ -31,11 +31,10 @@ NAMESPACE = "www.w3.org"  # the name of SVG, no address
 
 
 @pytest.fixture(scope="module")
-def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def pages(tmp_path_factory: pytest.TempPathFactory, diagnosed_p03: Path) -> dict[str, Path]:
     """A page of each kind, by its name."""
     out = tmp_path_factory.mktemp("pages")
     assert main(["analyze", *RUNS, *ROLES, "--out", str(out / "a")]) == 0
-    assert main(["diagnose", *RUNS, *ROLES, "--out", str(out / "d")]) == 0
     sources = {"recording": [Path(RUNS[0]), Path(RUNS[1])], "signals": [Path(ROLES[3])]}
     (out / "iso9815.html").write_text(damping_page(iso9815_study(), sources))
     figure = go.Figure(go.Scatter(x=[0.0, 1.0], y=[0.0, 1.0], name="line"))
@@ -44,7 +43,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     (out / "survey.html").write_text(survey_page("folder", [], [], "1 min"))
     return {
         "analyze": out / "a" / "report.html",
-        "diagnose": out / "d" / "report.html",
+        "diagnose": diagnosed_p03 / "report.html",
         "iso9815": out / "iso9815.html",
         "reproduce": out / "reproduce.html",
         "survey": out / "survey.html",

@@ -355,8 +355,9 @@ class Laws:
 
     def _open(self, search: Search) -> Sequence[Law]:
         """Every law in the quickest search, the best of those in the others: springs take long."""
-        first = self.searches[0]
-        return bendable() if search is first else self._begun(first).ranked[:MOST_OPEN]
+        if not search.on_springs:
+            return bendable()
+        return self._begun(self.searches[0]).ranked[:MOST_OPEN]
 
     def _begun(self, search: Search) -> Hunt:
         """Laws beside nothing, tried once."""
@@ -370,8 +371,8 @@ class Laws:
     def discover(self, paths: Sequence[Path], progress: Progress) -> Discovery | None:
         """The law that explains the runs better than the library does, or None.
 
-        From the quickest search laws are tried in any case, from the others where no path leaves
-        only noise.
+        Laws are tried beside a rigid vehicle in any case, beside one on springs where it explains
+        the runs best or no path leaves only noise.
 
         Parameters
         ----------
@@ -381,11 +382,17 @@ class Laws:
             Called with a stage and the share done.
         """
         progress("laws beyond the library", 0.93)
-        hunts = [self._going_on(path) for path in _one_of_each(paths)]
         clean = any(path.clean for path in paths)
-        for index, search in enumerate(self.searches):
-            wanted = id(search) in self._alone or not (index and clean)
-            if wanted and not any(search is path.search for path in paths):
+        best_of_each = _one_of_each(paths)
+        tried = {path.search.on_springs for path in best_of_each}
+        if clean:
+            best_of_each = [
+                p for p in best_of_each if p is best_of_each[0] or not p.search.on_springs
+            ]
+        hunts = [self._going_on(path) for path in best_of_each]
+        for search in self.searches:
+            wanted = id(search) in self._alone or not (search.on_springs and clean)
+            if wanted and search.on_springs not in tried:
                 base = search.baseline()
                 hunts.append(self._going_on(Path(search, base, base)))
         _share_noise(hunts)
