@@ -12,7 +12,16 @@ from test_diagnose import BODY_VALUES, synthetic
 
 from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.model import _entries, terms_of
-from swaywatch.diagnose.plant import LAW_OF, LAW_TO, OUTPUT, SCALARS, PlantInput, neutral, simulate
+from swaywatch.diagnose.plant import (
+    BODY,
+    LAW_OF,
+    LAW_TO,
+    OUTPUT,
+    SCALARS,
+    PlantInput,
+    neutral,
+    simulate,
+)  # fmt: skip
 from swaywatch.diagnose.runs import Run
 from swaywatch.diagnose.search import Search
 from swaywatch.diagnose.term import Term
@@ -70,6 +79,24 @@ def test_a_law_of_the_cars_heading_steers_with_it() -> None:
     other.steer = other.steer - 0.05 * heading
     assert difference(simulate(other), moved) < 5e-3
     assert difference(simulate(plant()), moved) > 0.02
+
+
+def test_wheels_that_give_way_all_the_way_are_softer_tyres() -> None:
+    """Within the play nothing but the rest of the slip makes force: -0.3 of it is 30 % softer."""
+    gives = plant(
+        law_gain=-0.3, law_of_slip_trailer=1.0, law_to_slip_trailer=1.0, law_shape=1.0,
+        law_bend=50.0,
+    )  # fmt: skip
+    softer = plant()
+    for end in ("front", "rear"):
+        softer.body[BODY.index(f"trailer.{end}_cornering_stiffness")] *= 0.7
+    # the slip of two axles is their mean
+    assert difference(simulate(softer), simulate(gives)) < 0.05
+    assert difference(simulate(plant()), simulate(gives)) > 0.1
+    car = plant(law_gain=-0.3, law_of_slip_car_rear=1.0, law_to_slip_car_rear=1.0)
+    softer = plant()
+    softer.body[BODY.index("car.rear_cornering_stiffness")] *= 0.7
+    assert difference(simulate(softer), simulate(car)) < 1e-9
 
 
 @pytest.mark.parametrize("place", LAW_TO)
@@ -220,6 +247,7 @@ def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
         (Law("moment_trailer", "yaw_rate_trailer", "saturating"), (-40000.0, 0.005)),
         (Law("hitch", "articulation_rate", "odd square"), (6000.0,)),
         (Law("force_trailer", "heading"), (9000.0,)),
+        (Law("slip_trailer", "slip_trailer", "saturating"), (-0.83, 0.005)),
     ],
 )
 def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(

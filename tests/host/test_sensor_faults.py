@@ -327,3 +327,26 @@ def test_the_physics_behind_is_found_all_the_same(
     assert friction["parameters"]["moment_nm"]["value"] == pytest.approx(130.0, rel=0.05)
     assert {(e["id"], e["channel"]) for e in rest} == names
     assert result["checks"]
+
+
+@pytest.mark.parametrize(("left", "right"), [(1.0, True), (0.0, False)])
+def test_a_drift_that_was_none_is_seen_in_what_the_fit_leaves(left: float, right: bool) -> None:
+    """A ramp that was taken off a sound channel stays behind alone: nothing else makes one."""
+    from test_diagnose import synthetic
+
+    from swaywatch.diagnose.drifts import contradicted
+    from swaywatch.diagnose.fit import Fitter
+
+    names, rate = ("wheel_lateral_force_fr", "wheel_lateral_force_fl"), -5.0
+    problem = synthetic((), seed=5)
+    run = problem.runs[0]
+    run.channels[names[0]] = run.channels[names[0]] - left * rate * run.time
+    text = "FyFR: its offset (or that of FyFL) drifts"
+    found = Finding("warning", "drift", ("FyFR", "FyFL"), text, 0.0, names, ((0.0, 25.0),), rate)
+    fitter = Fitter(problem)
+    fit = fitter.run(fitter.start(), 4)
+    said = contradicted(fitter, fit, [(run.name, found)])
+    assert said == (frozenset((run.name, name) for name in names) if right else frozenset())
+    kept = SensorFaults(right=said)
+    assert kept._drifting(found, run.name) == ([] if right else [found])
+    assert len(kept.checks) == right

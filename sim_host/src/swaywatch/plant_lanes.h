@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 109
+#define PLANT_SCALARS 112
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -18,7 +18,7 @@
 #define PLANT_STATES_OF_HEAVE 24
 #define PLANT_STATES_OF_A_LAW 29
 #define PLANT_STATES 37
-#define PLANT_LAW_STATES 10
+#define PLANT_LAW_STATES 13
 #define PLANT_BLOCK 10
 #define PLANT_LANES 8
 
@@ -123,6 +123,9 @@ enum plant_scalar {
     E_LAW_OF_ROLL_CAR,
     E_LAW_OF_ROLL_TRAILER,
     E_LAW_OF_HEADING,
+    E_LAW_OF_SLIP_CAR_FRONT,
+    E_LAW_OF_SLIP_CAR_REAR,
+    E_LAW_OF_SLIP_TRAILER,
     E_LAW_TO_HITCH,
     E_LAW_TO_FORCE_CAR,
     E_LAW_TO_FORCE_TRAILER,

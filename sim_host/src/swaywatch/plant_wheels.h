@@ -204,6 +204,13 @@ INLINE void NAME(lengthwise)(const V *x, const SAMPLE *now, const V *p, const V 
     to->pitch[2] = part * lifted * share, to->pitch[3] = part * lifted * (1.0 - share);
 }
 
+/// Slip angle of the trailer's tyres: of two axles the mean.
+INLINE V NAME(middle_slip)(const V *angle, const V *p)
+{
+    const V two = p[P_TRAILER_FRONT_CORNERING_STIFFNESS];
+    return NAME(choose)(two > 0.0, 0.5 * (angle[2] + angle[3]), angle[3]);
+}
+
 INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, const CONSTANTS *k,
                         const FEATURES *has, SLIPS *to, V *dx)
 {
@@ -249,7 +256,10 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
                                         now->steer,
                                         to->roll[0],
                                         to->roll[1],
-                                        x[X_LAW]};
+                                        x[X_LAW],
+                                        angle[0],
+                                        angle[1],
+                                        NAME(middle_slip)(angle, p)};
         to->law = NAME(law)(x, of, e, vx, dx);
     }
     for (int a = 0; a < 4; a++) {

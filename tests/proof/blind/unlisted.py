@@ -187,13 +187,13 @@ def locked_axle(rng: Generator, u: float) -> Draw:
 
 def lane_assist(rng: Generator, u: float) -> Draw:
     """Front wheels that are steered back to the road's heading beside the driver."""
-    return _draw("lane_assist", log_between(0.005, 0.3, u), "slip_car_front", "heading")
+    return _draw("lane_assist", log_between(0.005, 0.3, u), "slip_car_front", "heading heading_car")
 
 
 def bearing_play(rng: Generator, u: float) -> Draw:
     """Worn wheel bearings of the trailer: its wheels turn a little with each side force."""
     size = log_between(2e-4, 1e-2, u)
-    variables = "sideslip_trailer articulation yaw_rate_trailer"
+    variables = "slip_trailer sideslip_trailer articulation yaw_rate_trailer"
     return _draw("bearing_play", size, "slip_trailer force_trailer", variables)
 
 

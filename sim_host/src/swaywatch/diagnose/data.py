@@ -85,11 +85,24 @@ def run_of(drive: Drive, steering_ratio: float, name: str) -> Run:
 
 
 def load(
-    recordings: Sequence[Path], vehicle_file: Path, signals_file: Path, *, whole: bool = False
+    recordings: Sequence[Path],
+    vehicle_file: Path,
+    signals_file: Path,
+    *,
+    whole: bool = False,
+    right: frozenset[tuple[str, str]] = frozenset(),
 ) -> Loaded:
-    """Read, check, prepare; `whole`: long recordings are not divided."""
+    """Read, check, prepare.
+
+    Parameters
+    ----------
+    whole
+        Long recordings are not divided.
+    right
+        Run and channel that had no drift.
+    """
     vehicle = load_vehicle(vehicle_file)
-    loaded = Loaded(None, vehicle)
+    loaded = Loaded(None, vehicle, faults=SensorFaults(right=right))
     body = body_of(vehicle)
     drives = load_drives(list(recordings), signals_file)
     if not drives:

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from swaywatch.diagnose.baselines import CARES, possible
 from swaywatch.diagnose.data import Loaded, load
 from swaywatch.diagnose.describe import calibrated, describe
+from swaywatch.diagnose.drifts import contradicted
 from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.evidence import REMAINS
 from swaywatch.diagnose.fit import COMPARED, OBSERVER, Fitter, Problem
@@ -22,7 +23,7 @@ from swaywatch.diagnose.page import page, write_page
 from swaywatch.diagnose.remains import locate_rest
 from swaywatch.diagnose.road_vehicle import on_springs, outside
 from swaywatch.diagnose.search import Progress, Search, level
-from swaywatch.diagnose.sensor_faults import combined
+from swaywatch.diagnose.sensor_faults import SensorFaults, combined
 from swaywatch.diagnose.simulation import attach
 from swaywatch.diagnose.solo import diagnose_solo
 from swaywatch.diagnose.stability import stability
@@ -107,9 +108,13 @@ def _combination(
             problem, simulations, signals, simulation_signals=simulation_signals
         )
         loaded.checks += notes
-        verdict, law = _searched(problem, effects, progress, own=False)
+        verdict, law, _ = _searched(problem, effects, progress, own=False)
     else:
-        verdict, law = _searched_and_checked(problem, effects, progress, loaded)
+        verdict, law, right = _searched_and_checked(problem, effects, progress, loaded)
+        again = load(recordings, vehicle, signals, right=right) if right else loaded
+        if again is not loaded and again.problem is not None:
+            loaded, problem = again, again.problem
+            verdict, law, _ = _searched_and_checked(problem, effects, progress, loaded)
     loaded.problem = verdict.problem
     if level(verdict.fit) > REMAINS:
         verdict.notes = locate_rest(
@@ -138,35 +143,56 @@ def _combination(
     return result
 
 
+#: A verdict, its law, and the channels that it shows to have had no drift.
+Searched = tuple[Verdict, Discovery | None, frozenset[tuple[str, str]]]
+
+
 def _searched(
-    problem: Problem, effects: list[Effect], progress: Progress, *, own: bool
-) -> tuple[Verdict, Discovery | None]:
+    problem: Problem,
+    effects: list[Effect],
+    progress: Progress,
+    *,
+    own: bool,
+    faults: SensorFaults | None = None,
+) -> Searched:
     """Verdict and law of a problem; `own`: compared with our own model."""
     cares = CARES if own else CARES[:1]
     planar = [Search(cared(problem, care), effects, progress) for care in cares]
     if not own:
-        return decide(planar, None, progress), None
+        return decide(planar, None, progress), None, frozenset()
     springs = possible(Search(on_springs(problem), outside(effects), progress))
     laws = Laws((planar[0], springs))
     for search in (*planar, springs):
         search.beyond = laws.alone
     verdict = decide(planar, springs, progress)
     law = laws.discover(verdict.paths, progress)
-    needs_more = law is None or len(law.fit.terms) > 1
+    right = _without_drift(verdict, laws, faults)
+    needs_more = (law is None or len(law.fit.terms) > 1) and not right
     if needs_more and any(search.ended_by_law for search in (*planar, springs)):
         # for a law that does not explain it alone after all: the library goes as deep as without
         for search in (*planar, springs):
             search.beyond = None
         verdict = decide(planar, springs, progress)
         law = laws.discover(verdict.paths, progress)
-    return (verdict if law is None else with_law(verdict, law)), law
+    return (verdict if law is None else with_law(verdict, law)), law, right
+
+
+def _without_drift(
+    verdict: Verdict, laws: Laws, faults: SensorFaults | None
+) -> frozenset[tuple[str, str]]:
+    """Channels that had no drift, as the verdict or the best law shows them."""
+    if faults is None:
+        return frozenset()
+    right = contradicted(Fitter(verdict.problem), verdict.fit, faults.found)
+    alone = laws.tried_alone()
+    return right | (contradicted(alone[0].judge, alone[1], faults.found) if alone else frozenset())
 
 
 def _searched_and_checked(
     problem: Problem, effects: list[Effect], progress: Progress, loaded: Loaded
-) -> tuple[Verdict, Discovery | None]:
+) -> Searched:
     """The same; of a long recording with the stretches that do not fit searched once more."""
-    found = _searched(problem, effects, progress, own=True)
+    found = _searched(problem, effects, progress, own=True, faults=loaded.faults)
     stretches = loaded.stretches
     if stretches is None or stretches.whole:
         return found
@@ -174,7 +200,7 @@ def _searched_and_checked(
     if stretches.apart(level(found[0].fit)):
         stretches = stretches.with_worst(level(found[0].fit))
         again = replace(problem, runs=tuple(stretches.searched))
-        found = _searched(again, effects, progress, own=True)
+        found = _searched(again, effects, progress, own=True, faults=loaded.faults)
         stretches.misfit = misfit_of(found[0].problem, found[0].fit, stretches.others)
         loaded.stretches = stretches
     loaded.checks.append(stretches.summary(level(found[0].fit)))

@@ -52,10 +52,11 @@ BODY = (
 AXLES = ("car_front", "car_rear", "trailer_front", "trailer_rear")
 
 #: What a law can depend on: rad, rad/s; side-slip angles at the centres of gravity; the trailer's
-#: heading from the start.
+#: heading from the start; slip angles of tyres.
 LAW_OF = (
     "articulation", "articulation_rate", "yaw_rate_car", "yaw_rate_trailer", "sideslip_car",
-    "sideslip_trailer", "steer", "roll_car", "roll_trailer", "heading",
+    "sideslip_trailer", "steer", "roll_car", "roll_trailer", "heading", "slip_car_front",
+    "slip_car_rear", "slip_trailer",
 )  # fmt: skip
 #: Where it can act: moment at the ball on the car (its opposite on the trailer), forces and moments
 #: on the bodies, steering angles of axles.

@@ -62,15 +62,19 @@ class SensorFaults:
         Name of the run to windows of each channel in which it says nothing.
     checks
         Sentences for the report.
+    right
+        Run and channel that a model which was found shows to have had no drift (see `drifts`).
     """
 
     found: list[tuple[str, Finding]] = field(default_factory=list)
     lost: dict[str, dict[str, list[Window]]] = field(default_factory=dict)
     checks: list[str] = field(default_factory=list)
+    right: frozenset[tuple[str, str]] = frozenset()
 
     def put_right(self, drive: Drive, vehicle: Vehicle, run: str) -> Drive:
         """The drive as its sensors should have shown it; what was wrong is kept here."""
         findings = [f for f in check_drive(drive, vehicle) if f.kind in (*IDS, "gap")]
+        findings = [f for finding in findings for f in self._drifting(finding, run)]
         mine = [f for f in findings if f.kind == "gap" or f.channels]
         fixed = cleaned(drive, mine)
         for finding in mine:
@@ -82,6 +86,16 @@ class SensorFaults:
             self.checks.append(f"{run}: {_sentence(finding)}")
         self.checks += [f"{run}: {f.text}" for f in findings if f not in mine]
         return fixed
+
+    def _drifting(self, finding: Finding, run: str) -> list[Finding]:
+        """The finding, without channels that had no drift; none where none is left."""
+        left = tuple(c for c in finding.channels if (run, c) not in self.right)
+        if finding.kind != "drift" or left == finding.channels:
+            return [finding]
+        if left:
+            return [replace(finding, channels=left)]
+        self.checks.append(f"{run}: {finding.text}; but the model that was found shows no drift")
+        return []
 
     def masks(
         self, run: str, time: NDArray[np.float64], names: Iterable[str]

@@ -142,10 +142,12 @@ def _bent(straight: Term) -> list[Term]:
     return [_begun(law)[against] for law in refined(law_in(straight))]
 
 
-def _begun(law: Law) -> tuple[Term, Term]:
+def _begun(law: Law) -> tuple[Term, ...]:
     """A law with the values that a fit begins with, with a positive gain and a negative one."""
     effect = effect_of(law)
     gain, *rest = (p.starts[0] for p in effect.parameters)
+    if effect.parameters[0].high == 0.0:  # only one sense is possible
+        return (Term(effect, (gain, *rest)),)
     return Term(effect, (gain, *rest)), Term(effect, (-gain, *rest))
 
 
@@ -345,6 +347,11 @@ class Laws:
             if best is not None and _leaves_noise(*best):
                 return best[1].evidence - _least_ahead(best[1])
         return None
+
+    def tried_alone(self) -> tuple[Search, Fit] | None:
+        """The law beside nothing that leaves least, claimed or not, and where it was tried."""
+        found = [(h.search, c.fit) for h in self._alone.values() for c in h.tried]
+        return min(found, key=lambda pair: pair[1].chi2, default=None)
 
     def _going_on(self, path: Path) -> Hunt:
         """A hunt on a path, with what was tried beside nothing before."""

@@ -81,12 +81,16 @@ MOTIONS = {
         Motion("roll_trailer", "roll of the trailer", "phi2", "rad", 0.03),
         Motion("heading", "heading of the trailer", "psi2", "rad", 0.1),
         Motion("heading_car", "heading of the car", "psi1", "rad", 0.1),
+        Motion("slip_car_front", "slip angle of the car's front tyres", "alpha_f", "rad", 0.02),
+        Motion("slip_car_rear", "slip angle of the car's rear tyres", "alpha_r", "rad", 0.02),
+        Motion("slip_trailer", "slip angle of the trailer's tyres", "alpha_t", "rad", 0.02),
     )
 }
 
 #: Plant slots of motions that have none of their own.
 MADE_OF = {"heading_car": {"heading": 1.0, "articulation": -1.0}}
 HEADINGS = ("heading", "heading_car")
+SLIPS = ("slip_car_front", "slip_car_rear", "slip_trailer")
 
 #: Pairs of place and motion, and the powers of the speed that are tried with each. Left out are
 #: library effects (hitch damping, air on the trailer, roll steer) and what a value of the file
@@ -155,12 +159,14 @@ class Law:
 
 
 #: Laws whose straight form the library or the file has: a damper at the ball, the steering's ratio,
-#: roll steer. A friction at the ball and a play of the steering are the library's, too.
+#: roll steer, a softer tyre. A friction at the ball and a play of the steering are the library's,
+#: too. An axle whose wheels give way within a play holds less at small slip.
 BENT_ONLY = (
     *(Law("hitch", "articulation_rate", bent) for bent in ("odd square", "cube", "dead zone")),
     *(Law("slip_car_front", "steer", bent) for bent in ("odd square", "cube")),
     *(Law("slip_car_rear", "roll_car", bent) for bent in ("odd square", "cube")),
     *(Law("slip_trailer", "roll_trailer", bent) for bent in ("odd square", "cube")),
+    *(Law(slip, slip, "saturating") for slip in SLIPS),
 )
 
 
@@ -301,6 +307,8 @@ def _numbers(law: Law) -> tuple[Parameter, ...]:
     unit = f"{place.unit} per {motion.unit}" + (f"^{curve}" if curve > 1 else "")
     high = 100.0 * start
     found = [Parameter("gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start)]
+    if law.motion in SLIPS:  # a wheel gives way by no more than its slip
+        found = [Parameter("gain", unit, 0.0, -1.0, 0.0, (-0.5,), 0.1, 0.1)]
     if SHAPES.index(law.shape) in BENDS:
         bend = (0.5 if law.shape == "saturating" else 0.3) * motion.usual
         found.append(

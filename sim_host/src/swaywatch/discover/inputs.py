@@ -9,7 +9,7 @@ can be held against it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -130,15 +130,36 @@ def motion(found: Discovery, index: int, law: Law) -> Array | None:
         return np.cumsum(course) / RATE_HZ if law.motion in HEADINGS else course
     if law.motion == "articulation_rate":
         return np.asarray(column["trailer_yaw_rate"] - column["car_yaw_rate"])
-    side = column["lateral_velocity"]
-    if law.motion == "sideslip_car":
-        return np.asarray(np.arctan(side / plant.speed))
-    ahead = plant.body[BODY.index("car.hitch_to_cog")]
-    behind = plant.body[BODY.index("trailer.hitch_to_cog")]
-    ball = side - ahead * column["car_yaw_rate"]
-    along = np.cos(column["articulation"]) * plant.speed + np.sin(column["articulation"]) * ball
-    across = np.cos(column["articulation"]) * ball - np.sin(column["articulation"]) * plant.speed
-    return np.asarray(np.arctan((across - behind * column["trailer_yaw_rate"]) / along))
+    return _angle(law.motion, plant, column)
+
+
+def _angle(name: str, plant: PlantInput, column: Mapping[str, Array]) -> Array:
+    """Side-slip angle of a body at its centre of gravity, or slip angle of its tyres, rad."""
+    at = {key: plant.body[i] for i, key in enumerate(BODY)}
+    side, rate = column["lateral_velocity"], column["car_yaw_rate"]
+    if name in ("sideslip_car", "slip_car_front", "slip_car_rear"):
+        ahead = {
+            "sideslip_car": 0.0, "slip_car_front": at["car.front_axle_to_cog"],
+            "slip_car_rear": -at["car.rear_axle_to_cog"],
+        }[name]  # fmt: skip
+        drift = np.arctan((side + ahead * rate) / plant.speed)
+        return np.asarray(drift if name == "sideslip_car" else _steered(name, plant) - drift)
+    ball = side - at["car.hitch_to_cog"] * rate
+    sine, cosine = np.sin(column["articulation"]), np.cos(column["articulation"])
+    along = cosine * plant.speed + sine * ball
+    rate = column["trailer_yaw_rate"]
+    across = cosine * ball - sine * plant.speed - at["trailer.hitch_to_cog"] * rate
+    if name == "sideslip_trailer":
+        return np.asarray(np.arctan(across / along))
+    axles = [-at["trailer.rear_axle_to_cog"]]
+    if at["trailer.front_cornering_stiffness"] > 0.0:
+        axles.append(at["trailer.front_axle_to_cog"])
+    return np.asarray(np.mean([-np.arctan((across + x * rate) / along) for x in axles], axis=0))
+
+
+def _steered(name: str, plant: PlantInput) -> Array:
+    """Steering angle of an axle of the car."""
+    return plant.steer if name == "slip_car_front" else np.zeros_like(plant.steer)
 
 
 def dragged(z: Array, bend: float) -> Array:

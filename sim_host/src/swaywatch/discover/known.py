@@ -30,6 +30,12 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
     ("slip_trailer", "articulation"): ("a steered trailer axle", "a steered trailer axle"),
     ("slip_car_front", "steer"): ("steering whose ratio changes over its angle",) * 2,
     ("slip_car_front", "heading_car"): ("", "steering that keeps the lane beside the driver"),
+    ("slip_car_front", "slip_car_front"): (
+        "",
+        "front wheels that give way: worn bearings or bushes",
+    ),
+    ("slip_car_rear", "slip_car_rear"): ("", "rear wheels that give way: worn bearings or bushes"),
+    ("slip_trailer", "slip_trailer"): ("", "wheels that give way: worn bearings or bushes"),
     ("slip_car_rear", "steer"): ("rear-wheel steering, same sense", "rear-wheel steering"),
     ("slip_car_front", "yaw_rate_car"): (
         "steering that follows the yaw",

@@ -32,6 +32,8 @@ def energy(law: Law, gain: float) -> str:
     """Whether the law can give energy to the motion."""
     if law.swings:
         return "stores energy and loses it to its own damping: it cannot make any"
+    if law.motion == law.place:
+        return "gives way to the tyres' own force: it cannot make any"
     if law.place not in _WORKS or law.power:
         return "can give energy to the motion: it takes it from the speed or from a drive"
     stores, loses, sign = _WORKS[law.place]
