@@ -25,7 +25,7 @@ from swaywatch.diagnose.plant import (
 from swaywatch.diagnose.runs import Run
 from swaywatch.diagnose.search import Search
 from swaywatch.diagnose.term import Term
-from swaywatch.discover.find import Laws
+from swaywatch.discover.find import Laws, typical
 from swaywatch.discover.grammar import Law, effect_of, grammar, law_of
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
@@ -354,3 +354,10 @@ def test_wrong_effect_files(tmp_path: Path) -> None:
         read_physics([path])
     with pytest.raises(SwaywatchError, match="has no stiffness"):
         named("spring", Law("hitch", "articulation").spec, {"stiffness": 1.0})
+
+
+def test_each_left_out_run_counts_by_how_many_times_better_it_is() -> None:
+    """A run near its critical speed drifts away with everything: it does not decide alone."""
+    _, library_, law = typical([(1.99, 0.169, 0.286), (0.114, 0.130, 0.030)])
+    assert library_ == pytest.approx(np.sqrt(0.169 * 0.130))
+    assert law < 0.65 * library_

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from swaywatch.diagnose.evidence import explained
 from swaywatch.diagnose.search import level
 from swaywatch.diagnose.verdict import SUREST, Verdict
-from swaywatch.discover.find import Discovery
+from swaywatch.discover.find import Discovery, typical
 from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, Law
 from swaywatch.discover.inputs import missing_inputs
 from swaywatch.discover.words import energy, sentence, suggestion
@@ -80,7 +78,7 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
         parameters["limit"]["unit"] = PLACES[law.place].unit
     main = term.values[0]
     before, after = level(found.base), level(found.fit)
-    rows = np.array(found.kept_out) if found.kept_out else None
+    kept = typical(found.kept_out) if found.kept_out else None
     error = float(parameters[term.effect.parameters[0].name]["standard_error"])
     return {
         "location": location(law),
@@ -104,11 +102,12 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
         "log_bayes_factor_to_library": found.evidence,
         "library_would_say": [t.effect.name for t in found.library.terms],
         "beside": [t.effect.name for t in found.fit.terms if t.effect.id != ID],
-        "kept_out": None if rows is None else {
-            "calibrated_nrmse": float(np.mean(rows[:, 0])),
-            "library_nrmse": float(np.mean(rows[:, 1])),
-            "with_law_nrmse": float(np.mean(rows[:, 2])),
-            "gain_over_library": 1.0 - float(np.mean(rows[:, 2]) / np.mean(rows[:, 1])),
+        "kept_out": None if kept is None else {
+            "calibrated_nrmse": kept[0],
+            "library_nrmse": kept[1],
+            "with_law_nrmse": kept[2],
+            "gain_over_library": 1.0 - kept[2] / kept[1],
+            "runs": [list(row) for row in found.kept_out],
         },
         "equivalent": [
             {"place": other.place, "depends_on": other.motion, "log_bayes_factor": behind}
