@@ -107,7 +107,7 @@ def _range(low: object, high: object) -> str:
 
 def parameters() -> str:
     """Roles of signals, and the ranges of vehicle.toml as the core has them."""
-    from swaywatch.core import vehicle_ranges
+    from swaywatch.ecu.core import vehicle_ranges
     from swaywatch.roles import CHANNELS
     from swaywatch.vehicle import _UNITS
 

@@ -25,8 +25,8 @@ import warning_campaign as wc
 import warning_plant as plant
 
 from swaywatch.analysis import usable, weighted_mean
-from swaywatch.core import PRESENCE, VALID, Core, Estimates, columns_of, positions_of
 from swaywatch.drive import Drive, load_drives
+from swaywatch.ecu.core import PRESENCE, VALID, Core, Estimates, columns_of, positions_of
 from swaywatch.trailer import INTERVAL, OWN_CHANNELS, chained
 from swaywatch.vehicle import Vehicle, load_vehicle
 

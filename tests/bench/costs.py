@@ -29,17 +29,17 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 from written import written
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.engine import diagnose, write
-from swaywatch.diagnose.fit import Fit, Problem
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.diagnose.model import beliefs_in, terms_of
-from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
-from swaywatch.diagnose.plant import BODY, neutral
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.stability import MOVING, base_of, causes_of, stability
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.report.stability import MOVING, base_of, causes_of, stability
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import Effect, library
+from swaywatch.effects.library.axle_load_harmonic import generator_effect
+from swaywatch.effects.runs import Run
 from swaywatch.models.costs import KMH, SWINGS_RAD_S, Base, critical_speeds
+from swaywatch.plant.lanes import BODY, neutral
 from swaywatch.vehicle import load_vehicle
 
 SMALL, MIDDLE = 0, 1

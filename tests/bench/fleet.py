@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-from swaywatch.bus import encode_drive
+from swaywatch.ecu.bus import encode_drive
 from swaywatch.recording import write_recording
 from swaywatch.simulate import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario

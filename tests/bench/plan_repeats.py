@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from written import written
 
-from swaywatch.diagnose.plant import OUTPUT, Job, run_jobs
 from swaywatch.plan.design import Design, make_design
 from swaywatch.plan.information import (
     DISTURBANCES,
@@ -29,6 +28,7 @@ from swaywatch.plan.information import (
     spectrum,
 )
 from swaywatch.plan.knowledge import Knowledge, Sensor, known_of, sensors_of
+from swaywatch.plant.lanes import OUTPUT, Job, run_jobs
 from swaywatch.vehicle import load_vehicle
 
 Array = NDArray[np.float64]

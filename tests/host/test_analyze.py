@@ -10,7 +10,7 @@ import pytest
 from conftest import DATA
 
 from swaywatch.cli import main
-from swaywatch.core import analyze_drive, model_damping
+from swaywatch.ecu.core import analyze_drive, model_damping
 from swaywatch.recording import read_recording, write_recording
 from swaywatch.reproduce.study import VEHICLE, Setup, drive_of
 from swaywatch.vehicle import load_vehicle

@@ -13,10 +13,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
 
 import calibrate
 
-from swaywatch.diagnose.calibration import BESIDE, interval, table
-from swaywatch.diagnose.describe import _reported
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.evidence.calibration import BESIDE, interval, table
+from swaywatch.diagnose.report.describe import _reported
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import library
 
 PROOF_SEED = 20261121
 

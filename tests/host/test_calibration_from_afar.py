@@ -9,15 +9,15 @@ from typing import cast
 import pytest
 from conftest import DATA
 
-from swaywatch.bus import encode_drive
-from swaywatch.diagnose.data import load
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.fit import Problem
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.road_vehicle import on_springs
-from swaywatch.diagnose.search import Candidate, Search, level
-from swaywatch.diagnose.term import Term
-from swaywatch.diagnose.verdict import _as_term, equivalents_of
+from swaywatch.diagnose.evidence.search import Candidate, Search, level
+from swaywatch.diagnose.evidence.verdict import _as_term, equivalents_of
+from swaywatch.diagnose.fit.data import load
+from swaywatch.diagnose.fit.fit import Problem
+from swaywatch.diagnose.fit.road_vehicle import on_springs
+from swaywatch.ecu.bus import encode_drive
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import library
+from swaywatch.plant.lanes import BODY
 from swaywatch.recording import write_recording
 from swaywatch.simulate import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario

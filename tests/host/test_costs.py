@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.plant import PlantInput, neutral
-from swaywatch.diagnose.runs import Run
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.effects.runs import Run
 from swaywatch.models import modes
 from swaywatch.models.costs import (
     SWINGS_RAD_S,
@@ -24,6 +23,7 @@ from swaywatch.models.costs import (
 )
 from swaywatch.models.double_track import DoubleTrack
 from swaywatch.models.physics import Effect
+from swaywatch.plant.lanes import PlantInput, neutral
 from swaywatch.vehicle import load_vehicle
 
 VEHICLE = load_vehicle(DATA / "practice" / "p03" / "vehicle.toml")

@@ -25,9 +25,9 @@ from swaywatch.damping.data import Choice, Run, load_runs
 from swaywatch.damping.doubt import Point, Value, points_of
 from swaywatch.damping.find import find
 from swaywatch.damping.model import from_systems, load_model
+from swaywatch.damping.sentences import comparison_words
 from swaywatch.damping.study import Study
 from swaywatch.damping.window import Estimator
-from swaywatch.damping.words import comparison_words
 from swaywatch.errors import ModelError, SignalError
 from swaywatch.recording import Series, write_recording
 

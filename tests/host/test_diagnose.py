@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from conftest import DATA, recordings
 
-from swaywatch.diagnose.data import load
-from swaywatch.diagnose.effect import Effect, Parameter, library
 from swaywatch.diagnose.engine import diagnose
-from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
-from swaywatch.diagnose.plant import BODY, OUTPUT, PlantInput, simulate
+from swaywatch.diagnose.evidence.search import level
+from swaywatch.diagnose.fit.data import load
+from swaywatch.diagnose.fit.fit import Fit, Fitter, Problem, predict_run
 from swaywatch.diagnose.predict import predict
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.search import level
-from swaywatch.diagnose.term import Term
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import Effect, Parameter, library
+from swaywatch.effects.runs import Run
 from swaywatch.errors import SwaywatchError
+from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, simulate
 
 WORDS = {
     "steering_compliance", "steering_free_play", "axle_load_harmonic", "tyre_relaxation",
@@ -130,7 +130,7 @@ def test_a_recording_without_excitation_is_not_judged(tmp_path: Path) -> None:
     loaded = load([run], case / "vehicle.toml", case / "signals.toml")
     assert loaded.problem is not None
     short = Run("x", np.arange(300) / 100.0, {"speed": np.full(300, 30.0)}, {}, 15.0)
-    from swaywatch.diagnose.data import _too_little
+    from swaywatch.diagnose.fit.data import _too_little
 
     assert "cannot say" in _too_little(short)
     del tmp_path

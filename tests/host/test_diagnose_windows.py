@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from swaywatch.diagnose.effect import RISE, Effect, Parameter, Window, library
-from swaywatch.diagnose.locate import Course, reformed, simplified, windows
-from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
-from swaywatch.diagnose.modules.sensor_roll_gravity import EFFECTS as GRAVITY_EFFECTS
-from swaywatch.diagnose.plant import BODY, PlantInput
-from swaywatch.diagnose.roll import lag, seen
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.evidence.locate import Course, reformed, simplified, windows
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import RISE, Effect, Parameter, Window, library
+from swaywatch.effects.library.axle_load_harmonic import generator_effect
+from swaywatch.effects.library.sensor_roll_gravity import EFFECTS as GRAVITY_EFFECTS
+from swaywatch.effects.roll import lag, seen
+from swaywatch.effects.runs import Run
+from swaywatch.plant.lanes import BODY, PlantInput
 
 SIZE = Parameter("n", "N", 0.0, -1e4, 1e4, (1.0,), 1.0)
 FORCE = Effect("push", "car", "physics", "", "", (SIZE,), windowed=True)

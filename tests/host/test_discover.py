@@ -10,9 +10,20 @@ import pytest
 from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, synthetic
 
-from swaywatch.diagnose.effect import library
+from swaywatch.diagnose.evidence.search import Search
 from swaywatch.diagnose.model import _entries, terms_of
-from swaywatch.diagnose.plant import (
+from swaywatch.discover.find import Laws, typical
+from swaywatch.discover.grammar import Law, effect_of, grammar, law_of
+from swaywatch.discover.known import KNOWN
+from swaywatch.discover.save import named, read_physics, save_law
+from swaywatch.discover.sentences import energy, sentence, suggestion
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import Run
+from swaywatch.errors import SwaywatchError
+from swaywatch.models.multibody import Multibody
+from swaywatch.models.multibody_vehicle import Inputs, Physics, reference_combination
+from swaywatch.plant.lanes import (
     BODY,
     LAW_OF,
     LAW_TO,
@@ -22,17 +33,6 @@ from swaywatch.diagnose.plant import (
     neutral,
     simulate,
 )  # fmt: skip
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.search import Search
-from swaywatch.diagnose.term import Term
-from swaywatch.discover.find import Laws, typical
-from swaywatch.discover.grammar import Law, effect_of, grammar, law_of
-from swaywatch.discover.known import KNOWN
-from swaywatch.discover.save import named, read_physics, save_law
-from swaywatch.discover.words import energy, sentence, suggestion
-from swaywatch.errors import SwaywatchError
-from swaywatch.models.multibody import Multibody
-from swaywatch.models.multibody_vehicle import Inputs, Physics, reference_combination
 
 SPEED = 28.0
 YAW = [OUTPUT.index(name) for name in ("car_yaw_rate", "trailer_yaw_rate", "hitch_y")]

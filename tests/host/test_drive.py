@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from conftest import DATA, recordings
 
-from swaywatch.core import vehicle_ranges
 from swaywatch.drive import load_drive, load_drives
+from swaywatch.ecu.core import vehicle_ranges
 from swaywatch.errors import SignalError, VehicleError
 from swaywatch.recording import Series, write_recording
 from swaywatch.vehicle import load_vehicle

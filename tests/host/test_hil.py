@@ -14,8 +14,8 @@ import pytest
 from conftest import DATA, Clock
 
 from swaywatch.cli import main
+from swaywatch.ecu.live import NodeFeed
 from swaywatch.errors import ScenarioError
-from swaywatch.live import NodeFeed
 from swaywatch.simulate.closed_loop import LoopResult, drive_closed_loop
 from swaywatch.simulate.expectation import Expectation
 from swaywatch.simulate.scenario import Scenario, load_scenario, read_scenario

@@ -14,9 +14,9 @@ from swaywatch.damping.course import Bend, fit_course
 from swaywatch.damping.data import Choice, run_of
 from swaywatch.damping.doubt import Point, Value
 from swaywatch.damping.page import make_page
+from swaywatch.damping.sentences import sentences
 from swaywatch.damping.study import Plan, Study, as_json, study_of
 from swaywatch.damping.window import Estimator
-from swaywatch.damping.words import sentences
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "bench"))
 

@@ -12,7 +12,7 @@ from test_double_track import TIME, VEHICLE, free_mode, impulse
 from swaywatch.models.double_track import DoubleTrack, Trace
 from swaywatch.models.physics import MODULES, Effect
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.models.vehicle_view import GRAVITY
+from swaywatch.plant.vehicle_view import GRAVITY
 
 # The words of the recordings' list that are physics, not sensors and not parameters.
 WORDS = frozenset((

@@ -1,6 +1,6 @@
 """Two ways into the one plant, from the simulator and from the diagnosis, say the same.
 
-An effect of `models.physics` and the effect of `diagnose.modules` of the same name fill slots each
+An effect of `models.physics` and the effect of `effects.library` of the same name fill slots each
 in its own way; here the change of the motion by one must be that by the other. Small steering
 keeps both in the linear range; effects that need roll, whose constants the two take from different
 sources, are compared in their own tests.
@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from test_double_track import TIME, VEHICLE, impulse
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.fit import Problem, predict_run
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.diagnose.fit.fit import Problem, predict_run
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import Run
 from swaywatch.models.double_track import DoubleTrack
 from swaywatch.models.physics import Effect
 

@@ -11,8 +11,8 @@ import pytest
 from conftest import recordings
 
 from swaywatch.analysis import conclude
-from swaywatch.core import AXLES, Estimates, analyze_drive
 from swaywatch.drive import load_drive
+from swaywatch.ecu.core import AXLES, Estimates, analyze_drive
 from swaywatch.recording import read_recording, write_recording
 from swaywatch.vehicle import load_vehicle
 

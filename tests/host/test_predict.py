@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from conftest import recordings
 
-from swaywatch.diagnose import data
-from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import write
-from swaywatch.diagnose.fit import Fit, predict_run
-from swaywatch.diagnose.holdout import held_out
+from swaywatch.diagnose.fit import data
+from swaywatch.diagnose.fit.fit import Fit, predict_run
+from swaywatch.diagnose.fit.holdout import held_out
 from swaywatch.diagnose.model import embedded, model_block, read_model, signals_for, terms_of
 from swaywatch.diagnose.predict import _split, blind_run, predict
-from swaywatch.diagnose.term import Term
 from swaywatch.drive import Drive, load_drives, load_signals
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import library
 from swaywatch.errors import SignalError, SwaywatchError
 
 VERDICTS = Path(__file__).resolve().parent.parent / "proof" / "verdicts" / "practice"

@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.diagnose.baselines import noticeable
-from swaywatch.diagnose.beliefs import beliefs_of
-from swaywatch.diagnose.data import load
-from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import diagnose
-from swaywatch.diagnose.evidence import explained, worth
-from swaywatch.diagnose.fit import Fit, plant_of
+from swaywatch.diagnose.evidence.baselines import noticeable
+from swaywatch.diagnose.evidence.evidence import explained, worth
+from swaywatch.diagnose.evidence.search import Search, level
+from swaywatch.diagnose.fit.beliefs import beliefs_of
+from swaywatch.diagnose.fit.data import load
+from swaywatch.diagnose.fit.fit import Fit, plant_of
+from swaywatch.diagnose.fit.road_vehicle import TYRES, WITHIN, on_springs, outside, values
 from swaywatch.diagnose.model import beliefs_in, model_block
-from swaywatch.diagnose.plant import BODY, SCALARS
-from swaywatch.diagnose.road_vehicle import TYRES, WITHIN, on_springs, outside, values
-from swaywatch.diagnose.runs import Run, low_pass
-from swaywatch.diagnose.search import Search, level
-from swaywatch.diagnose.term import Term
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import Run, low_pass
 from swaywatch.errors import VehicleError
+from swaywatch.plant.lanes import BODY, SCALARS
 from swaywatch.vehicle import load_vehicle
 
 CASE = DATA / "road" / "r22"

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.diagnose.data import load
-from swaywatch.diagnose.effect import Effect, library
-from swaywatch.diagnose.fit import OBSERVER, Fitter, Problem, predict_run
-from swaywatch.diagnose.locate import Locator, pulses_of, windows
-from swaywatch.diagnose.runs import RATE_HZ
-from swaywatch.diagnose.search import Search
-from swaywatch.diagnose.sparse_course import MOST_PULSES, sparse_course
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.evidence.locate import Locator, pulses_of, windows
+from swaywatch.diagnose.evidence.search import Search
+from swaywatch.diagnose.evidence.sparse_course import MOST_PULSES, sparse_course
+from swaywatch.diagnose.fit.data import load
+from swaywatch.diagnose.fit.fit import OBSERVER, Fitter, Problem, predict_run
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import Effect, library
+from swaywatch.effects.runs import RATE_HZ
 
 CASE = DATA / "practice" / "p01"
 TRUE = ((0, 5.3, 9.6), (0, 22.1, 26.2), (1, 14.4, 19.7))

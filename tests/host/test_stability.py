@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 from test_diagnose import BODY_VALUES, effect
 
-from swaywatch.diagnose.beliefs import beliefs_of
-from swaywatch.diagnose.costs_page import costs_part
-from swaywatch.diagnose.fit import Fit, Problem
-from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.stability import OUTSIDE, SENSOR, stability
-from swaywatch.diagnose.term import Term
-from swaywatch.diagnose.verdict import _Joint
+from swaywatch.diagnose.evidence.verdict import _Joint
+from swaywatch.diagnose.fit.beliefs import beliefs_of
+from swaywatch.diagnose.fit.fit import Fit, Problem
+from swaywatch.diagnose.report.costs_page import costs_part
+from swaywatch.diagnose.report.stability import OUTSIDE, SENSOR, stability
+from swaywatch.effects.active import Term
+from swaywatch.effects.library.axle_load_harmonic import generator_effect
+from swaywatch.effects.runs import Run
+from swaywatch.plant.lanes import BODY
 
 BELIEFS = beliefs_of(BODY_VALUES, ["car_yaw_rate"])
 

@@ -13,8 +13,8 @@ import numpy.typing as npt
 import pytest
 from conftest import DATA
 
-from swaywatch.core import AXLES, Estimates, analyze_drive
 from swaywatch.drive import Channel, Drive
+from swaywatch.ecu.core import AXLES, Estimates, analyze_drive
 from swaywatch.models.double_track import DoubleTrack, Trace
 from swaywatch.models.physics import Effect
 from swaywatch.roles import CHANNELS

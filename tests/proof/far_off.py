@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swaywatch.bus import encode_drive
 from swaywatch.diagnose.engine import diagnose
+from swaywatch.ecu.bus import encode_drive
 from swaywatch.recording import write_recording
 from swaywatch.simulate import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario

@@ -78,7 +78,7 @@ class Vehicle:
     path: Path | None = None
     tolerance: Mapping[str, float] = dataclasses.field(default_factory=dict)
     """Standard deviation of what is known, by name ("car.mass"): relative; of `cog` and
-    `hitch_to_cog` in m. What is not there has a tolerance by its kind (`diagnose.beliefs`)."""
+    `hitch_to_cog` in m. What is not there has a tolerance by its kind (`diagnose.fit.beliefs`)."""
 
 
 _UNITS = {
@@ -100,7 +100,7 @@ def _range(table: str, key: str) -> tuple[float, float, str]:
 
     Imported here, since the core's wrapping needs the classes above.
     """
-    from swaywatch.core import vehicle_ranges
+    from swaywatch.ecu.core import vehicle_ranges
 
     return (*vehicle_ranges()[f"{table}.{key}"], _UNITS[key])
 
@@ -130,7 +130,7 @@ def load_vehicle(path: Path | str) -> Vehicle:
             raise VehicleError(f"{path}: [car] hitch_to_cog is missing; a trailer hangs on it (m)")
     vehicle = Vehicle(car, trailer, path, _tolerances(path, content.get("tolerance", {})))
     _check_sense(path, vehicle)
-    from swaywatch.core import core_vehicle
+    from swaywatch.ecu.core import core_vehicle
 
     core_vehicle(vehicle)  # refuses what the core and the daemon would
     return vehicle

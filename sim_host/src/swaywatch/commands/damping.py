@@ -11,15 +11,15 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from swaywatch import output
 from swaywatch.damping.data import Choice
 from swaywatch.damping.model import load_model
 from swaywatch.damping.page import make_page
+from swaywatch.damping.sentences import interval, sentences, verdict
 from swaywatch.damping.study import Plan, Study, as_json, evaluate
-from swaywatch.damping.words import interval, sentences, verdict
 from swaywatch.errors import SignalError
-from swaywatch.progress import LateProgress
 from swaywatch.recording.guard import whole_file
+from swaywatch.terminal import output
+from swaywatch.terminal.progress import LateProgress
 
 HAS_JSON = True
 

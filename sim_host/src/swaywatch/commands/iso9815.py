@@ -11,7 +11,7 @@ from rich.console import Console
 from swaywatch.commands.damping import say, write
 from swaywatch.damping.data import Choice
 from swaywatch.damping.study import Plan, evaluate
-from swaywatch.progress import LateProgress
+from swaywatch.terminal.progress import LateProgress
 
 HAS_JSON = True
 

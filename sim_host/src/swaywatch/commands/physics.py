@@ -6,8 +6,8 @@ import argparse
 import textwrap
 from typing import Any
 
-from swaywatch import output
 from swaywatch.errors import ScenarioError
+from swaywatch.terminal import output
 
 HAS_JSON = True
 
@@ -33,9 +33,9 @@ def known() -> dict[str, dict[str, Any]]:
         Keys of an entry: ``title``, ``equation``, ``source``, ``reported`` (by diagnose),
         ``simulated`` (by simulate), ``parameters`` (name, unit).
     """
-    from swaywatch.diagnose.effect import library
-    from swaywatch.diagnose.sensor_faults import EQUATIONS
-    from swaywatch.diagnose.solo_effects import effects as solo_effects
+    from swaywatch.checks.sensor_faults import EQUATIONS
+    from swaywatch.diagnose.car_alone.effects import effects as solo_effects
+    from swaywatch.effects.effect import library
     from swaywatch.models.physics import MODULES
     from swaywatch.roles import CHANNELS
 

@@ -11,26 +11,26 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from swaywatch.diagnose.baselines import CARES, possible
-from swaywatch.diagnose.data import Loaded, load
-from swaywatch.diagnose.describe import calibrated, describe
-from swaywatch.diagnose.drifts import contradicted
-from swaywatch.diagnose.effect import Effect, library
-from swaywatch.diagnose.evidence import REMAINS
-from swaywatch.diagnose.fit import COMPARED, OBSERVER, Fitter, Problem
+from swaywatch.checks.sensor_faults import SensorFaults, combined
+from swaywatch.diagnose.car_alone.engine import diagnose_solo
+from swaywatch.diagnose.evidence.baselines import CARES, possible
+from swaywatch.diagnose.evidence.drifts import contradicted
+from swaywatch.diagnose.evidence.evidence import REMAINS
+from swaywatch.diagnose.evidence.search import Progress, Search, level
+from swaywatch.diagnose.evidence.verdict import Verdict, decide
+from swaywatch.diagnose.fit.data import Loaded, load
+from swaywatch.diagnose.fit.fit import COMPARED, OBSERVER, Fitter, Problem
+from swaywatch.diagnose.fit.road_vehicle import on_springs, outside
+from swaywatch.diagnose.fit.simulation import attach
+from swaywatch.diagnose.fit.stretches import misfit_of
 from swaywatch.diagnose.model import embedded, model_block
-from swaywatch.diagnose.page import page, write_page
-from swaywatch.diagnose.remains import locate_rest
-from swaywatch.diagnose.road_vehicle import on_springs, outside
-from swaywatch.diagnose.search import Progress, Search, level
-from swaywatch.diagnose.sensor_faults import SensorFaults, combined
-from swaywatch.diagnose.simulation import attach
-from swaywatch.diagnose.solo import diagnose_solo
-from swaywatch.diagnose.stability import stability
-from swaywatch.diagnose.stretches import misfit_of
-from swaywatch.diagnose.verdict import Verdict, decide
+from swaywatch.diagnose.report.describe import calibrated, describe
+from swaywatch.diagnose.report.page import page, write_page
+from swaywatch.diagnose.report.stability import stability
+from swaywatch.diagnose.report.unexplained import locate_rest
 from swaywatch.discover.find import Discovery, Laws
 from swaywatch.discover.report import take_law, with_law
+from swaywatch.effects.effect import Effect, library
 from swaywatch.errors import RecordingError
 from swaywatch.vehicle import load_vehicle
 

@@ -14,13 +14,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.beliefs import Belief, Beliefs
-from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.fit import Fit, Problem
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.fit.beliefs import Belief, Beliefs
+from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.drive import load_signals
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import Effect
 from swaywatch.errors import SignalError, SwaywatchError
+from swaywatch.plant.lanes import BODY
 from swaywatch.toml_file import load_toml
 
 
@@ -116,7 +116,7 @@ def _values(effect: Effect, entry: dict[str, Any]) -> tuple[float, ...]:
 
 
 def _generator(axle: str) -> Effect:
-    from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
+    from swaywatch.effects.library.axle_load_harmonic import generator_effect
 
     return generator_effect(axle)
 

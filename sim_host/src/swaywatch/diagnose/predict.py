@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.data import load_with_body
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.fit import Fit, Problem, predict_run
-from swaywatch.diagnose.holdout import START_S, start_values, valued, values_of
-from swaywatch.diagnose.judge import FIVE_PERCENT, errors, iso18571, nrmse
+from swaywatch.diagnose.car_alone.engine import predict_solo
+from swaywatch.diagnose.evidence.search import Search
+from swaywatch.diagnose.fit.agreement import FIVE_PERCENT, errors, iso18571, nrmse
+from swaywatch.diagnose.fit.data import load_with_body
+from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
+from swaywatch.diagnose.fit.holdout import START_S, start_values, valued, values_of
+from swaywatch.diagnose.fit.simulation import attach, roll_rates
 from swaywatch.diagnose.model import beliefs_in, read_model, signals_for, terms_of
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.runs import RATE_HZ, Run
-from swaywatch.diagnose.search import Search
-from swaywatch.diagnose.simulation import attach, roll_rates
-from swaywatch.diagnose.solo import predict_solo
-from swaywatch.diagnose.term import Term
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.errors import RecordingError, SwaywatchError
+from swaywatch.plant.lanes import BODY
 
 Array = NDArray[np.float64]
 
@@ -273,7 +273,7 @@ def find_windows(
     The amplitude is free while looking, so that a window counts only if what is seen there has the
     size that was diagnosed.
     """
-    from swaywatch.diagnose.locate import Locator
+    from swaywatch.diagnose.evidence.locate import Locator
 
     own = bool(problem.runs[0].correction)
     seen = problem if own else replace(problem, observer=OBSERVER)

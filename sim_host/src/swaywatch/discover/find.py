@@ -1,9 +1,10 @@
 """Which law: laws against the library, in free simulation, by evidence and by the run left out.
 
 A law is tried beside nothing and beside what the library found, from each baseline. All weigh alike
-(`diagnose/evidence.py`), with the price of having been chosen among all laws and effects; a law is
-claimed only where it is 150 times likelier than the best that the library can say, takes away more
-than models of this depth leave anyway, and predicts each run from the others better than that.
+(`diagnose/evidence/evidence.py`), with the price of having been chosen among all laws and effects;
+a law is claimed only where it is 150 times likelier than the best that the library can say, takes
+away more than models of this depth leave anyway, and predicts each run from the others better than
+that.
 """
 
 from __future__ import annotations
@@ -16,9 +17,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.baselines import Path, noticeable
-from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.evidence import (
+from swaywatch.diagnose.evidence.baselines import Path, noticeable
+from swaywatch.diagnose.evidence.evidence import (
     APART,
     CLAIMED,
     DISCREPANCY,
@@ -28,12 +28,10 @@ from swaywatch.diagnose.evidence import (
     residuals,
     worth,
 )
-from swaywatch.diagnose.fit import Background, Fit, Fitter, predict_run
-from swaywatch.diagnose.holdout import carried, start_values
-from swaywatch.diagnose.judge import errors, nrmse
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.search import Candidate, Linear, Progress, Search, level
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.evidence.search import Candidate, Linear, Progress, Search, level
+from swaywatch.diagnose.fit.agreement import errors, nrmse
+from swaywatch.diagnose.fit.fit import Background, Fit, Fitter, predict_run
+from swaywatch.diagnose.fit.holdout import carried, start_values
 from swaywatch.discover.grammar import (
     BENT_ONLY,
     BODIES,
@@ -46,6 +44,9 @@ from swaywatch.discover.grammar import (
     grammar,
     refined,
 )
+from swaywatch.effects.active import Term
+from swaywatch.effects.effect import Effect
+from swaywatch.plant.lanes import BODY
 
 Array = NDArray[np.float64]
 

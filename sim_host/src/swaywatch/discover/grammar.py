@@ -13,11 +13,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
-from swaywatch.diagnose.plant import BODY, LAW_TO, PlantInput
-from swaywatch.diagnose.runs import Run
 from swaywatch.discover.known import KNOWN
+from swaywatch.effects.effect import Effect, Parameter, Values, Window
+from swaywatch.effects.runs import Run
 from swaywatch.errors import SwaywatchError
+from swaywatch.plant.lanes import BODY, LAW_TO, PlantInput
 
 ID = "law"
 SPEED_M_S = 25.0  # at which the gain of a law is said

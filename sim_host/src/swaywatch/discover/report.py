@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from swaywatch.diagnose.evidence import explained
-from swaywatch.diagnose.search import level
-from swaywatch.diagnose.verdict import SUREST, Verdict
+from swaywatch.diagnose.evidence.evidence import explained
+from swaywatch.diagnose.evidence.search import level
+from swaywatch.diagnose.evidence.verdict import SUREST, Verdict
 from swaywatch.discover.find import Discovery, typical
 from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, Law
 from swaywatch.discover.inputs import missing_inputs
-from swaywatch.discover.words import energy, sentence, suggestion
+from swaywatch.discover.sentences import energy, sentence, suggestion
 
 NAMED_BESIDE = 0.9  # confidence in a library effect that a law is claimed beside
 

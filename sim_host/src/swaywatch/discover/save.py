@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.effect import Effect
 from swaywatch.discover.grammar import effect_of, law_of
+from swaywatch.effects.effect import Effect
 from swaywatch.errors import SwaywatchError
 
 _FILE = '''"""{text}

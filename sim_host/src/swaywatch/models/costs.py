@@ -25,10 +25,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.modules.axle_load_harmonic import force_phase
-from swaywatch.diagnose.plant import AXLES, BLOCK, OUTPUT, SCALARS, Job, PlantInput, run_jobs
-from swaywatch.diagnose.runs import RATE_HZ, Run
+from swaywatch.effects.library.axle_load_harmonic import force_phase
+from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.models.modes import FASTEST_M_S, SLOWEST_M_S, STEP_S, transitions
+from swaywatch.plant.lanes import AXLES, BLOCK, OUTPUT, SCALARS, Job, PlantInput, run_jobs
 
 Array = NDArray[np.float64]
 KMH = 3.6
@@ -111,7 +111,7 @@ class Base:
     Attributes
     ----------
     body, scalars
-        As of `plant.PlantInput`.
+        As of `plant.lanes.PlantInput`.
     values : shape (m,)
         What of it is not exact, ...
     act
@@ -548,7 +548,7 @@ def _figure(speed: float | None, changes: Array) -> Figure:
 
 
 def slots(name: str, values: Mapping[str, float]) -> Cause:
-    """A cause that is some scalar slots of the plant (`plant.SCALARS`).
+    """A cause that is some scalar slots of the plant (`plant.lanes.SCALARS`).
 
     Raises
     ------
@@ -576,8 +576,8 @@ def double_frequency(name: str, axle: str, amplitude_n: float, phase_rad: float)
     Parameters
     ----------
     axle
-        Of `plant.AXLES`; phi is the phase of its lateral force (4.4.2 of the reference), of the
-        trailer's axles that of its lateral acceleration.
+        Of `plant.lanes.AXLES`; phi is the phase of its lateral force (4.4.2 of the reference), of
+        the trailer's axles that of its lateral acceleration.
     """
     if axle not in AXLES:
         raise ValueError(f"{axle!r} is no axle; there are {', '.join(AXLES)}")

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.plant import OUTPUT
 from swaywatch.errors import VehicleError
 from swaywatch.models.modes import modes
 from swaywatch.plan.information import (
@@ -30,6 +29,7 @@ from swaywatch.plan.information import (
     outputs,
 )
 from swaywatch.plan.knowledge import SETS, Knowledge, Sensor, sensors_of
+from swaywatch.plant.lanes import OUTPUT
 from swaywatch.simulate.manoeuvres import make_plan
 from swaywatch.simulate.table import Table
 

@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from swaywatch.diagnose.plant import OUTPUT, Job, PlantInput, run_jobs
 from swaywatch.models.modes import critical_speeds
 from swaywatch.plan.knowledge import Knowledge, Sensor
+from swaywatch.plant.lanes import OUTPUT, Job, PlantInput, run_jobs
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

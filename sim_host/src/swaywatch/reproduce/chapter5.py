@@ -11,7 +11,7 @@ from plotly.subplots import make_subplots
 
 from swaywatch.models.double_track import DoubleTrack, SpeedControl
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.models.sprung import defaults
+from swaywatch.plant.sprung import defaults
 from swaywatch.reproduce import leads
 from swaywatch.reproduce.page import (
     BLUE,
@@ -241,7 +241,7 @@ def _checks(
               cause=f"without the lags {v_crit['on']:.1f}: they make up "
               f"{v_crit['on'] - v_crit['lag']:.1f} of {v_crit['on'] - 107.9:.1f} km/h; the rest is "
               f"what the air ({air:+.1f}) and roll ({roll:+.1f} km/h, on springs by the rules of "
-              "models/sprung.py) can take"),
+              "plant/sprung.py) can take"),
         Check("v_crit with the lags: core's prediction against the drives", v_crit["lag"],
               states["lag"].model_v_crit_kmh, 1.2, "km/h"),
         Check("car yaw inertia", 2690.0, states["on"].inertia_kgm2[0], 0.05 * 2690.0, "kg m2"),

@@ -12,10 +12,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from swaywatch.core import Estimates, analyze_drive
+from swaywatch.ecu.core import Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
-from swaywatch.models.layout import Array
 from swaywatch.models.single_track import SingleTrack
+from swaywatch.plant.layout import Array
 from swaywatch.reproduce import slalom
 from swaywatch.reproduce.page import (
     BLUE,

@@ -12,8 +12,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from swaywatch.core import Estimates, analyze_drive
 from swaywatch.drive import Channel, Drive
+from swaywatch.ecu.core import Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
 from swaywatch.models.single_track import SingleTrack
 from swaywatch.reproduce.chapter5 import ANGLE_DEG, COMPLIANCE, SPEED_KMH, tyre_vehicle

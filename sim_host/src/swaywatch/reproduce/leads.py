@@ -15,10 +15,11 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.plant import PlantInput, neutral
-from swaywatch.models import modes, sprung
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.models import modes
 from swaywatch.models.single_track import SingleTrack
+from swaywatch.plant import sprung
+from swaywatch.plant.lanes import PlantInput, neutral
 from swaywatch.reproduce.page import (
     BLUE,
     COLOURS,
@@ -64,7 +65,7 @@ def make(workers: int | None = None) -> Chapter:
         "What the text leaves open (3.2.1, 5.2.6)",
         "Eigenvalues of the plant with what is supposed switched on, one thing at a time, and "
         "simulated drives read by the C core. Sprung vehicle: values by the rules of "
-        "models/sprung.py, a relaxation length of 0.3 m at every axle.",
+        "plant/sprung.py, a relaxation length of 0.3 m at every axle.",
     )
     _static(chapter)
     _solo_damping(chapter)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from plotly.subplots import make_subplots
 
-from swaywatch.core import Estimates, analyze_drive
+from swaywatch.ecu.core import Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
-from swaywatch.models.layout import Array
+from swaywatch.plant.layout import Array
 from swaywatch.reproduce.page import BLUE, GREEN, ORANGE, RED, Chapter, Check, Figure, styled
 from swaywatch.reproduce.study import VEHICLE, in_parallel
 from swaywatch.simulate.run import simulate_plant, simulate_scenario

@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.core import AXLES, Estimates, analyze_drive
 from swaywatch.drive import Drive
+from swaywatch.ecu.core import AXLES, Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
 from swaywatch.simulate.run import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario

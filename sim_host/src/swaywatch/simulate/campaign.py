@@ -120,7 +120,7 @@ def run_job(job: Job) -> Outcome:
     )
     drive, trace = simulate_scenario(scenario)
     if job.out is not None:
-        from swaywatch.bus import encode_drive
+        from swaywatch.ecu.bus import encode_drive
         from swaywatch.recording import write_recording
 
         write_recording(job.out, encode_drive(drive))

@@ -30,10 +30,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from swaywatch._core import ffi, lib
-from swaywatch.bus import MESSAGES, database
-from swaywatch.core import ALARM
 from swaywatch.cosim.plant import FmuPlant
+from swaywatch.ecu._core import ffi, lib
+from swaywatch.ecu.bus import MESSAGES, database
+from swaywatch.ecu.core import ALARM
 from swaywatch.errors import RecordingError, ScenarioError
 from swaywatch.models.double_track import DoubleTrack, SpeedControl
 from swaywatch.simulate.driver import make_driver

@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from swaywatch.core import ALARM
+from swaywatch.ecu.core import ALARM
 from swaywatch.recording.guard import whole_file
 from swaywatch.simulate.closed_loop import LoopResult
 from swaywatch.simulate.table import Table

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from swaywatch.errors import ScenarioError
-from swaywatch.models.layout import Array
 from swaywatch.models.physics import Effect
+from swaywatch.plant.layout import Array
 from swaywatch.simulate.table import Table
 
 KMH = 3.6

@@ -19,7 +19,7 @@
     moment_nm = 130.0
 
     [sprung]                        # bodies roll on springs; without it they do not act back
-    roll_stiffness_car = 90e3       # any value of models/sprung.py; the rest follows the vehicle
+    roll_stiffness_car = 90e3       # any value of plant/sprung.py; the rest follows the vehicle
 
     [driver]
     kind = "lets_go"
@@ -47,10 +47,10 @@ from typing import Any
 import numpy as np
 
 from swaywatch.errors import ScenarioError
-from swaywatch.models.layout import Array
 from swaywatch.models.physics import Effect
-from swaywatch.models.sprung import defaults
-from swaywatch.models.vehicle_view import constants_of
+from swaywatch.plant.layout import Array
+from swaywatch.plant.sprung import defaults
+from swaywatch.plant.vehicle_view import constants_of
 from swaywatch.simulate.manoeuvres import Plan, make_plan
 from swaywatch.simulate.table import Table
 from swaywatch.simulate.timing import Timing, read_timing

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.words import how_much, named, part, when
+from swaywatch.diagnose.report.labels import how_much, named, part, when
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording.guard import must_exist
 from swaywatch.survey.outcome import Journal, Outcome

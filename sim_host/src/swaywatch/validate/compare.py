@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.analysis import AXLE_NAMES, DriveResult, usable
-from swaywatch.core import AXLES, Estimates
 from swaywatch.drive import Drive
+from swaywatch.ecu.core import AXLES, Estimates
 
 Array = NDArray[np.float64]
 

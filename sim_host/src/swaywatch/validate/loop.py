@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from swaywatch.analysis import DriveResult, analyze, conclude, usable
-from swaywatch.core import analyze_drive
 from swaywatch.cosim import is_fmu
-from swaywatch.cosim.twin import twin_of
 from swaywatch.drive import Drive
+from swaywatch.ecu.core import analyze_drive
 from swaywatch.errors import RecordingError
 from swaywatch.validate.compare import CRITERION, Line, compare
 from swaywatch.validate.correct import (
@@ -24,6 +23,7 @@ from swaywatch.validate.correct import (
     lags,
     physics_of,
 )
+from swaywatch.validate.fmu_twin import twin_of
 from swaywatch.validate.twin import simulate_twin
 from swaywatch.vehicle import Vehicle
 

@@ -13,7 +13,7 @@ from plotly.subplots import make_subplots
 
 from swaywatch import __version__
 from swaywatch.analysis import AXLE_NAMES, DriveResult, usable
-from swaywatch.core import AXLES
+from swaywatch.ecu.core import AXLES
 from swaywatch.report.shell import document, plot, table, wide
 from swaywatch.validate.compare import CRITERION, LEAST_DAMPING_RATIO, Figure, Line
 from swaywatch.validate.correct import RELAXATION, Correction

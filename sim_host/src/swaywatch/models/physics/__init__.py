@@ -1,7 +1,7 @@
 """Switchable physics of the simulator: one file per effect.
 
 Each file holds the equation in words, its source, where it enters, its parameters with bounds and
-units, and how it is put into the plant's numbers (`models.layout`), as ``MODULE``; the plant itself
+units, and how it is put into the plant's numbers (`plant.layout`), as ``MODULE``; the plant itself
 (plant_step.h) has the slot. :class:`Effect` is one effect with its values::
 
     DoubleTrack(vehicle, physics=[Effect("hitch_friction", moment_nm=130.0)])

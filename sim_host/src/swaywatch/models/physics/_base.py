@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from swaywatch.models.layout import AXLES, A, Array, P
+from swaywatch.plant.layout import AXLES, A, Array, P
 
 ALWAYS = (-math.inf, math.inf)
 
@@ -35,7 +35,7 @@ class Arrays:
         self.windows: list[tuple[float, ...]] = []
 
     def set(self, name: str, value: float) -> None:
-        """Set a global parameter of :data:`swaywatch.models.layout.P_NAMES`."""
+        """Set a global parameter of :data:`swaywatch.plant.layout.P_NAMES`."""
         self.p[P[name]] = value
 
     def get(self, name: str) -> float:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from swaywatch.models.layout import AXLES, W_GENERATOR, W_HARMONIC, W_UNIT
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter, Windowed
+from swaywatch.plant.layout import AXLES, W_GENERATOR, W_HARMONIC, W_UNIT
 
 
 def delay_for_phase(phase_deg: float, frequency_hz: float, mean_time_s: float) -> float:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from swaywatch.models.layout import BODIES, W_GUST
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.plant.layout import BODIES, W_GUST
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from swaywatch.models.layout import A, P
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.plant.layout import A, P
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

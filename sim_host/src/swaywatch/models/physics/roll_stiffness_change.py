@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from swaywatch.models.layout import BODIES
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.plant.layout import BODIES
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from swaywatch.models.layout import W_STIFFNESS
 from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter, axle_numbers
+from swaywatch.plant.layout import W_STIFFNESS
 
 
 def _apply(arrays: Arrays, effect: Effect) -> None:
