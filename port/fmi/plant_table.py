@@ -17,7 +17,8 @@ from swaywatch.plant.lanes import AXLE, AXLES, BODY, DRIVE, SCALARS
 from swaywatch.plant.sprung import BELIEFS, defaults
 from swaywatch.plant.stepping import COLUMNS, Setup
 from swaywatch.plant.vehicle_view import constants_of
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 HEAD = "/* Made by plant_table.py from {}. */\n"
 BODY_UNITS = {

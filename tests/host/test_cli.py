@@ -33,7 +33,7 @@ from swaywatch.report.page import make_report
 from swaywatch.report.sentences import critical_words, sentences, verdict
 from swaywatch.roles import CHANNELS
 from swaywatch.terminal import crash
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P03 = DATA / "practice" / "p03"
 VEHICLE, SIGNALS = P03 / "vehicle.toml", P03 / "signals.toml"

@@ -11,7 +11,7 @@ from conftest import DATA
 from swaywatch.checks.clocks import check_rate, check_steps
 from swaywatch.checks.quality import check_drive
 from swaywatch.drive import Channel, Drive, load_drive
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 

@@ -28,7 +28,7 @@ from swaywatch.plant.vehicle_view import constants_of
 from swaywatch.simulate.scenario import read_scenario
 from swaywatch.validate.fmu_twin import twin_of
 from swaywatch.validate.twin import simulate_twin
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01, P03 = DATA / "practice" / "p01", DATA / "practice" / "p03"
 RIGID = """[parameters]

@@ -10,14 +10,14 @@ import pytest
 from conftest import DATA, recordings
 
 from swaywatch.diagnose.car_alone.car import SLOTS, CarInput, simulate
-from swaywatch.diagnose.car_alone.data import load_solo
+from swaywatch.diagnose.car_alone.data import load_car_runs
 from swaywatch.diagnose.car_alone.relations import banked, relations
 from swaywatch.diagnose.engine import diagnose, write
 from swaywatch.diagnose.predict import predict
 from swaywatch.effects.roll import lag
 from swaywatch.errors import RecordingError, SignalError
 from swaywatch.plant.lanes import GRAVITY
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 VEHICLE = """[car]
 mass = 1500
@@ -128,7 +128,7 @@ def test_a_concealed_roll_is_found_and_predicts(
 
 def test_relations_name_track_and_gain(case: tuple[Path, list[Path], Path, Path]) -> None:
     _, runs, vehicle, signals = case
-    data = load_solo(runs, load_vehicle(vehicle), signals)
+    data = load_car_runs(runs, load_vehicle(vehicle), signals)
     found = {f.name.split(",", maxsplit=1)[0]: f for f in relations(data)}
     assert found["rear wheels' speed difference / yaw rate"].value == pytest.approx(TRACK, rel=0.02)
     turn = found["lateral acceleration / (speed x yaw rate)"].value
@@ -141,7 +141,7 @@ def test_steering_of_the_other_sign_is_said_and_turned(tmp_path: Path) -> None:
     (tmp_path / "vehicle.toml").write_text(VEHICLE)
     (tmp_path / "signals.toml").write_text(SIGNALS)
     run = _run(tmp_path / "run.csv", 0, sign=-1.0)
-    data = load_solo([run], load_vehicle(tmp_path / "vehicle.toml"), tmp_path / "signals.toml")
+    data = load_car_runs([run], load_vehicle(tmp_path / "vehicle.toml"), tmp_path / "signals.toml")
     assert any("sign = -1" in check for check in data.checks)
     steer, yaw = (
         data.runs[0].channels["steering_wheel_angle"],
@@ -149,7 +149,7 @@ def test_steering_of_the_other_sign_is_said_and_turned(tmp_path: Path) -> None:
     )
     assert np.corrcoef(steer, yaw)[0, 1] > 0.3
     other = _run(tmp_path / "other.csv", 1)
-    data = load_solo(
+    data = load_car_runs(
         [run, other], load_vehicle(tmp_path / "vehicle.toml"), tmp_path / "signals.toml"
     )
     said = [check for check in data.checks if "sign is wrong" in check]
@@ -176,11 +176,11 @@ def test_missing_roles_are_said(case: tuple[Path, list[Path], Path, Path], tmp_p
     _, runs, vehicle, _ = case
     few = tmp_path / "few.toml"
     few.write_text("\n".join(line for line in SIGNALS.splitlines() if "Acc" not in line))
-    data = load_solo(runs, load_vehicle(vehicle), few)
+    data = load_car_runs(runs, load_vehicle(vehicle), few)
     assert any("not recorded: car_lateral_acceleration" in check for check in data.checks)
     few.write_text("\n".join(line for line in SIGNALS.splitlines() if "Steer" not in line))
     with pytest.raises(SignalError, match="no steering_wheel_angle"):
-        load_solo(runs, load_vehicle(vehicle), few)
+        load_car_runs(runs, load_vehicle(vehicle), few)
 
 
 def test_a_simulation_of_a_car_alone_is_refused(case: tuple[Path, list[Path], Path, Path]) -> None:
@@ -191,7 +191,7 @@ def test_a_simulation_of_a_car_alone_is_refused(case: tuple[Path, list[Path], Pa
 
 def test_dropouts_of_the_infiniti_and_its_turns() -> None:
     folder = recordings("real", "infiniti_g35")
-    data = load_solo(
+    data = load_car_runs(
         sorted(folder.glob("run*.mf4")), load_vehicle(folder / "vehicle.toml"),
         DATA / "real" / "infiniti_g35.toml",
     )  # fmt: skip
@@ -209,7 +209,7 @@ def test_dropouts_of_the_infiniti_and_its_turns() -> None:
 
 def test_spikes_of_the_ferrari() -> None:
     folder = recordings("real", "ferrari_250lm")
-    data = load_solo(
+    data = load_car_runs(
         sorted(folder.glob("run*.mf4")), load_vehicle(folder / "vehicle.toml"),
         DATA / "real" / "ferrari_250lm.toml",
     )  # fmt: skip

@@ -9,16 +9,16 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from swaywatch.diagnose.evidence.evidence import REMAINS
+from swaywatch.diagnose.evidence.evidence import UNEXPLAINED_ABOVE
 from swaywatch.diagnose.report import labels, page
 from swaywatch.terminal.progress import LateProgress
 
 
-@pytest.mark.parametrize("left", [REMAINS - 0.05, REMAINS + 0.05])
+@pytest.mark.parametrize("left", [UNEXPLAINED_ABOVE - 0.05, UNEXPLAINED_ABOVE + 0.05])
 def test_a_mismatch_above_clean_recordings_is_not_called_noise(left: float) -> None:
     said = page.rest_of_it([], {"reduced_chi_square_diagnosed": left})
-    assert ("Nothing above the noise." in said) == (left < REMAINS)
-    assert any(f"{left:.2f} is above" in text for text in said) == (left > REMAINS)
+    assert ("Nothing above the noise." in said) == (left < UNEXPLAINED_ABOVE)
+    assert any(f"{left:.2f} is above" in text for text in said) == (left > UNEXPLAINED_ABOVE)
 
 
 @pytest.mark.parametrize("at_bound", [False, True])

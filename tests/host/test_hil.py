@@ -20,7 +20,7 @@ from swaywatch.simulate.closed_loop import LoopResult, drive_closed_loop
 from swaywatch.simulate.expectation import Expectation
 from swaywatch.simulate.scenario import Scenario, load_scenario, read_scenario
 from swaywatch.simulate.table import Table
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FOLDER = DATA / "practice" / "p01"
 REAR_AXLE_M = -1.383

@@ -22,7 +22,7 @@ from swaywatch.recording import Frames, read_recording, write_recording
 from swaywatch.recording.dbc import frames_by_identifier
 from swaywatch.recording.pythoncan import messages
 from swaywatch.roles import CHANNELS
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 ROOT = Path(__file__).resolve().parents[2]

@@ -25,7 +25,7 @@ from swaywatch.ecu.core import Core, Estimates, columns_of, positions_of
 from swaywatch.ecu.live import NodeFeed, Playback
 from swaywatch.report import live
 from swaywatch.report.live import LivePage, Server
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 

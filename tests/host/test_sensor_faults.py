@@ -20,7 +20,7 @@ from swaywatch.checks.sensor_faults import SensorFaults
 from swaywatch.diagnose.engine import diagnose
 from swaywatch.diagnose.fit import data
 from swaywatch.drive import Channel, Drive, load_drives
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 Array = npt.NDArray[np.float64]
 Fault = Callable[[Drive], Drive]

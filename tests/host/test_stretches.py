@@ -22,7 +22,7 @@ from swaywatch.diagnose.fit.stretches import (
     misfit_of,
 )
 from swaywatch.drive import Channel, Drive
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
 from swaywatch.effects.runs import RATE_HZ, Run
 
@@ -89,7 +89,7 @@ def test_stretches_with_something_missing_do_not_fit(problem: Problem) -> None:
     fit = fitter.run(fitter.start(), 8)
     softer = next(e for e in library() if e.name == "tyre_stiffness_change:trailer")
     run = problem.runs[0]
-    term = Term(softer, (0.0, float(run.time[-1]), 0.8), (0,))
+    term = ActiveEffect(softer, (0.0, float(run.time[-1]), 0.8), (0,))
     rng = np.random.default_rng(4)
     others = []
     for terms in ((), (term,)):

@@ -32,7 +32,8 @@ from swaywatch.ecu.core import (
 )
 from swaywatch.ecu.supervised import findings_of
 from swaywatch.errors import RecordingError, SignalError
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]

@@ -31,7 +31,7 @@ from swaywatch.damping.page import course_figure, signal_figure
 from swaywatch.damping.sentences import interval
 from swaywatch.damping.sentences import sentences as damping_sentences
 from swaywatch.damping.sentences import verdict as damping_verdict
-from swaywatch.damping.study import Plan, Study, as_json, evaluate
+from swaywatch.damping.study import Study, StudyPlan, as_json, evaluate
 from swaywatch.ecu.bus import encode_drive
 from swaywatch.ecu.core import unit_of
 from swaywatch.first_files import inventory
@@ -91,7 +91,7 @@ def _frame(columns: dict[str, Any]) -> pd.DataFrame:
 
 
 @dataclass(frozen=True)
-class Drive:
+class AnalyzedDrive:
     """One drive after :func:`analyze`."""
 
     result: DriveResult
@@ -298,7 +298,7 @@ def simulate(scenario: File, to: File, *, signals: File, seed: int | None = None
 
 def analyze(
     recordings: Files, *, vehicle: File, signals: File, window: float | None = None
-) -> list[Drive]:
+) -> list[AnalyzedDrive]:
     """Stability margin, damping, stiffnesses of each drive; see ``swaywatch analyze``.
 
     Raises
@@ -307,7 +307,7 @@ def analyze(
         The input is at fault.
     """
     results = run_analysis(_paths(recordings), Path(vehicle), Path(signals), window=window)
-    return [Drive(result) for result in results]
+    return [AnalyzedDrive(result) for result in results]
 
 
 def damping(
@@ -338,7 +338,7 @@ def damping(
     linear = load_model(model) if isinstance(model, str) else model
     return Swings(
         evaluate(
-            _paths(recordings), Plan(chosen, band_hz), compare=_paths(compare), names=names,
+            _paths(recordings), StudyPlan(chosen, band_hz), compare=_paths(compare), names=names,
             model=linear,
         )
     )  # fmt: skip

@@ -15,7 +15,7 @@ from swaywatch.damping.data import Choice
 from swaywatch.damping.model import load_model
 from swaywatch.damping.page import make_page
 from swaywatch.damping.sentences import interval, sentences, verdict
-from swaywatch.damping.study import Plan, Study, as_json, evaluate
+from swaywatch.damping.study import Study, StudyPlan, as_json, evaluate
 from swaywatch.errors import SignalError
 from swaywatch.recording.guard import whole_file
 from swaywatch.terminal import output
@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     choice = Choice(
         tuple(args.channel), tuple(args.input), args.against, args.signals, tuple(args.dbc)
     )
-    plan = Plan(choice, (low, high), tuple(args.against_values))
+    plan = StudyPlan(choice, (low, high), tuple(args.against_values))
     model = load_model(args.model) if args.model else None
     with LateProgress(Console(stderr=True)) as progress:
         study = evaluate(

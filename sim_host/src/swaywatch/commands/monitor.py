@@ -34,7 +34,8 @@ from swaywatch.ecu.live import NodeFeed, Playback, RoleFeed
 from swaywatch.ecu.supervised import told
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording import read_recording
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 _STYLE = {
     "off": "dim", "normal": "bold white on green", "notice": "bold black on yellow",

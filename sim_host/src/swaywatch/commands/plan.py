@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     from swaywatch.plan.design import make_design
     from swaywatch.plan.knowledge import known_of
     from swaywatch.terminal.progress import LateProgress
-    from swaywatch.vehicle import load_vehicle
+    from swaywatch.vehicle_file import load_vehicle
 
     error = args.error if args.error is not None else {"critical-speed": 1.0}.get(args.goal, 2.5)
     for name, value, low, high in (

@@ -16,7 +16,7 @@ from swaywatch.recording.guard import whole_file
 from swaywatch.terminal import output
 from swaywatch.terminal.progress import LateProgress
 from swaywatch.trailer import INTERVAL, TrailerResult, as_json, identify
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 HAS_JSON = True
 KMH = 3.6

@@ -9,9 +9,9 @@ import numpy as np
 
 from swaywatch.damping.compare import Comparison, Difference
 from swaywatch.damping.course import Zero
-from swaywatch.damping.doubt import Value
+from swaywatch.damping.doubt import IntervalValue
 from swaywatch.damping.model import LinearModel
-from swaywatch.damping.study import Place, Study, kind_of
+from swaywatch.damping.study import SpeedGroup, Study, kind_of
 
 _NAMES = {
     "damping_ratio": "damping ratio", "frequency_hz": "frequency", "growth_1_s": "growth",
@@ -21,7 +21,7 @@ AGREE = 0.25
 _UNITS = {"damping_ratio": "", "frequency_hz": " Hz", "growth_1_s": " 1/s"}
 
 
-def interval(value: Value, digits: int = 3) -> str:
+def interval(value: IntervalValue, digits: int = 3) -> str:
     """``0.243 (0.221 to 0.265)``."""
     if not math.isfinite(value.half) or value.error == 0.0:
         return f"{value.value:.{digits}f}"
@@ -66,7 +66,7 @@ def verdict(study: Study) -> tuple[str, str]:
     return ("good" if sure else "near"), text
 
 
-def _frequency(place: Place) -> str:
+def _frequency(place: SpeedGroup) -> str:
     return f"frequency {interval(place.frequency_hz)} Hz"
 
 

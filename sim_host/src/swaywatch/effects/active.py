@@ -11,7 +11,7 @@ _STOP = Parameter("stop", "s", 0.0, -1e9, 1e9, (0.0,), 0.1)
 
 
 @dataclass(frozen=True)
-class Term:
+class ActiveEffect:
     """An effect with its values.
 
     Attributes
@@ -62,7 +62,7 @@ class Term:
                 found.append(Window(v[0], v[1], dict(zip(names, v[2:], strict=True))))
         return found
 
-    def longer_than(self, shortest_s: float) -> Term:
+    def longer_than(self, shortest_s: float) -> ActiveEffect:
         """Without windows that are shorter; a fit may move their ends past each other."""
         k = self.stride
         rows = [self.values[w * k : (w + 1) * k] for w in range(len(self.window_runs))]
@@ -70,4 +70,4 @@ class Term:
         if not self.effect.windowed or len(kept) == len(rows):
             return self
         values = tuple(value for w in kept for value in rows[w])
-        return Term(self.effect, values, tuple(self.window_runs[w] for w in kept))
+        return ActiveEffect(self.effect, values, tuple(self.window_runs[w] for w in kept))

@@ -144,7 +144,7 @@ class Effect:
     windowed
         True: acts in time windows that have to be found; the values are then per window.
     lines
-        Lines at which its fingerprint shows.
+        Lines at which it shows in the residual map.
     needs
         Channels without which it cannot be tested.
     decided_by

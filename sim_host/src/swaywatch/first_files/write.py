@@ -17,7 +17,7 @@ from swaywatch.errors import SwaywatchError
 from swaywatch.first_files.inventory import Signal
 from swaywatch.first_files.propose import LIKELY, ROAD_WHEEL, SURE, Proposal
 from swaywatch.roles import CHANNELS, WHEEL_ROLES, WHEELS
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 Ask = Callable[[str, str, str], str]
 _CAR_ALONE = ("speed", "car_yaw_rate", "steering_wheel_angle", "car_lateral_acceleration")

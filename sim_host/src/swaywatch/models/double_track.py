@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from swaywatch.models.physics import Effect
+from swaywatch.models.physics import PhysicsEffect
 from swaywatch.models.physics._base import Arrays
 from swaywatch.models.physics.steering_free_play import follow
 from swaywatch.plant._plant import lib
@@ -45,7 +45,7 @@ from swaywatch.plant.layout import (
     P,
 )
 from swaywatch.plant.stepping import COLUMNS, Generator, Setup, Stepping
-from swaywatch.plant.vehicle_view import GRAVITY, Body, car_of, trailer_of
+from swaywatch.plant.vehicle_view import GRAVITY, BodyView, car_of, trailer_of
 from swaywatch.vehicle import Vehicle
 
 _REFERENCE = {W_GENERATOR: 0, W_UNIT: 1}
@@ -353,7 +353,7 @@ class DoubleTrack:
     def __init__(
         self,
         vehicle: Vehicle,
-        physics: Sequence[Effect] = (),
+        physics: Sequence[PhysicsEffect] = (),
         *,
         car_roll: BodyRoll = CAR_ROLL,
         trailer_roll: BodyRoll = TRAILER_ROLL,
@@ -680,7 +680,7 @@ def _baseline(vehicle: Vehicle, car_roll: BodyRoll, trailer_roll: BodyRoll) -> A
     return arrays
 
 
-def _body(arrays: Arrays, body: int, data: Body, roll: BodyRoll) -> None:
+def _body(arrays: Arrays, body: int, data: BodyView, roll: BodyRoll) -> None:
     arrays.p[P[f"roll_gain_{body + 1}"]] = roll.roll_gradient_rad_per_m_s2
     arrays.p[P[f"roll_omega_{body + 1}"]] = 2.0 * math.pi * roll.roll_frequency_hz
     arrays.p[P[f"roll_zeta_{body + 1}"]] = roll.roll_damping_ratio

@@ -50,7 +50,7 @@ class Unknown:
 
 
 @dataclass(frozen=True)
-class Sensor:
+class KnownSensor:
     """A channel: the output of the plant and its noise (standard deviation of a sample)."""
 
     role: str
@@ -211,7 +211,7 @@ SETS: Mapping[str, tuple[str, Mapping[str, str]]] = {
 """Sets of sensors beside steering-wheel angle and speed, each with more than the one before."""
 
 
-def sensors_of(name: str) -> tuple[Sensor, ...]:
+def sensors_of(name: str) -> tuple[KnownSensor, ...]:
     """Sensors of a set, with the noise of a test vehicle's (`simulate.sensors`, typical)."""
     found = []
     for role, output in SETS[name][1].items():
@@ -219,5 +219,5 @@ def sensors_of(name: str) -> tuple[Sensor, ...]:
         assert kind is not None
         assert output in OUTPUT
         noise = float(np.hypot(kind.noise, kind.quantisation / np.sqrt(12.0)))
-        found.append(Sensor(role, output, noise))
+        found.append(KnownSensor(role, output, noise))
     return tuple(found)

@@ -15,7 +15,7 @@ GRAVITY = 9.81
 
 
 @dataclass(frozen=True)
-class Body:
+class BodyView:
     """Car or trailer with all its numbers (SI); an axle that is not there has no stiffness."""
 
     mass: float
@@ -36,12 +36,12 @@ def _given(value: float | None, vehicle: Vehicle, body: str, key: str) -> float:
     return value
 
 
-def car_of(vehicle: Vehicle) -> Body:
+def car_of(vehicle: Vehicle) -> BodyView:
     """The car; axle loads that are not given come from its mass and COG."""
     car: Car = vehicle.car
     weight = car.mass * GRAVITY
     front, rear = car.front_axle_load, car.rear_axle_load
-    return Body(
+    return BodyView(
         car.mass,
         car.yaw_inertia,
         car.front_axle_to_cog,
@@ -54,7 +54,7 @@ def car_of(vehicle: Vehicle) -> Body:
     )
 
 
-def trailer_of(vehicle: Vehicle) -> Body | None:
+def trailer_of(vehicle: Vehicle) -> BodyView | None:
     """The trailer, or None; a single axle is the rear one.
 
     Axle loads that are not given share the trailer's weight equally between the axles, less the
@@ -79,7 +79,7 @@ def trailer_of(vehicle: Vehicle) -> Body | None:
         half = 0.5 * weight
         front_load = half if trailer.front_axle_load is None else trailer.front_axle_load
         rear_load = half if trailer.rear_axle_load is None else trailer.rear_axle_load
-    return Body(
+    return BodyView(
         trailer.mass,
         trailer.yaw_inertia,
         front,

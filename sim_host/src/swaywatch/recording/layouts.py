@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from swaywatch.recording import Series
+from swaywatch.recording.frames import Series
 from swaywatch.recording.guard import whole_file
 from swaywatch.recording.mcap import topics
 

@@ -50,7 +50,7 @@ MEMORY_S = 2.0
 """Longest delay of a sensor."""
 
 
-class Bus(Protocol):
+class LoopBus(Protocol):
     """What the loop needs of a python-can bus."""
 
     def send(self, msg: Any, timeout: float | None = None) -> None:
@@ -229,7 +229,7 @@ class Encoder:
 
 def drive_closed_loop(
     scenario: Scenario,
-    bus: Bus,
+    bus: LoopBus,
     *,
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,

@@ -30,7 +30,7 @@ LEAST_EXCITATION = 0.02  # rad/s RMS of the yaw rate
 
 
 @dataclass
-class SoloRun:
+class CarRun:
     """One recording on an even grid.
 
     Attributes
@@ -73,10 +73,10 @@ class Part:
 
 
 @dataclass
-class SoloData:
+class CarData:
     """All of it, with sentences about the data."""
 
-    runs: list[SoloRun]
+    runs: list[CarRun]
     parts: list[Part]
     vehicle: Vehicle
     signals: dict[str, str]
@@ -90,7 +90,7 @@ class SoloData:
         return tuple(c for c in COMPARED if all(c in run.channels for run in self.runs))
 
 
-def load_solo(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> SoloData:
+def load_car_runs(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> CarData:
     """Read, clean, cut into parts.
 
     Raises
@@ -98,7 +98,7 @@ def load_solo(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> So
     SwaywatchError
         Steering, speed or every lateral channel is missing.
     """
-    data = SoloData([], [], vehicle, {})
+    data = CarData([], [], vehicle, {})
     for number, drive in enumerate(load_drives(list(recordings), signals, join=False)):
         data.signals.update({k: c.signal for k, c in drive.channels.items()})
         data.checks += list(drive.remarks)
@@ -123,14 +123,14 @@ def load_solo(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -> So
     return data
 
 
-def _run(drive: Drive, name: str) -> SoloRun:
+def _run(drive: Drive, name: str) -> CarRun:
     channels = {k: (c.time_s, c.value) for k, c in drive.channels.items() if c.time_s.size > 1}
     for need in (STEER, "speed"):
         if need not in channels:
             raise SignalError(f"{name}: no {need}; the model cannot be driven without it")
     time, values = on_grid(channels)
     position = drive.channels[ACC].position_m if ACC in drive.channels else 0.0
-    run = SoloRun(name, time, values, position)
+    run = CarRun(name, time, values, position)
     for key in (k for k in COMPARED if k in channels):
         run.steps[key] = _step(channels[key][1])
         run.noise[key] = max(white_noise(values[key]), run.steps[key] / np.sqrt(12.0))
@@ -138,7 +138,7 @@ def _run(drive: Drive, name: str) -> SoloRun:
     return run
 
 
-def _take_offsets_off(run: SoloRun) -> None:
+def _take_offsets_off(run: CarRun) -> None:
     """What the sensors show while the car stands."""
     still = run.channels["speed"] < 0.05
     if np.count_nonzero(still) > RATE_HZ:
@@ -153,7 +153,7 @@ def _step(value: Array) -> float:
     return float(np.median(np.diff(levels))) if 2 < levels.size < 400 else 0.0
 
 
-def _signs(data: SoloData) -> None:
+def _signs(data: CarData) -> None:
     """Steering positive to the left, like the yaw rate; a flip is said."""
     for run in data.runs:
         if YAW not in run.channels:
@@ -178,7 +178,7 @@ def _signs(data: SoloData) -> None:
         )
 
 
-def _parts(data: SoloData) -> None:
+def _parts(data: CarData) -> None:
     """Stretches in motion; folds are runs, or consecutive stretches of a single run."""
     for number, run in enumerate(data.runs):
         moving = low_pass(run.channels["speed"], 1.0) > LEAST_SPEED

@@ -43,7 +43,7 @@ def _as_it_is(outputs: Outputs, time: Array, values: Values) -> None:
 
 
 @dataclass(frozen=True)
-class SoloEffect:
+class CarEffect:
     """One explanation of a mismatch of a car alone.
 
     Attributes
@@ -179,13 +179,13 @@ _FAULT = "fault of the measurement"
 _SECOND = "a second sensor of the same quantity"
 
 
-def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]:
+def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[CarEffect]:
     """Every explanation that the recorded channels can test.
 
     `fast`: the runs are fast enough for lift and drive force to matter.
     """
     found = [
-        SoloEffect(
+        CarEffect(
             "tyre_saturation", "all", "physics", "F = mu F_z sin(1.35 atan(C a/(1.35 mu F_z)))",
             "Pacejka's characteristic",
             (Number("peak_friction", "-", np.inf, 0.3, 5.0, 1.2),),
@@ -193,7 +193,7 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]
             decided_by="wheel forces", lines=("f", "3f"),
         ),
         *(
-            SoloEffect(
+            CarEffect(
                 "tyre_saturation", f"car_{axle}", "physics",
                 "F = mu F_z sin(1.35 atan(C a/(1.35 mu F_z)))", "Pacejka's characteristic",
                 (Number("peak_friction", "-", np.inf, 0.3, 5.0, 1.2, (1.1, 0.4)),),
@@ -202,32 +202,32 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]
             )
             for axle in ("front", "rear")
         ),
-        SoloEffect(
+        CarEffect(
             "tyre_load_sensitivity", "all", "physics",
             "C = C_0 / sqrt(1 + degression (F_y/F_z)^2): load moved between the wheels costs force",
             "lateral load transfer grows with the lateral force",
             (Number("degression", "-", 0.0, 0.0, 10.0, 0.3),), _slot("degression"), rank=3,
             decided_by="wheel forces and loads", lines=("f", "3f"),
         ),
-        SoloEffect(
+        CarEffect(
             "tyre_relaxation", "all", "physics", "length/v da'/dt + a' = a",
             "lag of a rolling tyre", (Number("length_m", "m", 0.0, 0.02, 3.0, 0.4, (0.4, 0.3)),),
             _slot("relaxation_front", "relaxation_rear"), rank=2,
             decided_by="steering angle at the wheel and wheel forces", usual=True,
         ),
-        SoloEffect(
+        CarEffect(
             "longitudinal_load_transfer", "car", "physics",
             "axle loads move by m a_x h / l; stiffness in proportion", "balance of pitch moments",
             (Number("cog_height_m", "m", 0.0, 0.0, 1.5, 0.5, (0.5, 0.15)),), _slot("cog_height"),
             rank=2, decided_by="axle loads", lines=("broadband",), usual=True,
         ),
-        SoloEffect(
+        CarEffect(
             "combined_slip", "car_rear", "physics",
             "rear stiffness falls by 1/(1 + k (a_x/g)^2)", "drive and brake force of the rear axle",
             (Number("k", "-", 0.0, 0.0, 20.0, 0.5, (0.0, 1.0)),), _slot("combined_slip"), rank=3,
             decided_by="wheel torques", lines=("broadband",), usual=fast,
         ),
-        SoloEffect(
+        CarEffect(
             "car_aerodynamics", "car", "physics", "axle load falls by coefficient v^2",
             "lift of a car body",
             (
@@ -237,27 +237,27 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]
             _lift, rank=3, decided_by="axle loads or ride heights at speed", lines=("mean",),
             usual=fast,
         ),
-        SoloEffect(
+        CarEffect(
             "parameter_error", "car.yaw_inertia", "parameter", "true = factor x value of the file",
             "the user's file", (replace(_FACTOR, known=(1.0, 0.1)),),
             _slot("yaw_inertia", factor=True), rank=4, decided_by="measuring the value", usual=True,
         ),
-        SoloEffect(
+        CarEffect(
             "parameter_error", "car.steering_ratio", "parameter",
             "true = factor x value of the file", "the user's file",
             (replace(_FACTOR, known=(1.0, 0.1)),), _ratio, rank=4,
             decided_by="road-wheel angle measured at the wheel", usual=True,
         ),
-        SoloEffect(
+        CarEffect(
             "sensor_gain", "speed", "measurement", "measured = factor x true", _FAULT,
             (_FACTOR,), _speed, rank=6, decided_by="GPS speed",
         ),
-        SoloEffect(
+        CarEffect(
             "sensor_delay", STEER, "measurement", "measured(t) = true(t - delay)", _FAULT,
             (replace(_LAG, known=(0.0, 0.03)),), _steering_delay, rank=5, decided_by=_SECOND,
             usual=True,
         ),
-        SoloEffect(
+        CarEffect(
             "steering_free_play", "steering", "physics", "backlash of the column", "gap",
             (Number("gap_deg", "deg", 0.0, 0.0, 20.0, 2.0),), _free_play, rank=5,
             decided_by="road-wheel angle measured at the wheel",
@@ -266,18 +266,18 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]
     for channel in (YAW, ACC):
         if channel in channels:
             found += [
-                SoloEffect(
+                CarEffect(
                     "sensor_gain", channel, "measurement", "measured = factor x true", _FAULT,
                     (_FACTOR,), observe=_gain(channel), rank=6, decided_by=_SECOND,
                 ),
-                SoloEffect(
+                CarEffect(
                     "sensor_delay", channel, "measurement", "measured(t) = true(t - delay)",
                     _FAULT, (_LAG,), observe=_delay(channel), rank=5, decided_by=_SECOND,
                 ),
             ]  # fmt: skip
     if ACC in channels:
         found += [
-            SoloEffect(
+            CarEffect(
                 "sensor_roll_gravity", ACC, "measurement",
                 "measured = a_y + g roll, roll: second order behind a_y",
                 "the body rolls outwards and its accelerometer sees gravity",
@@ -290,7 +290,7 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]
                 observe=_roll, rank=0, decided_by="roll angle or roll rate by an inertial unit",
                 usual=True,
             ),
-            SoloEffect(
+            CarEffect(
                 "parameter_error", f"{ACC}.position", "parameter",
                 "the accelerometer sits shift_m ahead of where signals.toml says",
                 "the user's file", (Number("shift_m", "m", 0.0, -2.5, 2.5, 0.3, (0.0, 0.6)),),
@@ -303,7 +303,7 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[SoloEffect]
 EDGE_S = 2.0  # length of the ramp into a banked stretch
 
 
-def bank_effect(windows: tuple[tuple[int, float, float], ...]) -> SoloEffect:
+def bank_effect(windows: tuple[tuple[int, float, float], ...]) -> CarEffect:
     """Road bank of one angle in windows (run, start, stop)."""
 
     def act(car: CarInput, time: Array, values: Values) -> None:
@@ -314,7 +314,7 @@ def bank_effect(windows: tuple[tuple[int, float, float], ...]) -> SoloEffect:
                 angle = np.radians(values[f"angle_deg_{number}"])
                 car.bank = car.bank + angle * np.minimum(rise, fall)
 
-    return SoloEffect(
+    return CarEffect(
         "road_bank", "road", "physics", "g sin(bank) acts on the car and on the accelerometer",
         "gravity",
         tuple(Number(f"angle_deg_{i}", "deg", 0.0, -25.0, 25.0, 0.0) for i in range(len(windows))),

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from swaywatch.diagnose.car_alone.data import SoloData, load_solo
-from swaywatch.diagnose.car_alone.effects import ACC, YAW, SoloEffect, bank_effect, effects
-from swaywatch.diagnose.car_alone.fit import SoloFitter, SoloModel
+from swaywatch.diagnose.car_alone.data import CarData, load_car_runs
+from swaywatch.diagnose.car_alone.effects import ACC, YAW, CarEffect, bank_effect, effects
+from swaywatch.diagnose.car_alone.fit import CarFitter, CarModel
 from swaywatch.diagnose.car_alone.relations import (
-    Finding,
+    RelationFit,
     bank_angles,
     banked,
     believed_roll,
@@ -59,14 +59,14 @@ FAST = 25.0
 class Claim:
     """One explanation that stays, what the others do without it, and what would do as well."""
 
-    effect: SoloEffect
-    level_without: float
+    effect: CarEffect
+    mean_square_without: float
     held_out_without: float
     equals: list[tuple[str, float]] = field(default_factory=list)
 
 
 @dataclass
-class SoloVerdict:
+class CarVerdict:
     """What the search ends with.
 
     Attributes
@@ -78,20 +78,20 @@ class SoloVerdict:
     held_out
         Mean NRMSE of left-out folds: of the baseline and of the model.
     ranking
-        Explanations alone on the baseline: name, level, values.
+        Explanations alone on the baseline: name, mean square, values.
     dropped
         What was taken away and why, in sentences.
     """
 
-    baseline: SoloModel
-    model: SoloModel
+    baseline: CarModel
+    model: CarModel
     claims: list[Claim]
     held_out: tuple[float, float]
     ranking: list[tuple[str, float, dict[str, float]]]
     dropped: list[str] = field(default_factory=list)
 
 
-def _candidates(data: SoloData, found: list[Finding]) -> list[SoloEffect]:
+def _candidates(data: CarData, found: list[RelationFit]) -> list[CarEffect]:
     """Explanations to try; the wheels limit what the yaw rate can be wrong by."""
     top = max(float(np.max(run.channels["speed"])) for run in data.runs)
     everything = effects(data.channels, fast=top > FAST)
@@ -105,39 +105,37 @@ def _candidates(data: SoloData, found: list[Finding]) -> list[SoloEffect]:
     return everything
 
 
-def _limited(effect: SoloEffect, allowed: tuple[float, float]) -> SoloEffect:
+def _limited(effect: CarEffect, allowed: tuple[float, float]) -> CarEffect:
     if effect.name != f"sensor_gain:{YAW}":
         return effect
     return replace(effect, numbers=(replace(effect.numbers[0], low=allowed[0], high=allowed[1]),))
 
 
-def _mean_held_out(fitter: SoloFitter, model: SoloModel) -> float:
+def _mean_held_out(fitter: CarFitter, model: CarModel) -> float:
     folds = fitter.held_out(model)
     return float(np.mean([scores["all"] for _, _, scores in folds])) if folds else float("nan")
 
 
 def _with(
-    fitter: SoloFitter, model: SoloModel, added: Sequence[SoloEffect], steps: int = 12
-) -> SoloModel:
+    fitter: CarFitter, model: CarModel, added: Sequence[CarEffect], steps: int = 12
+) -> CarModel:
     values = dict(model.values)
     for effect in added:
         values |= {f"{effect.name}/{n.name}": n.start for n in effect.numbers}
     return fitter.fit(
-        SoloModel((*model.effects, *added), values, model.steering_offset),
+        CarModel((*model.effects, *added), values, model.steering_offset),
         fitter.data.parts,
         steps=steps,
     )
 
 
-def _without(fitter: SoloFitter, model: SoloModel, effect: SoloEffect) -> SoloModel:
+def _without(fitter: CarFitter, model: CarModel, effect: CarEffect) -> CarModel:
     rest = tuple(e for e in model.effects if e.name != effect.name)
     values = {k: v for k, v in model.values.items() if not k.startswith(effect.name + "/")}
-    return fitter.fit(
-        SoloModel(rest, values, model.steering_offset), fitter.data.parts, steps=REFIT
-    )
+    return fitter.fit(CarModel(rest, values, model.steering_offset), fitter.data.parts, steps=REFIT)
 
 
-def _significance(model: SoloModel, effect: SoloEffect) -> float:
+def _significance(model: CarModel, effect: CarEffect) -> float:
     """Largest distance of its numbers from neutral, in their standard errors."""
     found = 0.0
     for n in effect.numbers:
@@ -151,7 +149,7 @@ def _significance(model: SoloModel, effect: SoloEffect) -> float:
     return found
 
 
-def search(fitter: SoloFitter, everything: Sequence[SoloEffect], progress: Progress) -> SoloVerdict:
+def search(fitter: CarFitter, everything: Sequence[CarEffect], progress: Progress) -> CarVerdict:
     """All that a real car has at once, then without what left-out runs do not need.
 
     Taken one at a time explanations of a real car hide each other: roll, saturating tyres, a banked
@@ -164,7 +162,7 @@ def search(fitter: SoloFitter, everything: Sequence[SoloEffect], progress: Progr
     for i, effect in enumerate(everything):
         progress("each explanation alone", 0.3 * (i + 1) / len(everything))
         alone = _with(fitter, baseline, [effect], REFIT)
-        ranking.append((effect.name, alone.level, alone.of(effect)))
+        ranking.append((effect.name, alone.mean_square, alone.of(effect)))
     ranking.sort(key=lambda item: item[1])
     dropped: list[str] = []
     model = _everything(fitter, baseline, everything, ranking, dropped)
@@ -174,16 +172,16 @@ def search(fitter: SoloFitter, everything: Sequence[SoloEffect], progress: Progr
     for i, effect in enumerate(weakest_first):
         progress("what is needed", 0.3 + 0.4 * (i + 1) / len(weakest_first))
         rest = _without(fitter, model, effect)
-        worse = rest.level / model.level - 1.0
+        worse = rest.mean_square / model.mean_square - 1.0
         if worse > CLEARLY:
-            claims.append(Claim(effect, rest.level, np.nan))
+            claims.append(Claim(effect, rest.mean_square, np.nan))
             continue
         if worse > NEEDED:
             score = _mean_held_out(fitter, rest)
             # a single fold cannot be held out: then the fit decides
             worse = worse if np.isnan(score) else score / reached - 1.0
             if worse > WORTH:
-                claims.append(Claim(effect, rest.level, score))
+                claims.append(Claim(effect, rest.mean_square, score))
                 continue
             reached = score
         dropped.append(f"{effect.name}: not needed ({100 * worse:+.1f} % without it)")
@@ -193,17 +191,17 @@ def search(fitter: SoloFitter, everything: Sequence[SoloEffect], progress: Progr
     for i, claim in enumerate(claims):
         progress("equivalents", 0.7 + 0.25 * (i + 1) / len(claims))
         claim.equals = _equals(fitter, model, claim, everything)
-    claims.sort(key=lambda c: (-np.nan_to_num(c.held_out_without), -c.level_without))
-    return SoloVerdict(baseline, model, claims, (before, reached), ranking, dropped)
+    claims.sort(key=lambda c: (-np.nan_to_num(c.held_out_without), -c.mean_square_without))
+    return CarVerdict(baseline, model, claims, (before, reached), ranking, dropped)
 
 
 def _everything(
-    fitter: SoloFitter,
-    baseline: SoloModel,
-    usual: Sequence[SoloEffect],
+    fitter: CarFitter,
+    baseline: CarModel,
+    usual: Sequence[CarEffect],
     ranking: Sequence[tuple[str, float, dict[str, float]]],
     dropped: list[str],
-) -> SoloModel:
+) -> CarModel:
     """All usual explanations at once, added one after another, the strongest first.
 
     Near the limit a car is unstable at a fixed steering angle: from a far start the simulation
@@ -213,7 +211,7 @@ def _everything(
     model = baseline
     for effect in sorted((e for e in usual if e.usual), key=lambda e: place[e.name]):
         trial = _with(fitter, model, [effect], REFIT)
-        if trial.level < model.level:
+        if trial.mean_square < model.mean_square:
             model = trial
         else:
             dropped.append(f"{effect.name}: nothing gained beside the others")
@@ -221,26 +219,31 @@ def _everything(
 
 
 def _equals(
-    fitter: SoloFitter, model: SoloModel, claim: Claim, everything: Sequence[SoloEffect]
+    fitter: CarFitter, model: CarModel, claim: Claim, everything: Sequence[CarEffect]
 ) -> list[tuple[str, float]]:
     """Explanations that do as well in its place."""
     taken = {e.name for e in model.effects}
     rest = _without(fitter, model, claim.effect)
     # what it is worth in the company that is left
-    claim.level_without, claim.held_out_without = rest.level, _mean_held_out(fitter, rest)
-    if rest.level < (1.0 + EQUAL) * model.level:
+    claim.mean_square_without, claim.held_out_without = (
+        rest.mean_square,
+        _mean_held_out(fitter, rest),
+    )
+    if rest.mean_square < (1.0 + EQUAL) * model.mean_square:
         return []
     found = []
-    limit = model.level + max(EQUAL * model.level, SHARED * (rest.level - model.level))
+    limit = model.mean_square + max(
+        EQUAL * model.mean_square, SHARED * (rest.mean_square - model.mean_square)
+    )
     for effect in everything:
         if effect.name not in taken and not effect.windows:
             other = _with(fitter, rest, [effect], REFIT - 2)
-            if other.level < limit:
-                found.append((effect.name, other.level))
+            if other.mean_square < limit:
+                found.append((effect.name, other.mean_square))
     return sorted(found, key=lambda item: item[1])
 
 
-def diagnose_solo(
+def diagnose_car_alone(
     recordings: Sequence[Path],
     vehicle: Vehicle,
     signals: Path,
@@ -248,10 +251,10 @@ def diagnose_solo(
     report: Path | None = None,
 ) -> dict[str, Any]:
     """Diagnose runs of one car without a trailer. Returns the content of diagnosis.json."""
-    from swaywatch.diagnose.car_alone.page import solo_page
+    from swaywatch.diagnose.car_alone.page import car_page
     from swaywatch.diagnose.report.page import write_page
 
-    data = load_solo(recordings, vehicle, signals)
+    data = load_car_runs(recordings, vehicle, signals)
     if not data.parts:
         reasons = data.cannot or ["cannot say: no part of the recordings can be used"]
         return {
@@ -260,7 +263,7 @@ def diagnose_solo(
             "checks": [*data.checks, *reasons],
         }  # fmt: skip
     found = relations(data)
-    fitter = SoloFitter(data)
+    fitter = CarFitter(data)
     verdict = search(fitter, _candidates(data, found), progress)
     progress("judging", 0.95)
     result = _result(fitter, verdict, found)
@@ -270,13 +273,13 @@ def diagnose_solo(
         "vehicle": str(vehicle.path), "signals": str(signals),
     }  # fmt: skip
     if report is not None:
-        text = solo_page(result, fitter, verdict.baseline, verdict.model)
+        text = car_page(result, fitter, verdict.baseline, verdict.model)
         write_page(text, report)
     progress("done", 1.0)
     return result
 
 
-def _result(fitter: SoloFitter, verdict: SoloVerdict, found: list[Finding]) -> dict[str, Any]:
+def _result(fitter: CarFitter, verdict: CarVerdict, found: list[RelationFit]) -> dict[str, Any]:
     data = fitter.data
     entries = data.faults.entries(data.signals)
     quantities = _quantities(fitter, verdict)
@@ -307,10 +310,10 @@ def _result(fitter: SoloFitter, verdict: SoloVerdict, found: list[Finding]) -> d
         "unexplained": _remaining(rest),
         "quantities": quantities,
         "relations": [finding.as_dict() for finding in found],
-        "model": solo_block(fitter, verdict),
+        "model": car_block(fitter, verdict),
         "checks": checks,
         "evidence": {
-            "level_without": verdict.baseline.level, "level_with": verdict.model.level,
+            "level_without": verdict.baseline.mean_square, "level_with": verdict.model.mean_square,
             "level_clean": 1.0,
             "ranking": [
                 {"name": n, "level": v, "values": values} for n, v, values in verdict.ranking
@@ -331,13 +334,13 @@ def _remaining(rest: dict[str, float]) -> list[dict[str, Any]]:
 
 
 def _effect(
-    fitter: SoloFitter, verdict: SoloVerdict, claim: Claim, roll_is_shown: bool
+    fitter: CarFitter, verdict: CarVerdict, claim: Claim, roll_is_shown: bool
 ) -> dict[str, Any]:
     effect, data = claim.effect, fitter.data
     before, after = claim.held_out_without, verdict.held_out[1]
     worse = before / after - 1.0
     if np.isnan(worse):
-        worse = claim.level_without / verdict.model.level - 1.0
+        worse = claim.mean_square_without / verdict.model.mean_square - 1.0
     sure = 0.5 + 0.45 * (1.0 - float(np.exp(-8.0 * max(worse, 0.0))))
     if worse <= 0.0:
         sure = UNCONFIRMED
@@ -389,7 +392,7 @@ def _effect(
     }  # fmt: skip
 
 
-def _quantities(fitter: SoloFitter, verdict: SoloVerdict) -> dict[str, Any]:
+def _quantities(fitter: CarFitter, verdict: CarVerdict) -> dict[str, Any]:
     """What an independent instrument could have measured, from single relations."""
     data = fitter.data
     if not all(c in data.channels for c in (YAW, ACC)):
@@ -436,7 +439,7 @@ def _quantities(fitter: SoloFitter, verdict: SoloVerdict) -> dict[str, Any]:
     return found
 
 
-def solo_block(fitter: SoloFitter, verdict: SoloVerdict) -> dict[str, Any]:
+def car_block(fitter: CarFitter, verdict: CarVerdict) -> dict[str, Any]:
     """What `predict` needs."""
     car = fitter.data.vehicle.car
     return {
@@ -454,15 +457,17 @@ def solo_block(fitter: SoloFitter, verdict: SoloVerdict) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def predict_solo(content: dict[str, Any], recording: Path, signals: Path | None) -> dict[str, Any]:
+def predict_car_alone(
+    content: dict[str, Any], recording: Path, signals: Path | None
+) -> dict[str, Any]:
     """Baseline and diagnosed model of a car alone against one run."""
     block = content["model"]
     car = Car(**{k.removeprefix("car."): v for k, v in block["vehicle"].items()})
     with signals_for(content, recording, signals) as (source, words):
-        data = load_solo([recording], Vehicle(car, None), source)
+        data = load_car_runs([recording], Vehicle(car, None), source)
     if not data.parts:
         raise RecordingError(f"{recording}: {'; '.join(data.cannot)}")
-    fitter = SoloFitter(data)
+    fitter = CarFitter(data)
     known = {e.name: e for e in effects(data.channels)}
     used, values, left = [], dict(block["diagnosed"]), []
     for term in block["terms"]:
@@ -483,8 +488,8 @@ def predict_solo(content: dict[str, Any], recording: Path, signals: Path | None)
         "notes": [f"{name}: belongs to a place and time of the diagnosed runs" for name in left],
     }  # fmt: skip
     for word, model in (
-        ("baseline", SoloModel((), dict(block["baseline"]), {})),
-        ("diagnosed", SoloModel(tuple(used), values, {})),
+        ("baseline", CarModel((), dict(block["baseline"]), {})),
+        ("diagnosed", CarModel(tuple(used), values, {})),
     ):
         offset = fitter.fit(model, data.parts, free=False)
         scores = fitter.nrmse(offset, data.parts)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from swaywatch.diagnose.car_alone.car import SLOTS, CarInput, simulate_all
-from swaywatch.diagnose.car_alone.data import SMOOTH_HZ, Part, SoloData
-from swaywatch.diagnose.car_alone.effects import ACC, STEER, YAW, Number, Outputs, SoloEffect
+from swaywatch.diagnose.car_alone.data import SMOOTH_HZ, CarData, Part
+from swaywatch.diagnose.car_alone.effects import ACC, STEER, YAW, CarEffect, Number, Outputs
 from swaywatch.effects.runs import BLOCK, RATE_HZ, block_mean, low_pass
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ _STIFFNESS = ("front_cornering_stiffness", "rear_cornering_stiffness")
 
 
 @dataclass(frozen=True)
-class SoloModel:
+class CarModel:
     """A model: explanations with values, stiffnesses, steering offset of each run.
 
     Attributes
@@ -35,7 +35,7 @@ class SoloModel:
         Sum of squared residuals over their scales, and their number.
     """
 
-    effects: tuple[SoloEffect, ...]
+    effects: tuple[CarEffect, ...]
     values: dict[str, float]
     steering_offset: dict[int, float]
     chi2: float = np.inf
@@ -43,19 +43,19 @@ class SoloModel:
     errors: dict[str, float] = field(default_factory=dict)
 
     @property
-    def level(self) -> float:
+    def mean_square(self) -> float:
         """Mean squared residual over its scale."""
         return self.chi2 / max(self.count, 1)
 
-    def of(self, effect: SoloEffect) -> dict[str, float]:
+    def of(self, effect: CarEffect) -> dict[str, float]:
         """Values of one effect by the names of its numbers."""
         return {n.name: self.values[f"{effect.name}/{n.name}"] for n in effect.numbers}
 
 
-class SoloFitter:
+class CarFitter:
     """Everything that is needed to evaluate models of one set of runs."""
 
-    def __init__(self, data: SoloData) -> None:
+    def __init__(self, data: CarData) -> None:
         self.data = data
         car = data.vehicle.car
         self.constants = {
@@ -89,14 +89,14 @@ class SoloFitter:
             found[name] = float(np.hypot(noise / np.sqrt(BLOCK), MODEL_SHARE * spread))
         return found
 
-    def start(self, effects: Sequence[SoloEffect] = ()) -> SoloModel:
+    def start(self, effects: Sequence[CarEffect] = ()) -> CarModel:
         """Model before any fit."""
         values = {n.name: n.start for n in self.fitted}
         for effect in effects:
             values |= {f"{effect.name}/{n.name}": n.start for n in effect.numbers}
-        return SoloModel(tuple(effects), values, dict.fromkeys(range(len(self.data.runs)), 0.0))
+        return CarModel(tuple(effects), values, dict.fromkeys(range(len(self.data.runs)), 0.0))
 
-    def _key(self, model: SoloModel, part: Part) -> Hashable:
+    def _key(self, model: CarModel, part: Part) -> Hashable:
         """What the motion in a part depends on; sensors do not change it."""
         return (
             tuple((e.name, *model.of(e).values()) for e in model.effects if e.moves),
@@ -104,7 +104,7 @@ class SoloFitter:
             model.steering_offset.get(part.run, 0.0),
         )
 
-    def _car(self, model: SoloModel, part: Part) -> CarInput:
+    def _car(self, model: CarModel, part: Part) -> CarInput:
         """The car in one part."""
         run = self.data.runs[part.run]
         speed, acceleration, steer = (x[part.where] for x in self.inputs[part.run])
@@ -121,7 +121,7 @@ class SoloFitter:
                 effect.act(car, run.time[part.where], model.of(effect))
         return car
 
-    def prepare(self, asked: Sequence[tuple[SoloModel, Part]]) -> None:
+    def prepare(self, asked: Sequence[tuple[CarModel, Part]]) -> None:
         """Simulate side by side what will be asked for next, and forget what was before."""
         before, self._states = self._states, {}
         missing: dict[tuple[Part, Hashable], CarInput] = {}
@@ -134,14 +134,14 @@ class SoloFitter:
         found = simulate_all(list(missing.values()))
         self._states |= dict(zip(missing, found, strict=True))
 
-    def _state(self, model: SoloModel, part: Part) -> Outputs:
+    def _state(self, model: CarModel, part: Part) -> Outputs:
         """Motion in one part."""
         key = (part, self._key(model, part))
         if key not in self._states:
             self._states[key] = simulate_all([self._car(model, part)])[0]
         return self._states[key]
 
-    def outputs(self, model: SoloModel, part: Part) -> Outputs:
+    def outputs(self, model: CarModel, part: Part) -> Outputs:
         """Channels of one part as the model has them, and the state: shape (n,) each."""
         run = self.data.runs[part.run]
         time = run.time[part.where]
@@ -155,7 +155,7 @@ class SoloFitter:
             effect.observe(result, time, model.of(effect))
         return result
 
-    def residual(self, model: SoloModel, part: Part) -> Array:
+    def residual(self, model: CarModel, part: Part) -> Array:
         """Over their scales, without their means, 10 Hz, flat."""
         outputs = self.outputs(model, part)
         skip = int(START_S * RATE_HZ)
@@ -166,7 +166,7 @@ class SoloFitter:
             rows.append((e - e.mean()) / self.scales[name])
         return np.concatenate(rows)
 
-    def _told(self, effect: SoloEffect, parts: Sequence[Part]) -> list[Number]:
+    def _told(self, effect: CarEffect, parts: Sequence[Part]) -> list[Number]:
         """Numbers that these parts tell: of a banked road only where it was driven on."""
         if not effect.windows:
             return list(effect.numbers)
@@ -181,8 +181,8 @@ class SoloFitter:
         ]
 
     def fit(
-        self, model: SoloModel, parts: Sequence[Part], *, free: bool = True, steps: int = 12
-    ) -> SoloModel:
+        self, model: CarModel, parts: Sequence[Part], *, free: bool = True, steps: int = 12
+    ) -> CarModel:
         """Best values on the given parts, in at most `steps` steps; not `free`: offsets only."""
         names, low, high, at, unit, known = [], [], [], [], [], []
         moves: list[bool] = []
@@ -209,12 +209,12 @@ class SoloFitter:
         at += [model.steering_offset.get(r, 0.0) for r in runs]
         unit += [0.01] * len(runs)
 
-        def build(x: Array) -> SoloModel:
+        def build(x: Array) -> CarModel:
             values = model.values | {n: float(v) for n, v in zip(names, x[:k], strict=True)}
             offsets = model.steering_offset | {
                 r: float(v) for r, v in zip(runs, x[k:], strict=True)
             }
-            return SoloModel(model.effects, values, offsets)
+            return CarModel(model.effects, values, offsets)
 
         def rest(x: Array, part: Part) -> Array:
             e = self.residual(build(x), part)
@@ -256,11 +256,11 @@ class SoloFitter:
         slopes = np.asarray(found.jac)
         variance = np.abs(np.diag(np.linalg.pinv(slopes.T @ slopes))) * share
         errors = dict(zip(names, np.sqrt(variance[:k]).tolist(), strict=True))
-        return SoloModel(
+        return CarModel(
             best.effects, best.values, best.steering_offset, float(rows @ rows), rows.size, errors
         )
 
-    def nrmse(self, model: SoloModel, parts: Sequence[Part]) -> dict[str, float]:
+    def nrmse(self, model: CarModel, parts: Sequence[Part]) -> dict[str, float]:
         """RMS error of each channel over its standard deviation, offsets off, and their mean."""
         skip = int(START_S * RATE_HZ)
         found = {}
@@ -276,7 +276,7 @@ class SoloFitter:
         found["all"] = float(np.sqrt(np.mean(np.square(list(found.values())))))
         return found
 
-    def held_out(self, model: SoloModel) -> list[tuple[int, SoloModel, dict[str, float]]]:
+    def held_out(self, model: CarModel) -> list[tuple[int, CarModel, dict[str, float]]]:
         """Each fold predicted by what the others taught; its steering offset is its own."""
         found = []
         for fold in sorted({p.fold for p in self.data.parts}):

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from swaywatch.diagnose.car_alone.effects import ACC, YAW
-from swaywatch.diagnose.car_alone.fit import START_S, SoloFitter, SoloModel
+from swaywatch.diagnose.car_alone.fit import START_S, CarFitter, CarModel
 from swaywatch.diagnose.report.labels import named
 from swaywatch.diagnose.report.page import (
     AFTER,
@@ -31,7 +31,7 @@ FACTORS = {YAW: float(np.degrees(1.0)), ACC: 1.0}
 
 
 def before_after(
-    fitter: SoloFitter, baseline: SoloModel, model: SoloModel, run: int
+    fitter: CarFitter, baseline: CarModel, model: CarModel, run: int
 ) -> go.Figure | None:
     """Measured channels of a run with both models, its parts one after another."""
     data = fitter.data
@@ -64,7 +64,7 @@ def before_after(
     return figure
 
 
-def turns(fitter: SoloFitter, model: SoloModel) -> go.Figure | None:
+def turns(fitter: CarFitter, model: CarModel) -> go.Figure | None:
     """Acceleration against speed times yaw rate plus the model's side-slip rate."""
     data = fitter.data
     if not all(c in data.channels for c in (YAW, ACC)):
@@ -128,7 +128,7 @@ def _relations(result: dict[str, Any]) -> str:
     return table(["relation", "all runs", "by run", "left over", "what it means"], rows)
 
 
-def _fits(result: dict[str, Any], fitter: SoloFitter, *models: SoloModel) -> str:
+def _fits(result: dict[str, Any], fitter: CarFitter, *models: CarModel) -> str:
     scores = [fitter.nrmse(m, fitter.data.parts) for m in models]
     rows = [
         [f"NRMSE, {LABELS.get(c, c).split(',')[0]}", *(f"{s[c]:.3f}" for s in scores)]
@@ -139,9 +139,7 @@ def _fits(result: dict[str, Any], fitter: SoloFitter, *models: SoloModel) -> str
     return table(["figure", "before", "after"], rows)
 
 
-def solo_page(
-    result: dict[str, Any], fitter: SoloFitter, baseline: SoloModel, model: SoloModel
-) -> str:
+def car_page(result: dict[str, Any], fitter: CarFitter, baseline: CarModel, model: CarModel) -> str:
     """The whole page."""
     evidence = result["evidence"]
     parts = [

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from swaywatch.diagnose.car_alone.data import LEAST_SPEED, SoloData, SoloRun
+from swaywatch.diagnose.car_alone.data import LEAST_SPEED, CarData, CarRun
 from swaywatch.diagnose.car_alone.effects import ACC, STEER, YAW
 from swaywatch.effects.runs import RATE_HZ, low_pass
 from swaywatch.plant.lanes import GRAVITY
@@ -35,7 +35,7 @@ SHORTEST_BANK_S = 4.0
 
 
 @dataclass(frozen=True)
-class Finding:
+class RelationFit:
     """One relation over all runs.
 
     Attributes
@@ -59,11 +59,11 @@ class Finding:
         return dict(vars(self))
 
 
-def _moving(run: SoloRun) -> NDArray[np.bool_]:
+def _moving(run: CarRun) -> NDArray[np.bool_]:
     return np.asarray(low_pass(run.channels["speed"], 1.0) > LEAST_SPEED)
 
 
-def _slope(rows: dict[str, tuple[Array, Array]], name: str, unit: str, meaning: str) -> Finding:
+def _slope(rows: dict[str, tuple[Array, Array]], name: str, unit: str, meaning: str) -> RelationFit:
     """Least-squares slope over all runs; of each run too where it has enough to say."""
     left = np.concatenate([a for a, _ in rows.values()])
     right = np.concatenate([b for _, b in rows.values()])
@@ -73,10 +73,10 @@ def _slope(rows: dict[str, tuple[Array, Array]], name: str, unit: str, meaning: 
     }
     spread = float(np.std(list(per_run.values()))) if len(per_run) > 1 else float("nan")
     rest = float(np.sqrt(np.mean((left - value * right) ** 2) / np.mean(left**2)))
-    return Finding(name, value, spread, unit, rest, per_run, meaning)
+    return RelationFit(name, value, spread, unit, rest, per_run, meaning)
 
 
-def relations(data: SoloData) -> list[Finding]:
+def relations(data: CarData) -> list[RelationFit]:
     """All relations that the recorded channels allow."""
     found = []
     if all(c in data.channels for c in (YAW, ACC)):
@@ -90,7 +90,7 @@ def relations(data: SoloData) -> list[Finding]:
     return found
 
 
-def _turn(data: SoloData) -> Finding:
+def _turn(data: CarData) -> RelationFit:
     rows = {}
     for run in data.runs:
         on = _moving(run)
@@ -114,7 +114,7 @@ def _without_drift(x: Array, on: NDArray[np.bool_]) -> Array:
     return np.asarray(sosfiltfilt(sos, x))[on]
 
 
-def _lag(data: SoloData) -> Finding:
+def _lag(data: CarData) -> RelationFit:
     """Time by which the acceleration follows speed times yaw rate, where they agree best."""
     per_run = {}
     for run in data.runs:
@@ -129,14 +129,14 @@ def _lag(data: SoloData) -> Finding:
         ]
         per_run[run.name] = round(float(shifts[int(np.argmax(scores))]), 3)
     values = list(per_run.values()) or [float("nan")]
-    return Finding(
+    return RelationFit(
         "lag of the lateral acceleration behind speed x yaw rate", float(np.median(values)),
         float(np.std(values)), "s", 0.0, per_run,
         "tens of milliseconds either way are the car's (side-slip builds up) or a sensor's",
     )  # fmt: skip
 
 
-def _track(data: SoloData, axle: str, word: str) -> Finding:
+def _track(data: CarData, axle: str, word: str) -> RelationFit:
     """Speed difference of an axle's wheels over the yaw rate: the track, if both are right."""
     rows = {}
     for run in data.runs:
@@ -159,7 +159,7 @@ def _track(data: SoloData, axle: str, word: str) -> Finding:
     )  # fmt: skip
 
 
-def _curvature(data: SoloData) -> Finding:
+def _curvature(data: CarData) -> RelationFit:
     """Road-wheel angle against wheelbase times curvature in gentle turns."""
     car = data.vehicle.car
     rows = {}
@@ -178,7 +178,7 @@ def _curvature(data: SoloData) -> Finding:
     )  # fmt: skip
 
 
-def yaw_gain_range(found: list[Finding]) -> tuple[float, float] | None:
+def yaw_gain_range(found: list[RelationFit]) -> tuple[float, float] | None:
     """Gain of the yaw rate that the wheels allow: no car's track leaves `TRACKS_M`."""
     tracks = [f.value for f in found if f.unit == "m"]
     if not tracks:
@@ -187,7 +187,7 @@ def yaw_gain_range(found: list[Finding]) -> tuple[float, float] | None:
     return track and (TRACKS_M[0] / track, TRACKS_M[1] / track)  # type: ignore[return-value]
 
 
-def banked(data: SoloData, ratio: float) -> tuple[tuple[int, float, float], ...]:
+def banked(data: CarData, ratio: float) -> tuple[tuple[int, float, float], ...]:
     """Stretches where the acceleration leaves the turn for seconds: (run, start, stop)."""
     found = []
     if not all(c in data.channels for c in (YAW, ACC)):
@@ -209,7 +209,7 @@ def banked(data: SoloData, ratio: float) -> tuple[tuple[int, float, float], ...]
 EVER = 1e6  # s: a stretch that was there before the recording began or goes on after it
 
 
-def bank_angles(run: SoloRun, start: float, stop: float, roll: float) -> Array:
+def bank_angles(run: CarRun, start: float, stop: float, roll: float) -> Array:
     """Bank of a stretch in pieces of 2 s away from its ends, deg; `roll` in rad per m/s2."""
     inside = (run.time > max(start, 0.0) + 2.0) & (run.time < min(stop, run.time[-1]) - 2.0)
     turn = run.channels["speed"] * run.channels[YAW]
@@ -222,7 +222,7 @@ def bank_angles(run: SoloRun, start: float, stop: float, roll: float) -> Array:
 
 
 def roll_per_acceleration(
-    data: SoloData, slip_rate: list[Array], parts: list[tuple[int, slice]]
+    data: CarData, slip_rate: list[Array], parts: list[tuple[int, slice]]
 ) -> list[float]:
     """Gravity's share of the lateral acceleration, rad per m/s2, part by part.
 

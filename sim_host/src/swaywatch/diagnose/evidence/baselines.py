@@ -14,14 +14,21 @@ from swaywatch.diagnose.evidence.evidence import (
     BESIDE,
     CLAIMED,
     DISCREPANCY,
-    REMAINS,
+    UNEXPLAINED_ABOVE,
     explained,
     worth,
 )
-from swaywatch.diagnose.evidence.search import BEAM, LINEAR, Candidate, Progress, Search, level
+from swaywatch.diagnose.evidence.search import (
+    BEAM,
+    LINEAR,
+    Candidate,
+    Progress,
+    Search,
+    reduced_chi_square,
+)
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.road_vehicle import pushing, without
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 
 SHORTEST_WINDOW_S = 0.6
 MOST_EFFECTS = 3
@@ -61,7 +68,7 @@ class Path:
     @property
     def clean(self) -> bool:
         """Noise is left: another baseline cannot do much better."""
-        return level(self.best.fit) <= REMAINS
+        return reduced_chi_square(self.best.fit) <= UNEXPLAINED_ABOVE
 
 
 def possible(springs: Search) -> Search:
@@ -140,7 +147,7 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
         found = path(first, base, part.next())
         return [found] if found.clean else [path(springs, other, part.next()), found]
     known = None
-    if level(other.fit) > LINEAR and base.fit.chi2 < HOPELESS * other.fit.chi2:
+    if reduced_chi_square(other.fit) > LINEAR and base.fit.chi2 < HOPELESS * other.fit.chi2:
         short = path(first, base, first.progress, most=1)
         if short.clean:
             return [short]
@@ -164,12 +171,12 @@ def _hopeless(rigid: Search, base: Candidate, same: Fit, other: Path) -> bool:
     return min(f.chi2 for f in (same, *found)) > HOPELESS * other.best.fit.chi2
 
 
-def _again(search: Search, terms: Sequence[Term], base: Candidate) -> Fit:
+def _again(search: Search, terms: Sequence[ActiveEffect], base: Candidate) -> Fit:
     """Terms found beside another baseline, fitted beside this one."""
     return search.judge.run(replace(base.fit, terms=_own(search, terms)), 12)
 
 
-def _own(search: Search, terms: Sequence[Term]) -> tuple[Term, ...]:
+def _own(search: Search, terms: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     """Terms found beside another baseline, as this search says them."""
     known = {(e.name, e.extra.get("form", "box")): e for e in search.effects}
     own = [known.get((t.effect.name, t.effect.extra.get("form", "box"))) for t in terms]
@@ -327,7 +334,7 @@ def each_once(ranked: Sequence[Candidate]) -> list[Candidate]:
     return list(kept.values())
 
 
-def noticeable(term: Term) -> bool:
+def noticeable(term: ActiveEffect) -> bool:
     """Tell whether an effect is large enough to be worth a claim, and not at a bound of its fit."""
     if not _inside(term):
         return False
@@ -339,7 +346,7 @@ def noticeable(term: Term) -> bool:
     return False
 
 
-def _inside(term: Term) -> bool:
+def _inside(term: ActiveEffect) -> bool:
     """No value that is worth a claim lies at a bound, where no effect of its kind could be."""
     possible = term.effect.extra.get("possible")
     if callable(possible) and not possible(term.as_dict()):
@@ -353,7 +360,7 @@ def _inside(term: Term) -> bool:
     return True
 
 
-def _window_noticeable(term: Term, window: int) -> bool:
+def _window_noticeable(term: ActiveEffect, window: int) -> bool:
     """Tell whether a window is long enough and its values large enough."""
     v = term.values[window * term.stride : (window + 1) * term.stride]
     if v[1] - v[0] < SHORTEST_WINDOW_S:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.fit.fit import Fit, Fitter, Trial
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Parameter
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ CLAIMED = 5.0
 #: Logarithm of the Bayes factor below which two explanations cannot be told apart: 20.
 APART = 3.0
 #: Reduced chi-square above which a verdict says that something unexplained remains, ...
-REMAINS = 1.3
+UNEXPLAINED_ABOVE = 1.3
 #: ... unless so little of what was found is left: the form of a right effect is never exact.
 LEFT = 0.1
 #: Reduced chi-square that the form of a right effect leaves at most. Near the critical speed a
@@ -116,7 +116,7 @@ def worth(
 def explained(base: Fit, fit: Fit) -> bool:
     """Whether what a fit leaves is noise, or what the form of a right effect leaves."""
     before, after = (f.chi2 / max(f.count, 1) for f in (base, fit))
-    return after <= max(REMAINS, min(1.0 + LEFT * (before - 1.0), ROUGH))
+    return after <= max(UNEXPLAINED_ABOVE, min(1.0 + LEFT * (before - 1.0), ROUGH))
 
 
 def prior_spread(parameter: Parameter) -> float:
@@ -156,6 +156,6 @@ def log_evidence(fitter: Fitter, fit: Fit, noise: float, choices: int) -> float:
     return -0.5 * fit.chi2 / noise - 0.5 * max(volume, 0.0) - prior
 
 
-def plausible(term: Term) -> float:
+def plausible(term: ActiveEffect) -> float:
     """Logarithm of the prior weight of an explanation among all."""
     return 2.0 * term.effect.plausibility

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.fit.fit import Fit, Fitter, Trial, plant_of
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect, Window
 from swaywatch.effects.runs import RATE_HZ
 from swaywatch.plant.lanes import ALL, BLOCK, LANES, Job, Outcome, run_jobs
@@ -29,7 +29,7 @@ FADE = 8.0  # times the observer's time constant: the pulled combination forgets
 
 
 @dataclass(frozen=True)
-class Course:
+class AmplitudeCourse:
     """Amplitudes of an effect over time.
 
     Attributes
@@ -53,14 +53,14 @@ class Course:
     gain: float
 
 
-def pulses_of(effect: Effect, run: int, edges: Array) -> list[Term]:
+def pulses_of(effect: Effect, run: int, edges: Array) -> list[ActiveEffect]:
     """Of each pulse between two edges, and of each value of the effect, one scale of it alone."""
     found = []
     for start, stop in pairwise(edges.tolist()):
         for j, p in enumerate(effect.parameters):
             values = [q.neutral for q in effect.parameters]
             values[j] += p.scale
-            found.append(Term(effect, (start, stop, *values), (run,)))
+            found.append(ActiveEffect(effect, (start, stop, *values), (run,)))
     return found
 
 
@@ -79,7 +79,7 @@ class Locator:
         jobs = [Job(plant, columns=ALL, states=True) for plant in self.plants]
         self.paths = run_jobs(jobs, fine=fitter.fine)
 
-    def _job(self, r: int, term: Term) -> Job:
+    def _job(self, r: int, term: ActiveEffect) -> Job:
         """A run with one more windowed term, simulated only while it can be seen."""
         problem, path = self.fitter.problem, self.paths[r]
         run, window = problem.runs[r], term.windows(r)[0]
@@ -96,7 +96,7 @@ class Locator:
         columns = self.fitter.comparison(r).wanted((*self.fit.terms, term))
         return Job(plant, (first, last), path.states[first], columns)
 
-    def _residual(self, r: int, term: Term, job: Job, branch: Outcome) -> Array:
+    def _residual(self, r: int, term: ActiveEffect, job: Job, branch: Outcome) -> Array:
         """Residuals of the run that goes along the branch, and without the term elsewhere."""
         path, (first, last) = self.paths[r], job.span or (0, 0)
         assert path.output is not None
@@ -116,7 +116,7 @@ class Locator:
             .ravel()
         )
 
-    def columns(self, r: int, terms: Sequence[Term]) -> list[Array]:
+    def columns(self, r: int, terms: Sequence[ActiveEffect]) -> list[Array]:
         """Change of the residuals of a run by each of the windowed terms."""
         found: list[Array] = []
         for at in range(0, len(terms), AT_ONCE):
@@ -138,7 +138,9 @@ class Locator:
         pull[at] = beliefs.pull(self.fit.shift)
         return weight, pull
 
-    def course(self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None) -> Course:
+    def course(
+        self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None
+    ) -> AmplitudeCourse:
         """Least-squares amplitudes of pulses of one effect, as long as its module has them."""
         pulse_s = pulse_s or float(str(effect.extra.get("pulse_s", PULSE_S)))
         runs = self.fitter.problem.runs
@@ -175,7 +177,7 @@ class Locator:
             edges.append(edge)
             amplitude.append((x[:k] * scales).reshape(count, -1))
             error.append((se * scales).reshape(count, -1))
-        return Course(effect, tuple(edges), tuple(amplitude), tuple(error), gain)
+        return AmplitudeCourse(effect, tuple(edges), tuple(amplitude), tuple(error), gain)
 
 
 def _constant_level(normal: Array, pulses: int, parameters: int) -> Array:
@@ -197,8 +199,8 @@ def _constant_level(normal: Array, pulses: int, parameters: int) -> Array:
 
 
 def windows(
-    course: Course, share: float = 0.35, sigmas: float = 4.0, least: float = 0.0
-) -> Term | None:
+    course: AmplitudeCourse, share: float = 0.35, sigmas: float = 4.0, least: float = 0.0
+) -> ActiveEffect | None:
     """Windows where the course stands out, as a term to start a fit from.
 
     Parameters
@@ -231,11 +233,11 @@ def windows(
             i = j + 1
     if not runs or len(runs) > MOST_AT_ONCE:
         return None
-    return Term(course.effect, tuple(values), tuple(runs))
+    return ActiveEffect(course.effect, tuple(values), tuple(runs))
 
 
 def stretches(
-    course: Course, share: float = 0.35, sigmas: float = 4.0, least: float = 0.0
+    course: AmplitudeCourse, share: float = 0.35, sigmas: float = 4.0, least: float = 0.0
 ) -> list[tuple[int, float, float]]:
     """Run, begin and end in s, where the course stands out in any direction.
 
@@ -252,7 +254,7 @@ def stretches(
 
 
 def _standing_out(
-    course: Course, share: float, sigmas: float, least: float
+    course: AmplitudeCourse, share: float, sigmas: float, least: float
 ) -> list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
     """Of each run the pulses that count, and those that are sure, shape (pulses,) each."""
     sizes = [np.hypot.reduce(a, axis=1) for a in course.amplitude]
@@ -273,32 +275,34 @@ def _standing_out(
     ]
 
 
-def joined(terms: Sequence[Term]) -> Term:
+def joined(terms: Sequence[ActiveEffect]) -> ActiveEffect:
     """Windows of one effect as one term."""
     values = tuple(value for term in terms for value in term.values)
-    return Term(terms[0].effect, values, tuple(run for term in terms for run in term.window_runs))
+    return ActiveEffect(
+        terms[0].effect, values, tuple(run for term in terms for run in term.window_runs)
+    )
 
 
-def widened(term: Term, by: float) -> Term:
+def widened(term: ActiveEffect, by: float) -> ActiveEffect:
     """The term with every window longer by `by` s at both ends."""
     values = list(term.values)
     for w in range(len(term.window_runs)):
         values[w * term.stride] -= by
         values[w * term.stride + 1] += by
-    return Term(term.effect, tuple(values), term.window_runs)
+    return ActiveEffect(term.effect, tuple(values), term.window_runs)
 
 
-def stretched(term: Term, factor: float) -> Term:
+def stretched(term: ActiveEffect, factor: float) -> ActiveEffect:
     """The term with every window so much longer about its middle."""
     values = list(term.values)
     for w in range(len(term.window_runs)):
         start, stop = values[w * term.stride : w * term.stride + 2]
         more = 0.5 * (factor - 1.0) * (stop - start)
         values[w * term.stride : w * term.stride + 2] = [start - more, stop + more]
-    return Term(term.effect, tuple(values), term.window_runs)
+    return ActiveEffect(term.effect, tuple(values), term.window_runs)
 
 
-def reformed(term: Term, effect: Effect, start: int = 0) -> Term:
+def reformed(term: ActiveEffect, effect: Effect, start: int = 0) -> ActiveEffect:
     """The windows of a term in another form of its effect; what that adds begins at `start`.
 
     Windows become as long as the form needs to have the same width at half of its height.
@@ -313,10 +317,10 @@ def reformed(term: Term, effect: Effect, start: int = 0) -> Term:
         values += [*old[:2], *new]
     longer = LONGER.get(str(effect.extra.get("form")), 1.0)
     longer /= LONGER.get(str(term.effect.extra.get("form")), 1.0)
-    return stretched(Term(effect, tuple(values), term.window_runs), longer)
+    return stretched(ActiveEffect(effect, tuple(values), term.window_runs), longer)
 
 
-def simplified(term: Term, shortest: float = 0.6, gap: float = 0.6) -> Term:
+def simplified(term: ActiveEffect, shortest: float = 0.6, gap: float = 0.6) -> ActiveEffect:
     """Windows of one run that nearly touch and agree become one; crumbs are dropped."""
     k = term.stride
     rows = sorted((r, *term.values[w * k : (w + 1) * k]) for w, r in enumerate(term.window_runs))
@@ -345,7 +349,7 @@ def simplified(term: Term, shortest: float = 0.6, gap: float = 0.6) -> Term:
         merged.append(list(row))
     kept = [row for row in merged if row[2] - row[1] >= shortest]
     values = [float(x) for row in kept for x in row[1:]]
-    return Term(term.effect, tuple(values), tuple(int(row[0]) for row in kept))
+    return ActiveEffect(term.effect, tuple(values), tuple(int(row[0]) for row in kept))
 
 
 def _same(amplitude: Array, first: int, candidate: int) -> bool:

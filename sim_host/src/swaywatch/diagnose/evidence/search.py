@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.evidence.evidence import (
     DISCREPANCY,
-    REMAINS,
+    UNEXPLAINED_ABOVE,
     explained,
     inflation,
     log_evidence,
@@ -19,7 +19,7 @@ from swaywatch.diagnose.evidence.evidence import (
 )
 from swaywatch.diagnose.evidence.locate import (
     MOST_AT_ONCE,
-    Course,
+    AmplitudeCourse,
     Locator,
     joined,
     reformed,
@@ -30,7 +30,7 @@ from swaywatch.diagnose.evidence.locate import (
 )
 from swaywatch.diagnose.evidence.sparse_course import sparse_course
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, Problem, Trial
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import RISE, Effect
 from swaywatch.plant.lanes import BODY
 
@@ -85,12 +85,12 @@ class Candidate:
         return tuple(sorted(t.effect.name for t in self.fit.terms))
 
 
-def level(fit: Fit) -> float:
+def reduced_chi_square(fit: Fit) -> float:
     """Reduced chi-square."""
     return fit.chi2 / max(fit.count, 1)
 
 
-def _moved_edges(term: Term, at: int, edge: int) -> list[Term]:
+def _moved_edges(term: ActiveEffect, at: int, edge: int) -> list[ActiveEffect]:
     """The term with an edge of the window at `at` of its values shifted, by what is worth a try."""
     neutral = [p.neutral for p in term.effect.parameters]
     sizes = [j for j, p in enumerate(term.effect.parameters) if p.name != RISE.name]
@@ -106,7 +106,7 @@ def _moved_edges(term: Term, at: int, edge: int) -> list[Term]:
             if keep and old > 0.0:
                 for j in sizes:
                     v[at + 2 + j] = neutral[j] + (v[at + 2 + j] - neutral[j]) * old / new
-            found.append(Term(term.effect, tuple(v), term.window_runs))
+            found.append(ActiveEffect(term.effect, tuple(v), term.window_runs))
     return found
 
 
@@ -168,7 +168,7 @@ class Linear:
         """Residuals of all runs with each effect at its values, one after the other."""
         fit, count = self.fit, len(self.runs)
         trials = [
-            Trial(r, (*fit.terms, Term(e, values)), fit.nuisance[r], fit.shift)
+            Trial(r, (*fit.terms, ActiveEffect(e, values)), fit.nuisance[r], fit.shift)
             for e, values in tried
             for r in self.runs
         ]
@@ -318,13 +318,13 @@ class Search:
         course = Linear(fitter, parent)
         found = [f for f in course.best(open_) if f[0] > price]
         starts = [
-            replace(parent, terms=(*parent.terms, Term(effect, values)))
+            replace(parent, terms=(*parent.terms, ActiveEffect(effect, values)))
             for _, values, effect in found[:SHORT_LIST]
         ]
         near = fitter.side_by_side(lambda f: fitter.run(f, 6, frozen=course.background), starts)
         if fitter is self.close:  # they may be stuck where their parent is bent
             first = near[:POLISHED]
-            far = level(parent) > LINEAR
+            far = reduced_chi_square(parent) > LINEAR
             stuck = first if far else [f for f in first if f.chi2 > parent.chi2]
             near += self._close_from_rest(stuck)
         near = _best_of_each(near)
@@ -332,24 +332,24 @@ class Search:
         best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), first)
         return [*best, *near[len(first) :]]
 
-    def windowed(self, locator: Locator, course: Course) -> Fit | None:
+    def windowed(self, locator: Locator, course: AmplitudeCourse) -> Fit | None:
         """Best fit of an effect in windows on top of the locator's parent."""
         fit = self.rough(locator, course)
         return None if fit is None else self.completed(self.edges(fit))
 
-    def rough(self, locator: Locator, course: Course) -> Fit | None:
+    def rough(self, locator: Locator, course: AmplitudeCourse) -> Fit | None:
         """Fit of an effect in windows before their edges are moved over local minima."""
         parent = locator.fit
         terms = [windows(course), self._of_course(locator, course)]
         starts = [(parent, t) for t in terms if t is not None]
         own = bool(course.effect.extra.get("trials"))  # its pulses are not its real form
         found = None
-        if level(parent) > LINEAR and not own:
+        if reduced_chi_square(parent) > LINEAR and not own:
             found = sparse_course(self.close, parent, course.effect)
         if found is not None:
             term = windows(found[0])
             starts += [(found[1], term)] if term is not None else []
-        if level(parent) > LINEAR and not parent.terms:
+        if reduced_chi_square(parent) > LINEAR and not parent.terms:
             # the parent's vehicle is bent to make up for what these windows explain
             rest = self.close.start()
             starts += [(rest, t) for _, t in starts]
@@ -359,13 +359,15 @@ class Search:
         ]
         return min(fits, key=lambda f: f.chi2, default=None)
 
-    def _of_course(self, locator: Locator, course: Course, least: float = 0.0) -> Term | None:
+    def _of_course(
+        self, locator: Locator, course: AmplitudeCourse, least: float = 0.0
+    ) -> ActiveEffect | None:
         """The effect in the form that the motion itself gives it, where a module has one."""
         trials = course.effect.extra.get("trials")
         parts = stretches(course, least=least) if callable(trials) else []
         if not callable(trials) or not 0 < len(parts) <= MOST_AT_ONCE:
             return None
-        found: list[Term] = []
+        found: list[ActiveEffect] = []
         for r, start, stop in parts:
             terms = trials(course.effect.component, start, stop, r)
             columns = locator.columns(r, terms)
@@ -395,7 +397,9 @@ class Search:
             return fit
         if more.effect is not term.effect and not final:
             more = reformed(more, term.effect)
-        both = Term(term.effect, term.values + more.values, term.window_runs + more.window_runs)
+        both = ActiveEffect(
+            term.effect, term.values + more.values, term.window_runs + more.window_runs
+        )
         trial = Fit((*fit.terms[:-1], simplified(both)), fit.nuisance, fit.shift)
         trial = self.edges(self.close.run(trial, 6, free=1))
         added = max(len(trial.terms[-1].window_runs) - len(rows), 1)
@@ -435,7 +439,7 @@ class Search:
             return None
         return Fit((*fit.terms[:-1], term), fit.nuisance, fit.shift)
 
-    def _chi2(self, fit: Fit, terms: Sequence[Term], run: int) -> list[float]:
+    def _chi2(self, fit: Fit, terms: Sequence[ActiveEffect], run: int) -> list[float]:
         """Of one run, with each of the terms as the last one."""
         nuisance, before = fit.nuisance[run], fit.terms[:-1]
         trials = [Trial(run, (*before, term), nuisance, fit.shift) for term in terms]
@@ -468,7 +472,7 @@ class Search:
                 if len(term.window_runs) < 2:
                     break
                 k = term.stride
-                fewer = Term(
+                fewer = ActiveEffect(
                     term.effect,
                     term.values[: w * k] + term.values[(w + 1) * k :],
                     term.window_runs[:w] + term.window_runs[w + 1 :],
@@ -480,13 +484,13 @@ class Search:
                     fit = trial
         return fit
 
-    def _with_term(self, fit: Fit, index: int, term: Term) -> Fit:
+    def _with_term(self, fit: Fit, index: int, term: ActiveEffect) -> Fit:
         if term.values == fit.terms[index].values or not term.effect.windowed or not term.values:
             return fit
         return self.close.run(self._replaced(fit, index, term), 6)
 
     @staticmethod
-    def _replaced(fit: Fit, index: int, term: Term) -> Fit:
+    def _replaced(fit: Fit, index: int, term: ActiveEffect) -> Fit:
         terms = (*fit.terms[:index], term, *fit.terms[index + 1 :])
         return Fit(terms, fit.nuisance, fit.shift)
 
@@ -498,7 +502,7 @@ class Search:
             total += float(np.dot(e, e))
         return total
 
-    def forms(self, term: Term) -> list[Term]:
+    def forms(self, term: ActiveEffect) -> list[ActiveEffect]:
         """The same windows with the other forms of the effect, from each start of what they add."""
         if not term.effect.windowed or term.effect.extra.get("final"):
             return []
@@ -550,13 +554,13 @@ class Search:
     @staticmethod
     def settled(parent: Fit, fits: Sequence[Fit]) -> bool:
         """The first of the fits leaves only noise of what the parent leaves more of."""
-        if not fits or level(parent) <= REMAINS:
+        if not fits or reduced_chi_square(parent) <= UNEXPLAINED_ABOVE:
             return False
-        return explained(parent, fits[0]) and level(fits[0]) < LINEAR
+        return explained(parent, fits[0]) and reduced_chi_square(fits[0]) < LINEAR
 
     def _hardly(self, parent: Fit, effects: Sequence[Effect]) -> bool:
         """Effects without windows take hardly anything away under the observer, from rest too."""
-        if not self.releases or level(parent) <= LINEAR:
+        if not self.releases or reduced_chi_square(parent) <= LINEAR:
             return False
         near, under = self._watched(parent, effects)
         return all(f.chi2 > HARDLY * near.chi2 for f in under)
@@ -568,7 +572,7 @@ class Search:
         """
         near = self._near(parent)
         if id(parent) not in self._under:
-            far = not self.releases or level(parent) > LINEAR
+            far = not self.releases or reduced_chi_square(parent) > LINEAR
             self._under[id(parent)] = self.constants(self.close, near, effects) if far else []
         return near, self._under[id(parent)]
 
@@ -650,7 +654,7 @@ class Search:
         return self.close.side_by_side(lambda f: self.pruned(self.close.run(f, 10)), kept)
 
     @staticmethod
-    def _by_chance(course: Course) -> float:
+    def _by_chance(course: AmplitudeCourse) -> float:
         """What a course of so many pulses gains by chance."""
         return float(2 * sum(a.size for a in course.amplitude))
 
@@ -669,7 +673,7 @@ def _told_apart(effects: Sequence[Effect], problem: Problem) -> list[Effect]:
 
 def _window_worth(fit: Fit) -> float:
     """Drop of chi2 that a window must be worth beside what the fit leaves."""
-    return WINDOW_WORTH * max(level(fit), 1.0)
+    return WINDOW_WORTH * max(reduced_chi_square(fit), 1.0)
 
 
 def _starts(effect: Effect) -> list[tuple[float, ...]]:

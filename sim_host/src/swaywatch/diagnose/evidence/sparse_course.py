@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.evidence.locate import PULSE_S, Course, Locator, joined, pulses_of
+from swaywatch.diagnose.evidence.locate import PULSE_S, AmplitudeCourse, Locator, joined, pulses_of
 from swaywatch.diagnose.fit.fit import NUISANCES, Fit, Fitter, Trial
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
 
 Array = NDArray[np.float64]
@@ -59,13 +59,13 @@ class _Sparse:
         self.n = sum(self.counts)
         self.weight = np.full(self.n, WIDE)
 
-    def term(self, pulses: Array, run: int) -> Term:
+    def term(self, pulses: Array, run: int) -> ActiveEffect:
         """All pulses of a run as one term."""
         edges = self.edges[run]
         values: list[float] = []
         for i, row in enumerate(pulses):
             values += [float(edges[i]), float(edges[i + 1]), *(self.neutral + row).tolist()]
-        return Term(self.effect, tuple(values), (run,) * len(pulses))
+        return ActiveEffect(self.effect, tuple(values), (run,) * len(pulses))
 
     def trial(self, pulses: Array, run: int, nuisance: Array, shift: Array) -> Trial:
         """A run with its pulses."""
@@ -131,7 +131,7 @@ class _Sparse:
 
 def sparse_course(
     fitter: Fitter, parent: Fit, effect: Effect, pulse_s: float | None = None
-) -> tuple[Course, Fit] | None:
+) -> tuple[AmplitudeCourse, Fit] | None:
     """Pulses of an effect fitted together with the vehicle.
 
     Parameters
@@ -186,5 +186,5 @@ def sparse_course(
         for part in np.split(error, np.cumsum(work.counts)[:-1])
     ]
     gain = parent.chi2 - point.cost
-    course = Course(effect, tuple(work.edges), tuple(point.pulses), tuple(errors), gain)
+    course = AmplitudeCourse(effect, tuple(work.edges), tuple(point.pulses), tuple(errors), gain)
     return course, replace(parent, nuisance=point.nuisance, shift=point.shift, chi2=point.cost)

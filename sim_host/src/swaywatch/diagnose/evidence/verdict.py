@@ -22,15 +22,15 @@ from swaywatch.diagnose.evidence.evidence import (
     BOUND,
     CLAIMED,
     FORM,
-    REMAINS,
+    UNEXPLAINED_ABOVE,
     explained,
     inflation,
     residuals,
 )
-from swaywatch.diagnose.evidence.search import BENT, Candidate, Progress, Search, level
+from swaywatch.diagnose.evidence.search import BENT, Candidate, Progress, Search, reduced_chi_square
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.diagnose.fit.road_vehicle import WITHIN
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.plant.lanes import BODY
 
 Array = NDArray[np.float64]
@@ -143,7 +143,7 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     rear = search.problem.beliefs.at.get(("vehicle", "car.rear_cornering_stiffness"))
     alike = rear is not None and bool(fit.shift[rear] < -BOUND)
     shift = fit.shift.copy()
-    terms: list[Term] = []
+    terms: list[ActiveEffect] = []
     joint = _Joint(fit)
     for index, belief in enumerate(search.problem.beliefs.items):
         z = float(fit.shift[index])
@@ -207,7 +207,9 @@ class _Joint:
         )  # fmt: skip
 
 
-def _as_term(search: Search, name: str, factor: float, alike: bool) -> tuple[Term, float] | None:
+def _as_term(
+    search: Search, name: str, factor: float, alike: bool
+) -> tuple[ActiveEffect, float] | None:
     """The effect that a factor on a value of the file is, and the derivative of its own value.
 
     `alike`: the rear axle is softer than believed too, so that the tyres are what is wrong.
@@ -216,11 +218,15 @@ def _as_term(search: Search, name: str, factor: float, alike: bool) -> tuple[Ter
         effect = next((e for e in search.effects if e.id == "steering_compliance"), None)
         if effect is not None:
             front = float(search.problem.body[FRONT_STIFFNESS])
-            return Term(effect, ((1.0 / factor - 1.0) / front,)), -1.0 / (factor**2 * front)
+            return ActiveEffect(effect, ((1.0 / factor - 1.0) / front,)), -1.0 / (factor**2 * front)
     same = (e for e in search.effects if e.id == "parameter_error" and e.component == name)
     effect = next(same, None)
     # a shift of the centre of gravity is none of the library's words
-    return None if effect is None or name.endswith("_to_cog") else (Term(effect, (factor,)), 1.0)
+    return (
+        None
+        if effect is None or name.endswith("_to_cog")
+        else (ActiveEffect(effect, (factor,)), 1.0)
+    )
 
 
 def decide(planar: Sequence[Search], springs: Search | None, progress: Progress) -> Verdict:
@@ -251,7 +257,7 @@ def _alone(paths: Sequence[Path], chosen: Path) -> Path | None:
     return None
 
 
-def _of_the_road(term: Term) -> bool:
+def _of_the_road(term: ActiveEffect) -> bool:
     """A noticeable effect that every road vehicle has."""
     return term.effect.id in WITHIN and noticeable(term)
 
@@ -287,7 +293,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
             "consistent", plain.fit, plain.fit, search.problem, candidates=ranked[:8],
             noise=inflation(residuals(search.judge, plain.fit)), hidden=_hidden(every, noise),
         )  # fmt: skip
-        if level(plain.fit) > REMAINS:
+        if reduced_chi_square(plain.fit) > UNEXPLAINED_ABOVE:
             result.word = "unexplained"
         return result
     terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
@@ -324,7 +330,9 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     return result
 
 
-def equivalents_of(term: Term, terms: Sequence[Term], equals: Sequence[Candidate]) -> list[str]:
+def equivalents_of(
+    term: ActiveEffect, terms: Sequence[ActiveEffect], equals: Sequence[Candidate]
+) -> list[str]:
     """Names that could stand in a term's place."""
     rest = {t.effect.name for t in terms if t is not term}
     names: set[str] = set()
@@ -340,7 +348,7 @@ def equivalents_of(term: Term, terms: Sequence[Term], equals: Sequence[Candidate
     return sorted(names)
 
 
-def _possible_twin(term: Term, other: str, terms: Sequence[Term]) -> bool:
+def _possible_twin(term: ActiveEffect, other: str, terms: Sequence[ActiveEffect]) -> bool:
     """Compliance can only soften the front axle; a change in windows is no value of the file.
 
     Where the rear tyres are stiffer than believed the front ones may be as well, and the front
@@ -354,7 +362,7 @@ def _possible_twin(term: Term, other: str, terms: Sequence[Term]) -> bool:
     return True
 
 
-def _loss(search: Search, fit: Fit, term: Term) -> float:
+def _loss(search: Search, fit: Fit, term: ActiveEffect) -> float:
     """Rise of chi2 when a term is taken out and nothing refitted."""
     rest = tuple(t for t in fit.terms if t is not term)
     total = 0.0
@@ -364,7 +372,7 @@ def _loss(search: Search, fit: Fit, term: Term) -> float:
     return total
 
 
-def _ordered(fit: Fit, terms: Sequence[Term]) -> Fit:
+def _ordered(fit: Fit, terms: Sequence[ActiveEffect]) -> Fit:
     """The fit with its terms, and their covariance, in another order."""
     covariance, cross = fit.covariance, fit.cross
     sizes = [len(t.values) for t in fit.terms]

@@ -18,7 +18,8 @@ from swaywatch.effects.runs import RATE_HZ, Run, on_grid
 from swaywatch.errors import RecordingError, SignalError, VehicleError
 from swaywatch.plant.lanes import BODY
 from swaywatch.plant.vehicle_view import constants_of
-from swaywatch.vehicle import Car, Trailer, Vehicle, load_vehicle
+from swaywatch.vehicle import Car, Trailer, Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 #: Without these there is nothing to drive the model with.
 INPUTS = ("steering_wheel_angle", "speed")

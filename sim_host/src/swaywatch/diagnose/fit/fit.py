@@ -12,7 +12,7 @@ from scipy.signal import bilinear, lfilter
 
 from swaywatch.diagnose.fit.beliefs import Beliefs
 from swaywatch.diagnose.fit.side_by_side import Item, Result, SideBySide
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Parameter, no_observation
 from swaywatch.effects.runs import BLOCK, RATE_HZ, Run, block_mean
 from swaywatch.plant.lanes import (
@@ -94,7 +94,7 @@ class Fit:
         Logarithm of the determinant of the information about values and shifts.
     """
 
-    terms: tuple[Term, ...]
+    terms: tuple[ActiveEffect, ...]
     nuisance: Array
     shift: Array
     chi2: float = np.inf
@@ -129,7 +129,7 @@ class Problem:
     runs: tuple[Run, ...]
     body: Array
     free_start: bool = True
-    calibration: tuple[Term, ...] = ()
+    calibration: tuple[ActiveEffect, ...] = ()
     start_nuisance: Array | None = None
     start_shift: Array | None = None
     observer: float = 0.0
@@ -148,7 +148,7 @@ class Problem:
 
 
 def plant_of(
-    problem: Problem, index: int, terms: Sequence[Term], nuisance: Array, shift: Array
+    problem: Problem, index: int, terms: Sequence[ActiveEffect], nuisance: Array, shift: Array
 ) -> PlantInput:
     """What the plant needs to simulate one run with `terms`."""
     run = problem.runs[index]
@@ -182,7 +182,7 @@ def plant_of(
 def predict_run(
     problem: Problem,
     index: int,
-    terms: Sequence[Term],
+    terms: Sequence[ActiveEffect],
     nuisance: Array,
     shift: Array,
     *,
@@ -277,7 +277,7 @@ def correction_of(problem: Problem, run: Run) -> dict[str, Array]:
 
 
 def observe(
-    problem: Problem, index: int, result: Array, terms: Sequence[Term], shift: Array
+    problem: Problem, index: int, result: Array, terms: Sequence[ActiveEffect], shift: Array
 ) -> dict[str, Array]:
     """Sensors: plant outputs (n, len(OUTPUT)) to channels of the recording."""
     run, beliefs = problem.runs[index], problem.beliefs
@@ -302,7 +302,7 @@ def scale(run: Run, name: str) -> float:
 
 def residual(problem: Problem, index: int, outputs: Mapping[str, Array]) -> Array:
     """Normalised residuals of one run without their means, shape (n / BLOCK, channels)."""
-    comparison = Comparison(problem, index)
+    comparison = RunComparison(problem, index)
     means = block_mean(np.stack([outputs[n] for n in comparison.names], axis=1))
     return comparison.normalised(means, [block_mean(outputs[key]) for key in ADDED])
 
@@ -337,7 +337,7 @@ def _without_heave(names: Sequence[str], loads: Sequence[Array], e: Array) -> Ar
 _LOADS = [[_COLUMN[f"vertical_{w}"] for w in axle] for axle in (("fl", "fr"), ("rl", "rr"))]
 
 
-class Comparison:
+class RunComparison:
     """Simulation and recording of one run at 10 Hz: what does not depend on the model."""
 
     def __init__(self, problem: Problem, index: int) -> None:
@@ -365,7 +365,7 @@ class Comparison:
             if name in correction:
                 self.correction[:, i] = block_mean(correction[name])
 
-    def wanted(self, terms: Sequence[Term]) -> tuple[int, ...]:
+    def wanted(self, terms: Sequence[ActiveEffect]) -> tuple[int, ...]:
         """Columns of the plant that the sensors' part of the terms needs at every sample."""
         found: set[int] = set()
         for term in terms:
@@ -383,7 +383,7 @@ class Comparison:
         del column
         return np.zeros(self.run.time.size)
 
-    def residual(self, outcome: Outcome, terms: Sequence[Term], shift: Array) -> Array:
+    def residual(self, outcome: Outcome, terms: Sequence[ActiveEffect], shift: Array) -> Array:
         """Normalised residuals of a simulation, shape (n / BLOCK, channels).
 
         The outcome has the columns that are `wanted` for the terms.
@@ -463,7 +463,7 @@ class Trial:
     """One run to be simulated with one set of values."""
 
     run: int
-    terms: tuple[Term, ...]
+    terms: tuple[ActiveEffect, ...]
     nuisance: Array
     shift: Array
 
@@ -474,16 +474,18 @@ class Fitter:
     def __init__(self, problem: Problem, *, fine: bool = True) -> None:
         self.problem = problem
         self.fine = fine
-        self.comparisons: dict[int, Comparison] = {}
+        self.comparisons: dict[int, RunComparison] = {}
         self._threads = SideBySide(self._evaluated)
 
-    def comparison(self, index: int) -> Comparison:
+    def comparison(self, index: int) -> RunComparison:
         """What a run is compared by."""
         if index not in self.comparisons:
-            self.comparisons[index] = Comparison(self.problem, index)
+            self.comparisons[index] = RunComparison(self.problem, index)
         return self.comparisons[index]
 
-    def evaluate(self, index: int, terms: Sequence[Term], nuisance: Array, shift: Array) -> Array:
+    def evaluate(
+        self, index: int, terms: Sequence[ActiveEffect], nuisance: Array, shift: Array
+    ) -> Array:
         """Normalised residuals of one run, flat."""
         return self.evaluate_all([Trial(index, tuple(terms), nuisance, shift)])[0]
 
@@ -690,7 +692,7 @@ class _Task:
     def __init__(
         self,
         fitter: Fitter,
-        terms: Sequence[Term],
+        terms: Sequence[ActiveEffect],
         use: tuple[int, ...],
         free: int | None,
         calibrate: bool,
@@ -723,12 +725,13 @@ class _Task:
         values = np.linalg.eigvalsh(0.5 * (own + own.T))
         return float(np.sum(np.log(np.maximum(values, 1e-12))))
 
-    def terms(self, values: Array) -> tuple[Term, ...]:
+    def terms(self, values: Array) -> tuple[ActiveEffect, ...]:
         new = [list(t.values) for t in self.given]
         for (i, j), x in zip(self.layout, values, strict=True):
             new[i][j] = float(x)
         return tuple(
-            Term(t.effect, tuple(w), t.window_runs) for t, w in zip(self.given, new, strict=True)
+            ActiveEffect(t.effect, tuple(w), t.window_runs)
+            for t, w in zip(self.given, new, strict=True)
         )
 
     def state(self, values: Array, nuisance: Array, shift: Array) -> _State:

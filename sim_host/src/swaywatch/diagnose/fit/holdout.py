@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.fit.agreement import errors, iso18571, nrmse
 from swaywatch.diagnose.fit.fit import Fit, Fitter, Problem, predict_run, residual
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
 from swaywatch.effects.runs import BLOCK, RATE_HZ, Run
 
@@ -26,7 +26,9 @@ def first_seconds(run: Run, seconds: float) -> Run:
     return run.part(0, min(int(seconds * RATE_HZ) // BLOCK * BLOCK, run.time.size))
 
 
-def start_values(problem: Problem, index: int, terms: Sequence[Term], shift: Array) -> Array:
+def start_values(
+    problem: Problem, index: int, terms: Sequence[ActiveEffect], shift: Array
+) -> Array:
     """Steering offset and start values of a run, from its first seconds only.
 
     Against a user's simulation these are the simulation's own: nothing is taken from the recording.
@@ -43,13 +45,13 @@ def start_values(problem: Problem, index: int, terms: Sequence[Term], shift: Arr
 def valued(
     problem: Problem,
     index: int,
-    terms: Sequence[Term],
+    terms: Sequence[ActiveEffect],
     effect: Effect,
     spans: Sequence[tuple[float, float]],
     candidates: Sequence[tuple[float, ...]],
     nuisance: Array,
     shift: Array,
-) -> Term:
+) -> ActiveEffect:
     """Windows at given times, each with the one of the given values that fits the run best.
 
     Nothing is fitted: the choice among the candidates is all that the run decides.
@@ -59,17 +61,17 @@ def valued(
         best = (np.inf, candidates[0])
         for values in candidates:
             count = len(chosen) // (2 + len(values)) + 1
-            term = Term(effect, (*chosen, start, stop, *values), (index,) * count)
+            term = ActiveEffect(effect, (*chosen, start, stop, *values), (index,) * count)
             outputs = predict_run(problem, index, (*terms, term), nuisance, shift)
             e = residual(problem, index, outputs)
             chi2 = float(np.sum(e * e))
             if chi2 < best[0]:
                 best = (chi2, values)
         chosen += [start, stop, *best[1]]
-    return Term(effect, tuple(chosen), (index,) * len(spans))
+    return ActiveEffect(effect, tuple(chosen), (index,) * len(spans))
 
 
-def values_of(term: Term, runs: Sequence[int]) -> list[tuple[float, ...]]:
+def values_of(term: ActiveEffect, runs: Sequence[int]) -> list[tuple[float, ...]]:
     """Values of a term's windows in some runs."""
     k = term.stride
     return [
@@ -79,7 +81,7 @@ def values_of(term: Term, runs: Sequence[int]) -> list[tuple[float, ...]]:
 
 def carried(
     problem: Problem, index: int, taught: Fit, nuisance: Array, notes: set[str]
-) -> list[Term]:
+) -> list[ActiveEffect]:
     """Terms for a run that was left out: windows keep their times, never their values."""
     others = [r for r in range(len(problem.runs)) if r != index]
     terms = [t for t in taught.terms if not t.effect.windowed]

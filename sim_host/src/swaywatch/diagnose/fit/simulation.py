@@ -20,7 +20,7 @@ from swaywatch.cosim.mapping import wire
 from swaywatch.diagnose.fit.beliefs import TYPICAL, Belief, Beliefs
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, Problem, predict_run
 from swaywatch.drive import load_drives, load_signals
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.library.parameter_error import EFFECTS as PARAMETERS
 from swaywatch.effects.library.tyre_load_sensitivity import EFFECTS as LOAD
 from swaywatch.effects.library.tyre_relaxation import EFFECTS as RELAXATION
@@ -67,7 +67,7 @@ def attach(
     problem: Problem,
     simulations: Sequence[Path],
     signals: Path,
-    calibration: Sequence[Term] = (),
+    calibration: Sequence[ActiveEffect] = (),
     simulation_signals: Path | None = None,
 ) -> tuple[Problem, Problem, list[str]]:
     """Pair each run with its simulation and make it the baseline.
@@ -174,7 +174,7 @@ def _corrected(
     problem: Problem,
     pairs: Sequence[Pair],
     checks: list[str],
-    calibration: Sequence[Term],
+    calibration: Sequence[ActiveEffect],
 ) -> tuple[Problem, Problem, list[str]]:
     simulated = []
     for run, channels in pairs:
@@ -222,13 +222,13 @@ def _corrected(
     return free_problem, observed, checks
 
 
-def _calibrated(problem: Problem, start: Sequence[Term], *, fixed: bool) -> Fit:
+def _calibrated(problem: Problem, start: Sequence[ActiveEffect], *, fixed: bool) -> Fit:
     """The plant fitted to the user's simulation, by constants that such simulations differ in."""
     terms = tuple(start)
     if not start:
-        terms = tuple(Term(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED)
-        terms += tuple(Term(e, (0.15,)) for e in RELAXATION if e.component != "all")
-        terms += (Term(LOAD[0], (0.0, 1.0)), Term(SATURATION[0], (1.5,)))
+        terms = tuple(ActiveEffect(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED)
+        terms += tuple(ActiveEffect(e, (0.15,)) for e in RELAXATION if e.component != "all")
+        terms += (ActiveEffect(LOAD[0], (0.0, 1.0)), ActiveEffect(SATURATION[0], (1.5,)))
     fitter = Fitter(problem, fine=False)
     fit = fitter.run(fitter.start(), 6)
     fit = Fit(terms, fit.nuisance, fit.shift)

@@ -12,7 +12,7 @@ from swaywatch.diagnose.evidence.verdict import Verdict
 from swaywatch.diagnose.fit.agreement import errors, iso18571, nrmse
 from swaywatch.diagnose.fit.fit import Problem, predict_run
 from swaywatch.diagnose.fit.holdout import held_out
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> lis
     return effects
 
 
-def _reported(term: Term, name: str, covariance: Array, reached: float) -> dict[str, Any]:
+def _reported(term: ActiveEffect, name: str, covariance: Array, reached: float) -> dict[str, Any]:
     """Reported values of an effect without windows, their errors carried through `report`."""
     effect = term.effect
     names = [p.name for p in effect.parameters]
@@ -112,7 +112,7 @@ def _size(value: float, neutral: float) -> float:
     return value if abs(neutral) > 100.0 * abs(value) else value - neutral
 
 
-def _windows(term: Term, problem: Problem) -> list[dict[str, Any]]:
+def _windows(term: ActiveEffect, problem: Problem) -> list[dict[str, Any]]:
     """Windows of a term in the order of its values."""
     windows = []
     describe_window = term.effect.extra.get("describe")
@@ -135,7 +135,7 @@ def _windows(term: Term, problem: Problem) -> list[dict[str, Any]]:
 
 
 def _over_windows(
-    term: Term, name: str, windows: list[dict[str, Any]], covariance: Array, reached: float
+    term: ActiveEffect, name: str, windows: list[dict[str, Any]], covariance: Array, reached: float
 ) -> dict[str, Any]:
     """Median over the windows; its interval from their spread and from the fit's errors."""
     effect = term.effect

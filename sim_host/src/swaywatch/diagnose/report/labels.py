@@ -94,7 +94,7 @@ def how_much(effect: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def remains(note: Mapping[str, Any]) -> str:
+def what_is_left(note: Mapping[str, Any]) -> str:
     """What no explanation takes away, in a sentence."""
     if note.get("reason"):
         return str(note["reason"])

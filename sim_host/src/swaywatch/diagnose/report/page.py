@@ -15,7 +15,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from swaywatch.diagnose.evidence.evidence import REMAINS
+from swaywatch.diagnose.evidence.evidence import UNEXPLAINED_ABOVE
 from swaywatch.diagnose.fit.agreement import FIVE_PERCENT, errors
 from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.report.costs_page import costs_part
@@ -23,9 +23,9 @@ from swaywatch.diagnose.report.labels import (
     named,
     part,
     quantity,
-    remains,
     rounded,
     value,
+    what_is_left,
     when,
 )
 from swaywatch.diagnose.report.residual_map import LINES, line_map, relations
@@ -454,18 +454,18 @@ def page(
 
 def rest_of_it(unexplained: Sequence[Mapping[str, Any]], evidence: Mapping[str, Any]) -> list[str]:
     """What no explanation takes away, a sentence each."""
-    notes = [remains(note) for note in unexplained]
+    notes = [what_is_left(note) for note in unexplained]
     return notes or [_above_clean(evidence) or "Nothing above the noise."]
 
 
 def _above_clean(evidence: Mapping[str, Any]) -> str:
     """What a mismatch beyond that of clean recordings means, with what is claimed."""
     left = evidence["reduced_chi_square_diagnosed"]
-    if left <= REMAINS:
+    if left <= UNEXPLAINED_ABOVE:
         return ""
     return (
-        f" {left:.2f} is above {REMAINS:.2f}: something remains that no explanation of the "
-        "library accounts for, and it belongs to no single place."
+        f" {left:.2f} is above {UNEXPLAINED_ABOVE:.2f}: something remains that no explanation of "
+        "the library accounts for, and it belongs to no single place."
     )
 
 

@@ -25,7 +25,7 @@ LINES = ("mean", "f", "2f", "3f", "broadband")
 
 
 @dataclass(frozen=True)
-class Relation:
+class Residual:
     """Mismatch of one relation over one run.
 
     Attributes
@@ -53,15 +53,15 @@ def _integral(x: Array) -> Array:
     return np.asarray(lfilter(b, a, x))
 
 
-def relations(run: Run, body: Array) -> list[Relation]:
+def relations(run: Run, body: Array) -> list[Residual]:
     """All relations that the recorded channels allow."""
     c = {name: low_pass(v - v.mean(), CUTOFF_HZ) for name, v in run.channels.items()}
     m1, iz1, lf, lr, lh, cf, cr = body[:7]
     v = run.speed
-    found: list[Relation] = []
+    found: list[Residual] = []
 
     def add(name: str, *terms: Array) -> None:
-        found.append(Relation(name, sum(terms, np.zeros(v.size)), _rms(*terms)))
+        found.append(Residual(name, sum(terms, np.zeros(v.size)), _rms(*terms)))
 
     front, rear = _pair(c, "f"), _pair(c, "r")
     hitch = c.get("hitch_lateral_force")
@@ -83,11 +83,11 @@ def relations(run: Run, body: Array) -> list[Relation]:
         names = [f"wheel_vertical_load_{axle}l", f"wheel_vertical_load_{axle}r"]
         if all(name in c for name in names):
             total = c[names[0]] + c[names[1]]
-            found.append(Relation(f"{words} axle load", total, _rms(c[names[0]])))
+            found.append(Residual(f"{words} axle load", total, _rms(c[names[0]])))
     return found
 
 
-def _trailer(run: Run, c: dict[str, Array], body: Array, hitch: Array | None) -> list[Relation]:
+def _trailer(run: Run, c: dict[str, Array], body: Array, hitch: Array | None) -> list[Residual]:
     if hitch is None or not {"trailer_yaw_rate", "trailer_lateral_acceleration"} <= set(c):
         return []
     m2, iz2, lf2, lr2, lh2, cf2, cr2 = body[7:14]
@@ -102,8 +102,8 @@ def _trailer(run: Run, c: dict[str, Array], body: Array, hitch: Array | None) ->
     lateral = (m2 * _high(ay), _high(hitch), -one, -two)
     yaw = (iz2 * _high(rd), lh2 * _high(hitch), -lf2 * one, lr2 * two)
     return [
-        Relation("trailer lateral balance", sum(lateral, np.zeros(v.size)), _rms(*lateral)),
-        Relation("trailer yaw balance", sum(yaw, np.zeros(v.size)), _rms(*yaw)),
+        Residual("trailer lateral balance", sum(lateral, np.zeros(v.size)), _rms(*lateral)),
+        Residual("trailer yaw balance", sum(yaw, np.zeros(v.size)), _rms(*yaw)),
     ]
 
 
@@ -126,7 +126,7 @@ def yaw_frequency(run: Run) -> float:
     return float(grid[int(np.argmax(power))])
 
 
-def line_map(run: Run, relation: Relation) -> tuple[Array, Array]:
+def line_map(run: Run, relation: Residual) -> tuple[Array, Array]:
     """Mismatch of a relation in windows, by line, in per cent of its largest term.
 
     Returns

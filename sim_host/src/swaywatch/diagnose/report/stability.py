@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.evidence.calibration import BESIDE, NINETY, form_share, noise
 from swaywatch.diagnose.fit.fit import Fit, Problem
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Window
 from swaywatch.effects.runs import Run
-from swaywatch.models.costs import KMH, Base, Cause, Cost, Figure, weigh
+from swaywatch.models.costs import KMH, Base, Cause, Cost, CostValue, weigh
 from swaywatch.plant.lanes import PlantInput, neutral
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ def stability(problem: Problem, fit: Fit, reached: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _left_out(term: Term) -> str:
+def _left_out(term: ActiveEffect) -> str:
     """Why a term has no cost; empty where it has one."""
     if term.effect.kind == "measurement":
         return SENSOR
@@ -112,13 +112,13 @@ def base_of(problem: Problem, at: Sequence[int], shift: Array) -> Base:
     return Base(problem.body, scalars, shift[list(at)], act, problem.runs[0].steering_ratio)
 
 
-def _first(terms: Sequence[Term], term: Term) -> int:
+def _first(terms: Sequence[ActiveEffect], term: ActiveEffect) -> int:
     """Place of a term's first value among those of all terms."""
     found = next(k for k, t in enumerate(terms) if t is term)
     return sum(len(t.values) for t in terms[:found])
 
 
-def causes_of(term: Term, first: int) -> tuple[list[Cause], list[int]]:
+def causes_of(term: ActiveEffect, first: int) -> tuple[list[Cause], list[int]]:
     """A cause of each window of a term, or one; and the places of their values."""
     effect = term.effect
     names = [p.name for p in effect.parameters]
@@ -171,11 +171,11 @@ def _covariance(problem: Problem, fit: Fit, fewer: float) -> Array:
     return np.asarray((vector / kept) @ vector.T * np.outer(scale, scale))
 
 
-def _speeds(figures: Sequence[Figure]) -> list[dict[str, float] | None]:
+def _speeds(figures: Sequence[CostValue]) -> list[dict[str, float] | None]:
     return [_stated(figure) for figure in figures]
 
 
-def _stated(figure: Figure, form: float = 0.0) -> dict[str, float] | None:
+def _stated(figure: CostValue, form: float = 0.0) -> dict[str, float] | None:
     """A number with its 90 % interval, `form` of it from the model's; None: there is none."""
     if figure.value is None:
         return None
@@ -185,14 +185,14 @@ def _stated(figure: Figure, form: float = 0.0) -> dict[str, float] | None:
     return {key: round(number, 3) for key, number in found.items()}
 
 
-def _entry(cost: Cost, term: Term, problem: Problem) -> dict[str, Any]:
+def _entry(cost: Cost, term: ActiveEffect, problem: Problem) -> dict[str, Any]:
     share = form_share(term.effect.id + ("" if problem.free_start else BESIDE))
     if term.effect.windowed and term.effect.extra.get("follows_motion"):
         share = max(share, ONE_WINDOW)
     # what costs by its phase errs with its size, not with what it happens to cost
     largest = max((abs(figure.value or 0.0) for figure in cost.each), default=0.0)
 
-    def back(figures: Sequence[Figure]) -> list[dict[str, float] | None]:
+    def back(figures: Sequence[CostValue]) -> list[dict[str, float] | None]:
         return [_stated(f, share * max(abs(f.value or 0.0), largest)) for f in figures]
 
     entry: dict[str, Any] = {

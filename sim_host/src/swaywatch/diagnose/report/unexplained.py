@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.evidence.locate import Course, Locator
+from swaywatch.diagnose.evidence.locate import AmplitudeCourse, Locator
 from swaywatch.diagnose.fit.fit import Fit, Fitter
 from swaywatch.diagnose.report.residual_map import yaw_frequency
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
@@ -86,7 +86,7 @@ def locate_rest(fitter: Fitter, fit: Fit) -> list[dict[str, Any]]:
     return found
 
 
-def _ring(course: Course) -> tuple[float, float]:
+def _ring(course: AmplitudeCourse) -> tuple[float, float]:
     """Frequency with most power in the course (Hz) and its share of the power."""
     total: Array | None = None
     grid = np.linspace(0.1, 1.9, 91)

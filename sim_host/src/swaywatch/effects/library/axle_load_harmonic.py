@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from scipy.signal import hilbert, lfilter
 
-from swaywatch.effects.active import Term
+from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Array, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run, band_pass, low_pass
 from swaywatch.plant.lanes import PlantInput
@@ -163,7 +163,7 @@ def _as_generator(run: Run, axle: str, window: Window, load: Array) -> tuple[flo
     return best[1], best[2]
 
 
-def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
+def _refine(term: ActiveEffect, runs: Sequence[Run]) -> ActiveEffect | None:
     """The same windows with the generator's load, gains and delays fitted to the lines found."""
     axle = term.effect.component
     values: list[float] = []
@@ -177,14 +177,14 @@ def _refine(term: Term, runs: Sequence[Run]) -> Term | None:
         load = a * np.cos(phase) - b * np.sin(phase)
         values += [start, stop, *_as_generator(run, axle, Window(start, stop, {}), load)]
     least = term.effect.parameters[0].minimum
-    return Term(generator_effect(axle, least), tuple(values), term.window_runs)
+    return ActiveEffect(generator_effect(axle, least), tuple(values), term.window_runs)
 
 
-def _trials(axle: str, start: float, stop: float, run: int, least: float) -> list[Term]:
+def _trials(axle: str, start: float, stop: float, run: int, least: float) -> list[ActiveEffect]:
     """The generator's load in a stretch of a run, with every delay that is worth a try."""
     effect = generator_effect(axle, least)
     delays = np.arange(0.0, LONGEST_DELAY_S, 0.08)
-    return [Term(effect, (start, stop, 300.0, float(delay)), (run,)) for delay in delays]
+    return [ActiveEffect(effect, (start, stop, 300.0, float(delay)), (run,)) for delay in delays]
 
 
 def _effect(axle: str, least: float) -> Effect:
