@@ -352,6 +352,9 @@ def test_wrong_effect_files(tmp_path: Path) -> None:
     path.write_text("1 / 0\n")
     with pytest.raises(SwaywatchError, match="ZeroDivisionError"):
         read_physics([path])
+    path.write_text("from swaywatch.diagnose.effect import Effect\n")
+    with pytest.raises(SwaywatchError, match="for another version of swaywatch"):
+        read_physics([path])
     with pytest.raises(SwaywatchError, match="has no stiffness"):
         named("spring", Law("hitch", "articulation").spec, {"stiffness": 1.0})
 
