@@ -80,7 +80,7 @@ $(VENV)/stamp-test: $(REQUIREMENTS)/test.lock $(VENV)/stamp-run
 
 # The package is built again when the C core that it wraps has changed.
 PACKAGE_SOURCES := $(wildcard sim_host/pyproject.toml sim_host/setup.py sim_host/*build*.py \
-    sim_host/src/swaywatch/*build*.py sim_host/src/swaywatch/*.c sim_host/src/swaywatch/*.h)
+    sim_host/src/swaywatch/*/*.[ch])
 $(VENV)/stamp-package: $(VENV)/stamp-run $(PACKAGE_SOURCES) $(wildcard lib/*.h lib/*/*.[ch]) \
     $(B)/codec/swaywatch_dbc.c $(KISSFFT_DIR)/kiss_fft.h
 ifneq ($(wildcard sim_host/pyproject.toml),)

@@ -1,4 +1,4 @@
-"""Build script of ``swaywatch._core``: lib/, the codec and kissfft through cffi, API mode.
+"""Build script of ``swaywatch.ecu._core``: lib/, the codec and kissfft through cffi, API mode.
 
 The declarations are those of the headers themselves, run through the preprocessor: nothing is
 typed a second time. Where the third-party sources are is said by KISSFFT_DIR and
@@ -22,7 +22,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 WITHIN = HERE / "csrc"  # of an unpacked source distribution
 LIB = WITHIN / "lib" if WITHIN.is_dir() else ROOT / "lib"
-FEED = HERE / "src" / "swaywatch" / "core_feed"
+FEED = HERE / "src" / "swaywatch" / "ecu" / "core_feed"
 _SYSTEM_HEADERS = ("stdbool.h", "stddef.h", "stdint.h", "string.h", "limits.h", "stdlib.h")
 
 
@@ -79,7 +79,7 @@ def make_builder() -> cffi.FFI:
     sources = [*sorted(LIB.glob("*/*.c")), codec / "swaywatch_dbc.c", FEED.with_suffix(".c")]
     sources.append(kissfft / "kiss_fft.c")
     builder.set_source(
-        "swaywatch._core",
+        "swaywatch.ecu._core",
         includes,
         sources=[os.path.relpath(source, HERE) for source in sources],
         include_dirs=[str(folder) for folder in include],

@@ -1,4 +1,4 @@
-"""Build script of ``swaywatch._plant``: the plant through cffi, API mode."""
+"""Build script of ``swaywatch.plant._plant``: the plant through cffi, API mode."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import cffi
 
 HERE = Path(__file__).resolve().parent
-SOURCES = Path("src") / "swaywatch"
+SOURCES = Path("src") / "swaywatch" / "plant"
 
 
 def make_builder() -> cffi.FFI:
@@ -17,7 +17,7 @@ def make_builder() -> cffi.FFI:
     builder = cffi.FFI()
     builder.cdef(header[start:stop])
     builder.set_source(
-        "swaywatch._plant",
+        "swaywatch.plant._plant",
         '#include "plant_lanes.h"\n',
         sources=[str(SOURCES / "plant_lanes.c")],
         include_dirs=[str(HERE / SOURCES)],

@@ -1,7 +1,7 @@
-/* The plant as a model: car and trailer on springs (sim_host/src/swaywatch/plant_lanes.h), one
- * simulation. Steering and speed run within a step with the rates that are set beside them (0: they
- * stay), everything else stays. plant_table.h, made by plant_table.py of a vehicle file, holds what
- * the vehicle starts with and the names of all variables. */
+/* The plant as a model: car and trailer on springs (sim_host/src/swaywatch/plant/plant_lanes.h),
+ * one simulation. Steering and speed run within a step with the rates that are set beside them (0:
+ * they stay), everything else stays. plant_table.h, made by plant_table.py of a vehicle file, holds
+ * what the vehicle starts with and the names of all variables. */
 #include <math.h>
 #include <string.h>
 

@@ -2,7 +2,7 @@
 """plant_table.py VEHICLE.toml OUT.h: the numbers of a combination and the FMU's names, as C.
 
 The numbers are those with which `swaywatch.models.double_track` starts the plant of this vehicle on
-springs (`swaywatch.models.sprung`), so the FMU is the same plant.
+springs (`swaywatch.plant.sprung`), so the FMU is the same plant.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from swaywatch.diagnose.plant import AXLE, AXLES, BODY, DRIVE, SCALARS
 from swaywatch.models.double_track import DoubleTrack, SpeedControl, channel_columns
-from swaywatch.models.sprung import BELIEFS, defaults
-from swaywatch.models.stepping import COLUMNS, Setup
-from swaywatch.models.vehicle_view import constants_of
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.plant.lanes import AXLE, AXLES, BODY, DRIVE, SCALARS
+from swaywatch.plant.sprung import BELIEFS, defaults
+from swaywatch.plant.stepping import COLUMNS, Setup
+from swaywatch.plant.vehicle_view import constants_of
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 HEAD = "/* Made by plant_table.py from {}. */\n"
 BODY_UNITS = {

@@ -16,7 +16,7 @@ $(B)/fmu/kiss_fft.o: $(KISSFFT_DIR)/kiss_fft.h
 -include $(wildcard $(B)/fmu/lib/*/*.d)
 $(FMU_LIB): $(FMU_OBJECTS)
 	@rm -f $@ && ar rcs $@ $^
-PLANT_DIR := sim_host/src/swaywatch
+PLANT_DIR := sim_host/src/swaywatch/plant
 # As sim_host/plant_build.py builds it, but for every machine alike.
 PLANT_FLAGS := '-Dtarget_clones(...)=' -O1 -std=gnu99 -w -Wno-psabi -fno-math-errno -fno-trapping-math -ffp-contract=fast
 FMU_CORE := -Ilib port/fmi/fmu_core.c $(FMU_LIB)
@@ -24,7 +24,7 @@ FMU_PLANT := -I$(B)/fmu -I$(PLANT_DIR) port/fmi/fmu_plant.c $(B)/fmu/plant_lanes
 $(B)/fmu/plant_lanes.o: $(wildcard $(PLANT_DIR)/plant_*.[ch])
 	@mkdir -p $(@D)
 	@gcc $(PLANT_FLAGS) -fPIC -fvisibility=hidden -c $(PLANT_DIR)/plant_lanes.c -o $@
-$(B)/fmu/plant_table.h: port/fmi/plant_table.py $(FMU_VEHICLE) $(wildcard $(PLANT_DIR)/models/*.py) | $(VENV)/stamp-package
+$(B)/fmu/plant_table.h: port/fmi/plant_table.py $(FMU_VEHICLE) $(wildcard $(PLANT_DIR)/*.py $(PLANT_DIR)/../models/*.py) | $(VENV)/stamp-package
 	@mkdir -p $(@D)
 	@$(PY) port/fmi/plant_table.py $(FMU_VEHICLE) $@
 $(B)/fmu/core.txt: port/fmi/fmu_core.c $(FMU_LIB)

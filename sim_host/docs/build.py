@@ -107,9 +107,9 @@ def _range(low: object, high: object) -> str:
 
 def parameters() -> str:
     """Roles of signals, and the ranges of vehicle.toml as the core has them."""
-    from swaywatch.core import vehicle_ranges
+    from swaywatch.ecu.core import vehicle_ranges
     from swaywatch.roles import CHANNELS
-    from swaywatch.vehicle import _UNITS
+    from swaywatch.vehicle_file import _UNITS
 
     roles: list[list[object]] = [
         [code(name), kind.unit, kind.meaning] for name, kind in CHANNELS.items()

@@ -32,7 +32,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
-from swaywatch.damping.data import Choice, Run, load_runs
+from swaywatch.damping.data import Choice, DampingRun, load_runs
 from swaywatch.damping.doubt import Point, points_of
 from swaywatch.damping.find import find
 from swaywatch.damping.window import Estimator
@@ -156,7 +156,7 @@ def _near(point: Point, pushes: Sequence[Push]) -> bool:
 
 
 def _free_under(
-    run: Run, moment: FloatArray, estimator: Estimator, pushes: Sequence[Push]
+    run: DampingRun, moment: FloatArray, estimator: Estimator, pushes: Sequence[Push]
 ) -> tuple[list[float], int]:
     """Starts of what is free although the moment is known; pushes that the moment shows."""
     known = replace(run, input_names=("roll moment",), inputs=moment[:, None])

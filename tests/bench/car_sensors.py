@@ -25,10 +25,11 @@ import warning_campaign as wc
 import warning_plant as plant
 
 from swaywatch.analysis import usable, weighted_mean
-from swaywatch.core import PRESENCE, VALID, Core, Estimates, columns_of, positions_of
 from swaywatch.drive import Drive, load_drives
+from swaywatch.ecu.core import PRESENCE, VALID, Core, Estimates, columns_of, positions_of
 from swaywatch.trailer import INTERVAL, OWN_CHANNELS, chained
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FloatArray = npt.NDArray[np.float64]
 FORCES = tuple(f"wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))

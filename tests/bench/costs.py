@@ -29,18 +29,18 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 from written import written
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.effect import Effect, library
 from swaywatch.diagnose.engine import diagnose, write
-from swaywatch.diagnose.fit import Fit, Problem
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.diagnose.model import beliefs_in, terms_of
-from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
-from swaywatch.diagnose.plant import BODY, neutral
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.stability import MOVING, base_of, causes_of, stability
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.report.stability import MOVING, base_of, causes_of, stability
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Effect, library
+from swaywatch.effects.library.axle_load_harmonic import generator_effect
+from swaywatch.effects.runs import Run
 from swaywatch.models.costs import KMH, SWINGS_RAD_S, Base, critical_speeds
-from swaywatch.vehicle import load_vehicle
+from swaywatch.plant.lanes import BODY, neutral
+from swaywatch.vehicle_file import load_vehicle
 
 SMALL, MIDDLE = 0, 1
 EXACT = ("A", "C")
@@ -129,7 +129,7 @@ def _found(effects: list[Effect], name: str) -> Effect:
     return next(e for e in effects if e.name == name)
 
 
-def terms(effect: dict[str, Any], effects: list[Effect]) -> list[Term]:
+def terms(effect: dict[str, Any], effects: list[Effect]) -> list[ActiveEffect]:
     """A concealed effect with its true values; of one in windows each window."""
     kind = effect["id"]
     axle = effect.get("axle", "all")
@@ -145,21 +145,23 @@ def terms(effect: dict[str, Any], effects: list[Effect]) -> list[Term]:
     }
     if kind == "steering_compliance":
         own = _found(effects, "steering_compliance:car_front")
-        return [Term(own, (1.0 / effect["stiffness_n_per_rad"],))]
+        return [ActiveEffect(own, (1.0 / effect["stiffness_n_per_rad"],))]
     if kind == "hitch_friction":
         own = _found(effects, "hitch_friction:hitch")
         rest = tuple(p.neutral for p in own.parameters[1:])
-        return [Term(own, (effect["moment_nm"], *rest))]
+        return [ActiveEffect(own, (effect["moment_nm"], *rest))]
     if kind == "axle_load_harmonic":
         pairs = zip(effect["amplitude_n"], effect["delay"], strict=True)
-        return [Term(generator_effect(axle), (0.0, 1.0, a, delay), (0,)) for a, delay in pairs]
+        return [
+            ActiveEffect(generator_effect(axle), (0.0, 1.0, a, delay), (0,)) for a, delay in pairs
+        ]
     if kind not in values:
         return []
     component, numbers = values[kind]
-    return [Term(_found(effects, f"{kind}:{component}"), tuple(float(v) for v in numbers))]
+    return [ActiveEffect(_found(effects, f"{kind}:{component}"), tuple(float(v) for v in numbers))]
 
 
-def speeds(base: Base, every: list[Term]) -> list[float]:
+def speeds(base: Base, every: list[ActiveEffect]) -> list[float]:
     """Critical speed without anything and with each term in turn, km/h; NaN: none."""
     causes = [causes_of(term, 0)[0][0] for term in every]
     cases = [(base, (), SWINGS_RAD_S[MIDDLE])]

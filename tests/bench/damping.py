@@ -25,9 +25,9 @@ import numpy as np
 from damping_methods import NOTHING, Array, Swing, on_windows, ssi, ssi_whole
 from scipy import signal
 
-from swaywatch.damping.data import Choice, Run, load_runs
+from swaywatch.damping.data import Choice, DampingRun, load_runs
 from swaywatch.damping.doubt import Point, point_of, points_of
-from swaywatch.damping.find import Event, Found, Window, find
+from swaywatch.damping.find import Event, Found, SwingWindow, find
 from swaywatch.damping.window import Estimator, Line
 
 BAND = (0.2, 10.0)
@@ -124,7 +124,7 @@ def given(
         return None
     length = end_s - start_s
     beside = [line(start_s, start_s + length * times) for times in (0.85, 1.15)]
-    window = Window(middle, tuple(one for one in beside if one is not None), None, math.nan)
+    window = SwingWindow(middle, tuple(one for one in beside if one is not None), None, math.nan)
     return point_of(found, Event(start_s, 1.0, (window,)), window, 1)
 
 
@@ -148,7 +148,7 @@ class Cut:
 
 
 def judge(
-    rows: dict[str, Row], run: Run, cuts: Sequence[Cut], place: object, estimator: Estimator
+    rows: dict[str, Row], run: DampingRun, cuts: Sequence[Cut], place: object, estimator: Estimator
 ) -> None:
     """Every method on every window of a run of one channel."""
     begin = time.process_time()
@@ -259,7 +259,7 @@ def simulated(count: int) -> str:
         rate = 80.0 * frequency
         value, hits = mode(rng, frequency, ratio, rate, share)
         names = np.arange(len(value)) / rate
-        run = Run(
+        run = DampingRun(
             "run", Path("run.csv"), names, 1 / rate, ("rate",), ("",), value,
             np.ones(len(value), dtype=np.bool_), (), np.zeros((len(value), 0)), None, "", "",
         )  # fmt: skip

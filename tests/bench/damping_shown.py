@@ -28,11 +28,11 @@ from written import written
 from swaywatch.cli import main as swaywatch
 from swaywatch.damping.compare import compare_groups, compare_model
 from swaywatch.damping.course import fit_course, mean_of
-from swaywatch.damping.data import Choice, Run, load_runs, run_of
-from swaywatch.damping.doubt import Point, Value, points_of
+from swaywatch.damping.data import Choice, DampingRun, load_runs, run_of
+from swaywatch.damping.doubt import IntervalValue, Point, points_of
 from swaywatch.damping.find import Found, find
 from swaywatch.damping.model import load_model
-from swaywatch.damping.study import Plan, Study, study_of
+from swaywatch.damping.study import Study, StudyPlan, study_of
 from swaywatch.damping.window import Estimator
 
 BAND = (0.2, 10.0)
@@ -51,7 +51,7 @@ class Row:
     shown: bool | None
 
 
-def inside(value: Value, truth: float) -> bool:
+def inside(value: IntervalValue, truth: float) -> bool:
     """The 95 % interval holds it."""
     return value.low <= truth <= value.high
 
@@ -177,7 +177,7 @@ def _foretold(points: dict[float, list[Point]], which: str) -> Row:
 def _study(folder: Path, mode: str) -> Study:
     paths = [folder / f"{mode}_{n}kph.parquet" for n, v in bicycle_free.SPEEDS.items() if v >= 2.0]
     choice = Choice(("lean_rate",), (), "speed")
-    return study_of(load_runs(paths, choice), Plan(choice))
+    return study_of(load_runs(paths, choice), StudyPlan(choice))
 
 
 def _as_commanded(folder: Path) -> Iterator[Row]:
@@ -343,10 +343,10 @@ def sizes(recordings: Path, cases: Sequence[Path]) -> Row:
                 speed = 3.6 * float(np.mean(run.against[rows]))
                 difference = line.damping_ratio - float(np.interp(speed, speeds, ratios))
                 off.setdefault(part, []).append(difference)
-    texts, last = [], Value(math.nan, math.nan, 1.0)
+    texts, last = [], IntervalValue(math.nan, math.nan, 1.0)
     for part, values in sorted(off.items()):
         error = float(np.std(values, ddof=1)) / math.sqrt(len(values))
-        last = Value(float(np.mean(values)), error, len(values) - 1.0)
+        last = IntervalValue(float(np.mean(values)), error, len(values) - 1.0)
         texts.append(
             f"{SIZES_DEG_S[part]:g} to {SIZES_DEG_S[part + 1]:g} deg/s {last.value:+.4f} "
             f"+- {error:.4f}"
@@ -402,7 +402,7 @@ def solo(folder: Path, car: str) -> Row:
     )
 
 
-def _run(motion: plant.Motion, rng: np.random.Generator, c: plant.Combination) -> Run:
+def _run(motion: plant.Motion, rng: np.random.Generator, c: plant.Combination) -> DampingRun:
     """What the sensors of a drive measured."""
     drive = warning_campaign.as_drive(plant.measure(motion, rng), c)
     return run_of(replace(drive, files=("drawn",)))

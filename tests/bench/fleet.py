@@ -24,13 +24,14 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-from swaywatch.bus import encode_drive
+from swaywatch.ecu.bus import encode_drive
 from swaywatch.recording import write_recording
 from swaywatch.simulate import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario
 from swaywatch.simulate.signals import write_signals
 from swaywatch.survey.table import COST
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 ROOT = Path(__file__).resolve().parents[2]
 TYPE = ROOT / "tests/data/practice/p01/vehicle.toml"

@@ -27,10 +27,10 @@ from swaywatch.damping.data import run_of
 from swaywatch.damping.doubt import points_of
 from swaywatch.damping.find import find
 from swaywatch.damping.window import Estimator
-from swaywatch.diagnose.plant import BODY, PlantInput, neutral
 from swaywatch.drive import Drive
 from swaywatch.models.modes import critical_speed
-from swaywatch.models.sprung import put
+from swaywatch.plant.lanes import BODY, PlantInput, neutral
+from swaywatch.plant.sprung import put
 
 Array = npt.NDArray[np.float64]
 KMH = 3.6

@@ -16,20 +16,22 @@ from pathlib import Path
 import numpy as np
 
 from swaywatch.models.double_track import DoubleTrack
-from swaywatch.models.physics import Effect
+from swaywatch.models.physics import PhysicsEffect
 from swaywatch.models.single_track import SingleTrack
 from swaywatch.simulate.campaign import jobs_of, run_campaign
 from swaywatch.simulate.run import simulate_plant
 from swaywatch.simulate.scenario import read_scenario
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FOLDER = Path(__file__).resolve().parent.parent / "data" / "practice" / "p01"
 LENGTH_S = 60.0
 PHYSICS = (
-    Effect("steering_compliance"), Effect("tyre_relaxation", axle="all", length_m=0.5),
-    Effect("tyre_saturation"), Effect("tyre_load_sensitivity"), Effect("hitch_friction"),
-    Effect("trailer_aerodynamics"), Effect("roll_steer"),
-    Effect("axle_load_harmonic", amplitude_n=500.0),
+    PhysicsEffect("steering_compliance"),
+    PhysicsEffect("tyre_relaxation", axle="all", length_m=0.5),
+    PhysicsEffect("tyre_saturation"), PhysicsEffect("tyre_load_sensitivity"),
+    PhysicsEffect("hitch_friction"),
+    PhysicsEffect("trailer_aerodynamics"), PhysicsEffect("roll_steer"),
+    PhysicsEffect("axle_load_harmonic", amplitude_n=500.0),
 )  # fmt: skip
 SCENARIO = """
 vehicle = "{vehicle}"

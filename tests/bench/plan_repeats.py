@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from written import written
 
-from swaywatch.diagnose.plant import OUTPUT, Job, run_jobs
 from swaywatch.plan.design import Design, make_design
 from swaywatch.plan.information import (
     DISTURBANCES,
-    Drive,
+    PlannedDrive,
     critical_of,
     disturbed,
     lines_of,
@@ -28,8 +27,9 @@ from swaywatch.plan.information import (
     right_side,
     spectrum,
 )
-from swaywatch.plan.knowledge import Knowledge, Sensor, known_of, sensors_of
-from swaywatch.vehicle import load_vehicle
+from swaywatch.plan.knowledge import Knowledge, KnownSensor, known_of, sensors_of
+from swaywatch.plant.lanes import OUTPUT, Job, run_jobs
+from swaywatch.vehicle_file import load_vehicle
 
 Array = NDArray[np.float64]
 TRUST = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, *([1.0] * 14))
@@ -42,9 +42,9 @@ FARTHEST = 2.0
 
 def measured(
     known: Knowledge,
-    drives: list[Drive],
+    drives: list[PlannedDrive],
     truth: Array,
-    sensors: tuple[Sensor, ...],
+    sensors: tuple[KnownSensor, ...],
     random: np.random.Generator,
 ) -> list[Array]:
     """What the sensors show of a drawn combination on a road in the wind; each (n, m)."""
@@ -65,7 +65,10 @@ def measured(
 
 
 def estimated(
-    known: Knowledge, drives: list[Drive], shown: list[Array], sensors: tuple[Sensor, ...]
+    known: Knowledge,
+    drives: list[PlannedDrive],
+    shown: list[Array],
+    sensors: tuple[KnownSensor, ...],
 ) -> Array:
     """Unknowns from what the sensors show, in units of the tolerances from the belief.
 
@@ -86,9 +89,9 @@ def estimated(
 
 def followed(
     known: Knowledge,
-    drives: list[Drive],
+    drives: list[PlannedDrive],
     shown: list[Array],
-    sensors: tuple[Sensor, ...],
+    sensors: tuple[KnownSensor, ...],
     start: Array,
 ) -> tuple[Array, float, float]:
     """Where Gauss-Newton ends, what it leaves (1: as expected), minus twice the log posterior.

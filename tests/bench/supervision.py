@@ -33,8 +33,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 import warning_campaign as warning
 import warning_plant as plant
 
-from swaywatch._core import lib
-from swaywatch.core import Core, positions_of
+from swaywatch.ecu._core import lib
+from swaywatch.ecu.core import Core, positions_of
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -44,9 +44,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 import warning_plant as plant
 from warning_baselines import DETECTORS
 
-from swaywatch import _core
-from swaywatch.core import Core, positions_of
 from swaywatch.drive import Channel, Drive
+from swaywatch.ecu import _core
+from swaywatch.ecu.core import Core, positions_of
 from swaywatch.vehicle import Car, Trailer, Vehicle
 
 FloatArray = npt.NDArray[np.float64]

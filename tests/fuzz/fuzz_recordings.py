@@ -24,7 +24,7 @@ from swaywatch.drive import load_drives, load_signals
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording import Series, read_recording, write_recording
 from swaywatch.recording.dbc import Database
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 PRACTICE = Path(__file__).resolve().parent.parent / "data" / "practice"
 LIMIT_S = 10

@@ -24,7 +24,7 @@ import frames as f
 import numpy as np
 
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 ROOT = Path(__file__).resolve().parents[2]
 DAEMON = ROOT / "build" / "swaywatchd"

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import butter, sosfilt
 
-from swaywatch.diagnose.plant import BODY, GRAVITY, OUTPUT, PlantInput, neutral, simulate
 from swaywatch.drive import Channel, Drive
-from swaywatch.models.sprung import defaults, put, tolerances
+from swaywatch.plant.lanes import BODY, GRAVITY, OUTPUT, PlantInput, neutral, simulate
+from swaywatch.plant.sprung import defaults, put, tolerances
 from swaywatch.roles import WHEELS
 from swaywatch.vehicle import Car, Trailer, Vehicle
 

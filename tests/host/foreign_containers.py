@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from conftest import DATA
 
-from swaywatch.bus import DBC_PATH
 from swaywatch.drive import load_drive
+from swaywatch.ecu.bus import DBC_PATH
 from swaywatch.recording import Series, read_recording, write_recording
 from swaywatch.recording.frames import Frames
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from swaywatch.diagnose.plant import OUTPUT, PlantInput, neutral, simulate
 from swaywatch.models.multibody import Motion, Multibody
 from swaywatch.models.multibody_vehicle import (
     Axle,
@@ -18,7 +17,8 @@ from swaywatch.models.multibody_vehicle import (
     reference_combination,
     static_loads,
 )
-from swaywatch.models.sprung import put
+from swaywatch.plant.lanes import OUTPUT, PlantInput, neutral, simulate
+from swaywatch.plant.sprung import put
 
 SPACING = 0.01
 

@@ -10,10 +10,10 @@ import pytest
 from conftest import DATA
 
 from swaywatch.cli import main
-from swaywatch.core import analyze_drive, model_damping
+from swaywatch.ecu.core import analyze_drive, model_damping
 from swaywatch.recording import read_recording, write_recording
-from swaywatch.reproduce.study import VEHICLE, Setup, drive_of
-from swaywatch.vehicle import load_vehicle
+from swaywatch.reproduce.study import VEHICLE, ImpulseDrive, drive_of
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 TRUTH = json.loads((P01 / "truth.json").read_text())
@@ -152,7 +152,9 @@ def test_length_of_the_window_is_taken_and_said_on_the_page(tmp_path: Path) -> N
 
 def test_a_longer_window_errs_less_in_an_undisturbed_swing() -> None:
     """Variance of a frequency falls with the third power of the length."""
-    drive, _ = drive_of(Setup(sensors="typical", speed_kmh=120.0, angle_deg=12.0, duration_s=20.0))
+    drive, _ = drive_of(
+        ImpulseDrive(sensors="typical", speed_kmh=120.0, angle_deg=12.0, duration_s=20.0)
+    )
     errors = []
     for window in (1.7, 3.0):
         found = analyze_drive(drive, VEHICLE, window=window)

@@ -22,7 +22,7 @@ from swaywatch.drive import load_drives
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording import Frames, read_recording, write_recording
 from swaywatch.recording.dbc import Database, frames_by_identifier
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 PRACTICE = DATA / "practice"
 P01 = PRACTICE / "p01"

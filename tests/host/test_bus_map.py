@@ -11,10 +11,10 @@ import pytest
 from conftest import DATA
 from production_bus import FOLDER, LWS_ID, PROTECTION, SIGNALS, frames_of
 
-from swaywatch.bus import database, encode_drive
-from swaywatch.bus_map import make_map
 from swaywatch.cli import main
 from swaywatch.drive import load_drive
+from swaywatch.ecu.bus import database, encode_drive
+from swaywatch.ecu.bus_map import make_map
 from swaywatch.errors import SignalError
 from swaywatch.recording import read_recording, write_recording
 

@@ -13,10 +13,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
 
 import calibrate
 
-from swaywatch.diagnose.calibration import BESIDE, interval, table
-from swaywatch.diagnose.describe import _reported
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.evidence.calibration import BESIDE, interval, table
+from swaywatch.diagnose.report.describe import _reported
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
 
 PROOF_SEED = 20261121
 
@@ -57,7 +57,7 @@ def test_a_value_whose_error_is_none_is_reported() -> None:
     import numpy as np
 
     own = next(e for e in library() if e.name == "tyre_relaxation:car_rear")
-    rows = _reported(Term(own, (0.5,)), "tyre_relaxation", np.zeros((1, 1)), 1.0)
+    rows = _reported(ActiveEffect(own, (0.5,)), "tyre_relaxation", np.zeros((1, 1)), 1.0)
     assert rows["length_m"]["value"] == 0.5
     assert np.isfinite([rows["length_m"]["low"], rows["length_m"]["high"]]).all()
 

@@ -9,20 +9,20 @@ from typing import cast
 import pytest
 from conftest import DATA
 
-from swaywatch.bus import encode_drive
-from swaywatch.diagnose.data import load
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.fit import Problem
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.road_vehicle import on_springs
-from swaywatch.diagnose.search import Candidate, Search, level
-from swaywatch.diagnose.term import Term
-from swaywatch.diagnose.verdict import _as_term, equivalents_of
+from swaywatch.diagnose.evidence.search import Candidate, Search, reduced_chi_square
+from swaywatch.diagnose.evidence.verdict import _as_term, equivalents_of
+from swaywatch.diagnose.fit.data import load
+from swaywatch.diagnose.fit.fit import Problem
+from swaywatch.diagnose.fit.road_vehicle import on_springs
+from swaywatch.ecu.bus import encode_drive
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
+from swaywatch.plant.lanes import BODY
 from swaywatch.recording import write_recording
 from swaywatch.simulate import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario
 from swaywatch.simulate.signals import write_signals
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 TYPE = DATA / "practice" / "p03" / "vehicle.toml"
 _ENDS = ("front", "rear")
@@ -56,7 +56,7 @@ def test_all_tyres_off_by_half_are_found_on_springs(problem: Problem) -> None:
     whole = on_springs(problem)
     search = Search(whole, [], lambda stage, share: None)
     fit = search.baseline().fit
-    assert level(fit) < 1.2
+    assert reduced_chi_square(fit) < 1.2
     for name in TYRES:
         index = whole.beliefs.at["vehicle", name]
         factor = 1.0 + fit.shift[index] * whole.beliefs.items[index].tolerance
@@ -72,9 +72,9 @@ def test_a_front_axle_softer_than_the_rear_may_be_an_elastic_steering(
 ) -> None:
     """Where the rear tyres are stiffer than believed, those in front may be as well (Eq. 5.3)."""
     effects = {e.name: e for e in library()}
-    terms = [Term(effects[f"parameter_error:{TYRES[0]}"], (front,))]
+    terms = [ActiveEffect(effects[f"parameter_error:{TYRES[0]}"], (front,))]
     if rear is not None:
-        terms.append(Term(effects[f"parameter_error:{TYRES[1]}"], (rear,)))
+        terms.append(ActiveEffect(effects[f"parameter_error:{TYRES[1]}"], (rear,)))
     names = equivalents_of(terms[0], terms, [])
     assert ("steering_compliance:car_front" in names) == elastic
 
@@ -89,7 +89,7 @@ def test_tyres_that_are_all_too_soft_are_no_elastic_steering(
     found = _as_term(search, TYRES[0], 0.87, alike)
     assert found is not None
     assert found[0].effect.id == said
-    beside = [Term({e.name: e for e in library()}[f"parameter_error:{TYRES[1]}"], (0.87,))]
+    beside = [ActiveEffect({e.name: e for e in library()}[f"parameter_error:{TYRES[1]}"], (0.87,))]
     names = equivalents_of(found[0], [found[0], *beside], [])
     assert len(names) >= 1, "the other of the two is said beside it"
 
@@ -100,7 +100,7 @@ def test_what_stands_beside_a_claim_is_no_equivalent_of_it() -> None:
     gain = "sensor_gain:car_lateral_acceleration"
     rolls = "sensor_roll_gravity:car_lateral_acceleration"
     load = "axle_load_harmonic:car_rear"
-    term = Term(names[gain], (1.07,))
+    term = ActiveEffect(names[gain], (1.07,))
     others = [SimpleNamespace(names=frozenset(n)) for n in ((gain, load), (rolls,))]
     assert equivalents_of(term, [term], cast("list[Candidate]", others)) == [rolls]
 
@@ -117,6 +117,6 @@ def test_a_baseline_that_was_stuck_is_begun_again(problem: Problem) -> None:
     assert stuck.chi2 > 1.1 * best.fit.chi2
     search._base = Candidate(stuck, stuck)
     effect = next(e for e in library() if e.name == "hitch_damping:hitch")
-    assert search.rebased(replace(best.fit, terms=(Term(effect, (1.0,)),)))
+    assert search.rebased(replace(best.fit, terms=(ActiveEffect(effect, (1.0,)),)))
     assert not search.baseline().fit.terms
     assert search.baseline().fit.chi2 == pytest.approx(best.fit.chi2, rel=1e-3)

@@ -18,21 +18,22 @@ import pyarrow.parquet
 import pytest
 from conftest import DATA
 
-from swaywatch import cli, crash
+from swaywatch import cli
 from swaywatch.analysis import DriveResult, Value, _implausible, analyze, conclude
+from swaywatch.checks.samples import Finding
+from swaywatch.checks.sensor_faults import IDS
 from swaywatch.cli import main
 from swaywatch.commands.physics import known
-from swaywatch.core import VCRIT, columns_of
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.sensor_faults import IDS
-from swaywatch.diagnose.solo_effects import effects
+from swaywatch.diagnose.car_alone.effects import effects
 from swaywatch.drive import load_drive
+from swaywatch.ecu.core import VCRIT, columns_of
+from swaywatch.effects.effect import library
 from swaywatch.models.physics import MODULES
 from swaywatch.report.page import make_report
-from swaywatch.report.words import critical_words, sentences, verdict
+from swaywatch.report.sentences import critical_words, sentences, verdict
 from swaywatch.roles import CHANNELS
-from swaywatch.samples import Finding
-from swaywatch.vehicle import load_vehicle
+from swaywatch.terminal import crash
+from swaywatch.vehicle_file import load_vehicle
 
 P03 = DATA / "practice" / "p03"
 VEHICLE, SIGNALS = P03 / "vehicle.toml", P03 / "signals.toml"

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.clocks import check_rate, check_steps
+from swaywatch.checks.clocks import check_rate, check_steps
+from swaywatch.checks.quality import check_drive
 from swaywatch.drive import Channel, Drive, load_drive
-from swaywatch.quality import check_drive
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 

@@ -17,7 +17,7 @@ from cantools.autosar.end_to_end import check_profile2_crc, compute_profile2_crc
 from cantools.database.can import Message
 from cantools.database.can.signal import Signal
 
-from swaywatch._core import ffi, lib
+from swaywatch.ecu._core import ffi, lib
 
 ROOT = Path(__file__).resolve().parents[2]
 DATABASE = cantools.database.load_file(ROOT / "dbc" / "swaywatch.dbc", strict=True)

@@ -20,15 +20,15 @@ from swaywatch.cli import main
 from swaywatch.cosim.fmu import Fmu
 from swaywatch.cosim.mapping import wire
 from swaywatch.cosim.plant import FmuPlant
-from swaywatch.cosim.twin import twin_of
 from swaywatch.drive import load_drive
 from swaywatch.errors import FmuError, ScenarioError, SwaywatchError
 from swaywatch.models.double_track import DoubleTrack, SpeedControl
-from swaywatch.models.sprung import defaults
-from swaywatch.models.vehicle_view import constants_of
+from swaywatch.plant.sprung import defaults
+from swaywatch.plant.vehicle_view import constants_of
 from swaywatch.simulate.scenario import read_scenario
+from swaywatch.validate.fmu_twin import twin_of
 from swaywatch.validate.twin import simulate_twin
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01, P03 = DATA / "practice" / "p01", DATA / "practice" / "p03"
 RIGID = """[parameters]

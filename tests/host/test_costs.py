@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.plant import PlantInput, neutral
-from swaywatch.diagnose.runs import Run
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.effects.runs import Run
 from swaywatch.models import modes
 from swaywatch.models.costs import (
     SWINGS_RAD_S,
@@ -23,8 +22,9 @@ from swaywatch.models.costs import (
     weigh,
 )
 from swaywatch.models.double_track import DoubleTrack
-from swaywatch.models.physics import Effect
-from swaywatch.vehicle import load_vehicle
+from swaywatch.models.physics import PhysicsEffect
+from swaywatch.plant.lanes import PlantInput, neutral
+from swaywatch.vehicle_file import load_vehicle
 
 VEHICLE = load_vehicle(DATA / "practice" / "p03" / "vehicle.toml")
 BODY = body_of(VEHICLE)
@@ -81,7 +81,7 @@ def test_dry_friction_is_worth_its_equivalent_damping() -> None:
     assert critical((friction,), SWINGS_RAD_S[1]) > speed + 5.0  # a small swing is held more
 
 
-def _grows(speed_m_s: float, effect: Effect) -> float:
+def _grows(speed_m_s: float, effect: PhysicsEffect) -> float:
     """Growth of the double track's swing, 1/s, over 20 s after a kick."""
     time = np.arange(0.0, 26.0, 0.01)
     inside = (time > 0.5) & (time < 1.24)
@@ -92,7 +92,7 @@ def _grows(speed_m_s: float, effect: Effect) -> float:
     return math.log(float(np.std(late)) / float(np.std(early))) / 14.0
 
 
-def _double_track(effect: Effect) -> float:
+def _double_track(effect: PhysicsEffect) -> float:
     low, high = 105.0 / KMH, 140.0 / KMH
     for _ in range(9):
         middle = 0.5 * (low + high)
@@ -108,7 +108,7 @@ def test_load_at_twice_the_frequency_costs_what_a_long_simulation_says(phase_deg
     """The simulator makes that load from the motion itself (Eq. 6.1-6.2), not from a phase."""
     amplitude = 700.0
     f = 0.68
-    harmonic = Effect(
+    harmonic = PhysicsEffect(
         "axle_load_harmonic", amplitude_n=amplitude, phase_deg=phase_deg, frequency_hz=f
     )
     own = critical(

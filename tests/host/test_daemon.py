@@ -16,8 +16,8 @@ from pathlib import Path
 
 import pytest
 
-from swaywatch.bus import encode_drive
 from swaywatch.drive import load_drive
+from swaywatch.ecu.bus import encode_drive
 from swaywatch.recording import write_recording
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -21,13 +21,13 @@ from scipy import signal
 from swaywatch.cli import main
 from swaywatch.damping.compare import compare_groups, compare_model
 from swaywatch.damping.course import Bend, fit_course, mean_of
-from swaywatch.damping.data import Choice, Run, load_runs
-from swaywatch.damping.doubt import Point, Value, points_of
+from swaywatch.damping.data import Choice, DampingRun, load_runs
+from swaywatch.damping.doubt import IntervalValue, Point, points_of
 from swaywatch.damping.find import find
 from swaywatch.damping.model import from_systems, load_model
+from swaywatch.damping.sentences import comparison_words
 from swaywatch.damping.study import Study
 from swaywatch.damping.window import Estimator
-from swaywatch.damping.words import comparison_words
 from swaywatch.errors import ModelError, SignalError
 from swaywatch.recording import Series, write_recording
 
@@ -39,11 +39,13 @@ SPEED = {
 }  # fmt: skip
 
 
-def a_run(value: Array, step_s: float, inputs: Array | None = None, speed: float = 10.0) -> Run:
+def a_run(
+    value: Array, step_s: float, inputs: Array | None = None, speed: float = 10.0
+) -> DampingRun:
     """A run of plain arrays; value (n, channels), inputs (n, 1)."""
     rows, channels = value.shape
     names = () if inputs is None else ("wheel",)
-    return Run(
+    return DampingRun(
         "run", Path("run.csv"), np.arange(rows) * step_s, step_s,
         tuple(f"c{k}" for k in range(channels)), ("",) * channels, value,
         np.ones(rows, dtype=np.bool_), names,
@@ -508,8 +510,9 @@ def test_model_is_too_fast_and_its_decay_agrees(bicycle: Any) -> None:
 def _point(against: float, ratio: float, frequency: float = 1.0) -> Point:
     growth = -ratio * 2 * math.pi * frequency / math.sqrt(1 - ratio**2)
     return Point(
-        "r", 1, 0.0, 1.0, against, Value(ratio, 0.01, 20.0), Value(frequency, 0.01, 20.0),
-        Value(growth, 0.06, 20.0), np.ones(1), 2.0, 0.0, np.full(3, math.nan),
+        "r", 1, 0.0, 1.0, against, IntervalValue(ratio, 0.01, 20.0),
+        IntervalValue(frequency, 0.01, 20.0),
+        IntervalValue(growth, 0.06, 20.0), np.ones(1), 2.0, 0.0, np.full(3, math.nan),
     )  # fmt: skip
 
 
@@ -598,7 +601,7 @@ def test_groups_at_different_speeds_are_compared_where_they_are_nearest() -> Non
 
 
 def test_what_is_not_certain_to_differ_does_not_agree_for_that() -> None:
-    wide = Value(0.20, 0.10, 5.0)
+    wide = IntervalValue(0.20, 0.10, 5.0)
     points = [replace(_point(179.0, 0.2), damping_ratio=wide)]
     found = compare_groups([_point(179.0, 0.10)], points, ("off", "on"))
     assert found is not None

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from conftest import DATA, recordings
 
-from swaywatch.diagnose.data import load
-from swaywatch.diagnose.effect import Effect, Parameter, library
 from swaywatch.diagnose.engine import diagnose
-from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
-from swaywatch.diagnose.plant import BODY, OUTPUT, PlantInput, simulate
+from swaywatch.diagnose.evidence.search import reduced_chi_square
+from swaywatch.diagnose.fit.data import load
+from swaywatch.diagnose.fit.fit import Fit, Fitter, Problem, predict_run
 from swaywatch.diagnose.predict import predict
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.search import level
-from swaywatch.diagnose.term import Term
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Effect, Parameter, library
+from swaywatch.effects.runs import Run
 from swaywatch.errors import SwaywatchError
+from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, simulate
 
 WORDS = {
     "steering_compliance", "steering_free_play", "axle_load_harmonic", "tyre_relaxation",
@@ -35,7 +35,7 @@ BODY_VALUES = np.array(
 _LOADS = [f"wheel_vertical_load_{w}" for w in ("fl", "fr", "rl", "rr")]
 
 
-def synthetic(terms: tuple[Term, ...], seed: int) -> Problem:
+def synthetic(terms: tuple[ActiveEffect, ...], seed: int) -> Problem:
     """Two runs of the plant with sensor noise."""
     rng = np.random.default_rng(seed)
     runs = []
@@ -94,14 +94,14 @@ def test_steady_state_is_that_of_the_single_track() -> None:
 def test_fit_finds_the_value(name: str, value: float) -> None:
     found = effect(name)
     rest = tuple(p.neutral for p in found.parameters[1:])
-    problem = synthetic((Term(found, (value, *rest)),), seed=1)
+    problem = synthetic((ActiveEffect(found, (value, *rest)),), seed=1)
     fitter = Fitter(problem)
     start = fitter.start()
-    term = Term(found, tuple(p.starts[0] for p in found.parameters))
+    term = ActiveEffect(found, tuple(p.starts[0] for p in found.parameters))
     fit = fitter.run(Fit((term,), start.nuisance, start.shift), 12)
     assert fit.terms[0].values[0] == pytest.approx(value, rel=0.05)
-    assert level(fit) < 1.5
-    assert level(fitter.run(start, 8)) > level(fit)
+    assert reduced_chi_square(fit) < 1.5
+    assert reduced_chi_square(fitter.run(start, 8)) > reduced_chi_square(fit)
 
 
 def test_a_module_is_one_more_effect() -> None:
@@ -115,7 +115,7 @@ def test_a_module_is_one_more_effect() -> None:
         parameters=(Parameter("moment_nm", "Nm", 0.0, -1e4, 1e4, (50.0,), 5.0),),
     )  # fmt: skip
     assert extra in library([extra])
-    problem = synthetic((Term(extra, (300.0,)),), seed=2)
+    problem = synthetic((ActiveEffect(extra, (300.0,)),), seed=2)
     outputs = predict_run(problem, 0, (), np.zeros(5), np.zeros(0))
     assert np.std(outputs["car_yaw_rate"]) > 0.0
 
@@ -130,7 +130,7 @@ def test_a_recording_without_excitation_is_not_judged(tmp_path: Path) -> None:
     loaded = load([run], case / "vehicle.toml", case / "signals.toml")
     assert loaded.problem is not None
     short = Run("x", np.arange(300) / 100.0, {"speed": np.full(300, 30.0)}, {}, 15.0)
-    from swaywatch.diagnose.data import _too_little
+    from swaywatch.diagnose.fit.data import _too_little
 
     assert "cannot say" in _too_little(short)
     del tmp_path

@@ -14,12 +14,12 @@ import pytest
 from conftest import recordings
 from test_diagnose import BODY_VALUES, synthetic
 
-from swaywatch.diagnose.data import _foreign, load, load_with_body
-from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import _untestable, diagnose
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.simulation import attach, clock_offset
+from swaywatch.diagnose.fit.data import _foreign, load, load_with_body
+from swaywatch.diagnose.fit.simulation import attach, clock_offset
+from swaywatch.effects.effect import library
 from swaywatch.errors import RecordingError, SignalError
+from swaywatch.plant.lanes import BODY
 
 UNITS = {"angle": "rad", "rate": "rad/s", "acceleration": "m/s2", "force": "N", "load": "N"}
 
@@ -237,18 +237,18 @@ def test_adding_one_file_adds_an_explanation(
     (tmp_path / "nose_wheel_drag.py").write_text(
         '"""A dragging nose wheel, one file."""\n'
         "import numpy as np\n"
-        "from swaywatch.diagnose.effect import Effect, Parameter\n"
+        "from swaywatch.effects.effect import Effect, Parameter\n"
         "def act(plant, run, values, windows):\n"
         "    plant.add_series('moment_trailer', np.full(plant.speed.size, values['moment_nm']))\n"
         "EFFECTS = [Effect(id='nose_wheel_drag', component='trailer', kind='physics',\n"
         "    equation='N = moment', source='example', act=act,\n"
         "    parameters=(Parameter('moment_nm', 'Nm', 0.0, -1e4, 1e4, (50.0,), 5.0),))]\n"
     )
-    package = importlib.import_module("swaywatch.diagnose.modules")
+    package = importlib.import_module("swaywatch.effects.library")
     before = {effect.name for effect in library()}
     monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path)])
     after = {effect.name for effect in library()}
-    sys.modules.pop("swaywatch.diagnose.modules.nose_wheel_drag", None)
+    sys.modules.pop("swaywatch.effects.library.nose_wheel_drag", None)
     assert after - before == {"nose_wheel_drag:trailer"}
 
 

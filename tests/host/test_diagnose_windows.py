@@ -7,22 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from swaywatch.diagnose.effect import RISE, Effect, Parameter, Window, library
-from swaywatch.diagnose.locate import Course, reformed, simplified, windows
-from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
-from swaywatch.diagnose.modules.sensor_roll_gravity import EFFECTS as GRAVITY_EFFECTS
-from swaywatch.diagnose.plant import BODY, PlantInput
-from swaywatch.diagnose.roll import lag, seen
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.evidence.locate import AmplitudeCourse, reformed, simplified, windows
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import RISE, Effect, Parameter, Window, library
+from swaywatch.effects.library.axle_load_harmonic import generator_effect
+from swaywatch.effects.library.sensor_roll_gravity import EFFECTS as GRAVITY_EFFECTS
+from swaywatch.effects.roll import lag, seen
+from swaywatch.effects.runs import Run
+from swaywatch.plant.lanes import BODY, PlantInput
 
 SIZE = Parameter("n", "N", 0.0, -1e4, 1e4, (1.0,), 1.0)
 FORCE = Effect("push", "car", "physics", "", "", (SIZE,), windowed=True)
 
 
-def _course(amplitude: list[float], error: list[float]) -> Course:
+def _course(amplitude: list[float], error: list[float]) -> AmplitudeCourse:
     size = len(amplitude)
-    return Course(
+    return AmplitudeCourse(
         FORCE,
         (np.arange(size + 1.0),),
         (np.array(amplitude)[:, None],),
@@ -59,20 +59,20 @@ def test_no_window_without_evidence() -> None:
 
 
 def test_a_gap_found_as_a_window_of_the_other_sign_splits_the_long_one() -> None:
-    term = Term(FORCE, (5.0, 15.0, 100.0, 9.0, 11.0, -95.0), (0, 0))
+    term = ActiveEffect(FORCE, (5.0, 15.0, 100.0, 9.0, 11.0, -95.0), (0, 0))
     assert simplified(term).values == (5.0, 9.0, 100.0, 11.0, 15.0, 100.0)
 
 
 def test_windows_that_overlap_stay_and_those_that_touch_are_one() -> None:
-    overlapping = Term(FORCE, (5.0, 12.0, 100.0, 10.0, 15.0, 100.0), (0, 0))
+    overlapping = ActiveEffect(FORCE, (5.0, 12.0, 100.0, 10.0, 15.0, 100.0), (0, 0))
     assert simplified(overlapping).values == overlapping.values
-    touching = Term(FORCE, (5.0, 10.0, 100.0, 10.2, 15.0, 100.0), (0, 0))
+    touching = ActiveEffect(FORCE, (5.0, 10.0, 100.0, 10.2, 15.0, 100.0), (0, 0))
     assert simplified(touching).values == pytest.approx((5.0, 15.0, 100.0))
 
 
 def test_another_form_keeps_the_windows_and_begins_what_it_adds() -> None:
     box, ramped = (_effect("crosswind_gust:car", form) for form in ("box", "ramped"))
-    other = reformed(Term(box, (2.0, 4.0, 300.0), (1,)), ramped, 1)
+    other = reformed(ActiveEffect(box, (2.0, 4.0, 300.0), (1,)), ramped, 1)
     assert other.values == (2.0, 4.0, 300.0, RISE.starts[1], 0.0)
     assert other.window_runs == (1,)
 

@@ -10,9 +10,20 @@ import pytest
 from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, synthetic
 
-from swaywatch.diagnose.effect import library
+from swaywatch.diagnose.evidence.search import Search
 from swaywatch.diagnose.model import _entries, terms_of
-from swaywatch.diagnose.plant import (
+from swaywatch.discover.find import Laws, typical
+from swaywatch.discover.grammar import Law, effect_of, grammar, law_of
+from swaywatch.discover.known import KNOWN
+from swaywatch.discover.save import named, read_physics, save_law
+from swaywatch.discover.sentences import energy, sentence, suggestion
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import Run
+from swaywatch.errors import SwaywatchError
+from swaywatch.models.multibody import Multibody
+from swaywatch.models.multibody_vehicle import Inputs, Physics, reference_combination
+from swaywatch.plant.lanes import (
     BODY,
     LAW_OF,
     LAW_TO,
@@ -22,17 +33,6 @@ from swaywatch.diagnose.plant import (
     neutral,
     simulate,
 )  # fmt: skip
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.search import Search
-from swaywatch.diagnose.term import Term
-from swaywatch.discover.find import Laws, typical
-from swaywatch.discover.grammar import Law, effect_of, grammar, law_of
-from swaywatch.discover.known import KNOWN
-from swaywatch.discover.save import named, read_physics, save_law
-from swaywatch.discover.words import energy, sentence, suggestion
-from swaywatch.errors import SwaywatchError
-from swaywatch.models.multibody import Multibody
-from swaywatch.models.multibody_vehicle import Inputs, Physics, reference_combination
 
 SPEED = 28.0
 YAW = [OUTPUT.index(name) for name in ("car_yaw_rate", "trailer_yaw_rate", "hitch_y")]
@@ -198,13 +198,13 @@ def test_laws_agree_with_an_independent_simulator(
         return float(np.std(found - judged) / np.std(judged))
 
     without = off(own)
-    term = Term(effect_of(law), values)
+    term = ActiveEffect(effect_of(law), values)
     term.effect.act(own, Run("r", time, {}, {}, 15.0), term.as_dict(), ())
     assert off(own) < 0.02
     assert off(own) < 0.25 * without
 
 
-def searched(terms: tuple[Term, ...]) -> Search:
+def searched(terms: tuple[ActiveEffect, ...]) -> Search:
     """A search over two noisy runs of the plant, the vehicle known."""
     return Search(synthetic(terms, 3), library(), lambda stage, share: None)
 
@@ -215,7 +215,7 @@ def silent(stage: str, share: float) -> None:
 
 
 def test_a_hitch_spring_is_found() -> None:
-    truth = Term(effect_of(Law("hitch", "articulation")), (4000.0,))
+    truth = ActiveEffect(effect_of(Law("hitch", "articulation")), (4000.0,))
     found = Laws([searched((truth,))]).discover([], silent)
     assert found is not None
     assert (found.law.place, found.law.motion, found.law.shape) == (
@@ -232,7 +232,7 @@ def test_a_hitch_spring_is_found() -> None:
 
 def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
     """Touched in the largest swings only: the best straight law says little and is elsewhere."""
-    truth = Term(effect_of(Law("hitch", "articulation", "dead zone")), (60000.0, 0.025))
+    truth = ActiveEffect(effect_of(Law("hitch", "articulation", "dead zone")), (60000.0, 0.025))
     found = Laws([searched((truth,))]).discover([], silent)
     assert found is not None
     assert (found.law.place, found.law.motion, found.law.shape) == (
@@ -254,7 +254,7 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
     law: Law, values: tuple[float, ...]
 ) -> None:
     """A scrub is nearly of one size; a hydraulic damper is no damping; a wind no motion."""
-    found = Laws([searched((Term(effect_of(law), values),))]).discover([], silent)
+    found = Laws([searched((ActiveEffect(effect_of(law), values),))]).discover([], silent)
     assert found is not None
     assert found.law == law
     if law.shape == "saturating":  # its size; how steeply it gets there is hardly seen
@@ -266,7 +266,7 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
 
 def test_a_swinging_load_is_found_with_its_frequency() -> None:
     effect = effect_of(Law("trailer", "swing"))
-    truth = Term(effect, (90.0, 0.85, 0.05, -0.6))
+    truth = ActiveEffect(effect, (90.0, 0.85, 0.05, -0.6))
     found = Laws([searched((truth,))]).discover([], silent)
     assert found is not None
     assert (found.law.place, found.law.swings) == ("trailer", True)
@@ -336,7 +336,7 @@ def test_a_law_is_saved_and_taken_as_an_effect(tmp_path: Path) -> None:
     given = plant()
     effect.act(given, run, {"gain": 3100.0}, ())
     assert given.get("law_gain") == 3100.0
-    (entry,) = _entries((Term(effect, (3100.0,)),))
+    (entry,) = _entries((ActiveEffect(effect, (3100.0,)),))
     (kept,) = terms_of([entry], library())  # a model with it needs no file
     assert (kept.effect.id, kept.values) == (effect.id, (3100.0,))
     assert not save_law({"discovered": []}, tmp_path / "none.py")
@@ -351,6 +351,9 @@ def test_wrong_effect_files(tmp_path: Path) -> None:
         read_physics([path])
     path.write_text("1 / 0\n")
     with pytest.raises(SwaywatchError, match="ZeroDivisionError"):
+        read_physics([path])
+    path.write_text("from swaywatch.diagnose.effect import Effect\n")
+    with pytest.raises(SwaywatchError, match="for another version of swaywatch"):
         read_physics([path])
     with pytest.raises(SwaywatchError, match="has no stiffness"):
         named("spring", Law("hitch", "articulation").spec, {"stiffness": 1.0})

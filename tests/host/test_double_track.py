@@ -13,9 +13,9 @@ from scipy.signal import butter, sosfiltfilt
 
 from swaywatch.drive import load_drive
 from swaywatch.models.double_track import DoubleTrack, SpeedControl, Trace
-from swaywatch.models.physics import MODULES, Effect
+from swaywatch.models.physics import MODULES, PhysicsEffect
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 VEHICLE = load_vehicle(DATA / "practice" / "p01" / "vehicle.toml")
 TIME = np.arange(0.0, 30.0, 0.01)
@@ -71,9 +71,9 @@ def test_single_axle_trailer_and_car_alone() -> None:
 
 def test_forces_balance_in_a_violent_motion() -> None:
     """Newton and Euler for both bodies from the outputs alone, at large angles."""
-    trace = DoubleTrack(VEHICLE, [Effect("hitch_damping", coefficient_nms_per_rad=300.0)]).run(
-        TIME, impulse(60.0), 27.0
-    )
+    trace = DoubleTrack(
+        VEHICLE, [PhysicsEffect("hitch_damping", coefficient_nms_per_rad=300.0)]
+    ).run(TIME, impulse(60.0), 27.0)
     car, trailer = VEHICLE.car, VEHICLE.trailer
     assert trailer is not None
     assert np.abs(trace["articulation"]).max() > math.radians(6.0)
@@ -103,7 +103,10 @@ def test_articulation_is_the_difference_of_headings() -> None:
 
 
 def test_halving_the_step_changes_nothing_that_matters() -> None:
-    physics = [Effect("tyre_saturation"), Effect("tyre_relaxation", axle="all", length_m=0.4)]
+    physics = [
+        PhysicsEffect("tyre_saturation"),
+        PhysicsEffect("tyre_relaxation", axle="all", length_m=0.4),
+    ]
     model = DoubleTrack(VEHICLE, physics)
     coarse, fine = (model.run(TIME, impulse(20.0), 28.0, step_s=step) for step in (0.005, 0.0025))
     worst = np.abs(coarse["trailer_yaw_rate"] - fine["trailer_yaw_rate"]).max()
@@ -121,7 +124,7 @@ def test_speed_controller_holds_the_speed_through_the_oscillation() -> None:
 
 def test_motion_out_of_bounds_ends_in_nan_and_says_so() -> None:
     time = np.arange(0.0, 90.0, 0.01)
-    slippery = [Effect("tyre_saturation", peak_friction=0.5)]
+    slippery = [PhysicsEffect("tyre_saturation", peak_friction=0.5)]
     trace = DoubleTrack(VEHICLE, slippery).run(time, impulse(5.0, time), 55.0)
     assert not trace.whole
 
@@ -142,7 +145,7 @@ def test_bad_input_is_refused(arguments: tuple[object, ...], text: str) -> None:
 # Practice recordings: the true effect must bring the simulation to the recording -----------------
 
 
-def effects_of(case: str, run: str) -> list[Effect]:
+def effects_of(case: str, run: str) -> list[PhysicsEffect]:
     """What truth.json names, as effects of the model; a parameter error changes the vehicle."""
     truth = json.loads((recordings("practice", case) / "truth.json").read_text())
     out = []
@@ -156,14 +159,14 @@ def effects_of(case: str, run: str) -> list[Effect]:
                 )
             ]
             out.append(
-                Effect(effect["id"], axle=effect["axle"], form="normalised", windows=windows)
+                PhysicsEffect(effect["id"], axle=effect["axle"], form="normalised", windows=windows)
             )
         elif effect["id"] in MODULES:
-            out.append(Effect(effect["id"], **values))
+            out.append(PhysicsEffect(effect["id"], **values))
     return out
 
 
-def mismatch(case: str, run: str, effects: list[Effect]) -> float:
+def mismatch(case: str, run: str, effects: list[PhysicsEffect]) -> float:
     """Largest NRMSE of both yaw rates and the ball's side force, below 4 Hz, without offset."""
     folder = recordings("practice", case)
     file = next(folder.glob(f"{run}.*"))
@@ -212,9 +215,9 @@ def test_without_the_effect_the_slalom_misses(case: str) -> None:
 def test_stepping_is_running() -> None:
     """Sample by sample or whole: the same motion, with every kind of memory in it."""
     physics = [
-        Effect("steering_free_play", gap_deg=2.0),
-        Effect("tyre_relaxation", axle="all", length_m=0.4),
-        Effect("axle_load_harmonic", amplitude_n=500.0, phase_deg=90.0, frequency_hz=0.67),
+        PhysicsEffect("steering_free_play", gap_deg=2.0),
+        PhysicsEffect("tyre_relaxation", axle="all", length_m=0.4),
+        PhysicsEffect("axle_load_harmonic", amplitude_n=500.0, phase_deg=90.0, frequency_hz=0.67),
     ]
     model = DoubleTrack(VEHICLE, physics)
     steering = impulse(19.0)

@@ -7,8 +7,8 @@ import math
 import pytest
 from drawn_drives import MANOEUVRES, drawn, scaled
 
-from swaywatch.quality import check_drive
-from swaywatch.samples import Finding
+from swaywatch.checks.quality import check_drive
+from swaywatch.checks.samples import Finding
 
 
 def claims(findings: list[Finding]) -> list[str]:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from conftest import DATA, recordings
 
-from swaywatch.core import vehicle_ranges
 from swaywatch.drive import load_drive, load_drives
+from swaywatch.ecu.core import vehicle_ranges
 from swaywatch.errors import SignalError, VehicleError
 from swaywatch.recording import Series, write_recording
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 RUNS = [P01 / "run1.blf", P01 / "run2.blf"]

@@ -11,11 +11,12 @@ from conftest import DATA, built_fmu
 from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 
-from swaywatch._core import ffi, lib
-from swaywatch.core import STATUS_DTYPE, columns_of, core_config
 from swaywatch.drive import Drive, load_drive
+from swaywatch.ecu._core import ffi, lib
+from swaywatch.ecu.core import STATUS_DTYPE, columns_of, core_config
 from swaywatch.roles import CHANNELS
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 CAR_ACC = "car_lateral_acceleration"

@@ -12,9 +12,9 @@ from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 
 from swaywatch.models.double_track import DoubleTrack, SpeedControl, Stepper, Trace
-from swaywatch.models.sprung import defaults
-from swaywatch.models.vehicle_view import constants_of
-from swaywatch.vehicle import load_vehicle
+from swaywatch.plant.sprung import defaults
+from swaywatch.plant.vehicle_view import constants_of
+from swaywatch.vehicle_file import load_vehicle
 
 STEP_S = 0.01
 STEPS = 600

@@ -14,13 +14,13 @@ import pytest
 from conftest import DATA, Clock
 
 from swaywatch.cli import main
+from swaywatch.ecu.live import NodeFeed
 from swaywatch.errors import ScenarioError
-from swaywatch.live import NodeFeed
 from swaywatch.simulate.closed_loop import LoopResult, drive_closed_loop
 from swaywatch.simulate.expectation import Expectation
 from swaywatch.simulate.scenario import Scenario, load_scenario, read_scenario
 from swaywatch.simulate.table import Table
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FOLDER = DATA / "practice" / "p01"
 REAR_AXLE_M = -1.383

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swaywatch.core import QUALITY, VALID, Core, positions_of
-from swaywatch.diagnose.plant import BODY, OUTPUT, PlantInput, neutral, simulate
 from swaywatch.drive import Channel, Drive
+from swaywatch.ecu.core import QUALITY, VALID, Core, positions_of
 from swaywatch.models import modes
+from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, neutral, simulate
 from swaywatch.roles import WHEELS
 from swaywatch.vehicle import Car, Trailer, Vehicle
 

@@ -13,9 +13,9 @@ from conftest import DATA, recordings
 
 from swaywatch.cli import main
 from swaywatch.drive import load_signals
-from swaywatch.inventory import Signal
-from swaywatch.propose import ROAD_WHEEL, propose, words_of
-from swaywatch.vehicle import load_vehicle
+from swaywatch.first_files.inventory import Signal
+from swaywatch.first_files.propose import ROAD_WHEEL, propose, words_of
+from swaywatch.vehicle_file import load_vehicle
 
 P03 = DATA / "practice" / "p03"
 

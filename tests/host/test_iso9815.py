@@ -12,11 +12,11 @@ import pytest
 from swaywatch.cli import main
 from swaywatch.damping.course import Bend, fit_course
 from swaywatch.damping.data import Choice, run_of
-from swaywatch.damping.doubt import Point, Value
+from swaywatch.damping.doubt import IntervalValue, Point
 from swaywatch.damping.page import make_page
-from swaywatch.damping.study import Plan, Study, as_json, study_of
+from swaywatch.damping.sentences import sentences
+from swaywatch.damping.study import Study, StudyPlan, as_json, study_of
 from swaywatch.damping.window import Estimator
-from swaywatch.damping.words import sentences
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "bench"))
 
@@ -30,7 +30,7 @@ def iso9815_study() -> Study:
     rng = np.random.default_rng((20261122, 0))
     test = bench.drawn(rng, sprung=False, linear=False)
     return study_of(
-        [run_of(drive) for drive in bench.drives(test, rng)], Plan(Choice(), iso9815=True)
+        [run_of(drive) for drive in bench.drives(test, rng)], StudyPlan(Choice(), iso9815=True)
     )
 
 
@@ -56,8 +56,8 @@ def test_extrapolated_zeros_are_those_of_the_plants() -> None:
 
 def _point(speed: float, ratio: float) -> Point:
     return Point(
-        "r", 1, 0.0, 1.0, speed, Value(ratio, 0.005, 30.0), Value(0.6, 0.01, 30.0),
-        Value(-0.1, 0.02, 30.0), np.ones(1), 2.0, 0.0, np.full(3, np.nan),
+        "r", 1, 0.0, 1.0, speed, IntervalValue(ratio, 0.005, 30.0), IntervalValue(0.6, 0.01, 30.0),
+        IntervalValue(-0.1, 0.02, 30.0), np.ones(1), 2.0, 0.0, np.full(3, np.nan),
     )  # fmt: skip
 
 

@@ -1,7 +1,8 @@
-"""lib/ as DESIGN.md describes it: every file in the list, none includes what stands below it."""
+"""lib/ and the package as DESIGN.md lists them: no file missing, none uses what stands below it."""
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import tomllib
@@ -108,3 +109,112 @@ def test_the_public_headers_are_for_cpp_too(tmp_path: Path) -> None:
         check=True,
     )  # fmt: skip
     assert subprocess.run([str(program)], check=False).returncode == 0
+
+
+PACKAGE = ROOT / "sim_host" / "src" / "swaywatch"
+COMPILED = {"swaywatch.ecu._core", "swaywatch.plant._plant"}
+TO_THE_COMMAND_LINE = {"commands/completion", "commands/manual", "survey/warm"}
+"""They describe the whole command line or run it, so they import `cli`, which is below them."""
+
+
+def modules() -> dict[str, str]:
+    """Path without the ending -> text, of every module."""
+    found = sorted(PACKAGE.rglob("*.py"))
+    return {str(p.relative_to(PACKAGE).with_suffix("")): p.read_text() for p in found}
+
+
+def places() -> dict[str, int]:
+    """Path of a module without the ending -> its place in the list of DESIGN.md.
+
+    `*` is all files of its room that have no place of their own; they share one. A room's
+    `__init__` follows its last file.
+    """
+    rows = re.findall(
+        r"^\|([^|]*)\| ((?:`[\w*]+` ?)+)\|[^|]+\|$", (ROOT / "DESIGN.md").read_text(), re.M
+    )
+    start = next(index for index, (head, _) in enumerate(rows) if head == " top, for all ")
+    room, found = "", ["__init__"]
+    for head, names in rows[start:]:
+        if head.strip():
+            room = head.strip(" `") if "`" in head else ""
+        found += [f"{room}{name}" for name in names.replace("`", "").split()]
+    last = {name.rpartition("/")[0]: name for name in found}
+    for folder, name in last.items():
+        if folder:
+            found.insert(found.index(name) + 1, f"{folder}/__init__")
+    assert len(found) == len(set(found)), "a file has two lines"
+    place = {name: index for index, name in enumerate(found)}
+    for name in modules():
+        rest = f"{name.rpartition('/')[0]}/*"
+        if name not in place and rest in place:
+            place[name] = place[rest]
+    return {name: index for name, index in place.items() if not name.endswith("*")}
+
+
+def imports(module: str, text: str) -> set[str]:
+    """What a module of the package imports of it, inside functions and for types too."""
+    dotted = {"swaywatch." + name.replace("/", "."): name for name in modules()}
+    known = {name.removesuffix(".__init__"): path for name, path in dotted.items()}
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            names = [(alias.name, "") for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module}: a relative import"
+            names = [(node.module or "", alias.name) for alias in node.names]
+        else:
+            continue
+        for base, name in names:
+            target = f"{base}.{name}" if f"{base}.{name}" in known else base
+            if target.split(".")[0] == "swaywatch" and not {target, f"{base}.{name}"} & COMPILED:
+                found.add(known[target])
+    return found
+
+
+def upwards(module: str, text: str) -> list[str]:
+    """Imports of a module that stand at or below its own place."""
+    place = places()
+    allowed = {"cli"} if module in TO_THE_COMMAND_LINE else set()
+    return [
+        f"{module} -> {other}"
+        for other in sorted(imports(module, text) - allowed)
+        if place[other] >= place[module]
+    ]
+
+
+def test_the_list_of_design_is_the_package() -> None:
+    """No module without its line, no line without its module."""
+    assert sorted(places()) == sorted(modules())
+
+
+def test_a_module_imports_only_what_stands_above_it() -> None:
+    """So there is no cycle, neither between rooms nor inside one."""
+    assert [line for name, text in modules().items() for line in upwards(name, text)] == []
+
+
+def test_an_import_from_below_is_found() -> None:
+    """To another room, inside one, inside a function, of a room itself and of a whole module."""
+    below = "from swaywatch.diagnose.engine import diagnose\n"
+    assert upwards("plant/lanes", below)
+    assert upwards("plant/lanes", f"def late():\n    {below}")
+    assert upwards("plant/lanes", "from swaywatch.plant import sprung\n")
+    assert upwards("checks/samples", "import swaywatch.checks.quality\n")
+    assert upwards("ecu/core", "from swaywatch import cli\n")
+    assert upwards("recording/frames", "from swaywatch.recording import read_recording\n")
+    assert upwards("effects/library/hitch_damping", "import swaywatch.effects.library.road_bank\n")
+    assert not upwards("plant/sprung", "from swaywatch.plant.lanes import BODY\n")
+    assert not upwards("cli", below)
+
+
+def test_the_exceptions_are_used() -> None:
+    """An exception that nobody needs any more is taken out."""
+    texts = modules()
+    assert {n for n in TO_THE_COMMAND_LINE if "cli" in imports(n, texts[n])} == TO_THE_COMMAND_LINE
+
+
+def test_a_class_has_a_name_of_its_own() -> None:
+    """One class of a name in the whole package."""
+    names = [
+        name for text in modules().values() for name in re.findall(r"^class (\w+)", text, re.M)
+    ]
+    assert sorted({name for name in names if names.count(name) > 1}) == []

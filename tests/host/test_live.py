@@ -13,16 +13,16 @@ import pytest
 from can.interfaces.virtual import channels as virtual_channels
 from conftest import DATA
 
-from swaywatch.bus import MESSAGES, database, encode_drive
 from swaywatch.cli import main
-from swaywatch.core import Core, integer_samples, positions_of
 from swaywatch.drive import load_drive
-from swaywatch.node import Node
+from swaywatch.ecu.bus import MESSAGES, database, encode_drive
+from swaywatch.ecu.core import Core, integer_samples, positions_of
+from swaywatch.ecu.node import Node
 from swaywatch.recording import Frames, read_recording, write_recording
 from swaywatch.recording.dbc import frames_by_identifier
 from swaywatch.recording.pythoncan import messages
 from swaywatch.roles import CHANNELS
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 ROOT = Path(__file__).resolve().parents[2]

@@ -18,14 +18,14 @@ from browser import CHROMIUM, Browser
 from conftest import DATA
 
 from swaywatch.analysis import conclude
-from swaywatch.bus import encode_drive
 from swaywatch.cli import main
-from swaywatch.core import Core, Estimates, columns_of, positions_of
 from swaywatch.drive import load_drive
-from swaywatch.live import NodeFeed, Playback
+from swaywatch.ecu.bus import encode_drive
+from swaywatch.ecu.core import Core, Estimates, columns_of, positions_of
+from swaywatch.ecu.live import NodeFeed, Playback
 from swaywatch.report import live
 from swaywatch.report.live import LivePage, Server
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 

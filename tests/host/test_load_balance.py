@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.diagnose.beliefs import beliefs_of, moved
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.load_balance import TOLERANCE, static_loads, weighed
-from swaywatch.diagnose.plant import BODY, GRAVITY
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.diagnose.fit.beliefs import beliefs_of, moved
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.diagnose.fit.load_balance import TOLERANCE, static_loads, weighed
+from swaywatch.plant.lanes import BODY, GRAVITY
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 
 @pytest.fixture(scope="module")

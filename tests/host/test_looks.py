@@ -21,11 +21,11 @@ from test_iso9815 import iso9815_study
 from swaywatch.damping.compare import compare_groups
 from swaywatch.damping.data import Choice
 from swaywatch.damping.page import make_page as damping_page
-from swaywatch.damping.study import Plan, Study, study_of
-from swaywatch.reproduce.page import Chapter, Figure
+from swaywatch.damping.study import Study, StudyPlan, study_of
+from swaywatch.reproduce.page import Chapter, Plot
 from swaywatch.reproduce.page import make_page as reproduce_page
+from swaywatch.survey.outcome import SurveyOutcome
 from swaywatch.survey.page import make_page as survey_page
-from swaywatch.survey.work import Outcome
 
 KEPT = DATA / "pages"
 #: One font, whatever else is installed: letters of another width break lines elsewhere.
@@ -43,7 +43,7 @@ def _damping() -> str:
         for seed in range(3):
             value, rudder, _ = dutch_roll(gain, 20.0, 800, seed)
             runs.append(a_run(value, 0.05, rudder, 170.0 + 10.0 * seed))
-        groups.append(study_of(runs, Plan(Choice(), BAND)))
+        groups.append(study_of(runs, StudyPlan(Choice(), BAND)))
     first, second = groups
     both = compare_groups(first.points, second.points, ("off", "on"))
     whole = Study(
@@ -58,9 +58,13 @@ def _iso9815() -> str:
 
 def _survey() -> str:
     outcomes = [
-        Outcome("2026/calm.mf4", "", "agrees", mismatch=1.0, v_crit_kmh=121.0, v_crit_se_kmh=0.6),
-        Outcome("2026/rear.mf4", "", "disagrees", mismatch=9.0, why=["hitch friction 130 Nm"]),
-        Outcome("2026/cut.asc", "", "failed", why=["ends in the middle of a frame"]),
+        SurveyOutcome(
+            "2026/calm.mf4", "", "agrees", mismatch=1.0, v_crit_kmh=121.0, v_crit_se_kmh=0.6
+        ),
+        SurveyOutcome(
+            "2026/rear.mf4", "", "disagrees", mismatch=9.0, why=["hitch friction 130 Nm"]
+        ),
+        SurveyOutcome("2026/cut.asc", "", "failed", why=["ends in the middle of a frame"]),
     ]
     return survey_page("folder", outcomes, [], "1 min")
 
@@ -68,7 +72,7 @@ def _survey() -> str:
 def _reproduce() -> str:
     line = go.Figure(go.Scatter(x=[0.0, 1.0, 2.0], y=[0.0, 1.0, 0.5], name="line"))
     line.update_xaxes(title="speed [km/h]").update_yaxes(title="damping ratio")
-    return reproduce_page([Chapter("Chapter 4", "text", [Figure("4.1", line, "note")], [])], 1.0)
+    return reproduce_page([Chapter("Chapter 4", "text", [Plot("4.1", line, "note")], [])], 1.0)
 
 
 @pytest.fixture(scope="module")

@@ -35,9 +35,10 @@ def test_it_holds_core_codec_kissfft_bus_and_licences(unpacked: Path) -> None:
     for name in (
         "LICENSE", "csrc/kissfft/COPYING", "csrc/kissfft/LICENSES/BSD-3-Clause",
         "csrc/kissfft/kiss_fft.c", "csrc/codec/swaywatch_dbc.c", "csrc/dbc/swaywatch.dbc",
-        "csrc/lib/sway_node.h", "src/swaywatch/core_feed.c", "src/swaywatch/plant_lanes.c",
+        "csrc/lib/sway_node.h", "src/swaywatch/ecu/core_feed.c",
+        "src/swaywatch/plant/plant_lanes.c",
         "src/swaywatch/report/page.js", "src/swaywatch/report/page.css",
-        "src/swaywatch/diagnose/calibration.json", "src/swaywatch/py.typed",
+        "src/swaywatch/diagnose/evidence/calibration.json", "src/swaywatch/py.typed",
     ):  # fmt: skip
         assert (unpacked / name).is_file(), name
     ours = {path.relative_to(ROOT / "lib") for path in (ROOT / "lib").rglob("*.[ch]")}

@@ -19,7 +19,7 @@ from test_iso9815 import iso9815_study
 from swaywatch.cli import main
 from swaywatch.damping.page import make_page as damping_page
 from swaywatch.report.shell import POLICY, document, plot
-from swaywatch.reproduce.page import Chapter, Figure
+from swaywatch.reproduce.page import Chapter, Plot
 from swaywatch.reproduce.page import make_page as reproduce_page
 from swaywatch.survey.page import make_page as survey_page
 
@@ -38,7 +38,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory, diagnosed_p03: Path) -> dict
     sources = {"recording": [Path(RUNS[0]), Path(RUNS[1])], "signals": [Path(ROLES[3])]}
     (out / "iso9815.html").write_text(damping_page(iso9815_study(), sources))
     figure = go.Figure(go.Scatter(x=[0.0, 1.0], y=[0.0, 1.0], name="line"))
-    chapter = Chapter("Chapter", "text", [Figure("A figure", figure, "note")], [])
+    chapter = Chapter("Chapter", "text", [Plot("A figure", figure, "note")], [])
     (out / "reproduce.html").write_text(reproduce_page([chapter], 1.0))
     (out / "survey.html").write_text(survey_page("folder", [], [], "1 min"))
     return {

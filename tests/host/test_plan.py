@@ -25,10 +25,10 @@ from swaywatch.plan.design import (
     make_design,
 )
 from swaywatch.plan.information import critical_of, errors, information, outputs
-from swaywatch.plan.knowledge import Sensor, known_of, sensors_of
+from swaywatch.plan.knowledge import KnownSensor, known_of, sensors_of
 from swaywatch.simulate.run import simulate_plant
 from swaywatch.simulate.scenario import load_scenario
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "bench"))
 
@@ -66,7 +66,10 @@ def test_one_tone_does_not_separate_the_steering_ratio() -> None:
 
 def test_blocks_keep_the_limits() -> None:
     pool = candidates(KNOWN, LIMITS)
-    both = (Sensor("c", "car_acceleration", 1.0), Sensor("t", "trailer_acceleration", 1.0))
+    both = (
+        KnownSensor("c", "car_acceleration", 1.0),
+        KnownSensor("t", "trailer_acceleration", 1.0),
+    )
     shown = outputs(KNOWN, [b.drive() for b in pool], [KNOWN.values] * len(pool), both)
     for block, part in zip(pool, shown, strict=True):
         assert block.speed_kmh <= LIMITS.fastest_kmh + 0.1

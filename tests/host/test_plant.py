@@ -7,8 +7,9 @@ import threading
 import numpy as np
 import pytest
 
-from swaywatch._plant import lib
-from swaywatch.diagnose.plant import (
+from swaywatch.diagnose.fit.side_by_side import SideBySide
+from swaywatch.plant._plant import lib
+from swaywatch.plant.lanes import (
     ALL,
     BLOCK,
     OUTPUT,
@@ -20,7 +21,6 @@ from swaywatch.diagnose.plant import (
     run_jobs,
     simulate,
 )
-from swaywatch.diagnose.side_by_side import SideBySide
 
 BODY = np.array(
     [

@@ -1,6 +1,6 @@
 """Two ways into the one plant, from the simulator and from the diagnosis, say the same.
 
-An effect of `models.physics` and the effect of `diagnose.modules` of the same name fill slots each
+An effect of `models.physics` and the effect of `effects.library` of the same name fill slots each
 in its own way; here the change of the motion by one must be that by the other. Small steering
 keeps both in the linear range; effects that need roll, whose constants the two take from different
 sources, are compared in their own tests.
@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from test_double_track import TIME, VEHICLE, impulse
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.fit import Problem, predict_run
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.diagnose.fit.fit import Problem, predict_run
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import Run
 from swaywatch.models.double_track import DoubleTrack
-from swaywatch.models.physics import Effect
+from swaywatch.models.physics import PhysicsEffect
 
 SPEED = 27.0
 CHANNELS = ("car_yaw_rate", "trailer_yaw_rate", "articulation", "hitch_lateral_force")
@@ -26,7 +26,7 @@ STEERING = impulse(2.0)
 WINDOW = {"start_s": 4.005, "stop_s": 8.005}  # edges between samples
 
 
-def ours(term: Term | None) -> dict[str, np.ndarray]:
+def ours(term: ActiveEffect | None) -> dict[str, np.ndarray]:
     """Channels of the plant of the diagnosis."""
     run = Run("run", TIME, {"steering_wheel_angle": STEERING}, {}, VEHICLE.car.steering_ratio)
     run.speed, run.acceleration = np.full(TIME.size, SPEED), np.zeros(TIME.size)
@@ -36,53 +36,57 @@ def ours(term: Term | None) -> dict[str, np.ndarray]:
     return predict_run(problem, 0, terms, np.zeros(5), np.zeros(0))
 
 
-def term(name: str, *values: float, runs: tuple[int, ...] = ()) -> Term:
+def term(name: str, *values: float, runs: tuple[int, ...] = ()) -> ActiveEffect:
     """A term of the diagnosis' library by id and component (the first form)."""
-    return Term(next(e for e in library() if e.name == name), values, runs)
+    return ActiveEffect(next(e for e in library() if e.name == name), values, runs)
 
 
-CASES: list[tuple[Effect, Term]] = [
+CASES: list[tuple[PhysicsEffect, ActiveEffect]] = [
     (
-        Effect("steering_compliance", stiffness_n_per_rad=1.4e6),
+        PhysicsEffect("steering_compliance", stiffness_n_per_rad=1.4e6),
         term("steering_compliance:car_front", 1.0 / 1.4e6),
     ),
     (
-        Effect("tyre_relaxation", length_m=0.6, axle="car_rear"),
+        PhysicsEffect("tyre_relaxation", length_m=0.6, axle="car_rear"),
         term("tyre_relaxation:car_rear", 0.6),
     ),
     (
-        Effect("tyre_relaxation", length_m=0.5, axle="trailer"),
+        PhysicsEffect("tyre_relaxation", length_m=0.5, axle="trailer"),
         term("tyre_relaxation:trailer", 0.5),
     ),
     (
-        Effect("hitch_friction", moment_nm=50.0, rate_scale_rad_s=0.01),
+        PhysicsEffect("hitch_friction", moment_nm=50.0, rate_scale_rad_s=0.01),
         term("hitch_friction:hitch", 50.0, 0.01),
     ),
     (
-        Effect("hitch_damping", coefficient_nms_per_rad=800.0),
+        PhysicsEffect("hitch_damping", coefficient_nms_per_rad=800.0),
         term("hitch_damping:hitch", 800.0),
     ),
     (
-        Effect("trailer_aerodynamics", side_force_coefficient=1.5, yaw_moment_coefficient=0.5),
+        PhysicsEffect(
+            "trailer_aerodynamics", side_force_coefficient=1.5, yaw_moment_coefficient=0.5
+        ),
         term("trailer_aerodynamics:trailer", 1.5, 0.5),
     ),
     (
-        Effect("tyre_stiffness_change", [WINDOW | {"factor": 0.9}], axle="car_rear"),
+        PhysicsEffect("tyre_stiffness_change", [WINDOW | {"factor": 0.9}], axle="car_rear"),
         term("tyre_stiffness_change:car_rear", 4.005, 8.005, 0.9, runs=(0,)),
     ),
     (
-        Effect("crosswind_gust", [WINDOW | {"force_n": 400.0}], body="trailer"),
+        PhysicsEffect("crosswind_gust", [WINDOW | {"force_n": 400.0}], body="trailer"),
         term("crosswind_gust:trailer", 4.005, 8.005, 400.0, runs=(0,)),
     ),
     (
-        Effect("road_bank", [WINDOW | {"angle_deg": 1.0}]),
+        PhysicsEffect("road_bank", [WINDOW | {"angle_deg": 1.0}]),
         term("road_bank:road", 4.005, 8.005, 1.0, runs=(0,)),
     ),
 ]
 
 
 @pytest.mark.parametrize(("simulated", "diagnosed"), CASES, ids=lambda x: str(getattr(x, "id", "")))
-def test_an_effect_changes_both_plants_alike(simulated: Effect, diagnosed: Term) -> None:
+def test_an_effect_changes_both_plants_alike(
+    simulated: PhysicsEffect, diagnosed: ActiveEffect
+) -> None:
     changed = DoubleTrack(VEHICLE, [simulated]).run(TIME, STEERING, SPEED)
     plain = DoubleTrack(VEHICLE).run(TIME, STEERING, SPEED)
     with_term, without = ours(diagnosed), ours(None)

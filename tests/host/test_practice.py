@@ -11,10 +11,10 @@ import pytest
 from conftest import recordings
 
 from swaywatch.analysis import conclude
-from swaywatch.core import AXLES, Estimates, analyze_drive
 from swaywatch.drive import load_drive
+from swaywatch.ecu.core import AXLES, Estimates, analyze_drive
 from swaywatch.recording import read_recording, write_recording
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 STIFFNESS = (109.3e3, 185.2e3, 131.2e3, 124.4e3)
 """Of the plant behind the practice set: that of its vehicle.toml, which is not wrong there."""

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from conftest import recordings
 
-from swaywatch.diagnose import data
-from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import write
-from swaywatch.diagnose.fit import Fit, predict_run
-from swaywatch.diagnose.holdout import held_out
+from swaywatch.diagnose.fit import data
+from swaywatch.diagnose.fit.fit import Fit, predict_run
+from swaywatch.diagnose.fit.holdout import held_out
 from swaywatch.diagnose.model import embedded, model_block, read_model, signals_for, terms_of
 from swaywatch.diagnose.predict import _split, blind_run, predict
-from swaywatch.diagnose.term import Term
 from swaywatch.drive import Drive, load_drives, load_signals
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
 from swaywatch.errors import SignalError, SwaywatchError
 
 VERDICTS = Path(__file__).resolve().parent.parent / "proof" / "verdicts" / "practice"
@@ -91,14 +91,14 @@ def test_windows_over_whole_runs_are_permanent() -> None:
     from test_diagnose import synthetic
 
     effect = _effect("tyre_stiffness_change:car_rear")
-    term = Term(effect, (0.1, 24.8, 0.8, -0.2, 12.0, 0.9, 12.1, 24.9, 0.9), (0, 1, 1))  # type: ignore[arg-type]
+    term = ActiveEffect(effect, (0.1, 24.8, 0.8, -0.2, 12.0, 0.9, 12.1, 24.9, 0.9), (0, 1, 1))  # type: ignore[arg-type]
     problem = synthetic((), seed=4)
     runs = [{"name": run.name, "duration_s": 25.0} for run in problem.runs]
     lasting, windowed = _split((term,), runs, problem.runs[0])
     assert not windowed
     assert lasting[0].values[2] == pytest.approx(0.85, abs=0.01)
     assert _split((term,), [], problem.runs[0])[1] == (term,)
-    short = Term(effect, (3.0, 9.0, 0.8), (0,))  # type: ignore[arg-type]
+    short = ActiveEffect(effect, (3.0, 9.0, 0.8), (0,))  # type: ignore[arg-type]
     assert _split((short,), runs, problem.runs[0])[1] == (short,)
 
 
@@ -107,7 +107,7 @@ def test_a_prediction_does_not_see_the_outputs() -> None:
     from test_diagnose import synthetic
 
     effect = _effect("axle_load_harmonic:car_rear")
-    term = Term(effect, (-1.0, 26.0, 800.0, 0.0), (0,))  # type: ignore[arg-type]
+    term = ActiveEffect(effect, (-1.0, 26.0, 800.0, 0.0), (0,))  # type: ignore[arg-type]
     shared = np.zeros(0)
     predictions = []
     for spoiled in (False, True):
@@ -126,12 +126,12 @@ def test_a_left_out_run_values_windows_by_the_others() -> None:
     from test_diagnose import synthetic
 
     effect = _effect("tyre_stiffness_change:car_rear")
-    term = Term(effect, (6.0, 12.0, 0.8, 8.0, 14.0, 0.8), (0, 1))  # type: ignore[arg-type]
+    term = ActiveEffect(effect, (6.0, 12.0, 0.8, 8.0, 14.0, 0.8), (0, 1))  # type: ignore[arg-type]
     problem = synthetic((term,), seed=6)
     block = held_out(problem, Fit((term,), np.zeros((2, 5)), np.zeros(0)))
     assert block["held_out_diagnosed_nrmse"] < 0.5 * block["held_out_baseline_nrmse"]
     assert any("values from the windows of the other runs" in s for s in block["held_out_how"])
-    single = Term(effect, (6.0, 12.0, 0.8), (0,))  # type: ignore[arg-type]
+    single = ActiveEffect(effect, (6.0, 12.0, 0.8), (0,))  # type: ignore[arg-type]
     block = held_out(problem, Fit((single,), np.zeros((2, 5)), np.zeros(0)))
     assert block["held_out_diagnosed_nrmse"] is None
     assert any("nothing to value them by" in s for s in block["held_out_how"])
@@ -142,8 +142,8 @@ def test_a_model_survives_the_way_through_json() -> None:
 
     friction = _effect("hitch_friction:hitch")
     terms = (
-        Term(friction, tuple(p.starts[0] for p in friction.parameters)),  # type: ignore[attr-defined,arg-type]
-        Term(_effect("crosswind_gust:car", "half_sine"), (3.0, 6.0, 500.0, 0.4), (1,)),  # type: ignore[arg-type]
+        ActiveEffect(friction, tuple(p.starts[0] for p in friction.parameters)),  # type: ignore[attr-defined,arg-type]
+        ActiveEffect(_effect("crosswind_gust:car", "half_sine"), (3.0, 6.0, 500.0, 0.4), (1,)),  # type: ignore[arg-type]
     )
     problem = synthetic((), seed=7)
     fit = Fit(terms, np.zeros((2, 5)), np.zeros(0))

@@ -10,9 +10,9 @@ import numpy.typing as npt
 import pytest
 from conftest import DATA, recordings
 
+from swaywatch.checks.quality import Finding, check_channel, check_drive
 from swaywatch.drive import Channel, Drive, load_drive, load_drives
-from swaywatch.quality import Finding, check_channel, check_drive
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 VEHICLE = load_vehicle(P01 / "vehicle.toml")

@@ -13,7 +13,7 @@ from swaywatch.cli import main
 from swaywatch.models.single_track import SingleTrack
 from swaywatch.reproduce import chapter5, chapter6, courses, leads
 from swaywatch.reproduce.page import Chapter, Check, make_page
-from swaywatch.reproduce.study import VEHICLE, Setup, drive_of, identify, ladder_of
+from swaywatch.reproduce.study import VEHICLE, ImpulseDrive, drive_of, identify, ladder_of
 
 
 def test_complex_stiffness_without_argument_is_the_single_track() -> None:
@@ -37,14 +37,14 @@ def test_front_tyres_and_steering_in_series_are_table_b() -> None:
 @pytest.mark.parametrize("speed", [80.0, 107.9, 117.3])
 def test_the_core_reads_the_damping_of_a_simulated_drive(speed: float) -> None:
     """Linear limit, noise-free: damping and frequency within 1 % of the single track."""
-    state = identify(Setup(speed_kmh=speed))
+    state = identify(ImpulseDrive(speed_kmh=speed))
     mode = SingleTrack.of(VEHICLE).modes(speed / 3.6)[0]
     assert state.damping_ratio == pytest.approx(mode.damping_ratio, rel=0.01)
     assert state.frequency_hz == pytest.approx(mode.frequency_hz, rel=0.01)
 
 
 def test_regression_of_damping_finds_the_critical_speed() -> None:
-    states = [identify(Setup(speed_kmh=speed)) for speed in (118.0, 122.0, 125.0, 128.0)]
+    states = [identify(ImpulseDrive(speed_kmh=speed)) for speed in (118.0, 122.0, 125.0, 128.0)]
     assert ladder_of(states, 2).v_crit_kmh == pytest.approx(123.34, abs=0.05)
     assert ladder_of(states, 1).v_crit_kmh == pytest.approx(123.34, abs=0.5)
 
@@ -53,9 +53,9 @@ def test_generator_of_table_63_makes_the_phases_of_table_63() -> None:
     common: dict[str, Any] = {
         "speed_kmh": 123.34, "angle_deg": 10.0, "start_s": 48.0, "duration_s": 63.0,
     }  # fmt: skip
-    _, plain = drive_of(Setup(**common))
+    _, plain = drive_of(ImpulseDrive(**common))
     physics = chapter6.generator_windows(plain)
-    _, trace = drive_of(Setup(**common, physics=physics))
+    _, trace = drive_of(ImpulseDrive(**common, physics=physics))
     windows = physics[0]["windows"]
     for (start, stop, _, phase), window in zip(chapter6.WINDOWS, windows, strict=True):
         inside = (trace.time_s > start + 0.1) & (trace.time_s < stop - 0.1)

@@ -10,21 +10,21 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.diagnose.baselines import noticeable
-from swaywatch.diagnose.beliefs import beliefs_of
-from swaywatch.diagnose.data import load
-from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import diagnose
-from swaywatch.diagnose.evidence import explained, worth
-from swaywatch.diagnose.fit import Fit, plant_of
+from swaywatch.diagnose.evidence.baselines import noticeable
+from swaywatch.diagnose.evidence.evidence import explained, worth
+from swaywatch.diagnose.evidence.search import Search, reduced_chi_square
+from swaywatch.diagnose.fit.beliefs import beliefs_of
+from swaywatch.diagnose.fit.data import load
+from swaywatch.diagnose.fit.fit import Fit, plant_of
+from swaywatch.diagnose.fit.road_vehicle import TYRES, WITHIN, on_springs, outside, values
 from swaywatch.diagnose.model import beliefs_in, model_block
-from swaywatch.diagnose.plant import BODY, SCALARS
-from swaywatch.diagnose.road_vehicle import TYRES, WITHIN, on_springs, outside, values
-from swaywatch.diagnose.runs import Run, low_pass
-from swaywatch.diagnose.search import Search, level
-from swaywatch.diagnose.term import Term
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import Run, low_pass
 from swaywatch.errors import VehicleError
-from swaywatch.vehicle import load_vehicle
+from swaywatch.plant.lanes import BODY, SCALARS
+from swaywatch.vehicle_file import load_vehicle
 
 CASE = DATA / "road" / "r22"
 
@@ -96,7 +96,7 @@ def test_a_small_load_at_twice_the_frequency_is_the_bodys_own_bounce() -> None:
     assert [e.name for e in rigid] == [e.name for e in on_springs_]
     for effects, said in ((rigid, [True, True]), (on_springs_, [False, True])):
         for effect in effects:
-            terms = [Term(effect, (2.0, 9.0, size, 0.0), (0,)) for size in (60.0, 150.0)]
+            terms = [ActiveEffect(effect, (2.0, 9.0, size, 0.0), (0,)) for size in (60.0, 150.0)]
             assert [noticeable(term) for term in terms] == said
             trial = effect.extra["trials"](effect.component, 2.0, 9.0, 0)[0]
             ends, (_, delay) = trial.values[:2], trial.values[2:]
@@ -107,8 +107,12 @@ def test_a_small_load_at_twice_the_frequency_is_the_bodys_own_bounce() -> None:
 def test_a_window_that_a_fit_has_closed_is_none() -> None:
     """Stop before start: left out, with its run; the others stay as they are."""
     effect = next(e for e in library() if e.id == "axle_load_harmonic")
-    term = Term(effect, (2.0, 9.0, 60.0, 0.0, 8.0, 7.8, 90.0, 0.0, 1.0, 3.0, 80.0, 5.0), (0, 0, 1))
-    assert term.longer_than(0.6) == Term(effect, (2.0, 9.0, 60.0, 0.0, 1.0, 3.0, 80.0, 5.0), (0, 1))
+    term = ActiveEffect(
+        effect, (2.0, 9.0, 60.0, 0.0, 8.0, 7.8, 90.0, 0.0, 1.0, 3.0, 80.0, 5.0), (0, 0, 1)
+    )
+    assert term.longer_than(0.6) == ActiveEffect(
+        effect, (2.0, 9.0, 60.0, 0.0, 1.0, 3.0, 80.0, 5.0), (0, 1)
+    )
     assert term.longer_than(0.6).longer_than(0.6) == term.longer_than(0.6)
 
 
@@ -116,7 +120,7 @@ def test_a_load_somewhat_early_or_late_is_the_dampers() -> None:
     """12 ms: a fault of a yaw rate on springs, not of a wheel load; 25 ms is one of both."""
     effects = {e.component: e for e in outside(library()) if e.id == "sensor_delay"}
     for channel, said in (("car_yaw_rate", True), ("wheel_vertical_load_fl", False)):
-        small, large = (Term(effects[channel], (delay,)) for delay in (0.012, 0.025))
+        small, large = (ActiveEffect(effects[channel], (delay,)) for delay in (0.012, 0.025))
         assert noticeable(small) == said
         assert noticeable(large)
 
@@ -189,9 +193,9 @@ def test_a_recording_that_begins_in_mid_motion_fits_like_the_whole(loaded: objec
     search = Search(problem, library(), lambda stage, share: None)
     truth = json.loads((CASE / "truth.json").read_text())["effects"][0]
     effect = next(e for e in library() if e.id == "hitch_friction")
-    term = Term(effect, (truth["moment_nm"], *(p.starts[0] for p in effect.parameters[1:])))
+    term = ActiveEffect(effect, (truth["moment_nm"], *(p.starts[0] for p in effect.parameters[1:])))
     near = search.close.run(replace(search.close.start(), terms=(term,)), 20)
-    assert level(search.released(near)) < 1.1  # 1.25 where they count
+    assert reduced_chi_square(search.released(near)) < 1.1  # 1.25 where they count
 
 
 def test_a_tolerance_of_the_file_is_taken(tmp_path: Path) -> None:
@@ -229,7 +233,7 @@ def test_a_wrong_tolerance_is_refused_with_what_would_be_right(
 )
 def test_what_springs_imitate_has_to_take_away_more(name: str, share: float) -> None:
     effect = next(e for e in library() if e.name == name)
-    term = Term(effect, tuple(p.starts[0] for p in effect.parameters))
+    term = ActiveEffect(effect, tuple(p.starts[0] for p in effect.parameters))
     before = Fit((), np.zeros((1, 5)), np.zeros(0), chi2=10_000.0)
     for factor, enough in ((0.9, False), (1.1, True)):
         after = replace(before, terms=(term,), chi2=(1.0 - factor * share) * before.chi2)

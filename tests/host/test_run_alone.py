@@ -20,7 +20,7 @@ sys.meta_path.insert(0, Absent())
 """
 ROOMS = (
     "commands.simulate", "commands.hil", "commands.reproduce", "commands.diagnose",
-    "commands.predict", "diagnose.engine", "diagnose.solo", "diagnose.predict",
+    "commands.predict", "diagnose.engine", "diagnose.car_alone.engine", "diagnose.predict",
     "simulate.closed_loop", "reproduce.chapter5", "reproduce.chapter6", "models.modes",
 )  # fmt: skip
 SIMULATED = """

@@ -14,13 +14,13 @@ import numpy.typing as npt
 import pytest
 from conftest import DATA, recordings
 
-from swaywatch.diagnose import data
+from swaywatch.checks.quality import check_drive
+from swaywatch.checks.samples import Finding
+from swaywatch.checks.sensor_faults import SensorFaults
 from swaywatch.diagnose.engine import diagnose
-from swaywatch.diagnose.sensor_faults import SensorFaults
+from swaywatch.diagnose.fit import data
 from swaywatch.drive import Channel, Drive, load_drives
-from swaywatch.quality import check_drive
-from swaywatch.samples import Finding
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 Array = npt.NDArray[np.float64]
 Fault = Callable[[Drive], Drive]
@@ -334,8 +334,8 @@ def test_a_drift_that_was_none_is_seen_in_what_the_fit_leaves(left: float, right
     """A ramp that was taken off a sound channel stays behind alone: nothing else makes one."""
     from test_diagnose import synthetic
 
-    from swaywatch.diagnose.drifts import contradicted
-    from swaywatch.diagnose.fit import Fitter
+    from swaywatch.diagnose.evidence.drifts import contradicted
+    from swaywatch.diagnose.fit.fit import Fitter
 
     names, rate = ("wheel_lateral_force_fr", "wheel_lateral_force_fl"), -5.0
     problem = synthetic((), seed=5)

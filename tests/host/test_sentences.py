@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from swaywatch.commands.physics import known
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.sentences import _SENTENCES, sentence
+from swaywatch.diagnose.report.sentences import _SENTENCES, sentence
+from swaywatch.effects.effect import library
 
 
 def _effect(name: str, component: str, **values: float) -> dict[str, Any]:

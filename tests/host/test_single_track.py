@@ -7,7 +7,7 @@ import pytest
 from conftest import DATA
 
 from swaywatch.models.single_track import PARAMETERS, SingleTrack
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 VEHICLE = load_vehicle(DATA / "practice" / "p01" / "vehicle.toml")  # Tables A and B
 MODEL = SingleTrack.of(VEHICLE)

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from conftest import DATA
 
-from swaywatch.diagnose.data import load
-from swaywatch.diagnose.effect import Effect, library
-from swaywatch.diagnose.fit import OBSERVER, Fitter, Problem, predict_run
-from swaywatch.diagnose.locate import Locator, pulses_of, windows
-from swaywatch.diagnose.runs import RATE_HZ
-from swaywatch.diagnose.search import Search
-from swaywatch.diagnose.sparse_course import MOST_PULSES, sparse_course
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.evidence.locate import Locator, pulses_of, windows
+from swaywatch.diagnose.evidence.search import Search
+from swaywatch.diagnose.evidence.sparse_course import MOST_PULSES, sparse_course
+from swaywatch.diagnose.fit.data import load
+from swaywatch.diagnose.fit.fit import OBSERVER, Fitter, Problem, predict_run
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Effect, library
+from swaywatch.effects.runs import RATE_HZ
 
 CASE = DATA / "practice" / "p01"
 TRUE = ((0, 5.3, 9.6), (0, 22.1, 26.2), (1, 14.4, 19.7))
@@ -33,7 +33,7 @@ def problem() -> Problem:
     found = load(sorted(CASE.glob("run*.blf")), CASE / "vehicle.toml", CASE / "signals.toml")
     own = found.problem
     values = [x for _, start, stop in TRUE for x in (start, stop, FACTOR)]
-    term = Term(change(), tuple(values), tuple(r for r, *_ in TRUE))
+    term = ActiveEffect(change(), tuple(values), tuple(r for r, *_ in TRUE))
     rng = np.random.default_rng(5)
     runs = []
     for r, run in enumerate(own.runs):
@@ -54,7 +54,7 @@ def test_a_pulse_beside_others_shows_what_the_whole_simulation_does(problem: Pro
     close = Fitter(problem, fine=False)
     rest = close.start()
     values = [x for _, start, stop in TRUE for x in (start, stop, FACTOR)]
-    fit = replace(rest, terms=(Term(change(), tuple(values), tuple(r for r, *_ in TRUE)),))
+    fit = replace(rest, terms=(ActiveEffect(change(), tuple(values), tuple(r for r, *_ in TRUE)),))
     edges = np.linspace(float(problem.runs[0].time[0]), float(problem.runs[0].time[-1]), 21)
     pulses = pulses_of(change(), 0, edges)[4:8]
     locator = Locator(close, fit)

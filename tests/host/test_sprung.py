@@ -10,14 +10,14 @@ from conftest import DATA
 from test_double_track import VEHICLE
 from test_plant import BODY, plant
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.plant import BODY as NAMES
-from swaywatch.diagnose.plant import GRAVITY, OUTPUT, SCALARS, PlantInput, neutral, simulate
+from swaywatch.diagnose.fit.data import body_of
 from swaywatch.errors import ScenarioError
 from swaywatch.models.double_track import Trace
 from swaywatch.models.modes import critical_speed, critical_speeds, modes
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.models.sprung import BELIEFS, defaults, put, tolerances
+from swaywatch.plant.lanes import BODY as NAMES
+from swaywatch.plant.lanes import GRAVITY, OUTPUT, SCALARS, PlantInput, neutral, simulate
+from swaywatch.plant.sprung import BELIEFS, defaults, put, tolerances
 from swaywatch.simulate.run import simulate_plant
 from swaywatch.simulate.scenario import read_scenario
 

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 from test_diagnose import BODY_VALUES, effect
 
-from swaywatch.diagnose.beliefs import beliefs_of
-from swaywatch.diagnose.costs_page import costs_part
-from swaywatch.diagnose.fit import Fit, Problem
-from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.runs import Run
-from swaywatch.diagnose.stability import OUTSIDE, SENSOR, stability
-from swaywatch.diagnose.term import Term
-from swaywatch.diagnose.verdict import _Joint
+from swaywatch.diagnose.evidence.verdict import _Joint
+from swaywatch.diagnose.fit.beliefs import beliefs_of
+from swaywatch.diagnose.fit.fit import Fit, Problem
+from swaywatch.diagnose.report.costs_page import costs_part
+from swaywatch.diagnose.report.stability import OUTSIDE, SENSOR, stability
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.library.axle_load_harmonic import generator_effect
+from swaywatch.effects.runs import Run
+from swaywatch.plant.lanes import BODY
 
 BELIEFS = beliefs_of(BODY_VALUES, ["car_yaw_rate"])
 
@@ -26,7 +26,7 @@ def _problem() -> Problem:
     return Problem((run,), BODY_VALUES, beliefs=BELIEFS)
 
 
-def _found(terms: tuple[Term, ...]) -> Fit:
+def _found(terms: tuple[ActiveEffect, ...]) -> Fit:
     """A fit that knows all it moves to a tenth of its prior, effects to 2 %."""
     values = np.array([v for t in terms for v in t.values])
     count = len(BELIEFS)
@@ -39,11 +39,11 @@ def _found(terms: tuple[Term, ...]) -> Fit:
 def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
     windows = (1.0, 4.0, 700.0, 0.05, 6.0, 9.0, 700.0, 0.42)
     terms = (
-        Term(effect("tyre_relaxation:car_rear"), (0.5,)),
-        Term(generator_effect("car_rear"), windows, (0, 0)),
-        Term(effect("crosswind_gust:car"), (2.0, 3.0, 500.0), (0,)),
-        Term(effect("sensor_delay:car_yaw_rate"), (0.04,)),
-        Term(effect("parameter_error:car.steering_ratio"), (1.05,)),
+        ActiveEffect(effect("tyre_relaxation:car_rear"), (0.5,)),
+        ActiveEffect(generator_effect("car_rear"), windows, (0, 0)),
+        ActiveEffect(effect("crosswind_gust:car"), (2.0, 3.0, 500.0), (0,)),
+        ActiveEffect(effect("sensor_delay:car_yaw_rate"), (0.04,)),
+        ActiveEffect(effect("parameter_error:car.steering_ratio"), (1.05,)),
     )
     block = stability(_problem(), _found(terms), 4.0)
     by_name = {cause["name"]: cause for cause in block["causes"]}
@@ -93,7 +93,9 @@ def test_a_value_said_as_an_effect_is_known_together_with_what_is_left_of_it() -
     factor = 1.0 - 3.0 * BELIEFS.items[front].tolerance
     slope = -BELIEFS.items[front].tolerance / (factor**2 * stiffness)
     joint.said_as_term(front, slope, 1.0)
-    term = Term(effect("steering_compliance:car_front"), ((1.0 / factor - 1.0) / stiffness,))
+    term = ActiveEffect(
+        effect("steering_compliance:car_front"), ((1.0 / factor - 1.0) / stiffness,)
+    )
     told = joint.fit(replace(whole, terms=(term,), shift=np.zeros(count)), 1)
     assert abs(told.covariance[0, 0] / (slope**2 * (1.0 + 0.1**2)) - 1.0) < 1e-9
     together, before = (

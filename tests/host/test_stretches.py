@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 from test_diagnose import synthetic
 
-from swaywatch.diagnose.data import _too_little, load
-from swaywatch.diagnose.effect import library
 from swaywatch.diagnose.engine import _cannot
-from swaywatch.diagnose.fit import Fit, Fitter, Problem, predict_run
-from swaywatch.diagnose.runs import RATE_HZ, Run
-from swaywatch.diagnose.stretches import (
+from swaywatch.diagnose.fit.data import _too_little, load
+from swaywatch.diagnose.fit.fit import Fit, Fitter, Problem, predict_run
+from swaywatch.diagnose.fit.stretches import (
     SEARCHED_S,
     STRETCH_S,
     WHOLE_S,
@@ -23,8 +21,10 @@ from swaywatch.diagnose.stretches import (
     length_s,
     misfit_of,
 )
-from swaywatch.diagnose.term import Term
 from swaywatch.drive import Channel, Drive
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import RATE_HZ, Run
 
 CASE = Path(__file__).resolve().parents[1] / "data" / "practice" / "p01"
 
@@ -89,7 +89,7 @@ def test_stretches_with_something_missing_do_not_fit(problem: Problem) -> None:
     fit = fitter.run(fitter.start(), 8)
     softer = next(e for e in library() if e.name == "tyre_stiffness_change:trailer")
     run = problem.runs[0]
-    term = Term(softer, (0.0, float(run.time[-1]), 0.8), (0,))
+    term = ActiveEffect(softer, (0.0, float(run.time[-1]), 0.8), (0,))
     rng = np.random.default_rng(4)
     others = []
     for terms in ((), (term,)):
@@ -168,7 +168,7 @@ def test_a_long_recording_in_which_nothing_moves_is_refused(
         for name, size in sizes.items()
     }
     standing = Drive("standing", (), channels, 0)
-    monkeypatch.setattr("swaywatch.diagnose.data.load_drives", lambda *_: [standing])
+    monkeypatch.setattr("swaywatch.diagnose.fit.data.load_drives", lambda *_: [standing])
     loaded = load([Path("a.csv")], CASE / "vehicle.toml", CASE / "signals.toml")
     assert loaded.problem is None
     (text,) = loaded.cannot

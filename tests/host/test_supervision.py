@@ -11,9 +11,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bench"))
 
 import supervision
 
-from swaywatch._core import lib
-from swaywatch.core import VALID, Core, positions_of
-from swaywatch.supervised import RELATIONS, broken, told, words
+from swaywatch.ecu._core import lib
+from swaywatch.ecu.core import VALID, Core, positions_of
+from swaywatch.ecu.supervised import RELATIONS, broken, told, words
 
 
 def test_a_healthy_drive_has_no_finding() -> None:

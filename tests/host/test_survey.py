@@ -21,7 +21,7 @@ from swaywatch import __version__
 from swaywatch.cli import main
 from swaywatch.survey import work
 from swaywatch.survey.fleet import mark, scatter_of
-from swaywatch.survey.outcome import Journal, Outcome
+from swaywatch.survey.outcome import Journal, SurveyOutcome
 from swaywatch.survey.page import make_page
 from swaywatch.survey.plan import find_runs, groups
 from swaywatch.survey.warm import Ran, Warm
@@ -134,7 +134,7 @@ def test_no_row_is_lost_with_many_jobs(tmp_path: Path, monkeypatch: pytest.Monke
     seen: list[int] = []
     add = Journal.add
 
-    def watched(self: Journal, outcome: Outcome) -> None:
+    def watched(self: Journal, outcome: SurveyOutcome) -> None:
         add(self, outcome)
         seen.append(len(states(out)))
 
@@ -149,18 +149,18 @@ def test_no_row_is_lost_with_many_jobs(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_a_survey_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     journal = Journal(tmp_path)
-    journal.add(Outcome("good", "k", "agrees"))
-    journal.add(Outcome("bad", "k", "failed"))
-    journal.add(Outcome("good", "later", "agrees"))
+    journal.add(SurveyOutcome("good", "k", "agrees"))
+    journal.add(SurveyOutcome("bad", "k", "failed"))
+    journal.add(SurveyOutcome("good", "later", "agrees"))
     with journal.path.open("a") as stream:
         stream.write('{"name": "torn", "key": "k", "sta')
     again = Journal(tmp_path)
     assert {name: outcome.key for name, outcome in again.kept.items()} == {"good": "later"}
-    again.add(Outcome("next", "k", "agrees"))
+    again.add(SurveyOutcome("next", "k", "agrees"))
     assert set(states(tmp_path)) == {"good", "next"}
 
 
-def fleet(odd: float, count: int = 200) -> list[Outcome]:
+def fleet(odd: float, count: int = 200) -> list[SurveyOutcome]:
     """Runs whose stiffness scatters by 3 %, known to 1 %, but run 17's, which is `odd`."""
     random = np.random.default_rng(5)
     found = []
@@ -171,7 +171,7 @@ def fleet(odd: float, count: int = 200) -> list[Outcome]:
             "car_rear.cornering_stiffness_n_per_rad": [value, 1e3, 1e5],
             "frequency_hz": [0.6, 0.01, None],
         }
-        found.append(Outcome(f"run{number}", "", "not diagnosed", values=values))
+        found.append(SurveyOutcome(f"run{number}", "", "not diagnosed", values=values))
     return found
 
 
@@ -315,7 +315,7 @@ def test_no_scheduler_is_said_so(tmp_path: Path, capsys: Any, monkeypatch: Any) 
 
 
 def test_a_line_says_what_where_and_when() -> None:
-    outcome = Outcome(
+    outcome = SurveyOutcome(
         "run", "", "disagrees",
         why=["tyre stiffness change (car, rear axle): factor 0.8 (0.7 to 0.9)", "and more"],
         where=["car, rear axle: 3.0 to 9.5 s, at f"], effects=["tyre stiffness change"],
@@ -358,9 +358,9 @@ def test_bad_input(tmp_path: Path, capsys: Any, words: list[str], text: str) -> 
 
 def test_the_page_puts_the_worst_first() -> None:
     outcomes = [
-        Outcome("calm", "", "agrees", mismatch=1.0),
-        Outcome("bad <b>", "", "disagrees", mismatch=4.0, why=["a & b"]),
-        Outcome("worse", "", "disagrees", mismatch=9.0),
+        SurveyOutcome("calm", "", "agrees", mismatch=1.0),
+        SurveyOutcome("bad <b>", "", "disagrees", mismatch=4.0, why=["a & b"]),
+        SurveyOutcome("worse", "", "disagrees", mismatch=9.0),
     ]
     page = make_page("folder", outcomes, [], "1 min")
     assert page.index("worse") < page.index("bad &lt;b&gt;") < page.index("calm")

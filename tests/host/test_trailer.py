@@ -18,7 +18,7 @@ from swaywatch.errors import VehicleError
 from swaywatch.simulate import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario
 from swaywatch.trailer import OWN_CHANNELS, TrailerResult, identify, presence_sentence
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FOLDER = DATA / "practice" / "p01"
 RUNS = [FOLDER / "run2.blf", FOLDER / "run1.blf"]

@@ -13,12 +13,12 @@ import numpy.typing as npt
 import pytest
 from conftest import DATA
 
-from swaywatch.core import AXLES, Estimates, analyze_drive
 from swaywatch.drive import Channel, Drive
+from swaywatch.ecu.core import AXLES, Estimates, analyze_drive
 from swaywatch.models.double_track import DoubleTrack, Trace
-from swaywatch.models.physics import Effect
+from swaywatch.models.physics import PhysicsEffect
 from swaywatch.roles import CHANNELS
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -34,7 +34,7 @@ WHEELS = {
 TIME_S = np.arange(0.0, 22.0, 0.01)
 
 
-def simulate(kmh: float, *physics: Effect) -> tuple[Trace, Estimates]:
+def simulate(kmh: float, *physics: PhysicsEffect) -> tuple[Trace, Estimates]:
     """A half-sine at the wheel (10 deg), then the wheel is held; every sensor, no noise."""
     inside = (TIME_S >= 2.0) & (TIME_S < 2.74)
     wheel = np.where(inside, math.radians(10) * np.sin(np.pi * (TIME_S - 2.0) / 0.74), 0.0)
@@ -98,7 +98,7 @@ PHASES += [(axle, sign * 90.0) for axle in AXLES if axle != "car_rear" for sign 
 
 @pytest.mark.parametrize(("axle", "phase_deg"), PHASES)
 def test_effective_load_all_round_the_circle(axle: str, phase_deg: float) -> None:
-    effect = Effect(
+    effect = PhysicsEffect(
         "axle_load_harmonic", axle=axle, amplitude_n=900.0, phase_deg=phase_deg, frequency_hz=0.67
     )
     trace, estimates = simulate(112.0, effect)

@@ -10,10 +10,10 @@ import pytest
 from conftest import DATA
 
 from swaywatch.cli import main
-from swaywatch.validate.compare import CRITERION, Figure, Line
-from swaywatch.validate.correct import Motion, corrections, lags
+from swaywatch.validate.compare import CRITERION, ComparedLine, MeanValue
+from swaywatch.validate.correct import OperatingPoint, corrections, lags
 from swaywatch.validate.loop import validate
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 P01 = DATA / "practice" / "p01"
 STIFFNESS = {"front_cornering_stiffness": (109300.0, 131200.0),
@@ -22,11 +22,11 @@ STEERING_N_PER_RAD = 1437e3  # K_s of Eq. 5.5
 LENGTH_M = 0.5
 
 
-def line(recorded: float, simulated: float, error: float, **more: object) -> Line:
+def line(recorded: float, simulated: float, error: float, **more: object) -> ComparedLine:
     values = {"key": "car_rear.cornering_stiffness", "name": "C", "unit": "kN/rad",
               "factor": 1e-3, "kind": "parameter"} | more  # fmt: skip
-    return Line(
-        **values, recording=Figure(recorded, error), simulation=Figure(simulated, 0.0),
+    return ComparedLine(
+        **values, recording=MeanValue(recorded, error), simulation=MeanValue(simulated, 0.0),
         difference=simulated - recorded, error=error, allowed=CRITERION * recorded,
     )  # type: ignore[arg-type]  # fmt: skip
 
@@ -54,14 +54,15 @@ def test_drives_that_contradict_each_other_correct_nothing() -> None:
 
 
 def test_a_lag_is_the_length_at_two_speeds() -> None:
-    motions = [Motion(30.0, 4.2), Motion(20.0, 3.1)]
+    motions = [OperatingPoint(30.0, 4.2), OperatingPoint(20.0, 3.1)]
     drives = [
         [line(1.0, 1.0, 0.001, key="car_rear.argument", unit="deg", kind="state")] for _ in motions
     ]
     for lines, motion in zip(drives, motions, strict=True):
         turn = math.atan(motion.omega_rad_s / motion.speed_m_s * 0.7)
-        lines[0] = Line("car_rear.argument", "", "deg", 1.0, "state", Figure(-turn, 1e-3),
-                        Figure(0.0, 0.0), turn, 1e-3, CRITERION)  # fmt: skip
+        lines[0] = ComparedLine("car_rear.argument", "", "deg", 1.0, "state",
+                                MeanValue(-turn, 1e-3), MeanValue(0.0, 0.0), turn, 1e-3,
+                                CRITERION)  # fmt: skip
     found = lags({}, drives, motions)
     assert [c.key for c in found] == ["car_rear.relaxation_length"]
     assert found[0].after == pytest.approx(0.7, rel=1e-6)

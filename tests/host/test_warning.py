@@ -20,7 +20,7 @@ import warning_campaign as warning
 import warning_losses as losses
 import warning_plant as plant
 
-from swaywatch.core import QUALITY, Core, positions_of
+from swaywatch.ecu.core import QUALITY, Core, positions_of
 
 WARNING = 3
 

@@ -75,7 +75,7 @@ calibrate: setup
 	@$(PY) $(BLIND)/diagnose_all.py --cases $(DEV_CASES)/cases --out $(DEV_CASES)/diagnoses \
 	    --count $(N) --jobs $(JOBS)
 	@$(PY) $(BLIND)/calibrate.py --set $(DEV_CASES)/answers $(DEV_CASES)/diagnoses \
-	    --seeds $(DEV_SEED) --out sim_host/src/swaywatch/diagnose/calibration.json
+	    --seeds $(DEV_SEED) --out sim_host/src/swaywatch/diagnose/evidence/calibration.json
 	@$(PY) $(BLIND)/score.py --answers $(DEV_CASES)/answers --diagnoses $(DEV_CASES)/diagnoses \
 	    --no-predict --out $(DEV_CASES)/score.json
 	@$(PY) tests/proof/limits.py $(DEV_CASES)/score.json --seeds $(DEV_SEED) --out $(BLIND)/limits.json

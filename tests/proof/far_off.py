@@ -15,13 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swaywatch.bus import encode_drive
 from swaywatch.diagnose.engine import diagnose
+from swaywatch.ecu.bus import encode_drive
 from swaywatch.recording import write_recording
 from swaywatch.simulate import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario
 from swaywatch.simulate.signals import write_signals
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 TYPE = Path(__file__).resolve().parents[1] / "data" / "practice" / "p03" / "vehicle.toml"
 AXLES = ("car front", "car rear", "trailer front", "trailer rear")

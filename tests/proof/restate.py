@@ -13,8 +13,8 @@ import argparse
 import json
 from pathlib import Path
 
-from swaywatch.diagnose.calibration import BESIDE, interval
 from swaywatch.diagnose.engine import write
+from swaywatch.diagnose.evidence.calibration import BESIDE, interval
 
 
 def restate(path: Path) -> None:

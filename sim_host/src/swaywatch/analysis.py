@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from swaywatch.core import (
+from swaywatch.checks.quality import Finding, check_balances, check_drive
+from swaywatch.drive import Drive, load_drives, load_signals
+from swaywatch.ecu.core import (
     ALARM,
     AXLES,
     PRESENCE,
@@ -28,11 +30,10 @@ from swaywatch.core import (
     analyze_drive,
     model_damping,
 )
-from swaywatch.drive import Drive, load_drives, load_signals
+from swaywatch.ecu.supervised import findings_of
 from swaywatch.errors import RecordingError, SignalError
-from swaywatch.quality import Finding, check_balances, check_drive
-from swaywatch.supervised import findings_of
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]

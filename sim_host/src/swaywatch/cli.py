@@ -17,9 +17,10 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from swaywatch import __version__, commands, crash, output
+from swaywatch import __version__, commands
 from swaywatch.errors import SwaywatchError
-from swaywatch.interrupt import INTERRUPTED, ends_at_once
+from swaywatch.terminal import crash, output
+from swaywatch.terminal.interrupt import INTERRUPTED, ends_at_once
 
 
 def command_names() -> list[str]:
@@ -60,7 +61,7 @@ class _Version(argparse.Action):
         values: Any,
         option_string: str | None = None,
     ) -> None:
-        from swaywatch.core import core_version
+        from swaywatch.ecu.core import core_version
 
         print(f"swaywatch {__version__} (core {core_version()})")
         parser.exit()

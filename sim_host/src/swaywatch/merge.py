@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from swaywatch.analysis import DriveResult
-from swaywatch.core import unit_of
-from swaywatch.layouts import write_layouts
+from swaywatch.ecu.core import unit_of
 from swaywatch.recording import Series, write_recording
+from swaywatch.recording.layouts import write_layouts
 
 PREFIX = "swaywatch."
 """Of the names of estimates, so that they stand together in a viewer's list."""
@@ -39,7 +39,7 @@ def merged(result: DriveResult) -> dict[str, Series]:
 def write_merged(path: Path, names: list[str], results: list[DriveResult]) -> list[Path]:
     """Write one file for each drive: `path`, or with several drives ``path_NAME``.
 
-    Beside an MCAP file stand layouts for its viewers (:mod:`swaywatch.layouts`).
+    Beside an MCAP file stand layouts for its viewers (:mod:`swaywatch.recording.layouts`).
 
     Parameters
     ----------

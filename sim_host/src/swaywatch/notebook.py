@@ -22,24 +22,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import plotly.graph_objects as go
 
-from swaywatch import inventory
 from swaywatch.analysis import DriveResult, Value
 from swaywatch.analysis import analyze as run_analysis
-from swaywatch.bus import encode_drive
-from swaywatch.core import unit_of
 from swaywatch.damping.data import Choice
 from swaywatch.damping.doubt import QUANTITIES
 from swaywatch.damping.model import LinearModel, load_model
 from swaywatch.damping.page import course_figure, signal_figure
-from swaywatch.damping.study import Plan, Study, as_json, evaluate
-from swaywatch.damping.words import interval
-from swaywatch.damping.words import sentences as damping_sentences
-from swaywatch.damping.words import verdict as damping_verdict
+from swaywatch.damping.sentences import interval
+from swaywatch.damping.sentences import sentences as damping_sentences
+from swaywatch.damping.sentences import verdict as damping_verdict
+from swaywatch.damping.study import Study, StudyPlan, as_json, evaluate
+from swaywatch.ecu.bus import encode_drive
+from swaywatch.ecu.core import unit_of
+from swaywatch.first_files import inventory
 from swaywatch.recording import write_recording
 from swaywatch.report import figures
 from swaywatch.report.page import make_report
+from swaywatch.report.sentences import sentences, verdict
 from swaywatch.report.shell import document, plot, table
-from swaywatch.report.words import sentences, verdict
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -91,7 +91,7 @@ def _frame(columns: dict[str, Any]) -> pd.DataFrame:
 
 
 @dataclass(frozen=True)
-class Drive:
+class AnalyzedDrive:
     """One drive after :func:`analyze`."""
 
     result: DriveResult
@@ -239,12 +239,12 @@ class Diagnosis:
     @property
     def sentences(self) -> list[str]:
         """One for each effect."""
-        from swaywatch.diagnose.sentences import sentence
+        from swaywatch.diagnose.report.sentences import sentence
 
         return [sentence(effect, self.content.get("stability")) for effect in self.effects]
 
     def _repr_html_(self) -> str:
-        from swaywatch.diagnose.words import how_much, part
+        from swaywatch.diagnose.report.labels import how_much, part
 
         rows = [
             [
@@ -298,7 +298,7 @@ def simulate(scenario: File, to: File, *, signals: File, seed: int | None = None
 
 def analyze(
     recordings: Files, *, vehicle: File, signals: File, window: float | None = None
-) -> list[Drive]:
+) -> list[AnalyzedDrive]:
     """Stability margin, damping, stiffnesses of each drive; see ``swaywatch analyze``.
 
     Raises
@@ -307,7 +307,7 @@ def analyze(
         The input is at fault.
     """
     results = run_analysis(_paths(recordings), Path(vehicle), Path(signals), window=window)
-    return [Drive(result) for result in results]
+    return [AnalyzedDrive(result) for result in results]
 
 
 def damping(
@@ -338,7 +338,7 @@ def damping(
     linear = load_model(model) if isinstance(model, str) else model
     return Swings(
         evaluate(
-            _paths(recordings), Plan(chosen, band_hz), compare=_paths(compare), names=names,
+            _paths(recordings), StudyPlan(chosen, band_hz), compare=_paths(compare), names=names,
             model=linear,
         )
     )  # fmt: skip

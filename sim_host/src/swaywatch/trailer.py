@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from swaywatch._core import ffi, lib
-from swaywatch.core import PRESENCE, VCRIT, Core, positions_of, real_to_float
 from swaywatch.drive import Drive
+from swaywatch.ecu._core import ffi, lib
+from swaywatch.ecu.core import PRESENCE, VCRIT, Core, positions_of, real_to_float
 from swaywatch.errors import RecordingError
 from swaywatch.models.single_track import SingleTrack
 from swaywatch.vehicle import Vehicle

@@ -1,4 +1,4 @@
-"""Fit the map of `diagnose/calibration.json` to generated cases whose answers are known.
+"""Fit the map of `diagnose/evidence/calibration.json` to generated cases whose answers are known.
 
     python calibrate.py --set ANSWERS DIAGNOSES [--set ...] --seeds 101 202 --out calibration.json
 
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from score import load, located, measured_harmonic, numbers
 
-from swaywatch.diagnose.calibration import BESIDE
+from swaywatch.diagnose.evidence.calibration import BESIDE
 
 Array = NDArray[np.float64]
 Json = dict[str, Any]

@@ -12,15 +12,16 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from swaywatch import __version__, output
+from swaywatch import __version__
 from swaywatch.analysis import AXLE_NAMES, DriveResult, analyze, as_json
-from swaywatch.core import AXLES, USUAL_WINDOW, WINDOW, unit_of
+from swaywatch.ecu.core import AXLES, USUAL_WINDOW, WINDOW, unit_of
 from swaywatch.merge import write_merged
-from swaywatch.progress import LateProgress
 from swaywatch.recording import Series, write_recording
 from swaywatch.recording.guard import whole_file
 from swaywatch.report.page import make_report
-from swaywatch.report.words import critical_words, plus_minus, sentences, verdict
+from swaywatch.report.sentences import critical_words, plus_minus, sentences, verdict
+from swaywatch.terminal import output
+from swaywatch.terminal.progress import LateProgress
 
 HAS_JSON = True
 

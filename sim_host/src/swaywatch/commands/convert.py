@@ -56,8 +56,8 @@ def run(args: argparse.Namespace) -> int:
         write_recording(args.to, content)
         print(f"{args.to}: {len(content)} {'frames' if recording.frames else 'signals'}")
         return 0
-    from swaywatch.bus import encode_drive
     from swaywatch.drive import load_drive
+    from swaywatch.ecu.bus import encode_drive
 
     drive = load_drive([args.recording], args.signals)
     if not drive.channels:

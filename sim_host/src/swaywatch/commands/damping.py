@@ -11,15 +11,15 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from swaywatch import output
 from swaywatch.damping.data import Choice
 from swaywatch.damping.model import load_model
 from swaywatch.damping.page import make_page
-from swaywatch.damping.study import Plan, Study, as_json, evaluate
-from swaywatch.damping.words import interval, sentences, verdict
+from swaywatch.damping.sentences import interval, sentences, verdict
+from swaywatch.damping.study import Study, StudyPlan, as_json, evaluate
 from swaywatch.errors import SignalError
-from swaywatch.progress import LateProgress
 from swaywatch.recording.guard import whole_file
+from swaywatch.terminal import output
+from swaywatch.terminal.progress import LateProgress
 
 HAS_JSON = True
 
@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     choice = Choice(
         tuple(args.channel), tuple(args.input), args.against, args.signals, tuple(args.dbc)
     )
-    plan = Plan(choice, (low, high), tuple(args.against_values))
+    plan = StudyPlan(choice, (low, high), tuple(args.against_values))
     model = load_model(args.model) if args.model else None
     with LateProgress(Console(stderr=True)) as progress:
         study = evaluate(

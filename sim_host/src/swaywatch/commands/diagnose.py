@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from swaywatch import output
+from swaywatch.terminal import output
 
 HAS_JSON = True
 
@@ -52,11 +52,11 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, write diagnosis.json and report.html, print the verdict."""
     from swaywatch.analysis import refuse_trailer_roles
     from swaywatch.diagnose.engine import diagnose, write
-    from swaywatch.diagnose.sentences import sentence
-    from swaywatch.diagnose.words import how_much, part, remains
+    from swaywatch.diagnose.report.labels import how_much, part, what_is_left
+    from swaywatch.diagnose.report.sentences import sentence
     from swaywatch.discover.save import read_physics, save_law
-    from swaywatch.progress import LateProgress
-    from swaywatch.vehicle import load_vehicle
+    from swaywatch.terminal.progress import LateProgress
+    from swaywatch.vehicle_file import load_vehicle
 
     refuse_trailer_roles(load_vehicle(args.vehicle), args.signals)
     output.folder(args.out)
@@ -88,5 +88,5 @@ def run(args: argparse.Namespace) -> int:
         interval = f"{quantity['low']:.3g} to {quantity['high']:.3g}"
         print(f"  {name}: {quantity['value']:.3g} ({interval})")
     for note in result["unexplained"]:
-        print("  unexplained: " + remains(note))
+        print("  unexplained: " + what_is_left(note))
     return 0

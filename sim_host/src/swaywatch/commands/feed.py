@@ -56,13 +56,13 @@ def _frames(args: argparse.Namespace) -> Frames:
     from swaywatch.recording import read_recording
 
     if args.source.suffix.lower() == ".toml":
-        from swaywatch.bus import encode_drive
+        from swaywatch.ecu.bus import encode_drive
         from swaywatch.simulate import load_scenario, simulate_scenario
 
         return encode_drive(simulate_scenario(load_scenario(args.source, args.seed))[0])
     if args.signals is not None:
-        from swaywatch.bus import encode_drive
         from swaywatch.drive import load_drive
+        from swaywatch.ecu.bus import encode_drive
 
         return encode_drive(load_drive([args.source], args.signals))
     recording = read_recording(args.source)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from swaywatch import output
+from swaywatch.terminal import output
 
 HAS_JSON = True
 

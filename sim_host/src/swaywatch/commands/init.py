@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from swaywatch import output
 from swaywatch.errors import SwaywatchError
+from swaywatch.terminal import output
 
 HAS_JSON = True
 
@@ -52,29 +52,29 @@ def run(args: argparse.Namespace) -> int:
     """List, propose, ask, write, tell."""
     from rich.console import Console
 
-    from swaywatch import first_files
-    from swaywatch.inventory import inventory
-    from swaywatch.propose import LIKELY, propose
+    from swaywatch.first_files import write
+    from swaywatch.first_files.inventory import inventory
+    from swaywatch.first_files.propose import LIKELY, propose
 
     console = Console(highlight=False)
     signals, dbcs = inventory(args.recording, args.dbc)
-    console.print(first_files.signal_table(signals))
+    console.print(write.signal_table(signals))
     proposals = propose(signals)
-    console.print(first_files.proposal_table(proposals))
+    console.print(write.proposal_table(proposals))
     ask = _asker(args)
     chosen, perhaps = {}, []
     for channel, proposal in proposals.items():
-        kept = first_files.confirm(proposal, signals, ask)
+        kept = write.confirm(proposal, signals, ask)
         if kept is not None and kept.confidence >= LIKELY:
             chosen[channel] = kept
         else:
             perhaps.append(proposal)
     output.folder(args.out)
-    answers = first_files.vehicle_answers(chosen, ask, typical=args.typical)
+    answers = write.vehicle_answers(chosen, ask, typical=args.typical)
     written = []
     for name, text in (
-        ("signals.toml", first_files.signals_toml(chosen, perhaps, dbcs, args.out, answers)),
-        ("vehicle.toml", first_files.vehicle_toml(answers)),
+        ("signals.toml", write.signals_toml(chosen, perhaps, dbcs, args.out, answers)),
+        ("vehicle.toml", write.vehicle_toml(answers)),
     ):
         path = args.out / name
         if path.exists() and not args.force:
@@ -88,8 +88,8 @@ def run(args: argparse.Namespace) -> int:
             raise SwaywatchError(f"{path}: cannot be written: {error.strerror}") from None
         written.append(str(path))
         console.print(f"{path}: written", markup=False, soft_wrap=True)
-    told = first_files.what_can_be_answered(chosen, answers)
-    checked = first_files.check(args.recording, args.out)
+    told = write.what_can_be_answered(chosen, answers)
+    checked = write.check(args.recording, args.out)
     for line in [*told, *checked]:
         console.print(line, markup=False, soft_wrap=True)
     output.result(
@@ -117,7 +117,7 @@ def _asker(args: argparse.Namespace) -> Callable[[str, str, str], str]:
         if not equals or not name:
             raise SwaywatchError(f"--set {pair}: expected NAME=VALUE, such as car.mass=1650")
         given[name.strip()] = value.strip()
-    from swaywatch.first_files import QUESTIONS
+    from swaywatch.first_files.write import QUESTIONS
 
     unknown = [n for n in given if n not in QUESTIONS and not n.startswith("role.")]
     if unknown:

@@ -10,8 +10,8 @@ from rich.console import Console
 
 from swaywatch.commands.damping import say, write
 from swaywatch.damping.data import Choice
-from swaywatch.damping.study import Plan, evaluate
-from swaywatch.progress import LateProgress
+from swaywatch.damping.study import StudyPlan, evaluate
+from swaywatch.terminal.progress import LateProgress
 
 HAS_JSON = True
 
@@ -36,7 +36,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Evaluate, write the files, print the summary."""
-    plan = Plan(Choice(signals=args.signals), iso9815=True)
+    plan = StudyPlan(Choice(signals=args.signals), iso9815=True)
     with LateProgress(Console(stderr=True)) as progress:
         study = evaluate(args.run_files, plan, progress=progress.tell)
         sources = {"recording": args.run_files, "signals": [args.signals]}

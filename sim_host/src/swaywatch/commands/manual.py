@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from swaywatch import __version__, output
+from swaywatch import __version__
+from swaywatch.terminal import output
 
 
 def add_parser(subparsers: Any) -> None:

@@ -19,13 +19,14 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--signals", type=Path, required=True, metavar="TOML",
                         help="roles and DBC of the bus, as for a recording of it")  # fmt: skip
     parser.add_argument("--protection", type=Path, metavar="TOML",
-                        help="CRC and counter of its messages; see swaywatch.bus_map")  # fmt: skip
+                        help="CRC and counter of its messages; see "
+                             "swaywatch.ecu.bus_map")  # fmt: skip
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the map")
 
 
 def run(args: argparse.Namespace) -> int:
     """Make, check and write it."""
-    from swaywatch.bus_map import make_map
+    from swaywatch.ecu.bus_map import make_map
     from swaywatch.recording.guard import whole_file
 
     found = make_map(args.signals, args.protection)

@@ -18,8 +18,9 @@ from rich.table import Table
 from rich.text import Text
 
 from swaywatch.analysis import AXLE_NAMES, LIMITS, SEARCHED_M_S
-from swaywatch.bus import encode_drive
-from swaywatch.core import (
+from swaywatch.drive import load_drive
+from swaywatch.ecu.bus import encode_drive
+from swaywatch.ecu.core import (
     ALARM,
     AXLES,
     QUALITY,
@@ -29,12 +30,12 @@ from swaywatch.core import (
     columns_of,
     positions_of,
 )
-from swaywatch.drive import load_drive
+from swaywatch.ecu.live import NodeFeed, Playback, RoleFeed
+from swaywatch.ecu.supervised import told
 from swaywatch.errors import SwaywatchError
-from swaywatch.live import NodeFeed, Playback, RoleFeed
 from swaywatch.recording import read_recording
-from swaywatch.supervised import told
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 _STYLE = {
     "off": "dim", "normal": "bold white on green", "notice": "bold black on yellow",

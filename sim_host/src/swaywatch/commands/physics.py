@@ -6,8 +6,8 @@ import argparse
 import textwrap
 from typing import Any
 
-from swaywatch import output
 from swaywatch.errors import ScenarioError
+from swaywatch.terminal import output
 
 HAS_JSON = True
 
@@ -33,9 +33,9 @@ def known() -> dict[str, dict[str, Any]]:
         Keys of an entry: ``title``, ``equation``, ``source``, ``reported`` (by diagnose),
         ``simulated`` (by simulate), ``parameters`` (name, unit).
     """
-    from swaywatch.diagnose.effect import library
-    from swaywatch.diagnose.sensor_faults import EQUATIONS
-    from swaywatch.diagnose.solo_effects import effects as solo_effects
+    from swaywatch.checks.sensor_faults import EQUATIONS
+    from swaywatch.diagnose.car_alone.effects import effects as car_effects
+    from swaywatch.effects.effect import library
     from swaywatch.models.physics import MODULES
     from swaywatch.roles import CHANNELS
 
@@ -52,11 +52,11 @@ def known() -> dict[str, dict[str, Any]]:
         row = entry(effect.id, effect.kind)
         row["reported"], row["equation"], row["source"] = True, effect.equation, effect.source
         row["parameters"] = [{"name": p.name, "unit": p.unit} for p in effect.parameters]
-    for solo in solo_effects(tuple(CHANNELS)):
-        row = entry(solo.id, solo.kind)
+    for alone in car_effects(tuple(CHANNELS)):
+        row = entry(alone.id, alone.kind)
         row["reported"] = True
-        row["equation"] = row["equation"] or solo.equation
-        row["source"] = row["source"] or solo.source
+        row["equation"] = row["equation"] or alone.equation
+        row["source"] = row["source"] or alone.source
     for name, equation in EQUATIONS.items():
         row = entry(name, "measurement")
         row["reported"], row["equation"] = True, equation

@@ -10,9 +10,9 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from swaywatch import output
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording.guard import whole_file
+from swaywatch.terminal import output
 
 HAS_JSON = True
 
@@ -66,8 +66,8 @@ def run(args: argparse.Namespace) -> int:
     from swaywatch.plan import files, page
     from swaywatch.plan.design import make_design
     from swaywatch.plan.knowledge import known_of
-    from swaywatch.progress import LateProgress
-    from swaywatch.vehicle import load_vehicle
+    from swaywatch.terminal.progress import LateProgress
+    from swaywatch.vehicle_file import load_vehicle
 
     error = args.error if args.error is not None else {"critical-speed": 1.0}.get(args.goal, 2.5)
     for name, value, low, high in (

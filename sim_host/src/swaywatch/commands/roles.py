@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from swaywatch import output
 from swaywatch.roles import CHANNELS
+from swaywatch.terminal import output
 
 HAS_JSON = True
 

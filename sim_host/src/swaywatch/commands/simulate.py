@@ -58,8 +58,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _campaign(args: argparse.Namespace) -> int:
     from swaywatch.errors import ScenarioError
-    from swaywatch.progress import LateProgress
     from swaywatch.simulate.campaign import jobs_of, run_campaign, write_table
+    from swaywatch.terminal.progress import LateProgress
 
     if args.signals is not None:
         raise ScenarioError("--signals goes with a single drive; write it once without --drives")
@@ -81,7 +81,7 @@ def _campaign(args: argparse.Namespace) -> int:
 
 
 def _one(args: argparse.Namespace) -> int:
-    from swaywatch.bus import encode_drive
+    from swaywatch.ecu.bus import encode_drive
     from swaywatch.recording import write_recording
     from swaywatch.simulate import load_scenario, simulate_scenario
     from swaywatch.simulate.signals import write_signals

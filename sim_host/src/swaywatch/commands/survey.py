@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     """Survey, tell each run as it comes, write the page."""
     from swaywatch.errors import SwaywatchError
     from swaywatch.recording.guard import must_exist, whole_file
-    from swaywatch.survey.outcome import Outcome
+    from swaywatch.survey.outcome import SurveyOutcome
     from swaywatch.survey.page import count_words, make_page
     from swaywatch.survey.plan import find_runs
     from swaywatch.survey.work import survey
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     runs = find_runs(folder, given[0], given[1], exclude, out)
     start, done = time.monotonic(), 0
 
-    def told(outcome: Outcome) -> None:
+    def told(outcome: SurveyOutcome) -> None:
         nonlocal done
         done += 1
         reason = f": {outcome.line()}" if outcome.why else ""

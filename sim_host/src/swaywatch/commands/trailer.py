@@ -10,12 +10,13 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from swaywatch import __version__, output
+from swaywatch import __version__
 from swaywatch.drive import load_drives
-from swaywatch.progress import LateProgress
 from swaywatch.recording.guard import whole_file
+from swaywatch.terminal import output
+from swaywatch.terminal.progress import LateProgress
 from swaywatch.trailer import INTERVAL, TrailerResult, as_json, identify
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 HAS_JSON = True
 KMH = 3.6

@@ -10,8 +10,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from swaywatch.progress import LateProgress
 from swaywatch.recording.guard import whole_file
+from swaywatch.terminal.progress import LateProgress
 from swaywatch.validate.correct import write
 from swaywatch.validate.loop import ROUNDS, validate
 from swaywatch.validate.page import as_json, make_page, rows, sentences

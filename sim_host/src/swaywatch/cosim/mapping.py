@@ -102,7 +102,7 @@ def wire(
             raise FmuError(
                 f"{toml}: unknown key {unknown[0]!r}; known: [signals], [inputs], [parameters]"
             )
-    finder = _Finder(description, fmu, toml, recorded or {})
+    finder = _VariableFinder(description, fmu, toml, recorded or {})
     inputs = finder.wires(content.get("inputs"), "input")
     if not any(w.role == STEERING for w in inputs):
         raise FmuError(
@@ -121,7 +121,7 @@ def wire(
     return Wiring(inputs, outputs, finder.parameters(content.get("parameters", {})), idle)
 
 
-class _Finder:
+class _VariableFinder:
     """Looks for variables in a model description."""
 
     def __init__(
@@ -244,7 +244,7 @@ def start_values(
     description: Any, fmu: Path, wiring: Wiring, first: Mapping[str, float]
 ) -> dict[str, float]:
     """Parameters in the FMU's units; `first` are the roles' values where the drive begins, SI."""
-    finder = _Finder(description, fmu, None, {})
+    finder = _VariableFinder(description, fmu, None, {})
     found = {}
     for name, value in wiring.parameters.items():
         if isinstance(value, str):

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from swaywatch.damping.data import Run
+from swaywatch.damping.data import DampingRun
 
 STANDS_OUT = 5.0
 """Change of an input within half a cycle over its usual one (standard deviations)."""
@@ -33,7 +33,7 @@ class Act:
     which: int
 
 
-def acts_of(run: Run, frequency_hz: float) -> list[Act]:
+def acts_of(run: DampingRun, frequency_hz: float) -> list[Act]:
     """Acts of all inputs in order; those less than half a cycle apart are one.
 
     Parameters

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from swaywatch.damping.course import levels, mean_of
-from swaywatch.damping.doubt import QUANTITIES, Point, Value
+from swaywatch.damping.doubt import QUANTITIES, IntervalValue, Point
 from swaywatch.damping.model import LinearModel
 
 FloatArray = npt.NDArray[np.float64]
@@ -33,9 +33,9 @@ class Difference:
 
     quantity: str
     place: float | None
-    first: Value | None
-    second: Value | None
-    difference: Value
+    first: IntervalValue | None
+    second: IntervalValue | None
+    difference: IntervalValue
     p_value: float
 
     @property
@@ -75,16 +75,18 @@ class Comparison:
         return min(1.0, 2.0 * min(both)) if both else 1.0
 
 
-def _difference(quantity: str, place: float | None, first: Value, second: Value) -> Difference:
+def _difference(
+    quantity: str, place: float | None, first: IntervalValue, second: IntervalValue
+) -> Difference:
     """Welch's test of two means."""
     error = math.hypot(first.error, second.error)
     parts = [v.error**4 / v.freedom for v in (first, second) if v.freedom > 0 and v.error > 0]
     freedom = error**4 / sum(parts) if parts else 1.0
-    value = Value(first.value - second.value, error, max(1.0, freedom))
+    value = IntervalValue(first.value - second.value, error, max(1.0, freedom))
     return Difference(quantity, place, first, second, value, _p_value(value))
 
 
-def _p_value(value: Value) -> float:
+def _p_value(value: IntervalValue) -> float:
     if value.error <= 0.0:
         return 1.0 if value.value == 0.0 else 0.0
     return float(2.0 * stats.t.sf(abs(value.value) / value.error, value.freedom))
@@ -97,7 +99,7 @@ def _together(quantity: str, places: Sequence[Difference]) -> Difference:
     weight = 1.0 / error**2
     mean = float(np.sum(weight * y) / np.sum(weight))
     freedom = float(sum(place.difference.freedom for place in places))
-    value = Value(mean, float(1.0 / math.sqrt(np.sum(weight))), max(1.0, freedom))
+    value = IntervalValue(mean, float(1.0 / math.sqrt(np.sum(weight))), max(1.0, freedom))
     # Differences that change sign from place to place are differences all the same: chi-square.
     chi_square = float(np.sum((y / error) ** 2))
     p_value = min(_p_value(value), float(stats.f.sf(chi_square / len(y), len(y), value.freedom)))
@@ -176,7 +178,9 @@ def compare_model(points: Sequence[Point], model: LinearModel) -> Comparison | N
             "growth_1_s": pole.real,
         }
         for name in QUANTITIES:
-            at.append(_difference(name, place, Value(own[name], 0.0, math.inf), means[name]))
+            at.append(
+                _difference(name, place, IntervalValue(own[name], 0.0, math.inf), means[name])
+            )
     return _comparison((model.name, "measured"), at)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import optimize, stats
 
-from swaywatch.damping.doubt import Point, Value
+from swaywatch.damping.doubt import IntervalValue, Point
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -121,10 +121,10 @@ class Course:
         variance = np.einsum("...j,jk,...k->...", design, self.covariance, design)
         return np.asarray(design @ self.coefficients), np.sqrt(np.maximum(variance, 0.0))
 
-    def value(self, x: float) -> Value:
+    def value(self, x: float) -> IntervalValue:
         """The course at one place."""
         y, error = self.at(np.array([x]))
-        return Value(float(y[0]), float(error[0]), self.freedom)
+        return IntervalValue(float(y[0]), float(error[0]), self.freedom)
 
     def zero(self, target: float = 0.0) -> Zero:
         """Where the course falls or rises to a target; the place nearest to what was driven."""
@@ -244,7 +244,7 @@ def fit_course(
     Course or None
         None: fewer than 4 points, or all at one place.
     """
-    values: list[Value] = [getattr(point, quantity) for point in points]
+    values: list[IntervalValue] = [getattr(point, quantity) for point in points]
     x = np.array([point.against for point in points], dtype=np.float64)
     y = np.array([value.value for value in values])
     error = np.maximum(np.array([value.error for value in values]), 1e-9)
@@ -295,7 +295,7 @@ def levels(x: FloatArray) -> list[npt.NDArray[np.int64]]:
     return found
 
 
-def mean_of(values: Sequence[Value]) -> Value:
+def mean_of(values: Sequence[IntervalValue]) -> IntervalValue:
     """Mean of repeats; its error is from their scatter."""
     y = np.array([value.value for value in values])
     error = np.maximum(np.array([value.error for value in values]), 1e-12)
@@ -311,7 +311,7 @@ def mean_of(values: Sequence[Value]) -> Value:
     own = float(np.sum(weight**2 * error**2))
     freedom = float(len(y) - 1)
     if spread > own * float(stats.chi2.ppf(0.95, freedom)) / freedom:
-        return Value(mean, math.sqrt(spread), freedom)
+        return IntervalValue(mean, math.sqrt(spread), freedom)
     # no more than the errors say: both tell the same, so few repeats are not all that is known
     both = (_OWN_FREEDOM * own + freedom * spread) / (_OWN_FREEDOM + freedom)
-    return Value(mean, math.sqrt(max(spread, both)), _OWN_FREEDOM + freedom)
+    return IntervalValue(mean, math.sqrt(max(spread, both)), _OWN_FREEDOM + freedom)

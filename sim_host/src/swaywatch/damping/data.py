@@ -1,4 +1,4 @@
-"""Recordings as :class:`Run`: the channels that swing, on one even time axis.
+"""Recordings as :class:`DampingRun`: the channels that swing, on one even time axis.
 
 Channels are named by the user, or taken by their names where they say what they are; with a
 ``signals.toml`` they are roles of it, in SI units. Units do not matter to frequency and damping.
@@ -49,7 +49,7 @@ _DRIVER_NAME = re.compile(r"steer(ing)?_?wheel_?angle|hand_?wheel", re.IGNORECAS
 
 
 @dataclass(frozen=True)
-class Run:
+class DampingRun:
     """One recording.
 
     Attributes
@@ -108,7 +108,7 @@ class Choice:
     dbc: tuple[Path, ...] = ()
 
 
-def load_runs(paths: Sequence[Path], choice: Choice) -> list[Run]:
+def load_runs(paths: Sequence[Path], choice: Choice) -> list[DampingRun]:
     """Read recordings.
 
     Raises
@@ -144,7 +144,7 @@ def _signals(path: Path, database: Database | None) -> dict[str, Series]:
     return found
 
 
-def _role_runs(paths: Sequence[Path], choice: Choice, signals: Path) -> list[Run]:
+def _role_runs(paths: Sequence[Path], choice: Choice, signals: Path) -> list[DampingRun]:
     runs = []
     for path in paths:
         (drive,) = load_drives([path], signals, join=True)
@@ -157,7 +157,7 @@ def _role_runs(paths: Sequence[Path], choice: Choice, signals: Path) -> list[Run
     return runs
 
 
-def run_of(drive: Drive, choice: Choice | None = None) -> Run:
+def run_of(drive: Drive, choice: Choice | None = None) -> DampingRun:
     """A drive by its roles: what swings, the driver's wheel, the speed.
 
     Raises
@@ -224,7 +224,7 @@ def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
     return Choice(channels, inputs, against)
 
 
-def _run(path: Path, signals: dict[str, Series], choice: Choice) -> Run:
+def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:
     choice = _by_name(path, signals, choice)
     swinging = _pick(path, signals, choice.channels)
     inputs = _pick(path, signals, choice.inputs)
@@ -251,7 +251,7 @@ def _run(path: Path, signals: dict[str, Series], choice: Choice) -> Run:
         columns.append(np.interp(time_s, own, series.value))
         after = np.clip(np.searchsorted(own, time_s - 1e-9), 1, len(own) - 1)
         valid &= own[after] - own[after - 1] <= 4.0 * step
-    return Run(
+    return DampingRun(
         path.stem if path.stem else str(path),
         path,
         time_s,

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from swaywatch.damping.ambient import ambient_covariance
-from swaywatch.damping.find import Event, Found, Window, quiet_starts
+from swaywatch.damping.find import Event, Found, SwingWindow, quiet_starts
 from swaywatch.damping.window import Line, damping_error, sensitivity
 
 FloatArray = npt.NDArray[np.float64]
@@ -33,7 +33,7 @@ _WEAK = 0.2
 
 
 @dataclass(frozen=True)
-class Value:
+class IntervalValue:
     """A number, its standard error, and the limits of its 95 % interval."""
 
     value: float
@@ -85,9 +85,9 @@ class Point:
     start_s: float
     end_s: float
     against: float
-    damping_ratio: Value
-    frequency_hz: Value
-    growth_1_s: Value
+    damping_ratio: IntervalValue
+    frequency_hz: IntervalValue
+    growth_1_s: IntervalValue
     amplitude: FloatArray
     cycles: float
     share: float
@@ -139,7 +139,7 @@ def sure(found: Found) -> Found:
     return replace(found, events=tuple(events))
 
 
-def point_of(found: Found, event: Event, window: Window, number: int) -> Point:
+def point_of(found: Found, event: Event, window: SwingWindow, number: int) -> Point:
     """A window with its doubt; `number`: of its oscillation."""
     line = window.line
     run = found.run
@@ -147,11 +147,11 @@ def point_of(found: Found, event: Event, window: Window, number: int) -> Point:
     forced = (event.share / (2 * math.pi * max(line.cycles, 1.0))) ** 2
     size = math.hypot(line.growth_1_s, line.omega_rad_s)
 
-    def value(name: str, variance: float, pushed: float) -> Value:
+    def value(name: str, variance: float, pushed: float) -> IntervalValue:
         middle = float(getattr(line, name))
         moved = [float(getattr(other, name)) - middle for other in window.beside]
         beside = float(np.mean(np.square(moved))) if moved else 0.0
-        return Value(middle, math.sqrt(variance + beside + pushed), freedom)
+        return IntervalValue(middle, math.sqrt(variance + beside + pushed), freedom)
 
     rows = run.rows(line.start_s, line.start_s + line.length_s)
     against = math.nan if run.against is None else float(np.mean(run.against[rows]))
@@ -176,7 +176,7 @@ def point_of(found: Found, event: Event, window: Window, number: int) -> Point:
 QUANTITIES = ("damping_ratio", "frequency_hz", "growth_1_s")
 
 
-def _later(window: Window) -> FloatArray:
+def _later(window: SwingWindow) -> FloatArray:
     if window.later is None:
         return np.full(3, math.nan)
     return np.array(

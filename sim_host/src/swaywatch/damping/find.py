@@ -30,7 +30,7 @@ import numpy.typing as npt
 from scipy import ndimage, signal
 
 from swaywatch.damping.acts import Act, acts_of
-from swaywatch.damping.data import Run
+from swaywatch.damping.data import DampingRun
 from swaywatch.damping.window import NO_OSCILLATION, Estimator, Line
 
 FloatArray = npt.NDArray[np.float64]
@@ -87,7 +87,7 @@ _QUIET_POWER = 0.288
 
 
 @dataclass(frozen=True)
-class Window:
+class SwingWindow:
     """One window of an oscillation, with the same line over windows a little beside it.
 
     Attributes
@@ -130,7 +130,7 @@ class Event:
 
     peak_s: float
     rise: float
-    windows: tuple[Window, ...]
+    windows: tuple[SwingWindow, ...]
     forced_by: str = ""
     share: float = 0.0
     limit_s: float = math.inf
@@ -149,7 +149,7 @@ class Found:
         Quiet RMS of the band-passed channels; 0 where there is no quiet time.
     """
 
-    run: Run
+    run: DampingRun
     events: tuple[Event, ...]
     quiet: BoolArray
     level: FloatArray
@@ -157,7 +157,7 @@ class Found:
     band_hz: tuple[float, float] = field(default=(0.2, 10.0))
 
 
-def find(run: Run, band_hz: tuple[float, float], estimator: Estimator) -> Found:
+def find(run: DampingRun, band_hz: tuple[float, float], estimator: Estimator) -> Found:
     """Events of a run and their windows.
 
     Parameters
@@ -181,7 +181,7 @@ class _Measure(NamedTuple):
 class _Finder:
     """One run on its way through the three steps."""
 
-    def __init__(self, run: Run, band_hz: tuple[float, float], estimator: Estimator) -> None:
+    def __init__(self, run: DampingRun, band_hz: tuple[float, float], estimator: Estimator) -> None:
         self.run = run
         self.estimator = estimator
         rate = 1.0 / run.step_s
@@ -391,7 +391,7 @@ class _Finder:
         best = int(np.argmax(power / self.level**2))
         return float(power[best] / max(float(power[best] + line.noise[best] ** 2), 1e-300))
 
-    def _decay(self, peak: int, low: int, high: int, done_s: float) -> list[Window]:
+    def _decay(self, peak: int, low: int, high: int, done_s: float) -> list[SwingWindow]:
         """Windows behind a peak."""
         cycle = 1.0 / self.frequency
         behind = min(high, peak + round(2.0 * cycle / self.run.step_s))
@@ -399,10 +399,10 @@ class _Finder:
         limit = self._limit(high)
         return self._chain(max(self._turn(peak, low, high, seed), done_s), limit, seed)
 
-    def _chain(self, begin_s: float, limit: float, seed_hz: float) -> list[Window]:
+    def _chain(self, begin_s: float, limit: float, seed_hz: float) -> list[SwingWindow]:
         """Windows one after the other, the first as soon behind `begin_s` as one fits."""
         first = self._first(begin_s, limit, seed_hz)
-        windows: list[Window] = []
+        windows: list[SwingWindow] = []
         while first is not None:
             windows.append(self._with_beside(first, limit))
             start = first.start_s + first.length_s
@@ -470,7 +470,7 @@ class _Finder:
                     return line
         return None
 
-    def _with_beside(self, line: Line, limit_s: float) -> Window:
+    def _with_beside(self, line: Line, limit_s: float) -> SwingWindow:
         """The same line from windows that end sooner or later, and that begin later."""
         cycle = 1.0 / line.frequency_hz
         beside = []
@@ -480,7 +480,7 @@ class _Finder:
             if other is not None:
                 beside.append(other)
         later = self._other(line, line.start_s + EIGHTH * cycle, line.length_s, limit_s)
-        return Window(line, tuple(beside), later, self.rest_of(line))
+        return SwingWindow(line, tuple(beside), later, self.rest_of(line))
 
     def _other(self, line: Line, start_s: float, length_s: float, limit_s: float) -> Line | None:
         """The line of another window, if it is there and settles."""
@@ -489,7 +489,7 @@ class _Finder:
         other = self._line(start_s, length_s, line.frequency_hz, line.level)
         return other if other is not None and other.converged() else None
 
-    def _growth(self, peak: int, low: int) -> list[Window]:
+    def _growth(self, peak: int, low: int) -> list[SwingWindow]:
         """A window before a peak, if the swing grew into it for more than a cycle and a half."""
         time = self.run.time_s
         end = float(time[peak])
@@ -510,7 +510,7 @@ class _Finder:
         """
         cycle = 1.0 / self.frequency
         length = 3.0 * cycle
-        windows: list[Window] = []
+        windows: list[SwingWindow] = []
         count = 0
         start = 0.0
         self._rests.clear()

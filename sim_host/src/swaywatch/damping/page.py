@@ -14,8 +14,8 @@ from plotly.subplots import make_subplots
 from swaywatch.damping.compare import Comparison
 from swaywatch.damping.doubt import Point
 from swaywatch.damping.find import Found
+from swaywatch.damping.sentences import interval, probability, sentences, verdict
 from swaywatch.damping.study import Study, kind_of
-from swaywatch.damping.words import interval, probability, sentences, verdict
 from swaywatch.report.figures import thinned
 from swaywatch.report.shell import document, plot, table, wide
 

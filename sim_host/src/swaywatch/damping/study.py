@@ -22,8 +22,8 @@ from swaywatch.damping.course import (
     levels,
     mean_of,
 )
-from swaywatch.damping.data import Choice, Run, load_runs
-from swaywatch.damping.doubt import QUANTITIES, Point, Value, points_of, sure
+from swaywatch.damping.data import Choice, DampingRun, load_runs
+from swaywatch.damping.doubt import QUANTITIES, IntervalValue, Point, points_of, sure
 from swaywatch.damping.find import Found, find
 from swaywatch.damping.model import LinearModel
 from swaywatch.damping.window import Estimator
@@ -39,7 +39,7 @@ FEWEST_ISO_POINTS = 4
 
 
 @dataclass(frozen=True)
-class Plan:
+class StudyPlan:
     """What is asked for.
 
     Attributes
@@ -58,15 +58,15 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Place:
+class SpeedGroup:
     """The points at one speed: number of them, means of damping ratio, frequency and growth."""
 
     against: float
     count: int
     runs: tuple[str, ...]
-    damping_ratio: Value
-    frequency_hz: Value
-    growth_1_s: Value
+    damping_ratio: IntervalValue
+    frequency_hz: IntervalValue
+    growth_1_s: IntervalValue
 
     @property
     def determinable(self) -> bool:
@@ -78,10 +78,10 @@ class Place:
 class Study:
     """The result; `compared` is the second group's, `line` the straight one of ISO 9815."""
 
-    plan: Plan
+    plan: StudyPlan
     found: tuple[Found, ...]
     points: tuple[Point, ...]
-    places: tuple[Place, ...]
+    places: tuple[SpeedGroup, ...]
     course: Course | None
     zero: Zero | None
     limit: Zero | None
@@ -104,7 +104,7 @@ class Study:
 
 def evaluate(
     paths: Sequence[Path],
-    plan: Plan,
+    plan: StudyPlan,
     *,
     compare: Sequence[Path] = (),
     names: tuple[str, str] = ("first", "second"),
@@ -143,7 +143,7 @@ def evaluate(
 
 
 def _study(
-    paths: Sequence[Path], plan: Plan, progress: Callable[[str, float, float], None] | None
+    paths: Sequence[Path], plan: StudyPlan, progress: Callable[[str, float, float], None] | None
 ) -> Study:
     runs = load_runs(paths, plan.choice)
     if plan.against_values:
@@ -159,8 +159,8 @@ def _study(
 
 
 def study_of(
-    runs: Sequence[Run],
-    plan: Plan,
+    runs: Sequence[DampingRun],
+    plan: StudyPlan,
     progress: Callable[[str, float, float], None] | None = None,
 ) -> Study:
     """One group of runs that are loaded already (`data.load_runs`, `data.run_of`).
@@ -190,7 +190,7 @@ def study_of(
     )
 
 
-def _band(run: Run, band_hz: tuple[float, float]) -> tuple[float, float]:
+def _band(run: DampingRun, band_hz: tuple[float, float]) -> tuple[float, float]:
     """The band, refused where the recording is too slow for it."""
     if band_hz[0] >= 0.25 / run.step_s:
         raise RecordingError(
@@ -202,7 +202,7 @@ def _band(run: Run, band_hz: tuple[float, float]) -> tuple[float, float]:
     return band_hz
 
 
-def _places(points: Sequence[Point]) -> tuple[Place, ...]:
+def _places(points: Sequence[Point]) -> tuple[SpeedGroup, ...]:
     """Means by speed; of all together where there is no speed."""
     x = np.array([point.against for point in points])
     if not len(x):
@@ -213,7 +213,7 @@ def _places(points: Sequence[Point]) -> tuple[Place, ...]:
         part = [points[i] for i in group]
         mean = {name: mean_of([getattr(point, name) for point in part]) for name in QUANTITIES}
         runs = tuple(dict.fromkeys(point.run for point in part))
-        places.append(Place(float(np.mean(x[group])), len(part), runs, **mean))
+        places.append(SpeedGroup(float(np.mean(x[group])), len(part), runs, **mean))
     return tuple(places)
 
 
@@ -275,7 +275,7 @@ def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _value_json(value: Value) -> dict[str, float | None]:
+def _value_json(value: IntervalValue) -> dict[str, float | None]:
     return {
         "value": _number(value.value),
         "standard_error": _number(value.error),

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import interpolate
 
-from swaywatch._core import ffi, lib
+from swaywatch.ecu._core import ffi, lib
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]

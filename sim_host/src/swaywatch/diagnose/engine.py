@@ -11,28 +11,28 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from swaywatch.diagnose.baselines import CARES, possible
-from swaywatch.diagnose.data import Loaded, load
-from swaywatch.diagnose.describe import calibrated, describe
-from swaywatch.diagnose.drifts import contradicted
-from swaywatch.diagnose.effect import Effect, library
-from swaywatch.diagnose.evidence import REMAINS
-from swaywatch.diagnose.fit import COMPARED, OBSERVER, Fitter, Problem
+from swaywatch.checks.sensor_faults import SensorFaults, combined
+from swaywatch.diagnose.car_alone.engine import diagnose_car_alone
+from swaywatch.diagnose.evidence.baselines import CARES, possible
+from swaywatch.diagnose.evidence.drifts import contradicted
+from swaywatch.diagnose.evidence.evidence import UNEXPLAINED_ABOVE
+from swaywatch.diagnose.evidence.search import Progress, Search, reduced_chi_square
+from swaywatch.diagnose.evidence.verdict import Verdict, decide
+from swaywatch.diagnose.fit.data import Loaded, load
+from swaywatch.diagnose.fit.fit import COMPARED, OBSERVER, Fitter, Problem
+from swaywatch.diagnose.fit.road_vehicle import on_springs, outside
+from swaywatch.diagnose.fit.simulation import attach
+from swaywatch.diagnose.fit.stretches import misfit_of
 from swaywatch.diagnose.model import embedded, model_block
-from swaywatch.diagnose.page import page, write_page
-from swaywatch.diagnose.remains import locate_rest
-from swaywatch.diagnose.road_vehicle import on_springs, outside
-from swaywatch.diagnose.search import Progress, Search, level
-from swaywatch.diagnose.sensor_faults import SensorFaults, combined
-from swaywatch.diagnose.simulation import attach
-from swaywatch.diagnose.solo import diagnose_solo
-from swaywatch.diagnose.stability import stability
-from swaywatch.diagnose.stretches import misfit_of
-from swaywatch.diagnose.verdict import Verdict, decide
+from swaywatch.diagnose.report.describe import calibrated, describe
+from swaywatch.diagnose.report.page import page, write_page
+from swaywatch.diagnose.report.stability import stability
+from swaywatch.diagnose.report.unexplained import locate_rest
 from swaywatch.discover.find import Discovery, Laws
 from swaywatch.discover.report import take_law, with_law
+from swaywatch.effects.effect import Effect, library
 from swaywatch.errors import RecordingError
-from swaywatch.vehicle import load_vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 FORMAT = 3
 
@@ -80,7 +80,7 @@ def diagnose(
             raise RecordingError(
                 f"{vehicle}: no [trailer]: a car alone is compared with our own model only"
             )
-        return diagnose_solo(recordings, believed, signals, progress, report)
+        return diagnose_car_alone(recordings, believed, signals, progress, report)
     with threadpool_limits(1):  # small matrices: threads would wait for each other
         return _combination(
             recordings, vehicle, signals, (simulations, simulation_signals), extra, progress, report
@@ -116,12 +116,12 @@ def _combination(
             loaded, problem = again, again.problem
             verdict, law, _ = _searched_and_checked(problem, effects, progress, loaded)
     loaded.problem = verdict.problem
-    if level(verdict.fit) > REMAINS:
+    if reduced_chi_square(verdict.fit) > UNEXPLAINED_ABOVE:
         verdict.notes = locate_rest(
             Fitter(replace(verdict.problem, observer=OBSERVER)), verdict.fit
         )
     if loaded.stretches is not None:
-        bad = loaded.stretches.contradictions(level(verdict.fit))
+        bad = loaded.stretches.contradictions(reduced_chi_square(verdict.fit))
         verdict.notes = [*verdict.notes, *({"reason": text} for text in bad)]
         if bad and verdict.word == "consistent":
             verdict.word = "unexplained"
@@ -197,13 +197,13 @@ def _searched_and_checked(
     if stretches is None or stretches.whole:
         return found
     stretches.misfit = misfit_of(found[0].problem, found[0].fit, stretches.others)
-    if stretches.apart(level(found[0].fit)):
-        stretches = stretches.with_worst(level(found[0].fit))
+    if stretches.apart(reduced_chi_square(found[0].fit)):
+        stretches = stretches.with_worst(reduced_chi_square(found[0].fit))
         again = replace(problem, runs=tuple(stretches.searched))
         found = _searched(again, effects, progress, own=True, faults=loaded.faults)
         stretches.misfit = misfit_of(found[0].problem, found[0].fit, stretches.others)
         loaded.stretches = stretches
-    loaded.checks.append(stretches.summary(level(found[0].fit)))
+    loaded.checks.append(stretches.summary(reduced_chi_square(found[0].fit)))
     return found
 
 
@@ -276,8 +276,8 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
             *_unseen(verdict),
         ],
         "evidence": {
-            "reduced_chi_square_calibrated": level(verdict.baseline),
-            "reduced_chi_square_diagnosed": level(verdict.fit),
+            "reduced_chi_square_calibrated": reduced_chi_square(verdict.baseline),
+            "reduced_chi_square_diagnosed": reduced_chi_square(verdict.fit),
             "log_bayes_factor": verdict.evidence,
             "independent_sample": verdict.noise,
             "tolerances_of_the_file_times": verdict.problem.beliefs.care,

@@ -14,13 +14,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.beliefs import Belief, Beliefs
-from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.fit import Fit, Problem
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.fit.beliefs import Belief, Beliefs
+from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.drive import load_signals
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Effect
 from swaywatch.errors import SignalError, SwaywatchError
+from swaywatch.plant.lanes import BODY
 from swaywatch.toml_file import load_toml
 
 
@@ -56,7 +56,7 @@ def beliefs_in(model: dict[str, Any]) -> Beliefs:
     return Beliefs(items, float(model["care"]))
 
 
-def _entries(terms: Sequence[Term]) -> list[dict[str, Any]]:
+def _entries(terms: Sequence[ActiveEffect]) -> list[dict[str, Any]]:
     return [
         {
             "id": t.effect.id,
@@ -69,7 +69,9 @@ def _entries(terms: Sequence[Term]) -> list[dict[str, Any]]:
     ]
 
 
-def terms_of(entries: Sequence[dict[str, Any]], effects: Sequence[Effect]) -> tuple[Term, ...]:
+def terms_of(
+    entries: Sequence[dict[str, Any]], effects: Sequence[Effect]
+) -> tuple[ActiveEffect, ...]:
     """Terms of a model block, windows included."""
     found = []
     for entry in entries:
@@ -85,7 +87,7 @@ def terms_of(entries: Sequence[dict[str, Any]], effects: Sequence[Effect]) -> tu
                 f"the model holds {entry['id']} at {entry['component']}, "
                 "which is not in the library"
             )
-        found.append(Term(effect, _values(effect, entry), tuple(entry["window_runs"])))
+        found.append(ActiveEffect(effect, _values(effect, entry), tuple(entry["window_runs"])))
     return tuple(found)
 
 
@@ -116,7 +118,7 @@ def _values(effect: Effect, entry: dict[str, Any]) -> tuple[float, ...]:
 
 
 def _generator(axle: str) -> Effect:
-    from swaywatch.diagnose.modules.axle_load_harmonic import generator_effect
+    from swaywatch.effects.library.axle_load_harmonic import generator_effect
 
     return generator_effect(axle)
 

@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.data import load_with_body
-from swaywatch.diagnose.effect import library
-from swaywatch.diagnose.fit import Fit, Problem, predict_run
-from swaywatch.diagnose.holdout import START_S, start_values, valued, values_of
-from swaywatch.diagnose.judge import FIVE_PERCENT, errors, iso18571, nrmse
+from swaywatch.diagnose.car_alone.engine import predict_car_alone
+from swaywatch.diagnose.evidence.search import Search
+from swaywatch.diagnose.fit.agreement import FIVE_PERCENT, errors, iso18571, nrmse
+from swaywatch.diagnose.fit.data import load_with_body
+from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
+from swaywatch.diagnose.fit.holdout import START_S, start_values, valued, values_of
+from swaywatch.diagnose.fit.simulation import attach, roll_rates
 from swaywatch.diagnose.model import beliefs_in, read_model, signals_for, terms_of
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.runs import RATE_HZ, Run
-from swaywatch.diagnose.search import Search
-from swaywatch.diagnose.simulation import attach, roll_rates
-from swaywatch.diagnose.solo import predict_solo
-from swaywatch.diagnose.term import Term
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
+from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.errors import RecordingError, SwaywatchError
+from swaywatch.plant.lanes import BODY
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def predict(
     if content["model"].get("kind") == "solo":
         if simulation is not None:
             raise SwaywatchError(f"{model_file}: a car alone: --simulation is not for it")
-        return predict_solo(content, recording, signals)
+        return predict_car_alone(content, recording, signals)
     with signals_for(content, recording, signals) as (source, words):
         problem, notes = _problem(
             content["model"], recording, source, simulation, simulation_signals
@@ -146,19 +146,19 @@ def _taken(simulation: Path | None) -> list[str]:
     ]  # fmt: skip
 
 
-def _timeless(terms: Sequence[Term]) -> tuple[Term, ...]:
+def _timeless(terms: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     return tuple(t for t in terms if not t.effect.windowed)
 
 
 def _split(
-    terms: Sequence[Term], runs: Sequence[dict[str, Any]], run: Run
-) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+    terms: Sequence[ActiveEffect], runs: Sequence[dict[str, Any]], run: Run
+) -> tuple[tuple[ActiveEffect, ...], tuple[ActiveEffect, ...]]:
     """Terms that last, and terms in true windows.
 
     Windows that cover every diagnosed run from end to end become one over the predicted run.
     """
-    lasting: list[Term] = []
-    windowed: list[Term] = []
+    lasting: list[ActiveEffect] = []
+    windowed: list[ActiveEffect] = []
     for term in terms:
         if not term.effect.windowed:
             lasting.append(term)
@@ -172,7 +172,7 @@ def _split(
     return tuple(lasting), tuple(windowed)
 
 
-def _covered(term: Term, index: int, duration_s: float) -> float:
+def _covered(term: ActiveEffect, index: int, duration_s: float) -> float:
     """Share of a run inside the windows of a term (windows do not overlap)."""
     inside = sum(
         min(w.stop, duration_s) - max(w.start, 0.0)
@@ -182,16 +182,16 @@ def _covered(term: Term, index: int, duration_s: float) -> float:
     return inside / max(duration_s, 1e-9)
 
 
-def _everywhere(term: Term, run: Run) -> Term:
+def _everywhere(term: ActiveEffect, run: Run) -> ActiveEffect:
     """One window over a whole run, with the mean of the values by length."""
     rows = np.array(term.values).reshape(-1, term.stride)
     mean = np.average(rows[:, 2:], axis=0, weights=rows[:, 1] - rows[:, 0])
     ends = (float(run.time[0]) - 1.0, float(run.time[-1]) + 1.0)
-    return Term(term.effect, (*ends, *(float(x) for x in mean)), (0,))
+    return ActiveEffect(term.effect, (*ends, *(float(x) for x in mean)), (0,))
 
 
 def blind_run(
-    problem: Problem, terms: Sequence[Term], nuisance: Array, shift: Array
+    problem: Problem, terms: Sequence[ActiveEffect], nuisance: Array, shift: Array
 ) -> dict[str, Array]:
     """Predict the run without its outputs: effects that react to the motion see the simulated one.
 
@@ -238,7 +238,10 @@ def _late(problem: Problem, outputs: dict[str, Array]) -> dict[str, float]:
 
 
 def _with_windows(
-    problem: Problem, lasting: tuple[Term, ...], windowed: Sequence[Term], shift: Array
+    problem: Problem,
+    lasting: tuple[ActiveEffect, ...],
+    windowed: Sequence[ActiveEffect],
+    shift: Array,
 ) -> dict[str, Any]:
     """The diagnosed model with its windowed effects where the run shows them clearly.
 
@@ -246,7 +249,7 @@ def _with_windows(
     """
     timeless = _timeless(lasting)
     nuisance = start_values(problem, 0, timeless, shift)
-    found: list[Term] = []
+    found: list[ActiveEffect] = []
     for term in windowed:
         spans = find_windows(problem, (*lasting, *found), term, nuisance, shift)
         if spans:
@@ -266,14 +269,18 @@ def _with_windows(
 
 
 def find_windows(
-    problem: Problem, terms: tuple[Term, ...], term: Term, nuisance: Array, shift: Array
+    problem: Problem,
+    terms: tuple[ActiveEffect, ...],
+    term: ActiveEffect,
+    nuisance: Array,
+    shift: Array,
 ) -> list[tuple[float, float]]:
     """Times at which an effect acts in the run, by its own sign in the measured channels.
 
     The amplitude is free while looking, so that a window counts only if what is seen there has the
     size that was diagnosed.
     """
-    from swaywatch.diagnose.locate import Locator
+    from swaywatch.diagnose.evidence.locate import Locator
 
     own = bool(problem.runs[0].correction)
     seen = problem if own else replace(problem, observer=OBSERVER)
@@ -302,7 +309,7 @@ def find_windows(
     return sorted(spans)
 
 
-def _sizes(term: Term) -> list[list[float]]:
+def _sizes(term: ActiveEffect) -> list[list[float]]:
     """Start, stop and distances from neutral of each window, for the amplitudes of the effect."""
     rows = np.array(term.values).reshape(-1, term.stride)
     found = []
@@ -323,7 +330,7 @@ def _size(row: Sequence[float]) -> float:
 def _remarks(
     model: dict[str, Any],
     simulation: Path | None,
-    windowed: Sequence[Term],
+    windowed: Sequence[ActiveEffect],
     result: dict[str, Any],
 ) -> list[str]:
     """Sentences a reader of the scores should know."""

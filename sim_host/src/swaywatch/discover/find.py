@@ -1,9 +1,10 @@
 """Which law: laws against the library, in free simulation, by evidence and by the run left out.
 
 A law is tried beside nothing and beside what the library found, from each baseline. All weigh alike
-(`diagnose/evidence.py`), with the price of having been chosen among all laws and effects; a law is
-claimed only where it is 150 times likelier than the best that the library can say, takes away more
-than models of this depth leave anyway, and predicts each run from the others better than that.
+(`diagnose/evidence/evidence.py`), with the price of having been chosen among all laws and effects;
+a law is claimed only where it is 150 times likelier than the best that the library can say, takes
+away more than models of this depth leave anyway, and predicts each run from the others better than
+that.
 """
 
 from __future__ import annotations
@@ -16,24 +17,27 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.baselines import Path, noticeable
-from swaywatch.diagnose.effect import Effect
-from swaywatch.diagnose.evidence import (
+from swaywatch.diagnose.evidence.baselines import Path, noticeable
+from swaywatch.diagnose.evidence.evidence import (
     APART,
     CLAIMED,
     DISCREPANCY,
-    REMAINS,
+    UNEXPLAINED_ABOVE,
     explained,
     inflation,
     residuals,
     worth,
 )
-from swaywatch.diagnose.fit import Background, Fit, Fitter, predict_run
-from swaywatch.diagnose.holdout import carried, start_values
-from swaywatch.diagnose.judge import errors, nrmse
-from swaywatch.diagnose.plant import BODY
-from swaywatch.diagnose.search import Candidate, Linear, Progress, Search, level
-from swaywatch.diagnose.term import Term
+from swaywatch.diagnose.evidence.search import (
+    Candidate,
+    Linear,
+    Progress,
+    Search,
+    reduced_chi_square,
+)
+from swaywatch.diagnose.fit.agreement import errors, nrmse
+from swaywatch.diagnose.fit.fit import Background, Fit, Fitter, predict_run
+from swaywatch.diagnose.fit.holdout import carried, start_values
 from swaywatch.discover.grammar import (
     BENT_ONLY,
     BODIES,
@@ -46,6 +50,9 @@ from swaywatch.discover.grammar import (
     grammar,
     refined,
 )
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Effect
+from swaywatch.plant.lanes import BODY
 
 Array = NDArray[np.float64]
 
@@ -101,7 +108,7 @@ class Discovery:
         return next(i for i, t in enumerate(self.fit.terms) if t.effect.id == ID)
 
     @property
-    def term(self) -> Term:
+    def term(self) -> ActiveEffect:
         """The law with its values."""
         return self.fit.terms[self.index]
 
@@ -111,21 +118,21 @@ class Discovery:
         return law_in(self.term)
 
 
-def law_in(term: Term) -> Law:
+def law_in(term: ActiveEffect) -> Law:
     """The law of a term of one."""
     law = term.effect.extra["law"]
     assert isinstance(law, Law)
     return law
 
 
-def _promising(course: Linear) -> list[Term]:
+def _promising(course: Linear) -> list[ActiveEffect]:
     """The straight laws, and swinging masses, that promise most in the linear answer."""
     best: dict[tuple[str, int], tuple[float, tuple[float, ...], Effect]] = {}
     # a frequency is not to be extrapolated: each start keeps its own
     for row in course.best(grammar(), shaped=False):
         best.setdefault((row[2].component, _band(row[2])), row)
     ranked = sorted(best.values(), key=lambda row: -row[0])[:SHORT_LIST]
-    return [Term(effect, values) for _, values, effect in ranked]
+    return [ActiveEffect(effect, values) for _, values, effect in ranked]
 
 
 def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
@@ -136,19 +143,19 @@ def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
     return list(kept.values())
 
 
-def _bent(straight: Term) -> list[Term]:
+def _bent(straight: ActiveEffect) -> list[ActiveEffect]:
     """A straight law in other shapes, as fits begin with them."""
     against = straight.values[0] < 0.0
     return [_begun(law)[against] for law in refined(law_in(straight))]
 
 
-def _begun(law: Law) -> tuple[Term, ...]:
+def _begun(law: Law) -> tuple[ActiveEffect, ...]:
     """A law with the values that a fit begins with, with a positive gain and a negative one."""
     effect = effect_of(law)
     gain, *rest = (p.starts[0] for p in effect.parameters)
     if effect.parameters[0].high == 0.0:  # only one sense is possible
-        return (Term(effect, (gain, *rest)),)
-    return Term(effect, (gain, *rest)), Term(effect, (-gain, *rest))
+        return (ActiveEffect(effect, (gain, *rest)),)
+    return ActiveEffect(effect, (gain, *rest)), ActiveEffect(effect, (-gain, *rest))
 
 
 def _band(effect: Effect) -> int:
@@ -255,7 +262,7 @@ class Hunt:
         effects = [effect_of(Law(body, "swing"), hz) for body in BODIES for hz in SWING_HZ]
         masses = {body: close.problem.body[BODY.index(f"{body}.mass")] for body in BODIES}
         starts = [
-            replace(start, terms=(Term(e, self._at_start(e, SWING_SHARE * masses[body])),))
+            replace(start, terms=(ActiveEffect(e, self._at_start(e, SWING_SHARE * masses[body])),))
             for e, body in zip(effects, np.repeat(BODIES, len(SWING_HZ)), strict=True)
         ]
         fits = close.side_by_side(lambda f: close.run(f, 10), starts)
@@ -306,7 +313,7 @@ class Hunt:
                 else math.copysign(p.starts[0], term.values[0] if p.name == "gain" else 1.0)
                 for p in effect.parameters
             )  # fmt: skip
-            starts.append(replace(fit, terms=(*fit.terms[:-1], Term(effect, values))))
+            starts.append(replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, values))))
         judge = self.search.judge
         near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
         best = min(near, key=lambda f: f.chi2, default=fit)
@@ -531,7 +538,9 @@ def _claimed(hunts: Sequence[Hunt], hunt: Hunt, candidate: Candidate) -> Discove
     from_, library = _library(hunts)
     if not _ahead(hunts, candidate) or not noticeable(candidate.fit.terms[-1]):
         return None
-    if level(candidate.fit) > REMAINS:  # a vehicle bent to fit a wrong law: not even a share counts
+    if (
+        reduced_chi_square(candidate.fit) > UNEXPLAINED_ABOVE
+    ):  # a vehicle bent to fit a wrong law: not even a share counts
         return None
     base = hunt.path.base.fit
     rows = list(

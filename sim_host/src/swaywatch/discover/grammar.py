@@ -13,11 +13,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
-from swaywatch.diagnose.plant import BODY, LAW_TO, PlantInput
-from swaywatch.diagnose.runs import Run
 from swaywatch.discover.known import KNOWN
+from swaywatch.effects.effect import Effect, Parameter, Values, Window
+from swaywatch.effects.runs import Run
 from swaywatch.errors import SwaywatchError
+from swaywatch.plant.lanes import BODY, LAW_TO, PlantInput
 
 ID = "law"
 SPEED_M_S = 25.0  # at which the gain of a law is said
@@ -41,7 +41,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Motion:
+class Dependence:
     """What a law can depend on: slot, words, symbol, unit, usual size in a test drive."""
 
     slot: str
@@ -70,20 +70,20 @@ PLACES = {
 MOTIONS = {
     m.slot: m
     for m in (
-        Motion("articulation", "articulation", "theta", "rad", 0.05),
-        Motion("articulation_rate", "articulation rate", "dtheta/dt", "rad/s", 0.15),
-        Motion("yaw_rate_car", "yaw rate of the car", "r1", "rad/s", 0.12),
-        Motion("yaw_rate_trailer", "yaw rate of the trailer", "r2", "rad/s", 0.15),
-        Motion("sideslip_car", "sideslip angle of the car", "beta1", "rad", 0.03),
-        Motion("sideslip_trailer", "sideslip angle of the trailer", "beta2", "rad", 0.04),
-        Motion("steer", "steering angle of the front wheels", "delta", "rad", 0.02),
-        Motion("roll_car", "roll of the car", "phi1", "rad", 0.03),
-        Motion("roll_trailer", "roll of the trailer", "phi2", "rad", 0.03),
-        Motion("heading", "heading of the trailer", "psi2", "rad", 0.1),
-        Motion("heading_car", "heading of the car", "psi1", "rad", 0.1),
-        Motion("slip_car_front", "slip angle of the car's front tyres", "alpha_f", "rad", 0.02),
-        Motion("slip_car_rear", "slip angle of the car's rear tyres", "alpha_r", "rad", 0.02),
-        Motion("slip_trailer", "slip angle of the trailer's tyres", "alpha_t", "rad", 0.02),
+        Dependence("articulation", "articulation", "theta", "rad", 0.05),
+        Dependence("articulation_rate", "articulation rate", "dtheta/dt", "rad/s", 0.15),
+        Dependence("yaw_rate_car", "yaw rate of the car", "r1", "rad/s", 0.12),
+        Dependence("yaw_rate_trailer", "yaw rate of the trailer", "r2", "rad/s", 0.15),
+        Dependence("sideslip_car", "sideslip angle of the car", "beta1", "rad", 0.03),
+        Dependence("sideslip_trailer", "sideslip angle of the trailer", "beta2", "rad", 0.04),
+        Dependence("steer", "steering angle of the front wheels", "delta", "rad", 0.02),
+        Dependence("roll_car", "roll of the car", "phi1", "rad", 0.03),
+        Dependence("roll_trailer", "roll of the trailer", "phi2", "rad", 0.03),
+        Dependence("heading", "heading of the trailer", "psi2", "rad", 0.1),
+        Dependence("heading_car", "heading of the car", "psi1", "rad", 0.1),
+        Dependence("slip_car_front", "slip angle of the car's front tyres", "alpha_f", "rad", 0.02),
+        Dependence("slip_car_rear", "slip angle of the car's rear tyres", "alpha_r", "rad", 0.02),
+        Dependence("slip_trailer", "slip angle of the trailer's tyres", "alpha_t", "rad", 0.02),
     )
 }
 

@@ -1,9 +1,9 @@
 """The missing force itself: what has to act at a place to explain the runs, with its error in time.
 
-Linear least squares of pulses under the observer (`diagnose/locate.py`): the channels' answers to
-a pulse at the place are simulated, and the amplitudes of all pulses, of the believed values and of
-the start are solved for together, each against its prior. Nothing of a law goes into it, so a law
-can be held against it.
+Linear least squares of pulses under the observer (`diagnose/evidence/locate.py`): the channels'
+answers to a pulse at the place are simulated, and the amplitudes of all pulses, of the believed
+values and of the start are solved for together, each against its prior. Nothing of a law goes into
+it, so a law can be held against it.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.effect import Effect, Parameter, Values, Window
-from swaywatch.diagnose.fit import OBSERVER, Fit, Fitter, plant_of
-from swaywatch.diagnose.locate import Locator
-from swaywatch.diagnose.plant import BODY, OUTPUT, PlantInput, simulate
-from swaywatch.diagnose.runs import RATE_HZ, Run
+from swaywatch.diagnose.evidence.locate import Locator
+from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
 from swaywatch.discover.find import Discovery
 from swaywatch.discover.grammar import BODIES, HEADINGS, ID, MOTIONS, PLACES, SHAPES, SPEED_M_S, Law
+from swaywatch.effects.effect import Effect, Parameter, Values, Window
+from swaywatch.effects.runs import RATE_HZ, Run
+from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, simulate
 
 Array = NDArray[np.float64]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from swaywatch.diagnose.evidence import explained
-from swaywatch.diagnose.search import level
-from swaywatch.diagnose.verdict import SUREST, Verdict
+from swaywatch.diagnose.evidence.evidence import explained
+from swaywatch.diagnose.evidence.search import reduced_chi_square
+from swaywatch.diagnose.evidence.verdict import SUREST, Verdict
 from swaywatch.discover.find import Discovery, typical
 from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, Law
 from swaywatch.discover.inputs import missing_inputs
-from swaywatch.discover.words import energy, sentence, suggestion
+from swaywatch.discover.sentences import energy, sentence, suggestion
 
 NAMED_BESIDE = 0.9  # confidence in a library effect that a law is claimed beside
 
@@ -77,7 +77,7 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
     if "limit" in parameters:
         parameters["limit"]["unit"] = PLACES[law.place].unit
     main = term.values[0]
-    before, after = level(found.base), level(found.fit)
+    before, after = reduced_chi_square(found.base), reduced_chi_square(found.fit)
     kept = typical(found.kept_out) if found.kept_out else None
     error = float(parameters[term.effect.parameters[0].name]["standard_error"])
     return {
@@ -97,7 +97,7 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
         "standard_errors": abs(main) / max(error, 1e-12),
         "share_explained": 1.0 - max(after - 1.0, 0.0) / max(before - 1.0, 1e-9),
         "reduced_chi_square": {
-            "calibrated": before, "library": level(found.library), "with_law": after,
+            "calibrated": before, "library": reduced_chi_square(found.library), "with_law": after,
         },
         "log_bayes_factor_to_library": found.evidence,
         "library_would_say": [t.effect.name for t in found.library.terms],

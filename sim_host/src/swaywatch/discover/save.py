@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.effect import Effect
 from swaywatch.discover.grammar import effect_of, law_of
+from swaywatch.effects.effect import Effect
 from swaywatch.errors import SwaywatchError
 
 _FILE = '''"""{text}
@@ -100,7 +100,14 @@ def read_physics(paths: Sequence[Path]) -> list[Effect]:
         try:
             spec.loader.exec_module(module)
         except Exception as error:
-            raise SwaywatchError(f"{path}: {type(error).__name__}: {error}") from error
+            moved = isinstance(error, ImportError) and (error.name or "").startswith("swaywatch")
+            hint = (
+                "; the file is for another version of swaywatch, in this one Effect and Parameter "
+                "are in swaywatch.effects.effect"
+            )
+            raise SwaywatchError(
+                f"{path}: {type(error).__name__}: {error}{hint if moved else ''}"
+            ) from error
         effects = getattr(module, "EFFECTS", None)
         if not isinstance(effects, list) or not all(isinstance(e, Effect) for e in effects):
             raise SwaywatchError(f"{path}: has no list EFFECTS of swaywatch's Effect objects")

@@ -25,10 +25,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.modules.axle_load_harmonic import force_phase
-from swaywatch.diagnose.plant import AXLES, BLOCK, OUTPUT, SCALARS, Job, PlantInput, run_jobs
-from swaywatch.diagnose.runs import RATE_HZ, Run
+from swaywatch.effects.library.axle_load_harmonic import force_phase
+from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.models.modes import FASTEST_M_S, SLOWEST_M_S, STEP_S, transitions
+from swaywatch.plant.lanes import AXLES, BLOCK, OUTPUT, SCALARS, Job, PlantInput, run_jobs
 
 Array = NDArray[np.float64]
 KMH = 3.6
@@ -111,7 +111,7 @@ class Base:
     Attributes
     ----------
     body, scalars
-        As of `plant.PlantInput`.
+        As of `plant.lanes.PlantInput`.
     values : shape (m,)
         What of it is not exact, ...
     act
@@ -128,7 +128,7 @@ class Base:
 
 
 @dataclass(frozen=True)
-class Figure:
+class CostValue:
     """A number with its standard error; None: there is none up to the fastest speed tried."""
 
     value: float | None
@@ -154,10 +154,10 @@ class Cost:
     """
 
     name: str
-    without: tuple[Figure, ...]
-    back: tuple[Figure, ...]
+    without: tuple[CostValue, ...]
+    back: tuple[CostValue, ...]
     damping_without: tuple[float, ...]
-    each: tuple[Figure, ...] = ()
+    each: tuple[CostValue, ...] = ()
     worst: int = 0
 
 
@@ -175,8 +175,8 @@ class Costs:
 
     swings_rad_s: tuple[float, ...]
     speed_m_s: float
-    healthy: tuple[Figure, ...]
-    found: tuple[Figure, ...]
+    healthy: tuple[CostValue, ...]
+    found: tuple[CostValue, ...]
     damping_healthy: tuple[float, ...]
     damping_found: tuple[float, ...]
     causes: tuple[Cost, ...]
@@ -431,17 +431,17 @@ class _Answers:
         changes = _changes(base, causes, asked, found, moves)
         self._found = dict(zip(asked, zip(found, changes, strict=True), strict=True))
 
-    def speed(self, question: _Question) -> Figure:
+    def speed(self, question: _Question) -> CostValue:
         """A critical speed, km/h."""
         value, changes = self._found[question]
         return _figure(value, changes)
 
-    def back(self, without: _Question, found: _Question) -> Figure:
+    def back(self, without: _Question, found: _Question) -> CostValue:
         """By how much one critical speed is higher than another, km/h."""
         higher, own = self._found[without]
         lower, other = self._found[found]
         if higher is None or lower is None:
-            return Figure(None, 0.0)
+            return CostValue(None, 0.0)
         return _figure(higher - lower, own - other)
 
 
@@ -500,7 +500,7 @@ def weigh(
     answers = _Answers(base, every, asked, matrix)
     ratios = _dampings(base, every, chosen, speed_m_s, swings_rad_s)
 
-    def over(members: tuple[int, ...]) -> tuple[Figure, ...]:
+    def over(members: tuple[int, ...]) -> tuple[CostValue, ...]:
         return tuple(answers.speed(_Question(members, swing)) for swing in swings_rad_s)
 
     costs = []
@@ -530,7 +530,7 @@ def _dampings(
     return {members: tuple(ratios[k * size : (k + 1) * size]) for k, members in enumerate(chosen)}
 
 
-def _middle(back: Sequence[Figure], found: Sequence[Figure]) -> float:
+def _middle(back: Sequence[CostValue], found: Sequence[CostValue]) -> float:
     """What comes back in the middle swing, for the order; without end where nothing is left."""
     value = back[len(back) // 2].value
     if value is not None:
@@ -538,17 +538,17 @@ def _middle(back: Sequence[Figure], found: Sequence[Figure]) -> float:
     return -math.inf if found[len(found) // 2].value is None else math.inf
 
 
-def _figure(speed: float | None, changes: Array) -> Figure:
+def _figure(speed: float | None, changes: Array) -> CostValue:
     if speed is None:
-        return Figure(None, 0.0)
-    return Figure(KMH * speed, KMH * float(np.linalg.norm(changes)))
+        return CostValue(None, 0.0)
+    return CostValue(KMH * speed, KMH * float(np.linalg.norm(changes)))
 
 
 # --- causes --------------------------------------------------------------------------------------
 
 
 def slots(name: str, values: Mapping[str, float]) -> Cause:
-    """A cause that is some scalar slots of the plant (`plant.SCALARS`).
+    """A cause that is some scalar slots of the plant (`plant.lanes.SCALARS`).
 
     Raises
     ------
@@ -576,8 +576,8 @@ def double_frequency(name: str, axle: str, amplitude_n: float, phase_rad: float)
     Parameters
     ----------
     axle
-        Of `plant.AXLES`; phi is the phase of its lateral force (4.4.2 of the reference), of the
-        trailer's axles that of its lateral acceleration.
+        Of `plant.lanes.AXLES`; phi is the phase of its lateral force (4.4.2 of the reference), of
+        the trailer's axles that of its lateral acceleration.
     """
     if axle not in AXLES:
         raise ValueError(f"{axle!r} is no axle; there are {', '.join(AXLES)}")

@@ -1,6 +1,6 @@
 """The plant as a simulator drives it: a car with a trailer (tandem or single axle) or without.
 
-A front end of the compiled plant (`diagnose.plant`, plant_step.h): it puts vehicle and switchable
+A front end of the compiled plant (`plant.lanes`, plant_step.h): it puts vehicle and switchable
 physics (:mod:`swaywatch.models.physics`) into the plant's slots, prescribes the speed or leaves it
 to a speed controller, and names what comes out. With no physics the tyres are linear and
 proportional to load, roll does not act back on the motion, and the linear limit is the single
@@ -21,9 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from swaywatch._plant import lib
-from swaywatch.diagnose.plant import AXLE, STATES
-from swaywatch.models.layout import (
+from swaywatch.models.physics import PhysicsEffect
+from swaywatch.models.physics._base import Arrays
+from swaywatch.models.physics.steering_free_play import follow
+from swaywatch.plant._plant import lib
+from swaywatch.plant.lanes import AXLE, STATES
+from swaywatch.plant.layout import (
     A_NAMES,
     BODIES,
     P_NAMES,
@@ -41,11 +44,8 @@ from swaywatch.models.layout import (
     Array,
     P,
 )
-from swaywatch.models.physics import Effect
-from swaywatch.models.physics._base import Arrays
-from swaywatch.models.physics.steering_free_play import follow
-from swaywatch.models.stepping import COLUMNS, Generator, Setup, Stepping
-from swaywatch.models.vehicle_view import GRAVITY, Body, car_of, trailer_of
+from swaywatch.plant.stepping import COLUMNS, Generator, Setup, Stepping
+from swaywatch.plant.vehicle_view import GRAVITY, BodyView, car_of, trailer_of
 from swaywatch.vehicle import Vehicle
 
 _REFERENCE = {W_GENERATOR: 0, W_UNIT: 1}
@@ -198,7 +198,7 @@ class _Work:
 
 
 def series_of(windows: Array, time: Array) -> dict[str, Array]:
-    """Time-function slots of the plant from windows (`models.layout`) at some times."""
+    """Time-function slots of the plant from windows (`plant.layout`) at some times."""
     found: dict[str, Array] = {}
 
     def add(name: str, value: Array) -> None:
@@ -343,7 +343,7 @@ class DoubleTrack:
     vehicle : car with trailer or without
     physics : effects that are switched on; several act together
     car_roll, trailer_roll : roll and load transfer
-    sprung : values of the sprung plant (`models.sprung.defaults`); without them roll and load
+    sprung : values of the sprung plant (`plant.sprung.defaults`); without them roll and load
         transfer follow the lateral acceleration as lags and do not act back on the motion
     car_acceleration_position_m, trailer_acceleration_position_m :
         where the roles ``*_lateral_acceleration`` are taken, ahead of the COG. The car's default
@@ -353,7 +353,7 @@ class DoubleTrack:
     def __init__(
         self,
         vehicle: Vehicle,
-        physics: Sequence[Effect] = (),
+        physics: Sequence[PhysicsEffect] = (),
         *,
         car_roll: BodyRoll = CAR_ROLL,
         trailer_roll: BodyRoll = TRAILER_ROLL,
@@ -611,7 +611,7 @@ def _control(control: SpeedControl) -> dict[str, float]:
 
 
 def _body_constants(p: Array, axles: Array) -> Array:
-    """Constants of the combination in the order of `plant.BODY`."""
+    """Constants of the combination in the order of `plant.lanes.BODY`."""
     rows = []
     for body in range(2):
         front, rear = axles[2 * body], axles[2 * body + 1]
@@ -645,7 +645,7 @@ def _scalars(p: Array, axles: Array) -> dict[str, float]:
 
 
 def _axle_value(p: Array, axle: Array, name: str) -> float:
-    """A value of `plant.AXLE`."""
+    """A value of `plant.lanes.AXLE`."""
     if name == "relaxation":
         length = float(axle[A["relaxation"]])
         return length if length > SHORT_RELAXATION_M else 0.0
@@ -680,7 +680,7 @@ def _baseline(vehicle: Vehicle, car_roll: BodyRoll, trailer_roll: BodyRoll) -> A
     return arrays
 
 
-def _body(arrays: Arrays, body: int, data: Body, roll: BodyRoll) -> None:
+def _body(arrays: Arrays, body: int, data: BodyView, roll: BodyRoll) -> None:
     arrays.p[P[f"roll_gain_{body + 1}"]] = roll.roll_gradient_rad_per_m_s2
     arrays.p[P[f"roll_omega_{body + 1}"]] = 2.0 * math.pi * roll.roll_frequency_hz
     arrays.p[P[f"roll_zeta_{body + 1}"]] = roll.roll_damping_ratio

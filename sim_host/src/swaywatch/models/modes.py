@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.plant import STATES, Job, PlantInput, run_jobs
 from swaywatch.models.single_track import Mode
+from swaywatch.plant.lanes import STATES, Job, PlantInput, run_jobs
 
 Array = NDArray[np.float64]
 

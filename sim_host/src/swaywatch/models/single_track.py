@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.models.vehicle_view import car_of, trailer_of
+from swaywatch.plant.vehicle_view import car_of, trailer_of
 from swaywatch.vehicle import Vehicle
 
 Matrix = NDArray[np.float64]

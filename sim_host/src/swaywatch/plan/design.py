@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.plant import OUTPUT
 from swaywatch.errors import VehicleError
 from swaywatch.models.modes import modes
 from swaywatch.plan.information import (
     STEP_S,
     Critical,
-    Drive,
+    PlannedDrive,
     critical_of,
     drawn,
     errors,
@@ -29,7 +28,8 @@ from swaywatch.plan.information import (
     lines_of,
     outputs,
 )
-from swaywatch.plan.knowledge import SETS, Knowledge, Sensor, sensors_of
+from swaywatch.plan.knowledge import SETS, Knowledge, KnownSensor, sensors_of
+from swaywatch.plant.lanes import OUTPUT
 from swaywatch.simulate.manoeuvres import make_plan
 from swaywatch.simulate.table import Table
 
@@ -74,13 +74,13 @@ class Block:
     speed_kmh: float
     tables: tuple[dict[str, Any], ...]
 
-    def drive(self) -> Drive:
+    def drive(self) -> PlannedDrive:
         """Steering and speed over `BLOCK_S`."""
         time = np.asarray(np.arange(round(BLOCK_S / STEP_S)) * STEP_S, dtype=np.float64)
         made = make_plan(
             time, self.speed_kmh / KMH, [Table(dict(t), self.words) for t in self.tables]
         )
-        return Drive(made.steering_rad, made.speed_m_s)
+        return PlannedDrive(made.steering_rad, made.speed_m_s)
 
     def scaled(self, factor: float) -> Block:
         """The same with all steering larger or smaller, within what a hand can do."""
@@ -222,7 +222,10 @@ def _kinds(f: float) -> list[tuple[str, list[dict[str, Any]]]]:
     ]  # fmt: skip
 
 
-_BOTH = (Sensor("car", "car_acceleration", 1.0), Sensor("trailer", "trailer_acceleration", 1.0))
+_BOTH = (
+    KnownSensor("car", "car_acceleration", 1.0),
+    KnownSensor("trailer", "trailer_acceleration", 1.0),
+)
 
 
 def fitted(known: Knowledge, limits: Limits, blocks: Sequence[Block]) -> list[Block]:

@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from swaywatch.diagnose.plant import OUTPUT, Job, PlantInput, run_jobs
 from swaywatch.models.modes import critical_speeds
-from swaywatch.plan.knowledge import Knowledge, Sensor
+from swaywatch.plan.knowledge import Knowledge, KnownSensor
+from swaywatch.plant.lanes import OUTPUT, Job, PlantInput, run_jobs
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -62,7 +62,7 @@ SHARE = 0.1
 
 
 @dataclass(frozen=True)
-class Drive:
+class PlannedDrive:
     """Steering-wheel angle, rad, and speed, m/s, on a grid of `STEP_S`."""
 
     steer: Array
@@ -75,7 +75,10 @@ class Drive:
 
 
 def outputs(
-    known: Knowledge, drives: Sequence[Drive], values: Sequence[Array], sensors: Sequence[Sensor]
+    known: Knowledge,
+    drives: Sequence[PlannedDrive],
+    values: Sequence[Array],
+    sensors: Sequence[KnownSensor],
 ) -> list[Array]:
     """What the sensors would show without noise, one drive and one set of values each; (n, m)."""
     columns = tuple(OUTPUT.index(sensor.output) for sensor in sensors)
@@ -165,8 +168,8 @@ def right_side(weight: Complex, rest: Complex) -> Array:
 
 def lines_of(
     known: Knowledge,
-    drives: Sequence[Drive],
-    sensors: Sequence[Sensor],
+    drives: Sequence[PlannedDrive],
+    sensors: Sequence[KnownSensor],
     at: Array,
     *,
     scatter: bool = True,
@@ -186,8 +189,8 @@ def lines_of(
 
 def _lines_of(
     known: Knowledge,
-    drives: Sequence[Drive],
-    sensors: Sequence[Sensor],
+    drives: Sequence[PlannedDrive],
+    sensors: Sequence[KnownSensor],
     at: Array,
     turn: int,
     halves: int,
@@ -266,7 +269,7 @@ def drawn(known: Knowledge) -> list[Array]:
 
 
 def information(
-    known: Knowledge, drives: Sequence[Drive], sensors: Sequence[Sensor]
+    known: Knowledge, drives: Sequence[PlannedDrive], sensors: Sequence[KnownSensor]
 ) -> list[Array]:
     """What each drive tells of the combination as believed; (2, k, k), see :meth:`Lines.told`."""
     return [own.told() for own in lines_of(known, drives, sensors, known.values)]

@@ -1,6 +1,6 @@
 """What is believed of a combination before a test: values, tolerances, sensors.
 
-The unknowns are the plant's own (`diagnose.plant`): values of ``vehicle.toml`` with the tolerances
+The unknowns are the plant's own (`plant.lanes`): values of ``vehicle.toml`` with the tolerances
 that such values usually have, and what such a file does not say: how late the tyres' forces come,
 and how much the steering gives way. All but these are told relative to the value.
 """
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.plant import BODY, OUTPUT, PlantInput, neutral
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, neutral
 from swaywatch.simulate.sensors import preset
 from swaywatch.vehicle import Vehicle
 
@@ -50,7 +50,7 @@ class Unknown:
 
 
 @dataclass(frozen=True)
-class Sensor:
+class KnownSensor:
     """A channel: the output of the plant and its noise (standard deviation of a sample)."""
 
     role: str
@@ -64,7 +64,7 @@ class Knowledge:
 
     Attributes
     ----------
-    body : as of `plant.PlantInput`
+    body : as of `plant.lanes.PlantInput`
     steering_ratio : steering wheel over road wheel
     """
 
@@ -211,7 +211,7 @@ SETS: Mapping[str, tuple[str, Mapping[str, str]]] = {
 """Sets of sensors beside steering-wheel angle and speed, each with more than the one before."""
 
 
-def sensors_of(name: str) -> tuple[Sensor, ...]:
+def sensors_of(name: str) -> tuple[KnownSensor, ...]:
     """Sensors of a set, with the noise of a test vehicle's (`simulate.sensors`, typical)."""
     found = []
     for role, output in SETS[name][1].items():
@@ -219,5 +219,5 @@ def sensors_of(name: str) -> tuple[Sensor, ...]:
         assert kind is not None
         assert output in OUTPUT
         noise = float(np.hypot(kind.noise, kind.quantisation / np.sqrt(12.0)))
-        found.append(Sensor(role, output, noise))
+        found.append(KnownSensor(role, output, noise))
     return tuple(found)

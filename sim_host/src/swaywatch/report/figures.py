@@ -11,8 +11,8 @@ import scipy.signal
 from plotly.subplots import make_subplots
 
 from swaywatch.analysis import AXLE_NAMES, DriveResult, damping_gap, found_critical, usable
-from swaywatch.core import AXLES, model_damping
 from swaywatch.drive import Channel
+from swaywatch.ecu.core import AXLES, model_damping
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -19,8 +19,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from swaywatch.analysis import DriveResult, conclude
-from swaywatch.core import ALARM, Estimates, columns_of
 from swaywatch.drive import Channel, Drive
+from swaywatch.ecu.core import ALARM, Estimates, columns_of
 from swaywatch.errors import SwaywatchError
 from swaywatch.report import figures
 from swaywatch.report.page import key_figures, verdict_box

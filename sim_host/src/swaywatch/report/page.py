@@ -9,10 +9,9 @@ from typing import Any
 import plotly.graph_objects as go
 
 from swaywatch.analysis import AXLE_NAMES, DriveResult, Value
-from swaywatch.core import AXLES, USUAL_WINDOW
+from swaywatch.ecu.core import AXLES, USUAL_WINDOW
 from swaywatch.report import figures
-from swaywatch.report.shell import document, plot, wide
-from swaywatch.report.words import (
+from swaywatch.report.sentences import (
     REASON_WORDS,
     critical_words,
     plus_minus,
@@ -20,6 +19,7 @@ from swaywatch.report.words import (
     speed_used_m_s,
     verdict,
 )
+from swaywatch.report.shell import document, plot, wide
 from swaywatch.roles import CHANNELS
 
 KMH = 3.6

@@ -18,14 +18,14 @@ from swaywatch.reproduce.page import (
     RED,
     Chapter,
     Check,
-    Figure,
-    Table,
+    PageTable,
+    Plot,
     styled,
 )  # fmt: skip
 from swaywatch.reproduce.study import (
     KMH,
     VEHICLE,
-    Setup,
+    ImpulseDrive,
     State,
     identify,
     in_parallel,
@@ -76,7 +76,9 @@ def changed(name: str, factor: float) -> Vehicle:
 def make(workers: int | None = None) -> Chapter:
     """The whole chapter."""
     model = SingleTrack.of(VEHICLE)
-    setups = [Setup(speed_kmh=speed, sensors="typical", angle_deg=15.0) for speed in SPEEDS_KMH]
+    setups = [
+        ImpulseDrive(speed_kmh=speed, sensors="typical", angle_deg=15.0) for speed in SPEEDS_KMH
+    ]
     states = in_parallel(identify, setups, workers)
     near = [state for state in states if state.speed_kmh >= 117.0]
     v_crit = ladder_of(near).v_crit_kmh
@@ -105,7 +107,7 @@ def _depths(chapter: Chapter, model: SingleTrack, workers: int | None) -> None:
     depths: tuple[str, ...] = ("single_track", "double_track")
     if judge_is_there():
         depths = (*depths, "multibody")
-    jobs = [Setup(speed_kmh=speed, model=depth, angle_deg=1.0) for speed in speeds
+    jobs = [ImpulseDrive(speed_kmh=speed, model=depth, angle_deg=1.0) for speed in speeds
             for depth in depths]  # fmt: skip
     states = in_parallel(identify, jobs, workers)
     rows: list[tuple[str | float, ...]] = []
@@ -130,7 +132,7 @@ def _depths(chapter: Chapter, model: SingleTrack, workers: int | None) -> None:
         ]  # fmt: skip
     head = ("", "damping: exact", *depths, "frequency [Hz]: exact", *depths)
     chapter.parts.append(
-        Table("Three depths of model, impulse of 1 deg, C core", head, tuple(rows),
+        PageTable("Three depths of model, impulse of 1 deg, C core", head, tuple(rows),
               "multibody: the rigid-body plant on MuJoCo with level bodies, where it is installed.")
     )  # fmt: skip
 
@@ -151,7 +153,7 @@ def _agreement(model: SingleTrack, states: list[State]) -> list[Check]:
     return checks
 
 
-def _root_locus(model: SingleTrack, states: list[State]) -> Figure:
+def _root_locus(model: SingleTrack, states: list[State]) -> Plot:
     plot = go.Figure()
     speeds = np.linspace(30.0, 140.0, 111)
     roots = model.root_locus([speed / KMH for speed in speeds])
@@ -174,13 +176,13 @@ def _root_locus(model: SingleTrack, states: list[State]) -> Figure:
     plot.add_vline(x=0.0, line={"color": GREY, "dash": "dot"})
     plot.update_xaxes(title="real part [1/s]", range=[-12.0, 1.5])
     plot.update_yaxes(title="imaginary part [rad/s]")
-    return Figure(
+    return Plot(
         "Fig. 3-4: root locus over the speed", styled(plot),
         "The weakly damped pair crosses the axis at 123.34 km/h; the simulated drives lie on it.",
     )  # fmt: skip
 
 
-def _damping(model: SingleTrack, states: list[State]) -> Figure:
+def _damping(model: SingleTrack, states: list[State]) -> Plot:
     speeds = np.linspace(30.0, 140.0, 111)
     car = dataclasses.replace(model, has_trailer=False)
     trailer = trailer_alone()
@@ -205,7 +207,7 @@ def _damping(model: SingleTrack, states: list[State]) -> Figure:
     plot.add_hline(y=0.0, line={"color": GREY, "dash": "dot"})
     plot.update_xaxes(title="speed [km/h]")
     plot.update_yaxes(title="yaw damping ratio [1]")
-    return Figure(
+    return Plot(
         "Fig. 3-5: damping ratios of car, trailer and combination", styled(plot),
         "The text says that the trailer alone stays near 1 because it steers neutrally; it "
         "understeers (0.086 rad) and its curve falls to 0.80. Only the combination has a mode "
@@ -214,10 +216,10 @@ def _damping(model: SingleTrack, states: list[State]) -> Figure:
 
 
 def _sensitivities(chapter: Chapter, model: SingleTrack, workers: int | None) -> None:
-    setups = [Setup(vehicle=changed(name, 1.01)) for name in PARAMETERS]
+    setups = [ImpulseDrive(vehicle=changed(name, 1.01)) for name in PARAMETERS]
     shifts = {name: KMH * model.sensitivity(name) for name in PARAMETERS}
     around = [123.34 + shifts[name] for name in PARAMETERS]
-    found = ladders([Setup(), *setups], OFFSETS_KMH, [123.34, *around], workers, degree=2)
+    found = ladders([ImpulseDrive(), *setups], OFFSETS_KMH, [123.34, *around], workers, degree=2)
     base = found[0].v_crit_kmh
     simulated = {
         name: ladder.v_crit_kmh - base for name, ladder in zip(PARAMETERS, found[1:], strict=True)
@@ -230,7 +232,7 @@ def _sensitivities(chapter: Chapter, model: SingleTrack, workers: int | None) ->
         plot.add_bar(x=labels, y=[values[key] for key in PARAMETERS], name=name,
                      marker={"color": colour})  # fmt: skip
     plot.update_yaxes(title="change of critical speed [km/h] for +1 %")
-    chapter.parts.append(Figure(
+    chapter.parts.append(Plot(
         "Fig. 3-6: sensitivity of the critical speed to each parameter (Eq. 3.44)", styled(plot),
         "Each bar of the simulated drives is the difference of two ladders of impulses.",
     ))  # fmt: skip
@@ -249,7 +251,7 @@ def _stiffness(chapter: Chapter, model: SingleTrack, workers: int | None) -> Non
     for name in AXLES:
         for factor in points:
             grown = dataclasses.replace(model, **{name: getattr(model, name) * factor})
-            setups.append(Setup(vehicle=changed(name, factor)))
+            setups.append(ImpulseDrive(vehicle=changed(name, factor)))
             around.append(KMH * grown.critical_speed())
     found = ladders(setups, OFFSETS_KMH, around, workers, degree=2)
     for number, (name, (_, _, label)) in enumerate(AXLES.items()):
@@ -268,7 +270,7 @@ def _stiffness(chapter: Chapter, model: SingleTrack, workers: int | None) -> Non
         )  # fmt: skip
     plot.update_xaxes(title="change of the axle's cornering stiffness [%]")
     plot.update_yaxes(title="critical speed [km/h]")
-    chapter.parts.append(Figure(
+    chapter.parts.append(Plot(
         "Fig. 3-7: critical speed over the axles' cornering stiffness", styled(plot),
         "Circles: simulated drives, C core. The rear axle of the car has the largest influence.",
     ))  # fmt: skip

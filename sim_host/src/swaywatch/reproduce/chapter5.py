@@ -11,22 +11,22 @@ from plotly.subplots import make_subplots
 
 from swaywatch.models.double_track import DoubleTrack, SpeedControl
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.models.sprung import defaults
+from swaywatch.plant.sprung import defaults
 from swaywatch.reproduce import leads
 from swaywatch.reproduce.page import (
     BLUE,
     ORANGE,
     Chapter,
     Check,
-    Figure,
-    Table,
+    PageTable,
+    Plot,
     styled,
 )  # fmt: skip
 from swaywatch.reproduce.study import (
     CAR,
     KMH,
     VEHICLE,
-    Setup,
+    ImpulseDrive,
     State,
     drive_of,
     identify,
@@ -77,9 +77,9 @@ def make(workers: int | None = None) -> Chapter:
     tyres = tyre_vehicle()
     common: dict[str, Any] = {"speed_kmh": SPEED_KMH, "angle_deg": ANGLE_DEG, "sensors": "typical"}
     setups = {
-        "on": Setup(vehicle=tyres, physics=(COMPLIANCE,), speed_control=True, **common),
-        "off": Setup(vehicle=tyres, speed_control=True, **common),
-        "lag": Setup(physics=relaxation_of_arguments(), **common),
+        "on": ImpulseDrive(vehicle=tyres, physics=(COMPLIANCE,), speed_control=True, **common),
+        "off": ImpulseDrive(vehicle=tyres, speed_control=True, **common),
+        "lag": ImpulseDrive(physics=relaxation_of_arguments(), **common),
     }
     states = dict(zip(setups, in_parallel(identify, setups.values(), workers), strict=True))
     plain = [
@@ -107,7 +107,7 @@ def make(workers: int | None = None) -> Chapter:
     return chapter
 
 
-def _signals(setup: Setup) -> Figure:
+def _signals(setup: ImpulseDrive) -> Plot:
     drive, _ = drive_of(setup)
     rows = (
         ("steering<br>wheel [deg]", 180.0 / math.pi, (("steering_wheel_angle", "steering", BLUE),)),
@@ -127,13 +127,13 @@ def _signals(setup: Setup) -> Figure:
                              row=number, col=1)  # fmt: skip
         plot.update_yaxes(title=label, row=number, col=1)
     plot.update_xaxes(title="time [s]", row=len(rows), col=1)
-    return Figure(
+    return Plot(
         "Fig. 5-8, 5-9: response to the impulse", styled(plot, 640),
         "As the sensors see it, with noise and quantisation.",
     )  # fmt: skip
 
 
-def _speed(vehicle: Vehicle) -> Figure:
+def _speed(vehicle: Vehicle) -> Plot:
     """Fig. 5-6: what the feed-forward does."""
     time = np.arange(0.0, 14.0, 0.01)
     phase = 2.0 * math.pi * 0.675 * (time - 2.0)
@@ -152,7 +152,7 @@ def _speed(vehicle: Vehicle) -> Figure:
     plot.update_yaxes(title="speed [km/h]", row=1, col=1)
     plot.update_yaxes(title="hitch F_x [N]", row=2, col=1)
     plot.update_xaxes(title="time [s]", row=2, col=1)
-    return Figure(
+    return Plot(
         "Fig. 5-6: speed controller without and with feed-forward", styled(plot, 420),
         "The oscillation takes speed away; the feed-forward answers the deceleration before there "
         "is an error of speed.",
@@ -163,7 +163,7 @@ def _cell(state: State, axle: str) -> str:
     return f"{state.stiffness[axle] / 1e3:.1f} ({state.argument_deg[axle]:+.1f} deg)"
 
 
-def _table_51(states: dict[str, State], v_crit: dict[str, float]) -> Table:
+def _table_51(states: dict[str, State], v_crit: dict[str, float]) -> PageTable:
     rows: list[tuple[str | float, ...]] = [
         (label, f"{value / 1e3:.1f} ({argument:+.1f} deg)",
          *(_cell(states[name], axle) for name in ("off", "on", "lag")))
@@ -176,7 +176,7 @@ def _table_51(states: dict[str, State], v_crit: dict[str, float]) -> Table:
     rows.append((
         "v_crit, complex C (C core)", "", *(f"{states[n].model_v_crit_kmh:.1f}" for n in names),
     ))  # fmt: skip
-    return Table(
+    return PageTable(
         "Table 5-1: axle cornering stiffness [kN/rad] and critical speed",
         ("", "experiment (text)", "steering rigid", "steering elastic",
          "Table B with the arguments as lags"),
@@ -198,9 +198,9 @@ def _linear_v_crit(state: State) -> float:
     return KMH * model.critical_speed()
 
 
-def _table_52(state: State) -> Table:
+def _table_52(state: State) -> PageTable:
     car, trailer, first, second = state.inertia_kgm2
-    return Table(
+    return PageTable(
         "Table 5-2: yaw inertia [kg m2]",
         ("", "given", "estimated here", "text, experiment", "text, simulation"),
         (
@@ -216,7 +216,7 @@ def _table_52(state: State) -> Table:
 
 def _checks(
     chapter: Chapter,
-    setups: dict[str, Setup],
+    setups: dict[str, ImpulseDrive],
     states: dict[str, State],
     v_crit: dict[str, float],
 ) -> None:
@@ -241,7 +241,7 @@ def _checks(
               cause=f"without the lags {v_crit['on']:.1f}: they make up "
               f"{v_crit['on'] - v_crit['lag']:.1f} of {v_crit['on'] - 107.9:.1f} km/h; the rest is "
               f"what the air ({air:+.1f}) and roll ({roll:+.1f} km/h, on springs by the rules of "
-              "models/sprung.py) can take"),
+              "plant/sprung.py) can take"),
         Check("v_crit with the lags: core's prediction against the drives", v_crit["lag"],
               states["lag"].model_v_crit_kmh, 1.2, "km/h"),
         Check("car yaw inertia", 2690.0, states["on"].inertia_kgm2[0], 0.05 * 2690.0, "kg m2"),

@@ -12,10 +12,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from swaywatch.core import Estimates, analyze_drive
+from swaywatch.ecu.core import Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
-from swaywatch.models.layout import Array
 from swaywatch.models.single_track import SingleTrack
+from swaywatch.plant.layout import Array
 from swaywatch.reproduce import slalom
 from swaywatch.reproduce.page import (
     BLUE,
@@ -26,15 +26,15 @@ from swaywatch.reproduce.page import (
     RED,
     Chapter,
     Check,
-    Figure,
-    Table,
+    PageTable,
+    Plot,
     styled,
 )  # fmt: skip
 from swaywatch.reproduce.study import (
     KMH,
     VEHICLE,
+    ImpulseDrive,
     Ladder,
-    Setup,
     drive_of,
     in_parallel,
     judge_is_there,
@@ -102,9 +102,9 @@ def harmonic(amplitude_n: float, phase_deg: float) -> tuple[dict[str, Any], ...]
     )  # fmt: skip
 
 
-def setup_of(amplitude_n: float, phase_deg: float) -> Setup:
+def setup_of(amplitude_n: float, phase_deg: float) -> ImpulseDrive:
     """A drive whose load has settled when it is identified."""
-    return Setup(
+    return ImpulseDrive(
         physics=harmonic(amplitude_n, phase_deg), angle_deg=10.0, duration_s=20.0,
         first_s=5.0, last_s=11.0,
     )  # fmt: skip
@@ -173,7 +173,7 @@ _ROWS: tuple[tuple[str, Measured, Expected], ...] = (
 
 def _figure_65(
     points: Sequence[tuple[float, float]], by_amplitude: list[Ladder], by_phase: list[Ladder]
-) -> Figure:
+) -> Plot:
     plot = make_subplots(rows=4, cols=2, shared_xaxes=True, shared_yaxes=True,
                          vertical_spacing=0.03, horizontal_spacing=0.04)  # fmt: skip
     fine = np.linspace(0.0, 1200.0, 25)
@@ -203,7 +203,7 @@ def _figure_65(
     plot.update_yaxes(range=[17.6, 18.7], row=4)
     plot.update_xaxes(title="amplitude of the load [kN]", row=4, col=1)
     plot.update_xaxes(title="phase to F_y squared [deg], 1 kN", dtick=60, row=4, col=2)
-    return Figure(
+    return Plot(
         "Fig. 6-5: influence of amplitude (left) and phase (right)", styled(plot, 860),
         "At 0 and -180 deg the critical speed follows the effective load. At -90 deg it falls "
         "although the effective load stays: the load then turns the argument of C_ar1, which acts "
@@ -211,7 +211,7 @@ def _figure_65(
     )  # fmt: skip
 
 
-def _figure_argument(by_phase: list[Ladder]) -> Figure:
+def _figure_argument(by_phase: list[Ladder]) -> Plot:
     turns = np.linspace(-180.0, 180.0, 73)
     plot = go.Figure()
     plot.add_scatter(
@@ -226,7 +226,7 @@ def _figure_argument(by_phase: list[Ladder]) -> Figure:
     )  # fmt: skip
     plot.update_xaxes(title="phase to F_y squared [deg], 1 kN", dtick=60)
     plot.update_yaxes(title="argument of C_ar1 [deg]")
-    return Figure(
+    return Plot(
         "What tells +90 from -90 deg: the argument of C_ar1", styled(plot, 360),
         "The effective load is the same at both; the sign of the argument is not.",
     )  # fmt: skip
@@ -324,17 +324,17 @@ def _second_phase(chapter: Chapter) -> None:
         "speed_kmh": speed, "angle_deg": 10.0, "start_s": IMPULSE_S, "duration_s": LENGTH_S,
         "sensors": "typical",
     }  # fmt: skip
-    without = Setup(**common)
+    without = ImpulseDrive(**common)
     drive, trace = drive_of(without)
     found = {"without the load": analyze_drive(drive, VEHICLE)}
     physics = generator_windows(trace)
-    loaded, truth = drive_of(Setup(**common, physics=physics))
+    loaded, truth = drive_of(ImpulseDrive(**common, physics=physics))
     found["with the load"] = analyze_drive(loaded, VEHICLE)
     chapter.parts += [_figure_drive(trace, truth), *_courses(found), _table_63(physics)]
     _second_checks(chapter, found, truth)
 
 
-def _figure_drive(without: Trace, loaded: Trace) -> Figure:
+def _figure_drive(without: Trace, loaded: Trace) -> Plot:
     plot = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.05)
     time = without.time_s
     shown = (time > 46.0) & (time < 68.0)
@@ -349,7 +349,7 @@ def _figure_drive(without: Trace, loaded: Trace) -> Figure:
     plot.update_yaxes(title="yaw rate, car [deg/s]", row=1, col=1)
     plot.update_yaxes(title="rear axle load [kN]", row=2, col=1)
     plot.update_xaxes(title="time [s]", row=2, col=1)
-    return Figure(
+    return Plot(
         "Fig. 6-9, 6-13: yaw rate and rear axle load", styled(plot, 460),
         "In 54-56 s the load lets the oscillation grow, in 59-61 s it takes it back.",
     )  # fmt: skip
@@ -373,7 +373,7 @@ _FRONT = (
 def _figure_estimates(
     found: dict[str, Estimates], series: Sequence[tuple[str, str, float, str]], title: str,
     text: str,
-) -> Figure:  # fmt: skip
+) -> Plot:  # fmt: skip
     plot = make_subplots(rows=len(series), cols=1, shared_xaxes=True, vertical_spacing=0.03)
     for row, (column, label, factor, bit) in enumerate(series, start=1):
         for (name, estimates), colour in zip(found.items(), (GREY, BLUE), strict=True):
@@ -387,10 +387,10 @@ def _figure_estimates(
             plot.add_vrect(x0=start, x1=stop, fillcolor=ORANGE, opacity=0.15, line_width=0,
                            row=row, col=1)  # fmt: skip
     plot.update_xaxes(title="middle of the window [s]", row=len(series), col=1)
-    return Figure(title, styled(plot, 140 * len(series) + 100), text)
+    return Plot(title, styled(plot, 140 * len(series) + 100), text)
 
 
-def _courses(found: dict[str, Estimates]) -> list[Figure]:
+def _courses(found: dict[str, Estimates]) -> list[Plot]:
     return [
         _figure_estimates(
             found, _SERIES,
@@ -406,12 +406,12 @@ def _courses(found: dict[str, Estimates]) -> list[Figure]:
     ]  # fmt: skip
 
 
-def _table_63(physics: tuple[dict[str, Any], ...]) -> Table:
+def _table_63(physics: tuple[dict[str, Any], ...]) -> PageTable:
     rows = tuple(
         (f"{start:g}-{stop:g} s", gain, phase, gain * FORCE_PER_GAIN_N, window["delay_s"])
         for (start, stop, gain, phase), window in zip(WINDOWS, physics[0]["windows"], strict=True)
     )
-    return Table(
+    return PageTable(
         "Table 6-3: generator in the two windows",
         ("window", "gain", "phase [deg]", "amplitude after the impulse [N]", "delay [s]"),
         rows,
@@ -513,7 +513,7 @@ def _dampers(chapter: Chapter, workers: int | None) -> None:
                          name=label, line={"color": colour})  # fmt: skip
     plot.update_xaxes(title="time [s]")
     plot.update_yaxes(title="rear axle load [kN]")
-    chapter.parts.append(Figure(
+    chapter.parts.append(Plot(
         "Table 6-1: rear axle load in a slalom of 0.6 Hz, rigid-body plant on MuJoCo",
         styled(plot, 380),
         "The load swings at twice the slalom's frequency with every kind of damper, because roll, "
@@ -522,7 +522,7 @@ def _dampers(chapter: Chapter, workers: int | None) -> None:
     ))  # fmt: skip
     lines = {kind: [axle_line(trace, "car_rear", n) for n in (1, 2, 4)]
              for kind, trace in traces.items()}  # fmt: skip
-    chapter.parts.append(Table(
+    chapter.parts.append(PageTable(
         "Lines of the rear axle load [N]", ("dampers", "at f", "at 2 f", "at 4 f"),
         tuple((DAMPERS[kind], *values) for kind, values in lines.items()),
     ))  # fmt: skip

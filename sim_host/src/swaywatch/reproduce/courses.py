@@ -12,8 +12,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from swaywatch.core import Estimates, analyze_drive
 from swaywatch.drive import Channel, Drive
+from swaywatch.ecu.core import Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
 from swaywatch.models.single_track import SingleTrack
 from swaywatch.reproduce.chapter5 import ANGLE_DEG, COMPLIANCE, SPEED_KMH, tyre_vehicle
@@ -27,13 +27,13 @@ from swaywatch.reproduce.page import (
     RED,
     Chapter,
     Check,
-    Figure,
+    Plot,
     styled,
 )
 from swaywatch.reproduce.study import (
     KMH,
     VEHICLE,
-    Setup,
+    ImpulseDrive,
     State,
     drive_of,
     identify,
@@ -106,7 +106,7 @@ def _synthetic(chapter: Chapter) -> None:
             f"Fig. 4-4: {label.split()[0]}(t) of Eq. 4.3, worst error", 0.0, 100.0 * worst, 1.0, "%"
         ))  # fmt: skip
     plot.update_xaxes(title="time [s]", row=3, col=1)
-    chapter.parts.append(Figure(
+    chapter.parts.append(Plot(
         "Fig. 4-4: a synthetic signal that changes", styled(plot, 520),
         "The core knows nothing of it: a window of 1.7 oscillations follows both.",
     ))  # fmt: skip
@@ -127,7 +127,7 @@ _LABELS = {
 
 
 def _impulse(chapter: Chapter) -> None:
-    setup = Setup(
+    setup = ImpulseDrive(
         vehicle=tyre_vehicle(), physics=(COMPLIANCE,), speed_control=True, speed_kmh=SPEED_KMH,
         angle_deg=ANGLE_DEG, sensors="typical",
     )  # fmt: skip
@@ -166,7 +166,7 @@ def _true_slip(trace: Trace, middle: Any) -> Any:
     return np.array(found)
 
 
-def _slips(found: Estimates, trace: Trace) -> Figure:
+def _slips(found: Estimates, trace: Trace) -> Plot:
     plot = go.Figure()
     for (axle, label), colour in zip(_LABELS.items(), COLOURS, strict=False):
         rows = found.has(axle)
@@ -179,13 +179,13 @@ def _slips(found: Estimates, trace: Trace) -> Figure:
                      line={"color": GREY, "width": 1})  # fmt: skip
     plot.update_xaxes(title="time [s]")
     plot.update_yaxes(title="slip angle, amplitude [deg]")
-    return Figure(
+    return Plot(
         "Fig. 5-10: axle slip over time", styled(plot, 380),
         "Amplitudes by Eq. 4.5-4.7 from yaw rate, lateral acceleration and speed.",
     )  # fmt: skip
 
 
-def _axle(found: Estimates, axle: str) -> Figure:
+def _axle(found: Estimates, axle: str) -> Plot:
     plot = make_subplots(rows=len(_AXLE_ROWS), cols=1, shared_xaxes=True, vertical_spacing=0.03)
     rows = found.has(axle)
     loaded = rows & found.has(f"{axle}_load")
@@ -198,14 +198,14 @@ def _axle(found: Estimates, axle: str) -> Figure:
         plot.update_yaxes(title=label, row=number, col=1)
     plot.update_xaxes(title="middle of the window [s]", row=len(_AXLE_ROWS), col=1)
     figure = "5-12" if axle == "car_front" else "5-13"
-    return Figure(
+    return Plot(
         f"Fig. {figure}: friction, stiffness, effective load, normalised stiffness, "
         f"{_LABELS[axle]}", styled(plot, 560),
         "Table A's vehicle has linear tyres: friction follows the swing, the rest stays.",
     )  # fmt: skip
 
 
-def _inertias(found: Estimates) -> Figure:
+def _inertias(found: Estimates) -> Plot:
     plot = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.05)
     rows = found.has("car_rear") & (found.time_s > 3.5)
     for name, column, colour in (
@@ -226,7 +226,7 @@ def _inertias(found: Estimates) -> Figure:
     plot.update_yaxes(title="I_z [kg m2]", row=1, col=1)
     plot.update_yaxes(title="argument [deg]", row=2, col=1)
     plot.update_xaxes(title="middle of the window [s]", row=2, col=1)
-    return Figure(
+    return Plot(
         "Fig. 5-14: yaw inertias over time, with their arguments", styled(plot, 460),
         "An argument away from zero says that something lags between the forces and the body.",
     )  # fmt: skip
@@ -260,7 +260,7 @@ def _own_load(chapter: Chapter, workers: int | None) -> None:
     plot.update_yaxes(title="amplitude at 2 f [N]", row=1, col=1)
     plot.update_yaxes(title="v_crit [km/h]", row=2, col=1)
     plot.update_xaxes(title="phase of the extra load [deg]", dtick=60, row=2, col=1)
-    chapter.parts.append(Figure(
+    chapter.parts.append(Plot(
         "Fig. 6-6: a vehicle with a load at 2 f of its own", styled(plot, 460),
         f"Own load {OWN_N:.0f} N at {OWN_DEG:.0f} deg, extra {EXTRA_N:.0f} N: what acts depends on "
         "the phase of what is added, by twice the own load.",
@@ -281,12 +281,12 @@ def _own_load(chapter: Chapter, workers: int | None) -> None:
 # --- Fig. 1-3, 1-4 --------------------------------------------------------------------------------
 
 
-def _road(speed_kmh: float, damper: str) -> Setup:
-    return Setup(model="multibody", damper=damper, speed_kmh=speed_kmh, angle_deg=19.0,
+def _road(speed_kmh: float, damper: str) -> ImpulseDrive:
+    return ImpulseDrive(model="multibody", damper=damper, speed_kmh=speed_kmh, angle_deg=19.0,
                  duration_s=16.0)  # fmt: skip
 
 
-def damped(setup: Setup) -> tuple[State, Trace]:
+def damped(setup: ImpulseDrive) -> tuple[State, Trace]:
     """State after the impulse, and the drive."""
     return identify(setup), drive_of(setup)[1]
 
@@ -309,7 +309,7 @@ def _dampers(chapter: Chapter, workers: int | None) -> None:
         del state
     plot.update_xaxes(title="time [s]", row=2, col=1)
     series, prototype = (state.damping_ratio for state, _ in drives)
-    chapter.parts.append(Figure(
+    chapter.parts.append(Plot(
         "Fig. 1-3, 1-4: yaw rates after the impulse with two kinds of damper", styled(plot, 480),
         f"Rigid-body plant on MuJoCo, bodies moving, {critical:.1f} km/h: dampers of the kind "
         f"'{SERIES_DAMPER}' (damping ratio {series:+.4f}) and of the kind '{PROTOTYPE}' "

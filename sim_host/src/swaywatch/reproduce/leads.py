@@ -15,21 +15,22 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.data import body_of
-from swaywatch.diagnose.plant import PlantInput, neutral
-from swaywatch.models import modes, sprung
+from swaywatch.diagnose.fit.data import body_of
+from swaywatch.models import modes
 from swaywatch.models.single_track import SingleTrack
+from swaywatch.plant import sprung
+from swaywatch.plant.lanes import PlantInput, neutral
 from swaywatch.reproduce.page import (
     BLUE,
     COLOURS,
     GREY,
     Chapter,
     Check,
-    Figure,
-    Table,
+    PageTable,
+    Plot,
     styled,
 )
-from swaywatch.reproduce.study import CAR, KMH, VEHICLE, Setup, State, identify, in_parallel
+from swaywatch.reproduce.study import CAR, KMH, VEHICLE, ImpulseDrive, State, identify, in_parallel
 
 Array = NDArray[np.float64]
 
@@ -64,7 +65,7 @@ def make(workers: int | None = None) -> Chapter:
         "What the text leaves open (3.2.1, 5.2.6)",
         "Eigenvalues of the plant with what is supposed switched on, one thing at a time, and "
         "simulated drives read by the C core. Sprung vehicle: values by the rules of "
-        "models/sprung.py, a relaxation length of 0.3 m at every axle.",
+        "plant/sprung.py, a relaxation length of 0.3 m at every axle.",
     )
     _static(chapter)
     _solo_damping(chapter)
@@ -99,7 +100,7 @@ def _static(chapter: Chapter) -> None:
                      line={"color": BLUE, "dash": "dash"})  # fmt: skip
     plot.update_xaxes(title="speed [km/h]")
     plot.update_yaxes(title="yaw rate over road-wheel angle [1/s]", range=[0.0, 30.0])
-    chapter.parts.append(Figure(
+    chapter.parts.append(Plot(
         "Fig. 3-3: yaw rate gain over the speed", styled(plot, 400),
         "An understeering car has its largest gain at the characteristic speed "
         f"({KMH * math.sqrt(length * G / found['car alone'][1]):.0f} km/h here); an oversteering "
@@ -113,7 +114,7 @@ def _static(chapter: Chapter) -> None:
               0.00005, "rad"),
         Check("yaw rate gain at 20 m/s (Eq. 3.26)", 4.98953, _gain(model, 20.0), 0.0005, "1/s"),
     ]  # fmt: skip
-    chapter.parts.append(Table(
+    chapter.parts.append(PageTable(
         "Eq. 3.33-3.35: the hitch angle",
         ("", "from the steady states of the single track", "Eq. 3.34, 3.35 as printed"),
         (("L_theta [m]", own, _printed_length(model)),
@@ -233,7 +234,7 @@ def _roll(chapter: Chapter) -> None:
         }  # fmt: skip
         speeds[words] = v_crit(slots)
         rows.append((words, speeds[words], speeds[words] - speeds["as it is"]))
-    chapter.parts.append(Table(
+    chapter.parts.append(PageTable(
         "Roll stiffness times ten", ("stiffer", "v_crit [km/h]", "change [km/h]"), tuple(rows),
         f"Ball {height:.2f} m over both roll axes: so the rolling vehicle has the 117.3 km/h of "
         f"the text's simulation, where a rigid one has {v_crit():.1f} km/h.",
@@ -263,7 +264,7 @@ def _air(chapter: Chapter) -> None:
         middle = 0.5 * (low + high)
         found = v_crit({"aero_side": 1.8, "aero_yaw": middle}) - rigid
         low, high = (middle, high) if found > -3.0 else (low, middle)
-    chapter.parts.append(Table(
+    chapter.parts.append(PageTable(
         "Air on the trailer: change of v_crit [km/h]",
         ("side force and yaw moment coefficient", "1.5 m2", "3 m2", "5 m2"), tuple(rows),
         "Coefficients per rad on the area, the moment on the area times 1 m, positive aligning.",
@@ -323,7 +324,7 @@ def _ball_load(chapter: Chapter) -> None:
         words: ball_load(500.0, **options) - before  # type: ignore[arg-type]
         for words, options in ways.items()
     }
-    chapter.parts.append(Table(
+    chapter.parts.append(PageTable(
         "500 N more on the ball", ("how", "change of v_crit [km/h]"), tuple(change.items()),
         "The axles come to lie further behind the centre of gravity, and a load taken from the "
         "rear takes yaw inertia with it.",
@@ -343,9 +344,9 @@ def _sprung_table(chapter: Chapter, workers: int | None) -> None:
     """Table 5-1 from a vehicle on springs: arguments that nobody put in."""
     base = sprung.defaults(BODY_VALUES)
     setups = {
-        "rigid, tyres relax": Setup(physics=_relaxing()),
-        "on springs": Setup(sprung={}),
-        "on springs, tyres relax": Setup(physics=_relaxing(), sprung={}),
+        "rigid, tyres relax": ImpulseDrive(physics=_relaxing()),
+        "on springs": ImpulseDrive(sprung={}),
+        "on springs, tyres relax": ImpulseDrive(physics=_relaxing(), sprung={}),
     }
     states = dict(zip(setups, in_parallel(identify, setups.values(), workers), strict=True))
     speeds = {
@@ -360,7 +361,7 @@ def _sprung_table(chapter: Chapter, workers: int | None) -> None:
         for axle, text in SIMULATED.items()
     ]  # fmt: skip
     rows.append(("v_crit [km/h]", "117.3", *(f"{speeds[name]:.1f}" for name in setups)))
-    chapter.parts.append(Table(
+    chapter.parts.append(PageTable(
         "Table 5-1 from the plant: stiffness [kN/rad] with its argument, core",
         ("", "text, simulation M1 [deg]", *setups), tuple(rows),
         "Nothing of Table 5-1 is put in: arguments come from roll and relaxation of the plant.",
@@ -404,7 +405,7 @@ def _inertia(chapter: Chapter, workers: int | None) -> None:
         ({"id": "suspension_lag", "lag_s": math.tan(math.radians(a)) / (2.0 * math.pi * 0.67)},)
         for a in LAGS_DEG
     ]
-    setups = (Setup(), *(Setup(physics=lag) for lag in lags), Setup(sprung={}))
+    setups = (ImpulseDrive(), *(ImpulseDrive(physics=lag) for lag in lags), ImpulseDrive(sprung={}))
     plain, half, lagged, rolling = in_parallel(identify, setups, workers)
     given = (2690.0, 10350.0, 10350.0, 10350.0)
     text = (2360.0, math.nan, 9920.0, 8185.0)
@@ -415,7 +416,7 @@ def _inertia(chapter: Chapter, workers: int | None) -> None:
         for state in (plain, lagged, rolling):
             row += [state.inertia_kgm2[k], 100.0 * (state.inertia_kgm2[k] / want - 1.0)]
         rows.append(tuple(row))
-    chapter.parts.append(Table(
+    chapter.parts.append(PageTable(
         "Table 5-2: yaw inertia [kg m2] and its error [%]",
         ("", "given", "text, simulation", "rigid", "%",
          f"car's forces {LAGS_DEG[1]:g} deg late", "%",

@@ -52,7 +52,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """Rows of cells under a head; numbers are set right."""
 
     title: str
@@ -62,7 +62,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Figure:
+class Plot:
     """A plot with what it shows."""
 
     title: str
@@ -76,7 +76,7 @@ class Chapter:
 
     title: str
     text: str
-    parts: list[Figure | Table] = field(default_factory=list)
+    parts: list[Plot | PageTable] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
 
 
@@ -89,7 +89,7 @@ def make_page(chapters: Sequence[Chapter], seconds: float) -> str:
     for chapter in chapters:
         body += [f"<h2>{html.escape(chapter.title)}</h2>", f"<p>{html.escape(chapter.text)}</p>"]
         for part in chapter.parts:
-            body.append(_table(part) if isinstance(part, Table) else _figure(part))
+            body.append(_table(part) if isinstance(part, PageTable) else _figure(part))
     meta = (
         f"Simulated drives, read by the C core; made in {seconds:.0f} s. Reference: N. Zhang, "
         "Stability Investigation of Car-trailer Combinations based on Time-Frequency Analysis, "
@@ -120,7 +120,7 @@ def _allowed(check: Check) -> str:
     return f"&plusmn; {_number(check.tolerance)}" if check.sense == "within" else check.sense
 
 
-def _table(table: Table) -> str:
+def _table(table: PageTable) -> str:
     head = "".join(f"<th>{html.escape(cell)}</th>" for cell in table.head)
     rows = "".join(
         "<tr>"
@@ -138,7 +138,7 @@ def _table(table: Table) -> str:
     return f"<h3>{html.escape(table.title)}</h3>{content}{note}"
 
 
-def _figure(figure: Figure) -> str:
+def _figure(figure: Plot) -> str:
     return (
         f"<h3>{html.escape(figure.title)}</h3>{plot(figure.plot, name=figure.title)}"
         f"<div class='note'>{html.escape(figure.text)}</div>"

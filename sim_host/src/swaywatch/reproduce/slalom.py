@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from plotly.subplots import make_subplots
 
-from swaywatch.core import Estimates, analyze_drive
+from swaywatch.ecu.core import Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
-from swaywatch.models.layout import Array
-from swaywatch.reproduce.page import BLUE, GREEN, ORANGE, RED, Chapter, Check, Figure, styled
+from swaywatch.plant.layout import Array
+from swaywatch.reproduce.page import BLUE, GREEN, ORANGE, RED, Chapter, Check, Plot, styled
 from swaywatch.reproduce.study import VEHICLE, in_parallel
 from swaywatch.simulate.run import simulate_plant, simulate_scenario
 from swaywatch.simulate.scenario import Scenario, read_scenario
@@ -34,7 +34,7 @@ CASES = ((0.0, BLUE), (-90.0, ORANGE), (-180.0, RED))
 
 
 @dataclass(frozen=True)
-class Point:
+class AxlePoint:
     """The car's rear axle in one drive: load and slip that varied, stiffness that followed."""
 
     effective_load_n: float
@@ -64,7 +64,7 @@ def scenario_of(content: Mapping[str, Any]) -> Scenario:
     return read_scenario(whole, "slalom", Path(), "slalom", vehicle=VEHICLE)
 
 
-def drive(content: Mapping[str, Any]) -> Point:
+def drive(content: Mapping[str, Any]) -> AxlePoint:
     """One drive through ``swaywatch simulate``'s door and the C core.
 
     Without a speed the critical one is looked for: there the swing neither grows nor decays.
@@ -90,14 +90,14 @@ def critical_kmh(content: Mapping[str, Any]) -> float:
     return 0.5 * (low + high)
 
 
-def point_of(estimates: Estimates, trace: Trace) -> Point:
+def point_of(estimates: Estimates, trace: Trace) -> AxlePoint:
     """Means over the settled part of a drive."""
     time = estimates.time_s
     rows = (time >= FIRST_S) & (time <= LAST_S)
     rows &= estimates.has("car_rear") & estimates.has("car_rear_load")
     within = (trace.time_s >= FIRST_S) & (trace.time_s <= LAST_S)
     slip: Array = 0.5 * (trace["wheel_slip_rl"] + trace["wheel_slip_rr"])[within]
-    return Point(
+    return AxlePoint(
         float(np.mean(estimates["car_rear.effective_load_n"][rows])),
         float(np.degrees(np.sqrt(2.0) * np.std(slip))),
         float(np.mean(estimates["car_rear.normalised_stiffness_per_rad"][rows])),
@@ -137,7 +137,9 @@ def add_to(chapter: Chapter, workers: int | None = None) -> None:
     _checks(chapter, *parts)
 
 
-def _figure(free: Sequence[Point], loaded: Sequence[Point], steered: Sequence[Point]) -> Figure:
+def _figure(
+    free: Sequence[AxlePoint], loaded: Sequence[AxlePoint], steered: Sequence[AxlePoint]
+) -> Plot:
     plot = make_subplots(
         rows=2, cols=2, shared_yaxes=True, vertical_spacing=0.16, horizontal_spacing=0.05,
     )  # fmt: skip
@@ -158,7 +160,7 @@ def _figure(free: Sequence[Point], loaded: Sequence[Point], steered: Sequence[Po
          ("slalom, steering varied, slip [deg]", 2, 2))
     ):  # fmt: skip
         plot.update_xaxes(title=f"({'abcd'[place]}) {what}", row=row, col=col)
-    return Figure(
+    return Plot(
         "Fig. 6-7: load and slip on a degressive tyre, in sway and in a slalom", styled(plot, 560),
         "Load alone and slip alone both lower the normalised stiffness. In the sway they change "
         "together and cannot be distinguished; in the slalom each is varied by itself.",
@@ -166,7 +168,8 @@ def _figure(free: Sequence[Point], loaded: Sequence[Point], steered: Sequence[Po
 
 
 def _line(
-    plot: Any, points: Sequence[Point], quantity: str, name: str, colour: str, row: int, col: int,
+    plot: Any, points: Sequence[AxlePoint], quantity: str, name: str, colour: str, row: int,
+    col: int,
     legend: bool = False,
 ) -> None:  # fmt: skip
     x = [p.effective_load_n / 1e3 if quantity == "load" else p.slip_deg for p in points]
@@ -176,7 +179,7 @@ def _line(
     )  # fmt: skip
 
 
-def slope(points: Sequence[Point], quantity: str) -> float:
+def slope(points: Sequence[AxlePoint], quantity: str) -> float:
     """Change of the normalised stiffness in percent, for 1 % of load or 1 deg of slip."""
     normalised = np.array([p.normalised for p in points])
     x = np.array([p.effective_load_n if quantity == "load" else p.slip_deg for p in points])
@@ -184,7 +187,9 @@ def slope(points: Sequence[Point], quantity: str) -> float:
     return fall * float(x.mean()) if quantity == "load" else 100.0 * fall
 
 
-def _slip_words(free: Sequence[Point], loaded: Sequence[Point], steered: Sequence[Point]) -> str:
+def _slip_words(
+    free: Sequence[AxlePoint], loaded: Sequence[AxlePoint], steered: Sequence[AxlePoint]
+) -> str:
     """The ratio with the part of the slip, which changes in the sway too, taken out."""
     load_n = np.array([p.effective_load_n for p in free])
     slip = np.array([p.slip_deg for p in free])
@@ -199,7 +204,10 @@ def _slip_words(free: Sequence[Point], loaded: Sequence[Point], steered: Sequenc
 
 
 def _checks(
-    chapter: Chapter, free: Sequence[Point], loaded: Sequence[Point], steered: Sequence[Point]
+    chapter: Chapter,
+    free: Sequence[AxlePoint],
+    loaded: Sequence[AxlePoint],
+    steered: Sequence[AxlePoint],
 ) -> None:
     size = len(AMPLITUDES_N)
     ratio = slope(free[2 * size :], "load") / slope(loaded[size:], "load")

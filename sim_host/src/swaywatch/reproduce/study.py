@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.core import AXLES, Estimates, analyze_drive
 from swaywatch.drive import Drive
+from swaywatch.ecu.core import AXLES, Estimates, analyze_drive
 from swaywatch.models.double_track import Trace
 from swaywatch.simulate.run import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario
@@ -42,7 +42,7 @@ VEHICLE = Vehicle(CAR, TRAILER)
 
 
 @dataclass(frozen=True)
-class Setup:
+class ImpulseDrive:
     """One drive to simulate: an impulse at a speed.
 
     Identified are the windows whose middle lies ``first_s`` to ``last_s`` after that of the first
@@ -76,7 +76,7 @@ def judge_is_there() -> bool:
     return True
 
 
-def drive_of(setup: Setup) -> tuple[Drive, Trace]:
+def drive_of(setup: ImpulseDrive) -> tuple[Drive, Trace]:
     """Simulate a set-up through the same door as ``swaywatch simulate``."""
     content = {
         "vehicle": "-",
@@ -126,7 +126,7 @@ class State:
     model_v_crit_kmh: float = float("nan")
 
 
-def identify(setup: Setup) -> State:
+def identify(setup: ImpulseDrive) -> State:
     """Simulate, run the core, and average its usable estimates.
 
     Raises
@@ -152,7 +152,7 @@ def free_rows(
     return np.asarray(rows)
 
 
-def state_of(estimates: Estimates, setup: Setup) -> State:
+def state_of(estimates: Estimates, setup: ImpulseDrive) -> State:
     """Averages over the rows of :func:`free_rows`, weighted by their standard errors."""
     rows = free_rows(estimates, setup.start_s + 0.5 / 0.675, setup.first_s, setup.last_s)
 
@@ -218,7 +218,7 @@ def ladder_of(states: Sequence[State], degree: int = 1) -> Ladder:
 
 
 def ladders(
-    setups: Sequence[Setup],
+    setups: Sequence[ImpulseDrive],
     offsets_kmh: Sequence[float],
     around_kmh: Sequence[float],
     workers: int | None = None,

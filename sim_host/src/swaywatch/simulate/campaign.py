@@ -32,7 +32,7 @@ MOST = 100_000
 
 
 @dataclass(frozen=True)
-class Job:
+class DriveJob:
     """One drive: the scenario's content with its values, and where it goes."""
 
     number: int
@@ -45,7 +45,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DriveOutcome:
     """What became of a drive."""
 
     number: int
@@ -60,7 +60,7 @@ class Outcome:
 
 def jobs_of(
     scenario: Path, count: int, out: Path | None = None, suffix: str = ".blf", seed: int = 1
-) -> list[Job]:
+) -> list[DriveJob]:
     """The drives of a campaign; the same seed gives the same drives.
 
     Raises
@@ -83,7 +83,7 @@ def jobs_of(
             values.append((key, value))
         file = None if out is None else out / f"drive_{number + 1:05d}{suffix}"
         jobs.append(
-            Job(
+            DriveJob(
                 number + 1, mine, scenario.parent, str(scenario), seed + number, tuple(values), file
             )
         )
@@ -91,10 +91,10 @@ def jobs_of(
 
 
 def run_campaign(
-    jobs: Sequence[Job],
+    jobs: Sequence[DriveJob],
     workers: int | None = None,
     progress: Callable[[int], None] = lambda done: None,
-) -> list[Outcome]:
+) -> list[DriveOutcome]:
     """Simulate all drives, on all cores unless told otherwise; outcomes in order."""
     count = min(workers or os.cpu_count() or 1, len(jobs))
     outcomes = [run_job(jobs[0])]  # meets bad input before any process starts
@@ -113,18 +113,18 @@ def run_campaign(
     return outcomes
 
 
-def run_job(job: Job) -> Outcome:
+def run_job(job: DriveJob) -> DriveOutcome:
     """Simulate one drive and write it, if it has a file."""
     scenario = read_scenario(
         job.content, f"drive_{job.number:05d}", job.folder, job.place, job.seed
     )
     drive, trace = simulate_scenario(scenario)
     if job.out is not None:
-        from swaywatch.bus import encode_drive
+        from swaywatch.ecu.bus import encode_drive
         from swaywatch.recording import write_recording
 
         write_recording(job.out, encode_drive(drive))
-    return Outcome(
+    return DriveOutcome(
         job.number,
         job.seed,
         job.values,
@@ -136,7 +136,7 @@ def run_job(job: Job) -> Outcome:
     )
 
 
-def write_table(path: Path, outcomes: Sequence[Outcome]) -> None:
+def write_table(path: Path, outcomes: Sequence[DriveOutcome]) -> None:
     """One line per drive: seed, varied values, what became of it (CSV)."""
     keys = [key for key, _ in outcomes[0].values]
     head = ["drive", "seed", *keys, "duration_s", "whole", "largest_car_yaw_rate_rad_s",

@@ -30,10 +30,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from swaywatch._core import ffi, lib
-from swaywatch.bus import MESSAGES, database
-from swaywatch.core import ALARM
 from swaywatch.cosim.plant import FmuPlant
+from swaywatch.ecu._core import ffi, lib
+from swaywatch.ecu.bus import MESSAGES, database
+from swaywatch.ecu.core import ALARM
 from swaywatch.errors import RecordingError, ScenarioError
 from swaywatch.models.double_track import DoubleTrack, SpeedControl
 from swaywatch.simulate.driver import make_driver
@@ -50,7 +50,7 @@ MEMORY_S = 2.0
 """Longest delay of a sensor."""
 
 
-class Bus(Protocol):
+class LoopBus(Protocol):
     """What the loop needs of a python-can bus."""
 
     def send(self, msg: Any, timeout: float | None = None) -> None:
@@ -229,7 +229,7 @@ class Encoder:
 
 def drive_closed_loop(
     scenario: Scenario,
-    bus: Bus,
+    bus: LoopBus,
     *,
     clock: Callable[[], float] = time.monotonic,
     sleep: Callable[[float], None] = time.sleep,

@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from swaywatch.core import ALARM
+from swaywatch.ecu.core import ALARM
 from swaywatch.recording.guard import whole_file
 from swaywatch.simulate.closed_loop import LoopResult
 from swaywatch.simulate.table import Table
@@ -32,7 +32,7 @@ WORDS = tuple(ALARM[state] for state in sorted(ALARM))
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Requirement:
     """One thing that was wanted.
 
     Attributes
@@ -94,29 +94,29 @@ class Expectation:
     def _state(table: Table, key: str) -> int | None:
         return WORDS.index(table.word(key, WORDS[2:])) if table.has(key) else table.raw(key)
 
-    def judge(self, result: LoopResult) -> list[Verdict]:
+    def judge(self, result: LoopResult) -> list[Requirement]:
         """Every verdict on a drive, in the order of the module's text."""
-        answered = Verdict(
+        answered = Requirement(
             "the ECU answers", result.status_frames > 0, f"{result.status_frames} alarm frames"
         )
         return [answered, *self._alarms(result), *self._numbers(result)]
 
-    def _alarms(self, result: LoopResult) -> Iterator[Verdict]:
+    def _alarms(self, result: LoopResult) -> Iterator[Requirement]:
         worst = max((state for _, state in result.alarms), default=0)
         said = f"highest state: {WORDS[worst]}" if result.alarms else "no alarm frame"
         if self._alarm is not None:
             at = next((time for time, state in result.alarms if state >= self._alarm), None)
             by = f" by {self._by_s:g} s" if np.isfinite(self._by_s) else ""
-            yield Verdict(
+            yield Requirement(
                 f"{WORDS[self._alarm]} or more{by}",
                 at is not None and at <= self._by_s,
                 said if at is None else f"at {at:.2f} s",
             )
         if self._no_alarm is not None:
             quiet = bool(result.alarms) and worst < self._no_alarm
-            yield Verdict(f"never {WORDS[self._no_alarm]}", quiet, said)
+            yield Requirement(f"never {WORDS[self._no_alarm]}", quiet, said)
 
-    def _numbers(self, result: LoopResult) -> Iterator[Verdict]:
+    def _numbers(self, result: LoopResult) -> Iterator[Requirement]:
         swing = np.degrees(result.swing_rad_s) if result.swing_rad_s else np.array([np.inf])
         late = result.feed.lateness_s
         seen = {
@@ -128,10 +128,10 @@ class Expectation:
         for limit, most in self._limits:
             value = seen[limit.key]
             name = f"{limit.sentence} {most:g} {limit.unit}"
-            yield Verdict(name, value <= most, f"{value:.1f} {limit.unit}")
+            yield Requirement(name, value <= most, f"{value:.1f} {limit.unit}")
 
 
-def as_json(scenario: str, result: LoopResult, verdicts: list[Verdict]) -> dict[str, Any]:
+def as_json(scenario: str, result: LoopResult, verdicts: list[Requirement]) -> dict[str, Any]:
     """The drive and its verdicts, for ``--json``."""
     late = result.feed.lateness_s
     return {
@@ -148,7 +148,7 @@ def as_json(scenario: str, result: LoopResult, verdicts: list[Verdict]) -> dict[
     }
 
 
-def write_junit(path: Path, scenario: str, result: LoopResult, verdicts: list[Verdict]) -> None:
+def write_junit(path: Path, scenario: str, result: LoopResult, verdicts: list[Requirement]) -> None:
     """Write the verdicts as JUnit's XML, which test benches and CI servers read."""
     failures = sum(not verdict.passed for verdict in verdicts)
     suite = ElementTree.Element(

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from swaywatch.errors import ScenarioError
-from swaywatch.models.layout import Array
-from swaywatch.models.physics import Effect
+from swaywatch.models.physics import PhysicsEffect
+from swaywatch.plant.layout import Array
 from swaywatch.simulate.table import Table
 
 KMH = 3.6
@@ -36,7 +36,7 @@ class Plan:
     time_s: Array
     steering_rad: Array
     speed_m_s: Array
-    effects: list[Effect] = field(default_factory=list)
+    effects: list[PhysicsEffect] = field(default_factory=list)
     impulses_s: list[float] = field(default_factory=list)
 
 
@@ -221,6 +221,6 @@ def _effect(
     if value in rest:
         window[value] = rest.pop(value)
     try:
-        plan.effects.append(Effect(effect, windows=[window], **rest))
+        plan.effects.append(PhysicsEffect(effect, windows=[window], **rest))
     except (ValueError, TypeError) as error:
         raise ScenarioError(f"{table.place}: {error}") from None

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from swaywatch.bus import MESSAGES
 from swaywatch.drive import Channel, Drive
+from swaywatch.ecu.bus import MESSAGES
 from swaywatch.errors import ScenarioError
 from swaywatch.models.double_track import DoubleTrack, SpeedControl, Trace
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.models.stepping import COLUMNS
+from swaywatch.plant.stepping import COLUMNS
 from swaywatch.roles import CHANNELS
 from swaywatch.simulate.driver import Driver, make_driver
 from swaywatch.simulate.scenario import PLANT_RATE_HZ, Scenario

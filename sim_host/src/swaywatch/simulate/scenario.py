@@ -19,7 +19,7 @@
     moment_nm = 130.0
 
     [sprung]                        # bodies roll on springs; without it they do not act back
-    roll_stiffness_car = 90e3       # any value of models/sprung.py; the rest follows the vehicle
+    roll_stiffness_car = 90e3       # any value of plant/sprung.py; the rest follows the vehicle
 
     [driver]
     kind = "lets_go"
@@ -47,15 +47,16 @@ from typing import Any
 import numpy as np
 
 from swaywatch.errors import ScenarioError
-from swaywatch.models.layout import Array
-from swaywatch.models.physics import Effect
-from swaywatch.models.sprung import defaults
-from swaywatch.models.vehicle_view import constants_of
+from swaywatch.models.physics import PhysicsEffect
+from swaywatch.plant.layout import Array
+from swaywatch.plant.sprung import defaults
+from swaywatch.plant.vehicle_view import constants_of
 from swaywatch.simulate.manoeuvres import Plan, make_plan
 from swaywatch.simulate.table import Table
 from swaywatch.simulate.timing import Timing, read_timing
 from swaywatch.toml_file import load_toml
-from swaywatch.vehicle import Vehicle, load_vehicle
+from swaywatch.vehicle import Vehicle
+from swaywatch.vehicle_file import load_vehicle
 
 MODELS = ("double_track", "single_track", "multibody", "fmu")
 PLANT_RATE_HZ = 200.0
@@ -81,7 +82,7 @@ class Scenario:
     duration_s: float
     start_s: float
     plan: Plan
-    physics: tuple[Effect, ...]
+    physics: tuple[PhysicsEffect, ...]
     speed_control: bool
     sprung: dict[str, float] | None
     fmu: tuple[Path, Path | None] | None
@@ -198,12 +199,12 @@ def _check_single_track(scenario: Scenario, place: str) -> None:
         raise ScenarioError(f"{place}: model = 'single_track' needs a constant speed")
 
 
-def _effect(table: Table) -> Effect:
+def _effect(table: Table) -> PhysicsEffect:
     effect = table.raw("id")
     if not isinstance(effect, str):
         raise ScenarioError(f"{table.place}: id is missing, the name of a physics module")
     try:
-        return Effect(effect, **table.rest())
+        return PhysicsEffect(effect, **table.rest())
     except (ValueError, TypeError) as error:
         raise ScenarioError(f"{table.place}: {error}") from None
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from swaywatch.models.double_track import Trace
-from swaywatch.models.layout import Array
-from swaywatch.models.vehicle_view import GRAVITY
+from swaywatch.plant.layout import Array
+from swaywatch.plant.vehicle_view import GRAVITY
 from swaywatch.roles import CHANNELS
 from swaywatch.simulate.table import Table
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from swaywatch.bus import DBC_PATH, MESSAGES
 from swaywatch.drive import Drive
+from swaywatch.ecu.bus import DBC_PATH, MESSAGES
 from swaywatch.roles import WHEEL_ROLES, WHEELS
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swaywatch.models.layout import Array
+from swaywatch.plant.layout import Array
 from swaywatch.simulate.table import Table
 
 

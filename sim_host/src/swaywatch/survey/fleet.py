@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 
 from swaywatch.analysis import AXLE_NAMES
-from swaywatch.survey.outcome import Outcome
+from swaywatch.survey.outcome import SurveyOutcome
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -40,7 +40,7 @@ NAMES = {
 
 
 @dataclass(frozen=True)
-class Comparison:
+class FleetComparison:
     """One value over the fleet.
 
     Attributes
@@ -64,12 +64,12 @@ class Comparison:
         return (self.ratio - 1.0) / self.error
 
 
-def compare(outcomes: Sequence[Outcome]) -> list[Comparison]:
+def compare(outcomes: Sequence[SurveyOutcome]) -> list[FleetComparison]:
     """Every value that enough runs have, over the fleet."""
     return [found for name in NAMES if (found := _one(name, outcomes)) is not None]
 
 
-def _one(name: str, outcomes: Sequence[Outcome]) -> Comparison | None:
+def _one(name: str, outcomes: Sequence[SurveyOutcome]) -> FleetComparison | None:
     rows, ratios, errors = [], [], []
     for place, outcome in enumerate(outcomes):
         value, error, believed = outcome.values.get(name, [None, None, None])
@@ -86,7 +86,7 @@ def _one(name: str, outcomes: Sequence[Outcome]) -> Comparison | None:
         return None
     ratio, own = ratio / centre, own / centre
     scatter = scatter_of(ratio - 1.0, own)
-    return Comparison(name, np.array(rows), ratio, np.hypot(own, scatter), scatter)
+    return FleetComparison(name, np.array(rows), ratio, np.hypot(own, scatter), scatter)
 
 
 def scatter_of(distance: FloatArray, error: FloatArray) -> float:
@@ -100,13 +100,13 @@ def scatter_of(distance: FloatArray, error: FloatArray) -> float:
     return float(brentq(excess, 0.0, 1e3 * float(np.max(np.abs(distance)))))
 
 
-def limit(comparisons: Sequence[Comparison]) -> float:
+def limit(comparisons: Sequence[FleetComparison]) -> float:
     """Distance beyond which a run stands out: once in a hundred normal fleets."""
     count = sum(len(entry.runs) for entry in comparisons)
     return float(norm.isf(FALSE_FLEETS / 2.0 / max(count, 1)))
 
 
-def mark(outcomes: Sequence[Outcome]) -> list[Comparison]:
+def mark(outcomes: Sequence[SurveyOutcome]) -> list[FleetComparison]:
     """Say of each run what stands out, the strongest first; the comparisons behind it."""
     comparisons = compare(outcomes)
     far = limit(comparisons)
@@ -122,7 +122,7 @@ def mark(outcomes: Sequence[Outcome]) -> list[Comparison]:
     return comparisons
 
 
-def strength(comparisons: Sequence[Comparison], count: int) -> FloatArray:
+def strength(comparisons: Sequence[FleetComparison], count: int) -> FloatArray:
     """Largest distance of each of `count` runs in any value, shape (count,); 0: none."""
     most = np.zeros(count)
     for entry in comparisons:
@@ -130,7 +130,7 @@ def strength(comparisons: Sequence[Comparison], count: int) -> FloatArray:
     return most
 
 
-def _sentence(entry: Comparison, ratio: float, distance: float) -> str:
+def _sentence(entry: FleetComparison, ratio: float, distance: float) -> str:
     off = abs(ratio - 1.0) * 100.0
     digits = 0 if off >= 10.0 else max(0, 1 - math.floor(math.log10(max(off, 1e-6))))
     return (

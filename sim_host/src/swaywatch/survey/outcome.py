@@ -15,7 +15,7 @@ STATES = ("disagrees", "agrees", "cannot say", "not diagnosed", "failed")
 
 
 @dataclass
-class Outcome:
+class SurveyOutcome:
     """What a survey found on a run, or on several runs together.
 
     Attributes
@@ -84,7 +84,7 @@ class Journal:
         self.kept = {o.name: o for o in _read(self.path) if o.state != "failed"}
         self.write(self.kept.values())  # without a last line that was cut off
 
-    def add(self, outcome: Outcome) -> None:
+    def add(self, outcome: SurveyOutcome) -> None:
         """Append one."""
         try:
             with self.path.open("a", encoding="utf-8") as stream:
@@ -92,26 +92,26 @@ class Journal:
         except OSError as error:
             raise RecordingError(f"{self.path}: cannot be written: {error.strerror}") from None
 
-    def write(self, outcomes: Iterable[Outcome]) -> None:
+    def write(self, outcomes: Iterable[SurveyOutcome]) -> None:
         """Write all of them anew, one line for each."""
         with whole_file(self.path) as temporary:
             temporary.write_text("".join(map(_line, outcomes)), encoding="utf-8")
 
 
-def _line(outcome: Outcome) -> str:
+def _line(outcome: SurveyOutcome) -> str:
     return json.dumps(asdict(outcome)) + "\n"
 
 
-def _read(path: Path) -> list[Outcome]:
+def _read(path: Path) -> list[SurveyOutcome]:
     """Outcomes in a file; later lines of a run count, lines that are none do not."""
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         return []
-    found: dict[str, Outcome] = {}
+    found: dict[str, SurveyOutcome] = {}
     for line in lines:
         try:
-            outcome = Outcome(**json.loads(line))
+            outcome = SurveyOutcome(**json.loads(line))
         except (ValueError, TypeError):
             continue
         found[outcome.name] = outcome

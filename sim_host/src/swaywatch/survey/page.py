@@ -10,8 +10,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from swaywatch.report.shell import document, plot, wide
-from swaywatch.survey.fleet import NAMES, Comparison, compare, limit, strength
-from swaywatch.survey.outcome import STATES, Outcome
+from swaywatch.survey.fleet import NAMES, FleetComparison, compare, limit, strength
+from swaywatch.survey.outcome import STATES, SurveyOutcome
 
 MOST_ROWS = 1000
 """Of a table; a browser gets slow beyond, and nobody reads them."""
@@ -24,7 +24,7 @@ _COLOUR = {
 }  # fmt: skip
 
 
-def count_words(outcomes: Sequence[Outcome]) -> str:
+def count_words(outcomes: Sequence[SurveyOutcome]) -> str:
     """``3 of 20 runs disagree with the model, 15 agree, ...``."""
     number = Counter(outcome.state for outcome in outcomes)
     text = f"{number['disagrees']} of {len(outcomes)} runs disagree with the model"
@@ -39,7 +39,9 @@ def count_words(outcomes: Sequence[Outcome]) -> str:
     return text
 
 
-def make_page(folder: str, alone: Sequence[Outcome], together: Sequence[Outcome], took: str) -> str:
+def make_page(
+    folder: str, alone: Sequence[SurveyOutcome], together: Sequence[SurveyOutcome], took: str
+) -> str:
     """HTML of a survey."""
     order = sorted(
         alone,
@@ -83,7 +85,7 @@ def _left_out(count: int) -> str:
     )
 
 
-def _fleet(alone: Sequence[Outcome]) -> list[str]:
+def _fleet(alone: Sequence[SurveyOutcome]) -> list[str]:
     """What is unlike the other runs; nothing where there are too few to say so."""
     comparisons = compare(alone)
     if not comparisons:
@@ -107,12 +109,12 @@ def _fleet(alone: Sequence[Outcome]) -> list[str]:
     ]
 
 
-def _unlike_row(outcome: Outcome) -> str:
+def _unlike_row(outcome: SurveyOutcome) -> str:
     cells = [html.escape(outcome.name), _lines(outcome.stands_out), outcome.alarm, _links(outcome)]
     return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
 
-def _picture(comparisons: Sequence[Comparison], alone: Sequence[Outcome]) -> go.Figure:
+def _picture(comparisons: Sequence[FleetComparison], alone: Sequence[SurveyOutcome]) -> go.Figure:
     """Distance of every run from the fleet, a row of points for each value."""
     figure = go.Figure()
     far = limit(comparisons)
@@ -144,7 +146,7 @@ def _picture(comparisons: Sequence[Comparison], alone: Sequence[Outcome]) -> go.
     return figure
 
 
-def _table(outcomes: Sequence[Outcome]) -> str:
+def _table(outcomes: Sequence[SurveyOutcome]) -> str:
     head = (
         "<tr><th>run</th><th></th><th>where and when</th><th>why</th>"
         "<th>mismatch,<br>without → with</th>"
@@ -153,7 +155,7 @@ def _table(outcomes: Sequence[Outcome]) -> str:
     return wide(f"<table>{head}{''.join(_row(outcome) for outcome in outcomes)}</table>")
 
 
-def _row(outcome: Outcome) -> str:
+def _row(outcome: SurveyOutcome) -> str:
     cells = [
         html.escape(outcome.name),
         f"<span class='verdict-word {_COLOUR[outcome.state]}'>{outcome.state}</span>",
@@ -169,7 +171,7 @@ def _row(outcome: Outcome) -> str:
     return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
 
-def _links(outcome: Outcome) -> str:
+def _links(outcome: SurveyOutcome) -> str:
     return " ".join(
         f"<a href='{html.escape(path, quote=True)}'>{title}</a>"
         for title, path in outcome.pages.items()
@@ -180,7 +182,7 @@ def _lines(texts: Sequence[str]) -> str:
     return "<br>".join(html.escape(text) for text in texts)
 
 
-def _mismatch(outcome: Outcome) -> str:
+def _mismatch(outcome: SurveyOutcome) -> str:
     if outcome.mismatch is None:
         return ""
     after = "" if outcome.mismatch_after is None else f" → {outcome.mismatch_after:.1f}"

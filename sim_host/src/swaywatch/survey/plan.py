@@ -14,7 +14,7 @@ from swaywatch.recording import SUFFIXES
 
 
 @dataclass(frozen=True)
-class Run:
+class SurveyRun:
     """One recording, and what it is read with; None: nothing was found for it.
 
     Attributes
@@ -45,7 +45,7 @@ class Run:
 
 def find_runs(
     folder: Path, vehicle: Path | None, signals: Path | None, exclude: Sequence[str], out: Path
-) -> list[Run]:
+) -> list[SurveyRun]:
     """Recordings below a folder, in the order of their names.
 
     A ``vehicle.toml`` and a ``signals.toml`` beside a recording, or in the nearest folder above it
@@ -65,7 +65,7 @@ def find_runs(
         if any(fnmatch(path.name, pattern) for pattern in exclude):
             continue
         runs.append(
-            Run(
+            SurveyRun(
                 path.relative_to(folder).as_posix(),
                 path,
                 _nearest(path, folder, "vehicle.toml") or vehicle,
@@ -88,9 +88,9 @@ def _nearest(path: Path, top: Path, name: str) -> Path | None:
     return None
 
 
-def groups(runs: Sequence[Run]) -> dict[tuple[Path, Path], list[Run]]:
+def groups(runs: Sequence[SurveyRun]) -> dict[tuple[Path, Path], list[SurveyRun]]:
     """Runs of the same combination: the same vehicle.toml and the same signals.toml."""
-    found: dict[tuple[Path, Path], list[Run]] = {}
+    found: dict[tuple[Path, Path], list[SurveyRun]] = {}
     for run in runs:
         if run.vehicle is not None and run.signals is not None:
             found.setdefault((run.vehicle, run.signals), []).append(run)

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from swaywatch.recording.guard import whole_file
-from swaywatch.survey.outcome import Outcome
+from swaywatch.survey.outcome import SurveyOutcome
 
 PLAIN = (
     ("name", pa.string()),
@@ -33,7 +33,7 @@ COST = (("cpu_s", pa.float64()), ("memory_mb", pa.float64()))
 """Columns that differ from one survey of the same files to the next."""
 
 
-def write_table(path: Path, outcomes: Sequence[Outcome]) -> None:
+def write_table(path: Path, outcomes: Sequence[SurveyOutcome]) -> None:
     """Write the table.
 
     Parameters

@@ -26,7 +26,7 @@ LOADED = (
     "swaywatch.commands.analyze",
     "swaywatch.commands.diagnose",
     "swaywatch.diagnose.engine",
-    "swaywatch.diagnose.page",
+    "swaywatch.diagnose.report.page",
     "asammdf",
     "can",
     "cantools",

@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.words import how_much, named, part, when
+from swaywatch.diagnose.report.labels import how_much, named, part, when
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording.guard import must_exist
-from swaywatch.survey.outcome import Journal, Outcome
-from swaywatch.survey.plan import Run, groups
+from swaywatch.survey.outcome import Journal, SurveyOutcome
+from swaywatch.survey.plan import SurveyRun, groups
 from swaywatch.survey.warm import Ran, Warm
 
 DIAGNOSED = ("all", "outliers", "none")
@@ -45,14 +45,14 @@ class Order:
 
 
 def survey(
-    runs: Sequence[Run],
+    runs: Sequence[SurveyRun],
     out: Path,
     executor: Executor,
     *,
     diagnose: str = "all",
     limit_s: float,
-    told: Callable[[Outcome], None] = lambda outcome: None,
-) -> tuple[list[Outcome], list[Outcome]]:
+    told: Callable[[SurveyOutcome], None] = lambda outcome: None,
+) -> tuple[list[SurveyOutcome], list[SurveyOutcome]]:
     """Survey runs.
 
     Parameters
@@ -73,9 +73,9 @@ def survey(
     from swaywatch.survey.table import write_table
 
     journal = Journal(out)
-    done: dict[str, Outcome] = {}
+    done: dict[str, SurveyOutcome] = {}
 
-    def all_of(left: dict[Future[Outcome], str]) -> list[Outcome]:
+    def all_of(left: dict[Future[SurveyOutcome], str]) -> list[SurveyOutcome]:
         """Take outcomes as they come; only this thread writes them down."""
         for future in as_completed(left):
             name = left[future]
@@ -93,7 +93,7 @@ def survey(
             told(outcome)
         return [done[name] for name in left.values()]
 
-    def each(of: Sequence[Run], whole: bool) -> None:
+    def each(of: Sequence[SurveyRun], whole: bool) -> None:
         order, kept = Order(out, limit_s, whole), journal.kept
         all_of({executor.submit(one, run, order, kept.get(run.name)): run.name for run in of})
 
@@ -120,7 +120,7 @@ def survey(
     return alone, together
 
 
-def _broken(name: str, error: Exception) -> Outcome:
+def _broken(name: str, error: Exception) -> SurveyOutcome:
     """What is said of a run that vanished, cannot be read, or made the survey itself stumble."""
     if isinstance(error, OSError):
         text = f"{error.filename or name}: cannot be read: {error.strerror or error}"
@@ -130,23 +130,23 @@ def _broken(name: str, error: Exception) -> Outcome:
         text = "every worker that tried it died: too little memory there, most likely"
     else:
         text = f"its results cannot be read ({type(error).__name__}: {error})"
-    return Outcome(name, "", why=[text])
+    return SurveyOutcome(name, "", why=[text])
 
 
-def _together(members: Sequence[Run]) -> str:
+def _together(members: Sequence[SurveyRun]) -> str:
     return " + ".join(run.name for run in members)
 
 
-def _worst(members: list[tuple[Run, Outcome]]) -> list[Run]:
+def _worst(members: list[tuple[SurveyRun, SurveyOutcome]]) -> list[SurveyRun]:
     out = [(r, o) for r, o in members if o.state == "disagrees"]
     out.sort(key=lambda pair: -(pair[1].mismatch or 0.0))
     return sorted((r for r, _ in out[:TOGETHER_MOST]), key=lambda run: run.name)
 
 
-def one(run: Run, order: Order, kept: Outcome | None) -> Outcome:
+def one(run: SurveyRun, order: Order, kept: SurveyOutcome | None) -> SurveyOutcome:
     """Analyse one run, and diagnose it where that is ordered; `kept` where nothing has changed."""
     must_exist(run.recording)
-    outcome = Outcome(run.name, run.key(), whole=order.whole, vehicle=str(run.vehicle or ""))
+    outcome = SurveyOutcome(run.name, run.key(), whole=order.whole, vehicle=str(run.vehicle or ""))
     if run.vehicle is None or run.signals is None:
         lacking = "vehicle.toml" if run.vehicle is None else "signals.toml"
         outcome.why.append(
@@ -176,10 +176,10 @@ def one(run: Run, order: Order, kept: Outcome | None) -> Outcome:
     return outcome
 
 
-def several_of(members: list[Run], order: Order, kept: Outcome | None) -> Outcome:
+def several_of(members: list[SurveyRun], order: Order, kept: SurveyOutcome | None) -> SurveyOutcome:
     """Diagnose several runs of a combination together."""
     name = _together(members)
-    outcome = Outcome(name, "".join(run.key()[:16] for run in members))
+    outcome = SurveyOutcome(name, "".join(run.key()[:16] for run in members))
     if kept is not None and kept.key == outcome.key:
         return kept
     folder = Path(members[0].place).parent
@@ -218,14 +218,14 @@ def _command(words: list[str], place: Path, limit_s: float) -> Ran:
     return replace(ran, said=text or f"{words[0]} ended with exit code {ran.code}")
 
 
-def _noted(outcome: Outcome, ran: Ran) -> str:
+def _noted(outcome: SurveyOutcome, ran: Ran) -> str:
     """Cost of a command put to its run; what went wrong, or nothing."""
     outcome.cpu_s = round(outcome.cpu_s + ran.cpu_s, 3)
     outcome.memory_mb = max(outcome.memory_mb, ran.memory_mb)
     return ran.said
 
 
-def _read_analysis(outcome: Outcome, place: Path, link: str) -> None:
+def _read_analysis(outcome: SurveyOutcome, place: Path, link: str) -> None:
     drive = json.loads((place / "summary.json").read_text())["drives"][0]
     outcome.conclusion = next(iter(drive["conclusion"]), "")
     critical = drive["values"].get("v_crit_m_s")
@@ -244,7 +244,7 @@ def _read_analysis(outcome: Outcome, place: Path, link: str) -> None:
         outcome.pages["margin"] = f"{link}/report.html"
 
 
-def _read_diagnosis(outcome: Outcome, place: Path, link: str, problem: str) -> None:
+def _read_diagnosis(outcome: SurveyOutcome, place: Path, link: str, problem: str) -> None:
     if problem:
         outcome.state = "failed"
         outcome.why.append(problem)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.analysis import AXLE_NAMES, DriveResult, usable
-from swaywatch.core import AXLES, Estimates
 from swaywatch.drive import Drive
+from swaywatch.ecu.core import AXLES, Estimates
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ Outcome = Literal["within", "perhaps within", "perhaps beyond", "beyond", "not c
 
 
 @dataclass(frozen=True)
-class Figure:
+class MeanValue:
     """A mean with its standard error."""
 
     value: float
@@ -40,7 +40,7 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Line:
+class ComparedLine:
     """One line of the comparison.
 
     Attributes
@@ -64,8 +64,8 @@ class Line:
     unit: str
     factor: float
     kind: str
-    recording: Figure | None
-    simulation: Figure | None
+    recording: MeanValue | None
+    simulation: MeanValue | None
     difference: float = math.nan
     error: float = math.nan
     allowed: float = math.nan
@@ -142,7 +142,7 @@ def _quantities() -> list[_Quantity]:
     return found
 
 
-def compare(recording: DriveResult, simulation: DriveResult) -> list[Line]:
+def compare(recording: DriveResult, simulation: DriveResult) -> list[ComparedLine]:
     """Every line that both sides, or at least one, can say something about."""
     ours, theirs = _together(recording.estimates, simulation.estimates)
     lines = []
@@ -183,7 +183,7 @@ def _line(
     simulation: DriveResult,
     ours: NDArray[np.intp],
     theirs: NDArray[np.intp],
-) -> Line | None:
+) -> ComparedLine | None:
     first, second = recording.estimates, simulation.estimates
     if not len(first) or not len(second):
         return None
@@ -192,7 +192,8 @@ def _line(
     if not both.any():
         if not mine.any() and not other.any():
             return None
-        return Line(quantity.key, quantity.name, quantity.unit, quantity.factor, quantity.kind,
+        return ComparedLine(quantity.key, quantity.name, quantity.unit, quantity.factor,
+            quantity.kind,
                     _alone(first, quantity, mine), _alone(second, quantity, other))  # fmt: skip
     at, there = ours[both], theirs[both]
     a, b = first[quantity.column][at], second[quantity.column][there]
@@ -207,14 +208,15 @@ def _line(
     typical = float(1.0 / np.sqrt(np.mean(1.0 / error**2)))
     own, _ = _mean(a, weight)
     recorded, simulated = (
-        Figure(
+        MeanValue(
             _mean(value, weight)[0],
             float(np.median(side[quantity.error_column][index])) / math.sqrt(independent),
         )
         for value, side, index in ((a, first, at), (b, second, there))
     )
-    return Line(
-        quantity.key, quantity.name, quantity.unit, quantity.factor, quantity.kind,
+    return ComparedLine(
+        quantity.key, quantity.name, quantity.unit, quantity.factor,
+            quantity.kind,
         recorded, simulated, difference=mean, error=max(typical, spread) / math.sqrt(independent),
         allowed=_allowed(quantity, own, first, at),
     )  # fmt: skip
@@ -246,17 +248,17 @@ def _independent(estimates: Estimates, at: NDArray[np.intp]) -> float:
     return max(1.0, time.size * step / max(window, step))
 
 
-def _alone(estimates: Estimates, quantity: _Quantity, mask: NDArray[np.bool_]) -> Figure | None:
+def _alone(estimates: Estimates, quantity: _Quantity, mask: NDArray[np.bool_]) -> MeanValue | None:
     """Mean of one side where the other has nothing."""
     if not mask.any():
         return None
     error = np.maximum(estimates[quantity.error_column][mask], 1e-12)
-    return Figure(
+    return MeanValue(
         _mean(estimates[quantity.column][mask], 1.0 / error**2)[0], float(np.median(error))
     )
 
 
-def _static_loads(recording: Drive, simulation: Drive) -> list[Line]:
+def _static_loads(recording: Drive, simulation: Drive) -> list[ComparedLine]:
     """Mean axle loads, measured and simulated."""
     lines = []
     for axle in AXLES:
@@ -272,9 +274,10 @@ def _static_loads(recording: Drive, simulation: Drive) -> list[Line]:
             # of that a mean over the drive keeps
             quarters = [sum(float(np.mean(q)) for q in pair) for pair in _quarters(values)]
             total = float(np.mean(values[0]) + np.mean(values[1]))
-            sides.append(Figure(total, float(np.std(quarters)) / 2.0))
+            sides.append(MeanValue(total, float(np.std(quarters)) / 2.0))
         lines.append(
-            Line(f"{axle}.axle_load", f"static load, {AXLE_NAMES[axle]}", "N", 1.0, "parameter",
+            ComparedLine(f"{axle}.axle_load", f"static load, {AXLE_NAMES[axle]}", "N", 1.0,
+            "parameter",
                  sides[0], sides[1], sides[1].value - sides[0].value,
                  math.hypot(sides[0].error, sides[1].error), CRITERION * abs(sides[0].value))
         )  # fmt: skip

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swaywatch.validate.compare import SURE, Line
+from swaywatch.validate.compare import SURE, ComparedLine
 from swaywatch.vehicle import Vehicle
 
 WORTH = 0.005
@@ -53,7 +53,7 @@ class Correction:
         return self.after / self.before - 1.0 if self.before else math.inf
 
 
-def field_of(line: Line) -> str | None:
+def field_of(line: ComparedLine) -> str | None:
     """Key of vehicle.toml that a line can correct, or None."""
     if line.kind != "parameter":
         return None
@@ -64,7 +64,7 @@ def field_of(line: Line) -> str | None:
     return f"{body}.{_FIELDS[what].format(which=which)}"
 
 
-def corrections(vehicle: Vehicle, drives: Sequence[Sequence[Line]]) -> list[Correction]:
+def corrections(vehicle: Vehicle, drives: Sequence[Sequence[ComparedLine]]) -> list[Correction]:
     """Values that all drives together say are off.
 
     The ratio of both sides, not the recording's own estimate, corrects a value: what the method
@@ -104,7 +104,7 @@ def _error(ratios: Sequence[float], weights: Sequence[float], mean: float) -> fl
 
 
 @dataclass(frozen=True)
-class Motion:
+class OperatingPoint:
     """Where a drive was compared: mean speed (m/s) and angular frequency (rad/s)."""
 
     speed_m_s: float
@@ -112,7 +112,9 @@ class Motion:
 
 
 def lags(
-    lengths: Mapping[str, float], drives: Sequence[Sequence[Line]], motions: Sequence[Motion]
+    lengths: Mapping[str, float],
+    drives: Sequence[Sequence[ComparedLine]],
+    motions: Sequence[OperatingPoint],
 ) -> list[Correction]:
     """Relaxation lengths (m) that give the axles' forces the lag which the recording has.
 

@@ -9,21 +9,21 @@ from pathlib import Path
 import numpy as np
 
 from swaywatch.analysis import DriveResult, analyze, conclude, usable
-from swaywatch.core import analyze_drive
 from swaywatch.cosim import is_fmu
-from swaywatch.cosim.twin import twin_of
 from swaywatch.drive import Drive
+from swaywatch.ecu.core import analyze_drive
 from swaywatch.errors import RecordingError
-from swaywatch.validate.compare import CRITERION, Line, compare
+from swaywatch.validate.compare import CRITERION, ComparedLine, compare
 from swaywatch.validate.correct import (
     RELAXATION,
     Correction,
-    Motion,
+    OperatingPoint,
     corrected,
     corrections,
     lags,
     physics_of,
 )
+from swaywatch.validate.fmu_twin import twin_of
 from swaywatch.validate.twin import simulate_twin
 from swaywatch.vehicle import Vehicle
 
@@ -52,11 +52,11 @@ class Round:
     vehicle: Vehicle
     lengths: dict[str, float]
     simulations: list[DriveResult]
-    lines: list[list[Line]]
+    lines: list[list[ComparedLine]]
     corrections: list[Correction]
 
     @property
-    def failed(self) -> list[tuple[int, Line]]:
+    def failed(self) -> list[tuple[int, ComparedLine]]:
         """Lines beyond the criterion, with the number of their drive."""
         return [
             (index, line)
@@ -203,7 +203,7 @@ def validate(
 def _changes(
     vehicle: Vehicle,
     lengths: dict[str, float],
-    lines: list[list[Line]],
+    lines: list[list[ComparedLine]],
     results: list[DriveResult],
 ) -> list[Correction]:
     """Values of the vehicle first; lags once those are right, for a wrong one bends arguments."""
@@ -213,14 +213,14 @@ def _changes(
     return values + lags(lengths, lines, [_motion(result) for result in results])
 
 
-def _motion(result: DriveResult) -> Motion:
+def _motion(result: DriveResult) -> OperatingPoint:
     estimates = result.estimates
     good = usable(estimates)
     if not good.any():
         good = estimates.has("line")
     if not good.any():
-        return Motion(1.0, 1.0)  # nothing was compared
-    return Motion(
+        return OperatingPoint(1.0, 1.0)  # nothing was compared
+    return OperatingPoint(
         float(np.mean(estimates["speed_m_s"][good])),
         2.0 * np.pi * float(np.mean(estimates["frequency_hz"][good])),
     )

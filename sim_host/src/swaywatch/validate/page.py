@@ -13,9 +13,9 @@ from plotly.subplots import make_subplots
 
 from swaywatch import __version__
 from swaywatch.analysis import AXLE_NAMES, DriveResult, usable
-from swaywatch.core import AXLES
+from swaywatch.ecu.core import AXLES
 from swaywatch.report.shell import document, plot, table, wide
-from swaywatch.validate.compare import CRITERION, LEAST_DAMPING_RATIO, Figure, Line
+from swaywatch.validate.compare import CRITERION, LEAST_DAMPING_RATIO, ComparedLine, MeanValue
 from swaywatch.validate.correct import RELAXATION, Correction
 from swaywatch.validate.loop import Round, Validation
 
@@ -127,7 +127,7 @@ def _v_crit(turn: Round) -> float | None:
     return sum(values) / len(values) if values else None
 
 
-def rows(lines: Sequence[Line]) -> list[list[str]]:
+def rows(lines: Sequence[ComparedLine]) -> list[list[str]]:
     """The comparison as text: name, recording, simulation, difference, criterion, unit."""
     return [
         [
@@ -138,14 +138,14 @@ def rows(lines: Sequence[Line]) -> list[list[str]]:
     ]  # fmt: skip
 
 
-def _cell(figure: Figure | None, line: Line) -> str:
+def _cell(figure: MeanValue | None, line: ComparedLine) -> str:
     if figure is None:
         return "–"
     digits = _DIGITS[line.unit]
     return f"{figure.value * line.factor:.{digits}f} ± {figure.error * line.factor:.{digits}f}"
 
 
-def _difference(line: Line) -> str:
+def _difference(line: ComparedLine) -> str:
     if line.outcome == "not compared" or line.recording is None:
         return "–"
     if line.unit in ("deg", "–") or line.key.endswith("load_harmonic"):
@@ -191,7 +191,7 @@ def make_page(found: Validation, sources: Mapping[str, Sequence[Path | str]]) ->
     )  # fmt: skip
 
 
-def _comparison(lines: Sequence[Line]) -> str:
+def _comparison(lines: Sequence[ComparedLine]) -> str:
     head = ("", "recording", "simulation", "difference", "criterion", "unit")
     return table(head, rows(lines))
 
@@ -272,8 +272,8 @@ def as_json(found: Validation) -> dict[str, Any]:
     }
 
 
-def _json_line(line: Line) -> dict[str, Any]:
-    def figure(side: Figure | None) -> dict[str, float] | None:
+def _json_line(line: ComparedLine) -> dict[str, Any]:
+    def figure(side: MeanValue | None) -> dict[str, float] | None:
         return None if side is None else {"value": side.value, "standard_error": side.error}
 
     def number(value: float) -> float | None:

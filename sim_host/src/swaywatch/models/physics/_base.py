@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import functools
+import importlib
 import math
+import pkgutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
-from swaywatch.models.layout import AXLES, A, Array, P
+from swaywatch.plant.layout import AXLES, A, Array, P
 
 ALWAYS = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)
-class Parameter:
+class PhysicsParameter:
     """A number of an effect: name with unit suffix, unit, bounds, start value for a fit."""
 
     name: str
@@ -35,7 +39,7 @@ class Arrays:
         self.windows: list[tuple[float, ...]] = []
 
     def set(self, name: str, value: float) -> None:
-        """Set a global parameter of :data:`swaywatch.models.layout.P_NAMES`."""
+        """Set a global parameter of :data:`swaywatch.plant.layout.P_NAMES`."""
         self.p[P[name]] = value
 
     def get(self, name: str) -> float:
@@ -63,7 +67,7 @@ def axle_numbers(axle: str) -> tuple[int, ...]:
     return (AXLES.index(axle),)
 
 
-Apply = Callable[[Arrays, "Effect"], None]
+Apply = Callable[[Arrays, "PhysicsEffect"], None]
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,7 @@ class Module:
     equation: str
     source: str
     enters: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[PhysicsParameter, ...]
     apply: Apply
     options: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
@@ -106,7 +110,26 @@ class Windowed:
     values: Mapping[str, float]
 
 
-class Effect:
+@functools.cache
+def modules() -> dict[str, Module]:
+    """Every physics module by id: the files of this folder that start with no underscore."""
+    names = sorted(info.name for info in pkgutil.iter_modules([str(Path(__file__).parent)]))
+    room = __name__.rpartition(".")[0]
+    return {
+        name: importlib.import_module(f"{room}.{name}").MODULE
+        for name in names
+        if not name.startswith("_")
+    }
+
+
+def module(effect_id: str) -> Module:
+    """The module of an effect; ValueError names the known ones."""
+    if effect_id not in modules():
+        raise ValueError(f"physics {effect_id!r} is unknown; known: {', '.join(modules())}")
+    return modules()[effect_id]
+
+
+class PhysicsEffect:
     """A physics module with its values.
 
     Parameters
@@ -128,8 +151,6 @@ class Effect:
         windows: Sequence[Mapping[str, float]] | None = None,
         **values: Any,
     ) -> None:
-        from swaywatch.models.physics._registry import module
-
         self.module = module(effect_id)
         self.id = effect_id
         self.options: dict[str, str] = {}
@@ -156,7 +177,7 @@ class Effect:
             raise ValueError(f"{self.id}: {name} = {value!r}; it can be: {', '.join(choices)}")
         return str(value)
 
-    def _number(self, parameter: Parameter, value: Any) -> float:
+    def _number(self, parameter: PhysicsParameter, value: Any) -> float:
         number = float(value)
         if not parameter.low <= number <= parameter.high:
             raise ValueError(
@@ -166,7 +187,7 @@ class Effect:
         return number
 
     def _windows(
-        self, windows: Sequence[Mapping[str, float]] | None, known: Mapping[str, Parameter]
+        self, windows: Sequence[Mapping[str, float]] | None, known: Mapping[str, PhysicsParameter]
     ) -> tuple[Windowed, ...]:
         names = [parameter.name for parameter in self.module.parameters if parameter.windowed]
         if not names:

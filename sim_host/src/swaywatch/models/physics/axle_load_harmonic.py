@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from swaywatch.models.layout import AXLES, W_GENERATOR, W_HARMONIC, W_UNIT
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter, Windowed
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter, Windowed
+from swaywatch.plant.layout import AXLES, W_GENERATOR, W_HARMONIC, W_UNIT
 
 
 def delay_for_phase(phase_deg: float, frequency_hz: float, mean_time_s: float) -> float:
@@ -19,7 +19,7 @@ def delay_for_phase(phase_deg: float, frequency_hz: float, mean_time_s: float) -
     return ((lead - math.radians(phase_deg)) % (2.0 * math.pi)) / omega_2
 
 
-def _row(effect: Effect, axle: int, window: Windowed, mean_time: float) -> tuple[float, ...]:
+def _row(effect: PhysicsEffect, axle: int, window: Windowed, mean_time: float) -> tuple[float, ...]:
     values = window.values
     form = effect.options["form"]
     span = (float(axle), window.start_s, window.stop_s)
@@ -31,7 +31,7 @@ def _row(effect: Effect, axle: int, window: Windowed, mean_time: float) -> tuple
     return (W_HARMONIC, *span, values["amplitude_n"], delay, 0.0)
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     axle = AXLES.index(effect.options["axle"])
     mean_time = effect.values["mean_time_s"]
     arrays.set("harmonic_mean_time", mean_time)
@@ -52,13 +52,17 @@ MODULE = Module(
     source="Zhang 2015, Eq. 6.1-6.2, Fig. 6-3, Table 6-3; phase as in Fig. 4-5",
     enters="vertical load of the axle's wheels, hence their side force",
     parameters=(
-        Parameter("amplitude_n", "N", 0.0, 4000.0, 500.0, windowed=True),
-        Parameter("phase_deg", "deg", -360.0, 360.0, 0.0, windowed=True, meaning="to F_y^2"),
-        Parameter("frequency_hz", "Hz", 0.2, 2.0, 0.67, windowed=True, meaning="yaw frequency f"),
-        Parameter("gain_n_s2_per_rad2", "N/(rad/s)^2", -1e6, 1e6, 2e4, windowed=True),
-        Parameter("delay_s", "s", 0.0, 2.0, 0.0, windowed=True),
-        Parameter("mean_time_s", "s", 0.1, 5.0, 1.0, meaning="time constant of the high-pass"),
-        Parameter("level_time_s", "s", 0.1, 10.0, 3.0, meaning="time constant of the level"),
+        PhysicsParameter("amplitude_n", "N", 0.0, 4000.0, 500.0, windowed=True),
+        PhysicsParameter("phase_deg", "deg", -360.0, 360.0, 0.0, windowed=True, meaning="to F_y^2"),
+        PhysicsParameter(
+            "frequency_hz", "Hz", 0.2, 2.0, 0.67, windowed=True, meaning="yaw frequency f"
+        ),
+        PhysicsParameter("gain_n_s2_per_rad2", "N/(rad/s)^2", -1e6, 1e6, 2e4, windowed=True),
+        PhysicsParameter("delay_s", "s", 0.0, 2.0, 0.0, windowed=True),
+        PhysicsParameter(
+            "mean_time_s", "s", 0.1, 5.0, 1.0, meaning="time constant of the high-pass"
+        ),
+        PhysicsParameter("level_time_s", "s", 0.1, 10.0, 3.0, meaning="time constant of the level"),
     ),
     options={
         "axle": ("car_rear", "car_front", "trailer_front", "trailer_rear"),

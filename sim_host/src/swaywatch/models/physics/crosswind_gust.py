@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from swaywatch.models.layout import BODIES, W_GUST
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
+from swaywatch.plant.layout import BODIES, W_GUST
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     body = BODIES.index(effect.options["body"])
     for window in effect.windows:
         force = window.values["force_n"]
@@ -23,9 +23,11 @@ MODULE = Module(
     source="ISO 12021 (crosswind sensitivity), force instead of a fan",
     enters="side force and yaw moment on the body",
     parameters=(
-        Parameter("force_n", "N", -8000.0, 8000.0, 800.0, windowed=True, meaning="positive left"),
-        Parameter("arm_m", "m", -4.0, 4.0, 0.0, meaning="point of attack ahead of the COG"),
-        Parameter("rise_s", "s", 0.0, 2.0, 0.0, meaning="time of rise and of fall"),
+        PhysicsParameter(
+            "force_n", "N", -8000.0, 8000.0, 800.0, windowed=True, meaning="positive left"
+        ),
+        PhysicsParameter("arm_m", "m", -4.0, 4.0, 0.0, meaning="point of attack ahead of the COG"),
+        PhysicsParameter("rise_s", "s", 0.0, 2.0, 0.0, meaning="time of rise and of fall"),
     ),
     options={"body": ("trailer", "car")},
     apply=_apply,

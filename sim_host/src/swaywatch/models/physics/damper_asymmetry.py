@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     ratio = effect.values["ratio"]
     arrays.set("heave", 1.0)
     arrays.set_axle(effect.options["axle"], "damper_asymmetry", (ratio - 1.0) / (ratio + 1.0))
@@ -20,7 +20,7 @@ MODULE = Module(
     ),
     source="Zhang 2015, Table 6-1, columns (2) and (3)",
     enters="wheel loads, roll and heave of the body over the axle",
-    parameters=(Parameter("ratio", "1", 0.1, 10.0, 2.0, meaning="rebound / compression"),),
+    parameters=(PhysicsParameter("ratio", "1", 0.1, 10.0, 2.0, meaning="rebound / compression"),),
     options={
         "axle": ("car_rear", "car_front", "trailer", "trailer_front", "trailer_rear", "car", "all")
     },

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     side, factor = effect.options["side"], effect.values["factor"]
     arrays.set("heave", 1.0)
     if side in ("both", "left"):
@@ -20,7 +20,9 @@ MODULE = Module(
     equation="F_d = factor c v at the wheels named; roll and heave lose that damping",
     source="Zhang 2015, Table 6-1; Dixon, The Shock Absorber Handbook, 2nd ed. 2007",
     enters="wheel loads, roll and heave of the body over the axle",
-    parameters=(Parameter("factor", "1", 0.0, 2.0, 0.3, meaning="what is left of the force"),),
+    parameters=(
+        PhysicsParameter("factor", "1", 0.0, 2.0, 0.3, meaning="what is left of the force"),
+    ),
     options={
         "axle": ("car_rear", "car_front", "trailer", "trailer_front", "trailer_rear", "car"),
         "side": ("both", "left", "right"),

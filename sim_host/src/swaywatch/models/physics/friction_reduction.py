@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from swaywatch.models.layout import AXLES, W_FRICTION, A
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
+from swaywatch.plant.layout import AXLES, W_FRICTION, A
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     for axle in range(len(AXLES)):
         if arrays.axles[axle, A["peak_friction"]] <= 0.0:
             arrays.axles[axle, A["peak_friction"]] = effect.values["dry_friction"]
@@ -23,8 +23,10 @@ MODULE = Module(
     source="Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, scaling factor lambda_mu",
     enters="peak friction of all wheels; on its own it brings tyre saturation with mu_0",
     parameters=(
-        Parameter("factor", "1", 0.1, 1.0, 0.6, windowed=True),
-        Parameter("dry_friction", "1", 0.5, 2.0, 1.0, meaning="mu_0 where no saturation is set"),
+        PhysicsParameter("factor", "1", 0.1, 1.0, 0.6, windowed=True),
+        PhysicsParameter(
+            "dry_friction", "1", 0.5, 2.0, 1.0, meaning="mu_0 where no saturation is set"
+        ),
     ),
     apply=_apply,
 )

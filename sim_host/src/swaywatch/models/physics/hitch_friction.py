@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     arrays.set("hitch_friction", effect.values["moment_nm"])
     arrays.set("hitch_friction_rate", effect.values["rate_scale_rad_s"])
 
@@ -17,8 +17,10 @@ MODULE = Module(
     source="Sharp, Alonso Fernandez, Car-caravan snaking, Part 1, Proc. IMechE C 216, 2002",
     enters="yaw moment between car and trailer",
     parameters=(
-        Parameter("moment_nm", "N m", 0.0, 3000.0, 100.0, meaning="M_0"),
-        Parameter("rate_scale_rad_s", "rad/s", 1e-3, 0.1, 0.01, meaning="s, smooths the sign"),
+        PhysicsParameter("moment_nm", "N m", 0.0, 3000.0, 100.0, meaning="M_0"),
+        PhysicsParameter(
+            "rate_scale_rad_s", "rad/s", 1e-3, 0.1, 0.01, meaning="s, smooths the sign"
+        ),
     ),
     apply=_apply,
 )

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from swaywatch.models.layout import A, P
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
+from swaywatch.plant.layout import A, P
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     force = effect.values["force_n"]
     axles = arrays.axles
     front, rear = float(axles[0, A["x"]]), -float(axles[1, A["x"]])
@@ -31,7 +31,9 @@ MODULE = Module(
     source="Zhang 2015, outlook (hitch load 0 to 500 N raised v_crit by about 20 km/h)",
     enters="static axle loads and, proportionally, axle cornering stiffness",
     parameters=(
-        Parameter("force_n", "N", -1500.0, 1500.0, 250.0, meaning="more load on the car's ball"),
+        PhysicsParameter(
+            "force_n", "N", -1500.0, 1500.0, 250.0, meaning="more load on the car's ball"
+        ),
     ),
     apply=_apply,
 )

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from swaywatch.models.layout import W_BANK
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
+from swaywatch.plant.layout import W_BANK
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     for window in effect.windows:
         arrays.windows.append((
             W_BANK, 0, window.start_s, window.stop_s,
@@ -23,8 +23,8 @@ MODULE = Module(
     source="ISO 8855:2011 (road bank angle); Mitschke, Dynamik der Kraftfahrzeuge",
     enters="lateral force at both COGs; an accelerometer sees g sin(bank) besides the motion",
     parameters=(
-        Parameter("angle_deg", "deg", -10.0, 10.0, 1.5, windowed=True),
-        Parameter("rise_s", "s", 0.0, 5.0, 0.0, meaning="time of rise and of fall"),
+        PhysicsParameter("angle_deg", "deg", -10.0, 10.0, 1.5, windowed=True),
+        PhysicsParameter("rise_s", "s", 0.0, 5.0, 0.0, meaning="time of rise and of fall"),
     ),
     apply=_apply,
 )

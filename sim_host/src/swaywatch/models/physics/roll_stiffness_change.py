@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from swaywatch.models.layout import BODIES
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
+from swaywatch.plant.layout import BODIES
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     number = BODIES.index(effect.options["body"]) + 1
     factor = effect.values["factor"]
     arrays.set(f"roll_gain_{number}", arrays.get(f"roll_gain_{number}") / factor)
@@ -22,7 +22,7 @@ MODULE = Module(
     equation="phi_steady / factor, omega_roll sqrt(factor), zeta_roll / sqrt(factor)",
     source="Zhang 2015, outlook and 2.1 (total roll stiffness x 10 gave +6 km/h of v_crit)",
     enters="roll of the body: load transfer in time, roll steer",
-    parameters=(Parameter("factor", "1", 0.1, 20.0, 2.0),),
+    parameters=(PhysicsParameter("factor", "1", 0.1, 20.0, 2.0),),
     options={"body": ("car", "trailer")},
     apply=_apply,
 )

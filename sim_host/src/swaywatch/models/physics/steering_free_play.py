@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
 
 LAWS = ("backlash", "dead_zone", "castor")
 """Where the road wheels are inside the gap: where they were, straight, or where they roll to."""
@@ -28,7 +28,7 @@ def follow(output: float, wheel_angle: float, gap: float, law: float) -> float:
     return min(output, wheel_angle + half)
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     arrays.set("steering_gap", math.radians(effect.values["gap_deg"]))
     arrays.set("steering_gap_law", float(LAWS.index(effect.options["law"])))
 
@@ -44,7 +44,9 @@ MODULE = Module(
     source="play operator, e.g. Visintin, Differential Models of Hysteresis, 1994; castor: own",
     enters="steering-wheel angle before the steering ratio; gap is the whole play at the wheel rim",
     parameters=(
-        Parameter("gap_deg", "deg", 0.0, 30.0, 4.0, meaning="whole play at the steering wheel"),
+        PhysicsParameter(
+            "gap_deg", "deg", 0.0, 30.0, 4.0, meaning="whole play at the steering wheel"
+        ),
     ),
     options={"law": LAWS},
     apply=_apply,

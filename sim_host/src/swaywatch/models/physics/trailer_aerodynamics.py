@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     arrays.set("aero_side_force", effect.values["side_force_coefficient"])
     arrays.set("aero_yaw_moment", effect.values["yaw_moment_coefficient"])
 
@@ -17,8 +17,8 @@ MODULE = Module(
     source="Zhang 2015, 5.2.5 and 5.2.6; Standen, Towed vehicle aerodynamics, 1999",
     enters="force and moment at the trailer's COG, beta_2 = atan(v_y2 / v_x2)",
     parameters=(
-        Parameter("side_force_coefficient", "1/rad", -2.0, 10.0, 1.5, meaning="c_s"),
-        Parameter("yaw_moment_coefficient", "1/rad", -10.0, 10.0, 0.5, meaning="c_n"),
+        PhysicsParameter("side_force_coefficient", "1/rad", -2.0, 10.0, 1.5, meaning="c_s"),
+        PhysicsParameter("yaw_moment_coefficient", "1/rad", -10.0, 10.0, 0.5, meaning="c_n"),
     ),
     apply=_apply,
 )

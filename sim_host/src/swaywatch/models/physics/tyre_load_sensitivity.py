@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter
+from swaywatch.models.physics._base import Arrays, Module, PhysicsEffect, PhysicsParameter
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     arrays.set_axle(effect.options["axle"], "degression", effect.values["degression"])
 
 
@@ -15,7 +15,7 @@ MODULE = Module(
     equation="C(F_z) = C_0 (F_z/F_z0) (1 - k (F_z/F_z0 - 1))",
     source="Zhang 2015, 6.3 (Fig. 6-7); parabola of Gillespie, Fundamentals of Vehicle Dynamics",
     enters="cornering stiffness of each wheel; load transfer then lowers that of the axle",
-    parameters=(Parameter("degression", "1", 0.0, 1.5, 0.2, meaning="k"),),
+    parameters=(PhysicsParameter("degression", "1", 0.0, 1.5, 0.2, meaning="k"),),
     options={
         "axle": ("all", "car", "trailer", "car_front", "car_rear", "trailer_front", "trailer_rear")
     },

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from swaywatch.models.layout import W_STIFFNESS
-from swaywatch.models.physics._base import Arrays, Effect, Module, Parameter, axle_numbers
+from swaywatch.models.physics._base import (
+    Arrays,
+    Module,
+    PhysicsEffect,
+    PhysicsParameter,
+    axle_numbers,
+)
+from swaywatch.plant.layout import W_STIFFNESS
 
 
-def _apply(arrays: Arrays, effect: Effect) -> None:
+def _apply(arrays: Arrays, effect: PhysicsEffect) -> None:
     for window in effect.windows:
         for axle in axle_numbers(effect.options["axle"]):
             arrays.windows.append((
@@ -20,7 +26,7 @@ MODULE = Module(
     equation="C = factor C_0 inside a window",
     source="Zhang 2015, 4.4.2 (normalised stiffness, Eq. 4.16)",
     enters="cornering stiffness of both wheels of the axle",
-    parameters=(Parameter("factor", "1", 0.3, 2.0, 0.9, windowed=True),),
+    parameters=(PhysicsParameter("factor", "1", 0.3, 2.0, 0.9, windowed=True),),
     options={
         "axle": ("car_rear", "car_front", "trailer", "trailer_front", "trailer_rear", "car", "all")
     },

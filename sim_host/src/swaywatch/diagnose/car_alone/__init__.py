@@ -1,0 +1,1 @@
+"""The same diagnosis for a car without a trailer."""

@@ -1,0 +1,1 @@
+"""Which explanations a recording supports, and how surely."""

@@ -1,0 +1,384 @@
+"""From a search to a verdict: which explanations are claimed, how surely, what is equivalent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.evidence.baselines import (
+    SHORTEST_WINDOW_S,
+    Path,
+    each_once,
+    explore,
+    noticeable,
+)
+from swaywatch.diagnose.evidence.evidence import (
+    APART,
+    BOUND,
+    CLAIMED,
+    FORM,
+    UNEXPLAINED_ABOVE,
+    explained,
+    inflation,
+    residuals,
+)
+from swaywatch.diagnose.evidence.search import BENT, Candidate, Progress, Search, reduced_chi_square
+from swaywatch.diagnose.fit.fit import Fit, Problem
+from swaywatch.diagnose.fit.road_vehicle import WITHIN
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.plant.lanes import BODY
+
+Array = NDArray[np.float64]
+
+#: Misfit, over that of a vehicle on springs, up to which one effect on a rigid one is enough.
+ALONE = 1.1
+#: Share of a value, or metres of a length, by which the form of a vehicle on springs may pull it.
+FORM_PULLS = 0.04
+#: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
+OUTSIDE = 0.9
+FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
+REAR_TYRES = "parameter_error:car.rear_cornering_stiffness"
+#: Most that is ever stated: the library is not the world.
+SUREST = 0.99
+#: Pairs that are the same in every planar signal.
+TWINS = (
+    ("steering_compliance:car_front", "parameter_error:car.front_cornering_stiffness"),
+    ("sensor_gain:steering_wheel_angle", "parameter_error:car.steering_ratio"),
+    # a stiffness that differs all the time is a value of the file or what has become of the tyre
+    *(
+        (f"parameter_error:{body}.{end}_cornering_stiffness", f"tyre_stiffness_change:{body}_{end}")
+        for body in ("car", "trailer")
+        for end in ("front", "rear")
+    ),
+)
+
+
+@dataclass
+class Verdict:
+    """What is claimed.
+
+    Attributes
+    ----------
+    word
+        One of the five verdicts.
+    fit, baseline
+        The model with and without the claimed effects, both calibrated.
+    problem
+        With the beliefs under which it was found.
+    equivalents
+        For each claimed term the names of effects that do as well.
+    confidence
+        For each claimed term.
+    candidates
+        Ranked alternatives: names, logarithm of the Bayes factor to the calibrated vehicle.
+    noise
+        Size of an independent sample of the residuals, see `evidence.inflation`.
+    evidence
+        Logarithm of the Bayes factor of the claim to the calibrated vehicle.
+    hidden
+        Where nothing is claimed: sizes up to which effects could be there unseen.
+    notes
+        What remains, for `unexplained`.
+    paths
+        What was tried, from each baseline.
+    """
+
+    word: str
+    fit: Fit
+    baseline: Fit
+    problem: Problem
+    equivalents: list[list[str]] = field(default_factory=list)
+    confidence: list[float] = field(default_factory=list)
+    candidates: list[tuple[str, float]] = field(default_factory=list)
+    noise: float = 1.0
+    evidence: float = 0.0
+    hidden: list[dict[str, Any]] = field(default_factory=list)
+    notes: list[dict[str, Any]] = field(default_factory=list)
+    paths: Sequence[Path] = ()
+
+
+def _hidden(tried: Sequence[Candidate], noise: float) -> list[dict[str, Any]]:
+    """Largest size of each effect without windows that this recording cannot tell from none."""
+    found = []
+    for candidate in tried:
+        if len(candidate.fit.terms) != 1 or candidate.fit.terms[0].effect.windowed:
+            continue
+        term, covariance = candidate.fit.terms[0], candidate.fit.covariance
+        p = term.effect.parameters[0]
+        error = math.sqrt(abs(float(covariance[0, 0])) * noise)
+        found.append(
+            {"id": term.effect.id, "component": term.effect.component, "parameter": p.name,
+             "neutral": p.neutral, "up_to": abs(term.values[0] - p.neutral) + 3.0 * error}
+        )  # fmt: skip
+    return sorted(found, key=lambda row: (row["id"], row["component"]))
+
+
+def _label(fit: Fit) -> str:
+    return " + ".join(t.effect.name for t in fit.terms) or "calibrated vehicle"
+
+
+def _said_from(search: Search, tolerance: float) -> float:
+    """Tolerances beyond its bound from which a value of the file is called wrong.
+
+    A rigid vehicle's form is exact; that of one on springs is not, and pulls its values: on clean
+    vehicles of another simulator by 1 % mostly, and at most by `FORM_PULLS`.
+    """
+    return FORM_PULLS / tolerance if search.on_springs else 0.1
+
+
+def _beyond(search: Search, fit: Fit) -> Fit:
+    """Values of the file that lie beyond their bound, said as terms; the model stays what it was.
+
+    A softer front axle and an elastic steering are the same in every planar signal; vehicles have
+    the second, unless the rear axle is softer than believed as well.
+    """
+    if not fit.doubt.size:
+        return fit
+    taken = {t.effect.name for t in fit.terms}
+    rear = search.problem.beliefs.at.get(("vehicle", "car.rear_cornering_stiffness"))
+    alike = rear is not None and bool(fit.shift[rear] < -BOUND)
+    shift = fit.shift.copy()
+    terms: list[ActiveEffect] = []
+    joint = _Joint(fit)
+    for index, belief in enumerate(search.problem.beliefs.items):
+        z = float(fit.shift[index])
+        error = math.sqrt(abs(float(fit.doubt[index, index])) * search.noise)
+        if not belief.scaled or abs(z) - BOUND < max(
+            2.0 * error, _said_from(search, belief.tolerance)
+        ):
+            continue
+        found = _as_term(search, belief.name, 1.0 + z * belief.tolerance, alike)
+        if found is None or found[0].effect.name in taken:
+            continue
+        terms.append(found[0])
+        # what the value itself is off by, within its tolerance, cannot be told from another effect
+        own = found[0].effect.id != "parameter_error"
+        left = float(search.problem.beliefs.spread[index]) ** 2 if own else 0.0
+        joint.said_as_term(index, belief.tolerance * found[1], left)
+        shift[index] = 0.0
+    if not terms:
+        return fit
+    return joint.fit(replace(fit, terms=(*fit.terms, *terms), shift=shift), len(terms))
+
+
+class _Joint:
+    """Covariance of the values of a fit and of its shifts, in which shifts become terms."""
+
+    def __init__(self, fit: Fit) -> None:
+        self.values, shifts = sum(len(t.values) for t in fit.terms), fit.shift.size
+        self.matrix = np.zeros((self.values + shifts, self.values + shifts))
+        self.matrix[self.values :, self.values :] = fit.doubt
+        if fit.covariance.shape[0] == self.values:
+            self.matrix[: self.values, : self.values] = fit.covariance
+        if fit.cross.shape == (self.values, shifts):
+            self.matrix[: self.values, self.values :] = fit.cross
+            self.matrix[self.values :, : self.values] = fit.cross.T
+
+    def said_as_term(self, index: int, slope: float, left: float) -> None:
+        """Tell a shift as a value of its own, last of all.
+
+        The value is `slope` times the shift less what is left of it, of variance `left`: both
+        together are known as well as the shift was.
+        """
+        at, size = self.values + index, self.matrix.shape[0]
+        turn = np.zeros((size + 1, size + 1))
+        turn[:size, :size] = np.eye(size)
+        turn[at, :] = 0.0
+        turn[at, size] = 1.0
+        turn[size, at], turn[size, size] = slope, -slope
+        wide = np.zeros((size + 1, size + 1))
+        wide[:size, :size] = self.matrix
+        wide[size, size] = left
+        self.matrix = turn @ wide @ turn.T
+
+    def fit(self, fit: Fit, more: int) -> Fit:
+        """A fit with so many more values than before, and its covariances."""
+        size = self.matrix.shape[0]
+        values = [*range(self.values), *range(size - more, size)]
+        shifts = list(range(self.values, size - more))
+        return replace(
+            fit, covariance=self.matrix[np.ix_(values, values)],
+            cross=self.matrix[np.ix_(values, shifts)], doubt=self.matrix[np.ix_(shifts, shifts)],
+        )  # fmt: skip
+
+
+def _as_term(
+    search: Search, name: str, factor: float, alike: bool
+) -> tuple[ActiveEffect, float] | None:
+    """The effect that a factor on a value of the file is, and the derivative of its own value.
+
+    `alike`: the rear axle is softer than believed too, so that the tyres are what is wrong.
+    """
+    if factor < 1.0 and name == "car.front_cornering_stiffness" and not alike:
+        effect = next((e for e in search.effects if e.id == "steering_compliance"), None)
+        if effect is not None:
+            front = float(search.problem.body[FRONT_STIFFNESS])
+            return ActiveEffect(effect, ((1.0 / factor - 1.0) / front,)), -1.0 / (factor**2 * front)
+    same = (e for e in search.effects if e.id == "parameter_error" and e.component == name)
+    effect = next(same, None)
+    # a shift of the centre of gravity is none of the library's words
+    return (
+        None
+        if effect is None or name.endswith("_to_cog")
+        else (ActiveEffect(effect, (factor,)), 1.0)
+    )
+
+
+def decide(planar: Sequence[Search], springs: Search | None, progress: Progress) -> Verdict:
+    """Search from each baseline (see `baselines.explore`) and choose."""
+    paths = explore(planar, springs, progress)
+    progress("judging", 0.92)
+    return replace(_verdict(paths), paths=paths)
+
+
+def _alone(paths: Sequence[Path], chosen: Path) -> Path | None:
+    """The rigid vehicle with one effect that every road vehicle has, where that one is enough.
+
+    A vehicle on springs has all of them within its beliefs and explains the recording too; but who
+    knows a rigid one wants to hear which one it lacks.
+    """
+    if chosen.best.fit.terms:
+        return None
+    for path in paths:
+        if path is chosen:
+            continue
+        ones = [c for c in path.search.tried if len(c.fit.terms) == 1]
+        ones = [c for c in ones if _of_the_road(c.fit.terms[0])]
+        best = min(ones, key=lambda c: c.fit.chi2, default=None)
+        if best is None or best.fit.chi2 > ALONE * chosen.base.fit.chi2:
+            continue
+        if best.fit.chi2 < BENT * path.base.fit.chi2 and explained(path.base.fit, best.fit):
+            return replace(path, best=best)
+    return None
+
+
+def _of_the_road(term: ActiveEffect) -> bool:
+    """A noticeable effect that every road vehicle has."""
+    return term.effect.id in WITHIN and noticeable(term)
+
+
+def _without_closed(search: Search, fit: Fit) -> Fit:
+    """The fit without windows that it has closed: nothing happens in them."""
+    terms = tuple(term.longer_than(SHORTEST_WINDOW_S) for term in fit.terms)
+    if terms == fit.terms or any(t.effect.windowed and not t.window_runs for t in terms):
+        return fit
+    return search.judge.run(replace(fit, terms=terms), 4, tolerance=1e-4)
+
+
+def _verdict(paths: Sequence[Path]) -> Verdict:
+    chosen = max(paths, key=lambda p: p.search.weighed(p.best).evidence)
+    alone = _alone(paths, chosen)
+    if alone is not None:
+        chosen, paths = alone, [alone]
+    plain = max((p.search.weighed(p.base) for p in paths), key=lambda c: c.evidence)
+    search, noise = chosen.search, chosen.search.noise
+    best = search.weighed(chosen.best)
+    every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
+    ranked = [(_label(c.fit), c.evidence - plain.evidence) for c in each_once(every)]
+    base = search.weighed(chosen.base).fit
+    if best.fit.terms and best.evidence < plain.evidence + CLAIMED:
+        best = plain
+        search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
+        base = plain.fit
+    # weak effects sit in flat valleys: the one that is claimed is fitted to the very end
+    exact = search.judge.run(best.fit, 20, tolerance=1e-7) if best.fit.terms else best.fit
+    found = _beyond(search, _without_closed(search, exact))
+    if not found.terms:
+        result = Verdict(
+            "consistent", plain.fit, plain.fit, search.problem, candidates=ranked[:8],
+            noise=inflation(residuals(search.judge, plain.fit)), hidden=_hidden(every, noise),
+        )  # fmt: skip
+        if reduced_chi_square(plain.fit) > UNEXPLAINED_ABOVE:
+            result.word = "unexplained"
+        return result
+    terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
+    fit = _ordered(found, terms)
+    same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
+    # beside the user's own simulation our plant is a correction, whose form is not exact
+    beside = not search.problem.free_start
+    apart = max(APART, FORM * (best.evidence - plain.evidence) if beside else 0.0)
+    equals = [c for c in same if c.evidence > best.evidence - apart]
+    equivalents = [equivalents_of(term, terms, equals) for term in terms]
+    behind = np.array([c.evidence - best.evidence for c in same]) * APART / apart
+    weights = np.exp(np.clip(behind, -700.0, 50.0))
+    confidence = []
+    for term in terms:
+        has = np.array([term.effect.name in c.names for c in same])
+        share = float(np.sum(weights * has) / np.sum(weights))
+        if term.effect.name not in best.names:  # a value beyond its bound, found without a search
+            share = OUTSIDE
+        confidence.append(round(min(share, SUREST), 3))
+    kinds = {t.effect.kind for t in terms}
+    word = {"physics": "missing_physics", "measurement": "measurement_fault"}.get(
+        terms[0].effect.kind, "parameter_error"
+    )
+    if "physics" in kinds:
+        word = "missing_physics"
+    result = Verdict(
+        word, fit, base, search.problem, equivalents, confidence, ranked[:8], noise,
+        max(best.evidence - plain.evidence, 0.0),
+    )  # fmt: skip
+    # beside the user's own simulation our plant is a correction, and what it leaves is said beside
+    # the claim
+    if search.problem.free_start and not explained(base, fit):
+        result.word = "unexplained"
+    return result
+
+
+def equivalents_of(
+    term: ActiveEffect, terms: Sequence[ActiveEffect], equals: Sequence[Candidate]
+) -> list[str]:
+    """Names that could stand in a term's place."""
+    rest = {t.effect.name for t in terms if t is not term}
+    names: set[str] = set()
+    for candidate in equals:
+        theirs = set(candidate.names)
+        if rest <= theirs and term.effect.name not in theirs:
+            names |= theirs - rest
+    for twin in TWINS:
+        if term.effect.name in twin:
+            other = twin[1 - twin.index(term.effect.name)]
+            if _possible_twin(term, other, terms):
+                names.add(other)
+    return sorted(names)
+
+
+def _possible_twin(term: ActiveEffect, other: str, terms: Sequence[ActiveEffect]) -> bool:
+    """Compliance can only soften the front axle; a change in windows is no value of the file.
+
+    Where the rear tyres are stiffer than believed the front ones may be as well, and the front
+    axle soft against them.
+    """
+    if term.effect.windowed:
+        return False
+    if other.startswith("steering_compliance"):
+        rear = [t.values[0] for t in terms if t.effect.name == REAR_TYRES]
+        return term.values[0] < max([1.0, *rear])
+    return True
+
+
+def _loss(search: Search, fit: Fit, term: ActiveEffect) -> float:
+    """Rise of chi2 when a term is taken out and nothing refitted."""
+    rest = tuple(t for t in fit.terms if t is not term)
+    total = 0.0
+    for r in range(len(search.problem.runs)):
+        e = search.judge.evaluate(r, rest, fit.nuisance[r], fit.shift)
+        total += float(np.dot(e, e))
+    return total
+
+
+def _ordered(fit: Fit, terms: Sequence[ActiveEffect]) -> Fit:
+    """The fit with its terms, and their covariance, in another order."""
+    covariance, cross = fit.covariance, fit.cross
+    sizes = [len(t.values) for t in fit.terms]
+    if covariance.shape[0] == sum(sizes):
+        starts = [sum(sizes[:i]) for i in range(len(sizes))]
+        place = {id(t): i for i, t in enumerate(fit.terms)}
+        order = [starts[place[id(t)]] + j for t in terms for j in range(len(t.values))]
+        covariance, cross = covariance[np.ix_(order, order)], cross[order]
+    return replace(fit, terms=tuple(terms), covariance=covariance, cross=cross)

@@ -1,0 +1,1 @@
+"""Fit of a combination with effects to all channels of all runs."""

@@ -1,0 +1,152 @@
+"""Judging a model on what it was not fitted to: a run left out, windows valued by other windows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.fit.agreement import errors, iso18571, nrmse
+from swaywatch.diagnose.fit.fit import Fit, Fitter, Problem, predict_run, residual
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Effect
+from swaywatch.effects.runs import BLOCK, RATE_HZ, Run
+
+Array = NDArray[np.float64]
+
+#: The part of a run that its start values and its steering offset are taken from.
+START_S = 5.0
+
+
+def first_seconds(run: Run, seconds: float) -> Run:
+    """The run with only its first seconds."""
+    return run.part(0, min(int(seconds * RATE_HZ) // BLOCK * BLOCK, run.time.size))
+
+
+def start_values(
+    problem: Problem, index: int, terms: Sequence[ActiveEffect], shift: Array
+) -> Array:
+    """Steering offset and start values of a run, from its first seconds only.
+
+    Against a user's simulation these are the simulation's own: nothing is taken from the recording.
+    """
+    if not problem.free_start and problem.start_nuisance is not None:
+        return np.asarray(problem.start_nuisance[index])
+    start = first_seconds(problem.runs[index], START_S)
+    one = replace(problem, runs=(start,), start_nuisance=None, start_shift=None)
+    constant = tuple(t for t in terms if not t.effect.windowed)
+    fit = Fitter(one).run(Fit(constant, np.zeros((1, 5)), shift), 6, free=0)
+    return np.asarray(fit.nuisance[0])
+
+
+def valued(
+    problem: Problem,
+    index: int,
+    terms: Sequence[ActiveEffect],
+    effect: Effect,
+    spans: Sequence[tuple[float, float]],
+    candidates: Sequence[tuple[float, ...]],
+    nuisance: Array,
+    shift: Array,
+) -> ActiveEffect:
+    """Windows at given times, each with the one of the given values that fits the run best.
+
+    Nothing is fitted: the choice among the candidates is all that the run decides.
+    """
+    chosen: list[float] = []
+    for start, stop in spans:
+        best = (np.inf, candidates[0])
+        for values in candidates:
+            count = len(chosen) // (2 + len(values)) + 1
+            term = ActiveEffect(effect, (*chosen, start, stop, *values), (index,) * count)
+            outputs = predict_run(problem, index, (*terms, term), nuisance, shift)
+            e = residual(problem, index, outputs)
+            chi2 = float(np.sum(e * e))
+            if chi2 < best[0]:
+                best = (chi2, values)
+        chosen += [start, stop, *best[1]]
+    return ActiveEffect(effect, tuple(chosen), (index,) * len(spans))
+
+
+def values_of(term: ActiveEffect, runs: Sequence[int]) -> list[tuple[float, ...]]:
+    """Values of a term's windows in some runs."""
+    k = term.stride
+    return [
+        term.values[w * k + 2 : (w + 1) * k] for w, r in enumerate(term.window_runs) if r in runs
+    ]
+
+
+def carried(
+    problem: Problem, index: int, taught: Fit, nuisance: Array, notes: set[str]
+) -> list[ActiveEffect]:
+    """Terms for a run that was left out: windows keep their times, never their values."""
+    others = [r for r in range(len(problem.runs)) if r != index]
+    terms = [t for t in taught.terms if not t.effect.windowed]
+    for term in (t for t in taught.terms if t.effect.windowed):
+        spans = [(w.start, w.stop) for w in term.windows(index)]
+        candidates = values_of(term, others)
+        if spans and candidates:
+            notes.add(
+                f"windows of {term.effect.name}: times from the left-out run itself, values from "
+                "the windows of the other runs (the best fitting of them)"
+            )
+            terms.append(
+                valued(
+                    problem, index, terms, term.effect, spans, candidates, nuisance, taught.shift
+                )
+            )
+        elif spans:
+            notes.add(
+                f"{term.effect.name} acts in windows of {problem.runs[index].name} only: nothing "
+                "to value them by, left out when that run is predicted"
+            )
+    return terms
+
+
+def held_out(problem: Problem, fit: Fit) -> dict[str, Any]:
+    """Each run predicted by what the other runs taught.
+
+    Returns
+    -------
+    dict
+        ``held_out_baseline_nrmse``, ``held_out_diagnosed_nrmse`` (means over the runs, or null),
+        the same of ISO/TS 18571, ``held_out_runs`` (pairs), ``held_out_how`` (sentences).
+    """
+    empty: dict[str, Any] = {
+        "held_out_baseline_nrmse": None, "held_out_diagnosed_nrmse": None,
+        "held_out_iso18571_before": None, "held_out_iso18571_after": None, "held_out_runs": [],
+    }  # fmt: skip
+    if not fit.terms:
+        return empty | {"held_out_how": ["no effect is claimed"]}
+    if len(problem.runs) < 2:
+        return empty | {"held_out_how": ["one run only: nothing can be left out"]}
+    notes = {"each run is predicted by what is fitted to the others"}
+    scores = []
+    used = 0
+    for index, run in enumerate(problem.runs):
+        others = [r for r in range(len(problem.runs)) if r != index]
+        taught = Fitter(problem).run(Fit(fit.terms, fit.nuisance, fit.shift), 5, runs=others)
+        constant = tuple(t for t in taught.terms if not t.effect.windowed)
+        nuisance = start_values(problem, index, constant, fit.shift)
+        terms = carried(problem, index, taught, nuisance, notes)
+        used += len(terms)
+        start = start_values(problem, index, (), fit.shift)
+        before = predict_run(problem, index, (), start, fit.shift)
+        after = predict_run(problem, index, terms, nuisance, fit.shift)
+        scores.append(
+            [
+                nrmse(errors(problem, index, before)), nrmse(errors(problem, index, after)),
+                iso18571(run, before), iso18571(run, after),
+            ]
+        )  # fmt: skip
+    if not used:
+        return empty | {"held_out_how": sorted(notes)}
+    mean = np.mean(scores, axis=0)
+    return {
+        "held_out_baseline_nrmse": float(mean[0]), "held_out_diagnosed_nrmse": float(mean[1]),
+        "held_out_iso18571_before": float(mean[2]), "held_out_iso18571_after": float(mean[3]),
+        "held_out_runs": [row[:2] for row in scores], "held_out_how": sorted(notes),
+    }  # fmt: skip

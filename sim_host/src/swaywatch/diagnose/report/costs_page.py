@@ -1,0 +1,137 @@
+"""What would give back how many km/h: the part of the page on stability."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import plotly.graph_objects as go
+
+from swaywatch.diagnose.report.labels import named, when
+from swaywatch.report.shell import plot, table
+
+COLOURS = ("#93c5fd", "#2563eb", "#1e3a8a")
+FASTEST_KMH = 302  # of the search, see `models.modes`
+MIDDLE = 1
+EXACT_KMH = 0.01  # narrower, an interval says nothing: there are no doubts in it
+Figures = Sequence[Mapping[str, float] | None]
+
+
+def costs_part(result: Mapping[str, Any]) -> str:
+    """Picture, table and how to read them; empty where nothing is known of stability."""
+    block = result.get("stability")
+    if not block:
+        return ""
+    parts = ["<h2>What it costs</h2>", f"<p>{html.escape(_summary(block))}</p>"]
+    if block["causes"]:
+        parts += [
+            plot(_picture(block), name="costs", least_width=600),
+            table(_head(block), _rows(block)),
+            "<p class=note>Gained: the critical speed without a finding less that with all of "
+            "them. A swing is that of the trailer's yaw rate; wheel held, speed held. An "
+            "effect in windows acts as if its window lasted, the one marked counts. Speeds and "
+            "intervals (90 %) hold the uncertainty of vehicle and findings together.</p>",
+        ]
+    parts += [
+        f"<p class=note>{html.escape(named(entry['name']))}: no cost, {entry['reason']}.</p>"
+        for entry in block["left_out"]
+    ]
+    return "".join(parts)
+
+
+def _summary(block: Mapping[str, Any]) -> str:
+    swing = block["swings_deg_s"][MIDDLE]
+    text = f"Critical speed of a swing of {swing:g} deg/s: "
+    calibrated = _interval(block["calibrated"]["v_crit_km_h"][MIDDLE])
+    if block["beside_simulation"]:
+        text += f"{calibrated} of the plant that was fitted to your simulation (not of that itself)"
+    else:
+        text += (
+            f"{_interval(block['believed_v_crit_km_h'])} as vehicle.toml and its tolerances have "
+            f"it, {calibrated} of the calibrated vehicle"
+        )
+    if not block["causes"]:
+        return text + "."
+    before, after = (
+        _ratio(block[which]["damping_ratio"][MIDDLE]) for which in ("calibrated", "diagnosed")
+    )
+    return (
+        f"{text} without the findings, {_interval(block['diagnosed']['v_crit_km_h'][MIDDLE])} with "
+        f"them. At {block['speed_km_h']:.0f} km/h the damping ratio is {before} without them and "
+        f"{after} with them."
+    )
+
+
+def _ratio(value: float | None) -> str:
+    return "none (no oscillation)" if value is None or value != value else f"{value:.3f}"  # noqa: PLR0124
+
+
+def _picture(block: Mapping[str, Any]) -> go.Figure:
+    """Bars of each finding, what gives back most on top; those without an end are left out."""
+    causes = list(reversed(block["causes"]))
+    figure = go.Figure()
+    for k, (swing, colour) in enumerate(zip(block["swings_deg_s"], COLOURS, strict=True)):
+        rows = [(c["name"], c["gives_back_km_h"][k]) for c in causes]
+        shown = [(named(name), row) for name, row in rows if row is not None]
+        figure.add_bar(
+            y=[name for name, _ in shown], x=[row["value"] for _, row in shown], orientation="h",
+            error_x={
+                "type": "data", "color": "#6b7280",
+                "array": [row["high"] - row["value"] for _, row in shown],
+            },
+            name=f"swing of {swing:g} deg/s", marker_color=colour,
+        )  # fmt: skip
+    figure.update_layout(
+        title="Critical speed gained without each finding", barmode="group",
+        height=170 + 62 * len(causes), margin={"l": 20, "r": 20, "t": 80, "b": 50},
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 1.0, "xanchor": "right"},
+    )  # fmt: skip
+    figure.update_xaxes(
+        title_text="gain [km/h] (below zero: the finding stabilises)", zeroline=True
+    )
+    figure.update_yaxes(
+        automargin=True, categoryorder="array", categoryarray=[named(c["name"]) for c in causes]
+    )
+    return figure
+
+
+def _head(block: Mapping[str, Any]) -> list[str]:
+    swings = [f"swing of {swing:g} deg/s" for swing in block["swings_deg_s"]]
+    return ["gained without it [km/h]", *swings, "damping ratio without it"]
+
+
+def _rows(block: Mapping[str, Any]) -> list[list[str]]:
+    rows = []
+    for cause in block["causes"]:
+        rows.append([
+            named(cause["name"]),
+            *(_back(cause, block, k) for k in range(len(block["swings_deg_s"]))),
+            _ratio(cause["damping_ratio_without"][MIDDLE]),
+        ])  # fmt: skip
+        windows = cause["windows"]
+        if len(windows) > 1:
+            for w in sorted(windows, key=lambda w: (w["run"], w["start"])):
+                mark = " (the one that counts)" if w["counts"] else ""
+                value = w["gives_back_km_h"]
+                cells = ["", "none to compare" if value is None else _interval(value), "", ""]
+                rows.append([f"· {when([w])}{mark}", *cells])
+    return rows
+
+
+def _back(cause: Mapping[str, Any], block: Mapping[str, Any], k: int) -> str:
+    value = cause["gives_back_km_h"][k]
+    if value is not None:
+        return _interval(value)
+    if block["diagnosed"]["v_crit_km_h"][k] is None:
+        without = cause["v_crit_without_km_h"][k]
+        return "none with it" + ("" if without is None else f", {_interval(without)} without")
+    return "none without it"
+
+
+def _interval(row: Mapping[str, float] | None) -> str:
+    if row is None:
+        return f"none up to {FASTEST_KMH} km/h"
+    if row["high"] - row["low"] < EXACT_KMH:
+        return f"{row['value']:.1f}"
+    return f"{row['value']:.1f} ({row['low']:.1f} to {row['high']:.1f})"

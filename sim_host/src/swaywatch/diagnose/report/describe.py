@@ -1,0 +1,200 @@
+"""From a verdict to the `effects` of diagnosis.json: parameters with intervals, windows, scores."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.evidence.calibration import BESIDE, interval
+from swaywatch.diagnose.evidence.verdict import Verdict
+from swaywatch.diagnose.fit.agreement import errors, iso18571, nrmse
+from swaywatch.diagnose.fit.fit import Problem, predict_run
+from swaywatch.diagnose.fit.holdout import held_out
+from swaywatch.effects.active import ActiveEffect
+
+Array = NDArray[np.float64]
+
+
+def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> list[dict[str, Any]]:
+    """`effects` of diagnosis.json."""
+    if not verdict.fit.terms:
+        return []
+    fit_block = _fit_block(verdict, problem)
+    effects = []
+    reached = verdict.noise
+    sizes = [len(t.values) for t in verdict.fit.terms]
+    covariance = verdict.fit.covariance
+    if covariance.shape[0] != sum(sizes):
+        covariance = np.zeros((sum(sizes), sum(sizes)))
+    for index, term in enumerate(verdict.fit.terms):
+        effect = term.effect
+        at = sum(sizes[:index])
+        own = covariance[at : at + sizes[index], at : at + sizes[index]]
+        name = effect.id + ("" if problem.free_start else BESIDE)
+        windows: list[dict[str, Any]] = []
+        if effect.windowed:
+            windows = _windows(term, problem)
+            parameters = _over_windows(term, name, windows, own, reached)
+            windows.sort(key=lambda w: (w["run"], w["start"]))
+        else:
+            parameters = _reported(term, name, own, reached)
+        entry: dict[str, Any] = {
+            "id": effect.id,
+            "parameters": parameters,
+            "component": signals.get(effect.component, effect.component),
+            "role": effect.component,
+            "windows": [[round(w["start"], 2), round(w["stop"], 2)] for w in windows],
+            "window_details": windows,
+            "lines": list(effect.lines),
+            "confidence": verdict.confidence[index],
+            "equivalent": sorted({name.split(":")[0] for name in verdict.equivalents[index]}),
+            "equivalent_details": verdict.equivalents[index],
+            "told_apart_by": effect.decided_by if verdict.equivalents[index] else "",
+            "equation": effect.equation,
+            "source": effect.source,
+            "kind": effect.kind,
+            "fit": fit_block,
+        }
+        if effect.id in ("sensor_delay", "sensor_gain", "sensor_roll_gravity"):
+            entry["channel"] = entry["component"]
+        elif effect.extra.get("side"):
+            entry["side"] = effect.extra["side"]
+            entry["axle"] = effect.component
+        elif effect.id == "parameter_error":
+            entry["parameter"] = effect.component
+        elif effect.id == "crosswind_gust":
+            entry["body"] = effect.component
+        elif effect.component in (
+            "car_front", "car_rear", "trailer", "trailer_front", "trailer_rear",
+        ):  # fmt: skip
+            entry["axle"] = effect.component
+        effects.append(entry)
+    return effects
+
+
+def _reported(term: ActiveEffect, name: str, covariance: Array, reached: float) -> dict[str, Any]:
+    """Reported values of an effect without windows, their errors carried through `report`."""
+    effect = term.effect
+    names = [p.name for p in effect.parameters]
+
+    def report(values: Any) -> dict[str, float]:
+        return effect.report(dict(zip(names, values, strict=True)))
+
+    raw = np.array(term.values)
+    found = report(raw)
+    neutral = report([p.neutral for p in effect.parameters])
+    steps = np.sqrt(np.maximum(np.diag(covariance), 1e-300)) * 0.1
+    columns = []
+    for index, step in enumerate(steps):
+        moved = raw.copy()
+        moved[index] += step if raw[index] + step <= effect.parameters[index].high else -step
+        changed = report(moved)
+        by = float(moved[index] - raw[index])  # none where the fit says that the error is none
+        columns.append([(changed[k] - found[k]) / by if by else 0.0 for k in found])
+    jacobian = np.array(columns)
+    assumed = float(str(effect.extra.get("assumed_share", 0.0)))
+    errors_ = np.sqrt(np.abs(np.diag(jacobian.T @ covariance @ jacobian)))
+    rows = {
+        key: interval(name, value, _size(value, neutral[key]), float(error), reached, assumed)
+        for (key, value), error in zip(found.items(), errors_, strict=True)
+    }
+    for key, row in rows.items():
+        if abs(neutral[key]) > 100.0 * abs(row["value"]):  # vanishes towards infinity: a factor
+            factor = 1.0 + abs(row["high"] - row["value"]) / max(abs(row["value"]), 1e-12)
+            row["low"], row["high"] = row["value"] / factor, row["value"] * factor
+    return rows
+
+
+def _size(value: float, neutral: float) -> float:
+    """Distance from where the effect vanishes; of what vanishes towards infinity, the value."""
+    return value if abs(neutral) > 100.0 * abs(value) else value - neutral
+
+
+def _windows(term: ActiveEffect, problem: Problem) -> list[dict[str, Any]]:
+    """Windows of a term in the order of its values."""
+    windows = []
+    describe_window = term.effect.extra.get("describe")
+    names = [p.name for p in term.effect.parameters]
+    for w, r in enumerate(term.window_runs):
+        at = w * term.stride
+        details = dict(zip(names, term.values[at + 2 : at + term.stride], strict=True))
+        window = next(x for x in term.windows(r) if x.start == term.values[at])
+        if callable(describe_window):
+            details = describe_window(problem.runs[r], window)
+        windows.append(
+            {
+                "run": problem.runs[r].name,
+                "start": float(window.start),
+                "stop": float(window.stop),
+                **{k: float(v) for k, v in details.items()},
+            }
+        )
+    return windows
+
+
+def _over_windows(
+    term: ActiveEffect, name: str, windows: list[dict[str, Any]], covariance: Array, reached: float
+) -> dict[str, Any]:
+    """Median over the windows; its interval from their spread and from the fit's errors."""
+    effect = term.effect
+    neutral = {p.name: p.neutral for p in effect.parameters}
+    first = np.arange(len(windows)) * term.stride + 2
+    sizes = np.abs([term.values[at] for at in first]) + 1e-12
+    relative = float(np.median(np.sqrt(np.abs(np.diag(covariance)[first])) / sizes))
+    parameters: dict[str, Any] = {}
+    for key in (k for k in windows[0] if k not in ("run", "start", "stop")):
+        values = np.array([w[key] for w in windows])
+        centre = float(np.median(values))
+        spread = float(values.std() / np.sqrt(values.size)) if values.size > 1 else 0.0
+        error = float(np.hypot(spread, relative * abs(centre)))
+        size = centre - neutral.get(key, 0.0)
+        parameters[key] = interval(name, centre, size, error, reached)
+        parameters[key]["per_window"] = [float(x) for x in values]
+    return parameters
+
+
+def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
+    before: list[float] = []
+    after: list[float] = []
+    iso_before: list[float] = []
+    iso_after: list[float] = []
+    for r in range(len(problem.runs)):
+        for fit, scores, iso in (
+            (verdict.baseline, before, iso_before), (verdict.fit, after, iso_after),
+        ):  # fmt: skip
+            outputs = predict_run(problem, r, fit.terms, fit.nuisance[r], fit.shift)
+            scores.append(nrmse(errors(problem, r, outputs)))
+            iso.append(iso18571(problem.runs[r], outputs))
+    block: dict[str, Any] = {
+        "baseline_nrmse": float(np.mean(before)),
+        "diagnosed_nrmse": float(np.mean(after)),
+        "iso18571_before": float(np.mean(iso_before)),
+        "iso18571_after": float(np.mean(iso_after)),
+    }
+    return block | held_out(problem, verdict.fit)
+
+
+def calibrated(verdict: Verdict, problem: Problem) -> list[dict[str, Any]]:
+    """`calibrated` of diagnosis.json: each value of vehicle.toml before and after, SI."""
+    fit, beliefs = verdict.fit, problem.beliefs
+    errors_ = np.sqrt(np.abs(np.diag(fit.doubt)) * verdict.noise) if fit.doubt.size else fit.shift
+    rows = []
+    for index, belief in enumerate(beliefs.items):
+        if belief.kind != "vehicle":
+            continue
+        ratio = problem.runs[0].steering_ratio
+        value, believed = (
+            beliefs.value(index, problem.body, ratio, z) for z in (float(fit.shift[index]), 0.0)
+        )
+        above = beliefs.value(index, problem.body, ratio, float(fit.shift[index]) + 1.0)
+        rows.append(
+            {
+                "name": belief.name, "believed": believed, "calibrated": value,
+                "standard_error": abs(above - value) * min(float(errors_[index]), 1.0),
+                "tolerances": float(fit.shift[index]), "tolerance": belief.tolerance,
+                "source": belief.source,
+            }
+        )  # fmt: skip
+    return rows

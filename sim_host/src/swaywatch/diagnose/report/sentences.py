@@ -1,0 +1,186 @@
+"""One plain sentence for each finding: what, how much, when, and what it does to stability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from swaywatch.diagnose.report.labels import how_much, part, rounded, when
+
+Effect = Mapping[str, Any]
+MIDDLE = 1
+"""Of the swings: the one by which findings are ranked."""
+BY_SIZE = 0.2
+"""Of a cost: by how much it differs in the largest swing to be told of both."""
+LEAST_KMH = 0.05
+"""A shift of the critical speed that is shown as a number."""
+
+
+def sentence(effect: Effect, stability: Mapping[str, Any] | None = None) -> str:
+    """``The load of the car's rear axle swings by 760 N at twice the yaw frequency, ...``.
+
+    Parameters
+    ----------
+    effect
+        Of ``diagnosis.json``.
+    stability
+        Its ``stability``: the shift of the critical speed is told where it is known.
+    """
+    make = _SENTENCES.get(effect["id"])
+    windows = effect.get("window_details") or []
+    text = make(effect) if make and not effect.get("text") else _plain(effect)
+    times = when(windows) if windows and not effect.get("text") else ""
+    if times:
+        text += f" ({times})"
+    return text + _worth(effect, stability or {}) + "."
+
+
+def _plain(effect: Effect) -> str:
+    values = "; ".join(how_much(effect)).rstrip(".")
+    what = effect["id"].replace("_", " ").capitalize()
+    return f"{what}, {part(effect['component'])}" + (f": {values}" if values else "")
+
+
+def _worth(effect: Effect, stability: Mapping[str, Any]) -> str:
+    """What the critical speed of the middle swing loses or gains by it."""
+    name = f"{effect['id']}:{effect.get('role', effect['component'])}"
+    cause = next((c for c in stability.get("causes", ()) if c["name"] == name), None)
+    if cause is None:
+        return ""
+    with_it = stability["diagnosed"]["v_crit_km_h"][MIDDLE]
+    without = cause["v_crit_without_km_h"][MIDDLE]
+    if with_it is None or without is None:
+        limit = "no critical speed is found with it" if with_it is None else (
+            f"the critical speed is {with_it['value']:.1f} km/h with it, none is found without"
+        )  # fmt: skip
+        return f"; {limit}"
+    back = cause["gives_back_km_h"][MIDDLE]
+    if abs(back["value"]) < LEAST_KMH:
+        return "; it does not move the critical speed"
+    verb = "costs" if back["value"] > 0.0 else "adds"
+    least, most = sorted((abs(back["low"]), abs(back["high"])))
+    if back["low"] < 0.0 < back["high"]:
+        least = 0.0
+    windows = [w["gives_back_km_h"] for w in cause["windows"] if w["gives_back_km_h"] is not None]
+    several = len(windows) > 1
+    text = (
+        f"; it {verb}{', in its worst window,' if several else ''} {abs(back['value']):.1f} "
+        f"({least:.1f} to {most:.1f}) km/h of critical speed ({without['value']:.1f} to "
+        f"{with_it['value']:.1f} km/h)"
+    )
+    large = cause["gives_back_km_h"][-1]
+    if large is not None and abs(large["value"] - back["value"]) > BY_SIZE * abs(back["value"]):
+        small, great = (stability["swings_deg_s"][k] for k in (MIDDLE, -1))
+        text += (
+            f" of a swing of {small:g} deg/s, {abs(large['value']):.1f} km/h of one of {great:g} "
+            "deg/s"
+        )
+    best = min((w["value"] for w in windows), default=0.0)
+    if several and back["value"] > 0.0 > best + LEAST_KMH:
+        text += f" and adds {-best:.1f} in its best"
+    return text
+
+
+# --- of each id -----------------------------------------------------------------------------------
+
+
+def _value(effect: Effect, name: str) -> float | None:
+    """A parameter, or the largest size that it has in any window."""
+    sizes = [d[name] for d in effect.get("window_details") or [] if name in d]
+    if sizes:
+        return float(max(sizes, key=abs))
+    found = effect["parameters"].get(name)
+    return None if found is None else float(found["value"])
+
+
+def _number(effect: Effect, name: str, unit: str, factor: float = 1.0) -> str:
+    value = _value(effect, name)
+    text = "an unknown amount" if value is None else rounded(value * factor)
+    return f"{text} {unit}".strip() if value is not None else text
+
+
+def _percent(effect: Effect, name: str = "factor") -> str:
+    """A factor as ``12 % more``."""
+    value = _value(effect, name)
+    if value is None:
+        return "another size"
+    return f"{abs(value - 1.0):.0%} {'more' if value > 1.0 else 'less'}"
+
+
+def _axle(effect: Effect) -> str:
+    return {
+        "car_front": "the car's front axle", "car_rear": "the car's rear axle",
+        "trailer_front": "the trailer's front axle", "trailer_rear": "the trailer's rear axle",
+        "trailer": "the trailer", "all": "all axles", "car": "the car",
+    }.get(effect["component"], part(effect["component"]))  # fmt: skip
+
+
+def _several(effect: Effect, one: str, more: str) -> str:
+    windows: Sequence[Any] = effect.get("window_details") or []
+    return more if len(windows) > 1 else one
+
+
+_SENTENCES: dict[str, Callable[[Effect], str]] = {
+    "axle_load_harmonic": lambda e: (
+        f"The load of {_axle(e)} swings by {_several(e, '', 'up to ')}"
+        f"{_number(e, 'amplitude_n', 'N')} at twice the yaw frequency; a damper is the usual cause"
+    ),
+    "tyre_relaxation": lambda e: (
+        f"The lateral force of {_axle(e)} builds up late, over {_number(e, 'length_m', 'm')} of way"
+    ),
+    "tyre_saturation": lambda e: (
+        f"The tyres of {_axle(e)} saturate: their force ends at {_number(e, 'peak_friction', '')} "
+        "of the wheel load"
+    ),
+    "tyre_load_sensitivity": lambda e: (
+        f"The cornering stiffness of {_axle(e)} grows less than the wheel load (degression "
+        f"{_number(e, 'degression', '')})"
+    ),
+    "tyre_stiffness_change": lambda e: (
+        f"The cornering stiffness of {_axle(e)} is {_percent(e)} with no change of load; pressure "
+        "or the road's surface are the usual causes"
+    ),
+    "friction_reduction": lambda e: f"The road's peak friction is {_percent(e)}",
+    "hitch_friction": lambda e: f"The hitch rubs with {_number(e, 'moment_nm', 'N m')}",
+    "hitch_damping": lambda e: (
+        f"The hitch damps the articulation with "
+        f"{_number(e, 'coefficient_nms_per_rad', 'N m s/rad')}"
+    ),
+    "trailer_aerodynamics": lambda e: (
+        "Air pushes the trailer sideways and turns it (coefficients "
+        f"{_number(e, 'side_force_coefficient', '')} and "
+        f"{_number(e, 'yaw_moment_coefficient', '')})"
+    ),
+    "roll_steer": lambda e: (
+        f"{_axle(e).capitalize()} steers by {_number(e, 'coefficient', 'rad')} for each rad of roll"
+    ),
+    "roll_stiffness_change": lambda e: f"The roll stiffness of {_axle(e)} is {_percent(e)}",
+    "damper_fade": lambda e: f"The dampers of {_axle(e)} give {_percent(e)} force",
+    "damper_asymmetry": lambda e: (
+        f"The dampers of {_axle(e)} are harder one way than the other and pump the axle load"
+    ),
+    "crosswind_gust": lambda e: (
+        f"A gust pushes the {part(e['component'])} sideways with {_number(e, 'force_n', 'N')}"
+    ),
+    "road_bank": lambda e: f"The road is banked by {_number(e, 'angle_deg', 'deg')}",
+    "steering_compliance": lambda e: (
+        "The steering gives way: the front wheels turn back under their lateral force (stiffness "
+        f"{_number(e, 'stiffness_n_per_rad', 'N/rad')})"
+    ),
+    "steering_free_play": lambda e: (
+        f"The steering has {_number(e, 'gap_deg', 'deg')} of play at the steering wheel"
+    ),
+    "sensor_delay": lambda e: (
+        f"{part(e['component'])} comes {_number(e, 'delay_s', 'ms', 1e3)} late; the vehicle is as "
+        "modelled"
+    ),
+    "sensor_gain": lambda e: (
+        f"{part(e['component'])} reads {_percent(e)} than it should; the vehicle is as modelled"
+    ),
+    "sensor_roll_gravity": lambda e: (
+        f"{part(e['component'])} rolls with the body and sees gravity; the vehicle is as modelled"
+    ),
+    "parameter_error": lambda e: (
+        f"{e['component']} of vehicle.toml should be {_percent(e)}; no physics is missing"
+    ),
+}

@@ -1,0 +1,73 @@
+"""A term of a fit: an effect with values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from swaywatch.effects.effect import Effect, Parameter, Window
+
+_START = Parameter("start", "s", 0.0, -1e9, 1e9, (0.0,), 0.1)
+_STOP = Parameter("stop", "s", 0.0, -1e9, 1e9, (0.0,), 0.1)
+
+
+@dataclass(frozen=True)
+class ActiveEffect:
+    """An effect with its values.
+
+    Attributes
+    ----------
+    effect
+        The explanation.
+    values
+        Without windows: in the order of the effect's parameters. With windows: start, stop and
+        the parameters of each window in turn.
+    window_runs
+        With windows: the run of each.
+    """
+
+    effect: Effect
+    values: tuple[float, ...]
+    window_runs: tuple[int, ...] = ()
+
+    def as_dict(self) -> dict[str, float]:
+        """Values by parameter name, without windows."""
+        if self.effect.windowed:
+            return {}
+        return dict(zip((p.name for p in self.effect.parameters), self.values, strict=True))
+
+    def parameter(self, index: int) -> Parameter:
+        """Parameter of a place in `values`."""
+        if not self.effect.windowed:
+            return self.effect.parameters[index]
+        return (_START, _STOP, *self.effect.parameters)[index % self.stride]
+
+    @property
+    def stride(self) -> int:
+        """Values of one window."""
+        return 2 + len(self.effect.parameters)
+
+    def run_of(self, index: int) -> int | None:
+        """Run that a place in `values` acts on; None: all."""
+        return self.window_runs[index // self.stride] if self.effect.windowed else None
+
+    def windows(self, run: int) -> list[Window]:
+        """Windows in one run."""
+        if not self.effect.windowed:
+            return []
+        names = [p.name for p in self.effect.parameters]
+        found = []
+        for w, where in enumerate(self.window_runs):
+            if where == run:
+                v = self.values[w * self.stride : (w + 1) * self.stride]
+                found.append(Window(v[0], v[1], dict(zip(names, v[2:], strict=True))))
+        return found
+
+    def longer_than(self, shortest_s: float) -> ActiveEffect:
+        """Without windows that are shorter; a fit may move their ends past each other."""
+        k = self.stride
+        rows = [self.values[w * k : (w + 1) * k] for w in range(len(self.window_runs))]
+        kept = [w for w, row in enumerate(rows) if row[1] - row[0] >= shortest_s]
+        if not self.effect.windowed or len(kept) == len(rows):
+            return self
+        values = tuple(value for w in kept for value in rows[w])
+        return ActiveEffect(self.effect, values, tuple(self.window_runs[w] for w in kept))

@@ -1,0 +1,61 @@
+// Laws that no named effect has: a force that one motion makes, a mass that swings in a body;
+// included by plant_step.h. What the slots are is said by plant/lanes.py.
+
+/// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square.
+INLINE V NAME(bent)(V z, V shape, V at)
+{
+    const V some = NAME(most)(at, NAME(all)(1e-9));
+    V found = z;
+    found = NAME(choose)(shape == 1.0, some * NAME(hyperbolic_tangent)(z / some), found);
+    const V within = NAME(most)(NAME(least)(z, some), -some);
+    found = NAME(choose)(shape == 2.0, z - within, found);
+    found = NAME(choose)(shape == 3.0, z * z * z, found);
+    found = NAME(choose)(shape == 4.0, z * NAME(absolute)(z), found);
+    return NAME(choose)(shape == 5.0, z * z, found);
+}
+
+/// Dry friction behind an elastic part (Dahl): follows the articulation, and slips at a bend.
+INLINE V NAME(dragged)(const V *x, const V *of, const V *e)
+{
+    const V rate = of[1], some = NAME(most)(e[E_LAW_BEND], NAME(all)(1e-9));
+    return rate - NAME(absolute)(rate) * x[X_LAW] / some;
+}
+
+/// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag.
+INLINE V NAME(law)(const V *x, const V *of, const V *e, V speed, V *dx)
+{
+    V z = {0};
+    for (int j = 0; j < PLANT_LAW_STATES; j++) {
+        z += e[E_LAW_OF_ARTICULATION + j] * of[j];
+    }
+    const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
+    const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
+    const V bent =
+        NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
+    V value = e[E_LAW_GAIN] * bent;
+    value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
+    value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
+    const V lag = e[E_LAW_LAG];
+    const V late = (value - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
+    dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, of, e), NAME(where)(lag, late));
+    // one state: what goes with the heading has neither lag nor friction
+    dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
+    return NAME(choose)(lag > 0.0, x[X_LAW], value);
+}
+
+/// Side force of the mass that swings in a body, on the body.
+INLINE V NAME(swinging)(const V *x, const V *e, int body)
+{
+    const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
+    return e[E_MODE_MASS_CAR + body] * omega *
+           (omega * x[X_MODE + body] + 2.0 * zeta * x[X_MODE_RATE + body]);
+}
+
+/// How it goes on where its place has the acceleration `base` sideways.
+INLINE void NAME(swing)(const V *x, const V *e, int body, V base, V *dx)
+{
+    const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
+    const V back = omega * (omega * x[X_MODE + body] + 2.0 * zeta * x[X_MODE_RATE + body]);
+    dx[X_MODE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], x[X_MODE_RATE + body]);
+    dx[X_MODE_RATE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], -base - back);
+}

@@ -1,0 +1,1 @@
+"""The terminal: what a command says, how far it is, how it ends."""
