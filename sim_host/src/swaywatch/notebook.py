@@ -13,7 +13,6 @@ nothing, as the pages do.
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,7 +38,7 @@ from swaywatch.recording import write_recording
 from swaywatch.report import figures
 from swaywatch.report.page import make_report
 from swaywatch.report.sentences import sentences, verdict
-from swaywatch.report.shell import document, plot, table
+from swaywatch.report.shell import document, fill, plot
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,17 +70,19 @@ class Picture:
 
     def _repr_html_(self) -> str:
         # a page of its own within the notebook: its rules hold there too
-        page = document(self.name.replace("_", " "), [plot(go.Figure(self.figure), name=self.name)])
+        page = document(
+            "report/plot.html", self.name.replace("_", " "),
+            plot=plot(go.Figure(self.figure), name=self.name),
+        )  # fmt: skip
         height = int(self.figure.layout.height or 450) + 220
-        return (
-            f"<iframe sandbox='allow-scripts allow-downloads' srcdoc='{html.escape(page)}' "
-            f"style='width:100%;height:{height}px;border:0'></iframe>"
-        )
+        return fill("notebook_picture.html", page=page, height=height)
 
 
-def _shown(head: str, reasons: Sequence[str], rows: str) -> str:
-    items = "".join(f"<li>{html.escape(text)}</li>" for text in reasons)
-    return f"<p><b>{html.escape(head)}</b></p><ul>{items}</ul>{rows}"
+def _shown(
+    verdict: str, reasons: Sequence[str], head: Sequence[str], rows: Sequence[Sequence[Any]]
+) -> str:
+    """Verdict, reasons and a table, whose cells are words or lists of lines."""
+    return fill("notebook.html", verdict=verdict, reasons=reasons, head=head, rows=rows)
 
 
 def _frame(columns: dict[str, Any]) -> pd.DataFrame:
@@ -152,7 +153,7 @@ class AnalyzedDrive:
             if np.isfinite(value.value)
         ]
         head = ["figure (SI)", "value", "standard error", "estimates"]
-        return _shown(self.verdict, self.sentences, table(head, rows))
+        return _shown(self.verdict, self.sentences, head, rows)
 
 
 @dataclass(frozen=True)
@@ -217,7 +218,7 @@ class Swings:
             ]
             for place in self.study.places
         ]
-        return _shown(self.verdict, self.sentences, table(head, rows))
+        return _shown(self.verdict, self.sentences, head, rows)
 
 
 @dataclass(frozen=True)
@@ -248,15 +249,15 @@ class Diagnosis:
 
         rows = [
             [
-                html.escape(str(effect["id"])),
-                html.escape(part(effect["component"])),
+                str(effect["id"]),
+                part(effect["component"]),
                 f"{effect['confidence']:.2f}",
-                "<br>".join(html.escape(text) for text in how_much(effect)),
+                how_much(effect),
             ]
             for effect in self.effects
         ]
         head = ["effect", "where", "confidence", "how much"]
-        return _shown(self.verdict, self.sentences, table(head, rows) if rows else "")
+        return _shown(self.verdict, self.sentences, head, rows)
 
 
 def signals_of(recording: File, dbc: Files = ()) -> pd.DataFrame:

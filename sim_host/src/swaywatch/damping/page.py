@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import html
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -17,7 +17,7 @@ from swaywatch.damping.find import Found
 from swaywatch.damping.sentences import interval, probability, sentences, verdict
 from swaywatch.damping.study import Study, kind_of
 from swaywatch.report.figures import thinned
-from swaywatch.report.shell import document, plot, table, wide
+from swaywatch.report.shell import PackedPlot, document, plot
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#6b7280")
 _TITLES = {
@@ -26,6 +26,7 @@ _TITLES = {
     "growth_1_s": "growth [1/s]",
 }
 _MOST_RUNS = 12
+_MOST_WINDOWS = 400
 _ROW_PX, _TITLE_LETTERS = 150, 16
 _MOST_OPEN = 24
 """Windows up to which their table is not folded."""
@@ -34,43 +35,31 @@ _MOST_OPEN = 24
 def make_page(study: Study, sources: dict[str, list[Path]]) -> str:
     """HTML of an evaluation."""
     kind, sentence = verdict(study)
-    items = "".join(f"<li>{html.escape(text)}</li>" for text in sentences(study))
-    parts = [
-        f"<div class='verdict {kind}'><p>{html.escape(sentence)}</p><ul>{items}</ul></div>",
-        *_courses(study),
-        *_groups(study),
-        "<h2>By speed</h2>" if study.against_name else "<h2>In figures</h2>",
-        _places(study),
-        "<div class='note'>Mean of the windows and its 95 % interval, which holds their scatter."
-        "</div>",
-        "<h2>Windows</h2>",
-        _windows(study),
-        "<h2>Signals</h2>",
-        *_signals(study),
-        _method(),
-    ]
-    names = ", ".join(found.run.path.name for found in study.found)
-    title = "Damping against speed (ISO 9815)" if study.plan.iso9815 else "Free oscillations"
-    return document(title, parts, meta=names, sources=sources)
+    shown = study.found[:_MOST_RUNS]
+    return document(
+        "damping/page.html",
+        "Damping against speed (ISO 9815)" if study.plan.iso9815 else "Free oscillations",
+        meta=", ".join(found.run.path.name for found in study.found),
+        sources=sources,
+        verdict={"kind": kind, "sentence": sentence, "reasons": sentences(study)},
+        course=plot(course_figure(study), name="damping") if study.points else None,
+        course_over=study.against_name if study.course is not None else "",
+        comparisons=_groups(study),
+        against_name=study.against_name or "",
+        places=_places(study),
+        windows=_windows(study),
+        most_open=_MOST_OPEN,
+        signals=[
+            (found.run.name, plot(signal_figure(found), run=found.run.name, name=found.run.name))
+            for found in shown
+        ],
+        more_recordings=len(study.found) - len(shown),
+    )
 
 
 def _against_title(study: Study) -> str:
     unit = f" [{study.against_unit}]" if study.against_unit else ""
     return f"{study.against_name or 'window'}{unit}"
-
-
-def _courses(study: Study) -> list[str]:
-    if not study.points:
-        return []
-    over = study.against_name if study.course is not None else ""
-    heading = f"<h2>Damping against {html.escape(over)}</h2>" if over else "<h2>Damping</h2>"
-    return [
-        heading,
-        plot(course_figure(study), name="damping"),
-        "<div class='note'>Points are windows with their 95 % interval; the band holds the course "
-        "with 95 %. Below 0 a disturbance grows. Intervals wider than the picture run out of "
-        "it.</div>",
-    ]
 
 
 def course_figure(study: Study) -> go.Figure:
@@ -181,21 +170,21 @@ def _band(figure: go.Figure, study: Study) -> None:
         )  # fmt: skip
 
 
-def _groups(study: Study) -> list[str]:
-    parts = []
-    for heading, comparison in (
-        ("Two groups", study.groups), ("Model and measurement", study.against_model),
-    ):  # fmt: skip
-        if comparison is not None:
-            parts += [
-                f"<h2>{heading}</h2>",
-                _difference_plot(study, comparison),
-                _table(comparison),
-            ]
-    return parts
+def _groups(study: Study) -> list[dict[str, Any]]:
+    """Each comparison: its heading, its plot, names and rows of its table."""
+    return [
+        {
+            "heading": heading, "plot": _difference_plot(study, comparison),
+            "names": comparison.names, "rows": _differences(comparison),
+        }
+        for heading, comparison in (
+            ("Two groups", study.groups), ("Model and measurement", study.against_model),
+        )
+        if comparison is not None
+    ]  # fmt: skip
 
 
-def _difference_plot(study: Study, comparison: Comparison) -> str:
+def _difference_plot(study: Study, comparison: Comparison) -> PackedPlot:
     """Difference of each quantity over the speed with its interval."""
     figure = make_subplots(rows=1, cols=3, horizontal_spacing=0.08)
     for column, quantity in enumerate(_TITLES, 1):
@@ -216,9 +205,8 @@ def _difference_plot(study: Study, comparison: Comparison) -> str:
     return plot(figure, name="difference", least_width=900)
 
 
-def _table(comparison: Comparison) -> str:
-    first, second = comparison.names
-    rows = []
+def _differences(comparison: Comparison) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
     apart = comparison.apart
     everywhere = "all" if apart is None else f"{apart[0]:.4g}, {apart[1]:.4g}"
     for one in (*comparison.at, *(comparison.over_all if apart is None else ())):
@@ -233,12 +221,11 @@ def _table(comparison: Comparison) -> str:
                 probability(one.p_value),
             )
         )
-    return table(("", "at", first, second, "difference (95 %)", ""), rows)
+    return rows
 
 
-def _places(study: Study) -> str:
-    head = (study.against_name or "", "windows", "frequency [Hz]", "damping ratio", "growth [1/s]")
-    rows = [
+def _places(study: Study) -> list[tuple[str, ...]]:
+    return [
         (
             "" if math.isnan(place.against) else f"{place.against:.4g} {study.against_unit}",
             str(place.count),
@@ -249,43 +236,18 @@ def _places(study: Study) -> str:
         )
         for place in study.places
     ]  # fmt: skip
-    return wide(table(head, rows))
 
 
-def _windows(study: Study) -> str:
-    head = (
-        "recording", "swing", "from [s]", "to [s]", "cycles", study.against_name or "",
-        "frequency [Hz]", "damping ratio", "growth [1/s]",
-    )  # fmt: skip
-    rows = [
+def _windows(study: Study) -> list[tuple[str, ...]]:
+    return [
         (
             point.run, str(point.number), f"{point.start_s:.2f}", f"{point.end_s:.2f}",
             f"{point.cycles:.1f}", "" if math.isnan(point.against) else f"{point.against:.4g}",
             interval(point.frequency_hz), interval(point.damping_ratio),
             interval(point.growth_1_s, 2),
         )
-        for point in study.points[:400]
+        for point in study.points[:_MOST_WINDOWS]
     ]  # fmt: skip
-    whole = wide(table(head, rows))
-    if len(rows) <= _MOST_OPEN:
-        return whole
-    return f"<details><summary>all {len(rows)} windows</summary>{whole}</details>"
-
-
-def _signals(study: Study) -> list[str]:
-    parts = []
-    for found in study.found[:_MOST_RUNS]:
-        parts += [
-            f"<h3>{html.escape(found.run.name)}</h3>",
-            plot(signal_figure(found), run=found.run.name, name=found.run.name),
-        ]
-    if len(study.found) > _MOST_RUNS:
-        parts.append(f"<p class='note'>and {len(study.found) - _MOST_RUNS} more recordings</p>")
-    parts.append(
-        "<div class='note'>Blue: windows of free oscillation. Orange: forced. Grey line: an event "
-        "that is not one damped oscillation.</div>"
-    )
-    return parts
 
 
 def _axis_title(name: str, unit: str) -> str:
@@ -331,19 +293,3 @@ def signal_figure(found: Found) -> go.Figure:
         hovermode="x unified",
     )  # fmt: skip
     return figure
-
-
-def _method() -> str:
-    return (
-        "<h2>How it was found</h2><p class='note'>An event is where the energy of the channels, "
-        "over one cycle, rises to three times its quiet level. Its first window begins where the "
-        "first channel turns back from its largest value, or as soon after as one damped line, the "
-        "same in all channels, explains the motion; it ends after two time constants, or where the "
-        "swing sinks into the quiet signal, or after six cycles. Frequency and growth are "
-        "estimated by swaywatch's core. Intervals hold what the quiet signal of the same recording "
-        "would have done to this fit (where too little of it is quiet: what the same vehicle under "
-        "random forces of the size that the line leaves would have done), what another end of the "
-        "window does, and, in means and courses, the scatter of the repeats. Forced: an input, "
-        "turned back by the line, adds a quarter of the swing or more within the window, and does "
-        "not die out with it as a damper's does.</p>"
-    )

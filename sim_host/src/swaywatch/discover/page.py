@@ -2,40 +2,41 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping
 from typing import Any
 
 import plotly.graph_objects as go
 
-from swaywatch.report.shell import plot, table
+from swaywatch.report.shell import PackedPlot, plot
 
 ESTIMATE, LAW = "#9ca3af", "#2563eb"
 NINETY = 1.645
 
 
-def lines(result: Mapping[str, Any]) -> list[str]:
-    """Lines of the verdict's box, in HTML."""
+def lines(result: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Lines of the verdict's box, each with its remark."""
     found = []
     for law in result.get("discovered", []):
-        hint = f" ({html.escape(law['perhaps'])}?)" if law["perhaps"] else ""
-        found.append(
-            f"{html.escape(law['text'][:1].upper() + law['text'][1:])}{hint} "
-            "<span class='note'>a law that is in no library, found in these runs</span>"
-        )
+        hint = f" ({law['perhaps']}?)" if law["perhaps"] else ""
+        text = f"{law['text'][:1].upper() + law['text'][1:]}{hint}"
+        found.append((text, "a law that is in no library, found in these runs"))
     return found
 
 
-def section(result: Mapping[str, Any]) -> list[str]:
+def section(result: Mapping[str, Any]) -> list[dict[str, Any]]:
     """What was found beyond the library, how sure it is, and the missing force itself."""
-    parts: list[str] = []
-    for law in result.get("discovered", []):
-        parts += ["<h2>A law that is in no library</h2>", _words(law), _numbers(law)]
-        for run in law["input"]["runs"]:
-            parts.append(plot(_course(law["input"], run), run=run["run"], name="missing_input"))
-        if law["input"]["runs"][0]["motion"] is not None:
-            parts.append(plot(_curve(law), name="law"))
-    return parts
+    return [
+        {"words": _words(law), "law": law["law"], "numbers": _numbers(law), "plots": _plots(law)}
+        for law in result.get("discovered", [])
+    ]
+
+
+def _plots(law: Mapping[str, Any]) -> list[PackedPlot]:
+    runs = law["input"]["runs"]
+    plots = [plot(_course(law["input"], run), run=run["run"], name="missing_input") for run in runs]
+    if runs[0]["motion"] is not None:
+        plots.append(plot(_curve(law), name="law"))
+    return plots
 
 
 def _words(law: Mapping[str, Any]) -> str:
@@ -60,18 +61,17 @@ def _words(law: Mapping[str, Any]) -> str:
         text += " One run only: it has not been held against another one."
     for other in law["equivalent"]:
         text += f" A law at {other['place']} of {other['depends_on']} does as well."
-    return f"<p>{html.escape(text.replace('_', ' '))}</p>"
+    return text.replace("_", " ")
 
 
-def _numbers(law: Mapping[str, Any]) -> str:
-    rows = [
+def _numbers(law: Mapping[str, Any]) -> list[list[str]]:
+    return [
         [
             name.replace("_", " "), f"{row['value']:.4g} {row['unit']}",
             f"{row['low']:.4g} to {row['high']:.4g}",
         ]
         for name, row in law["parameters"].items()
     ]  # fmt: skip
-    return table([f"law: {law['law']}", "value", "90 % interval"], rows)
 
 
 def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:

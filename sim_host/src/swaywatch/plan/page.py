@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from swaywatch import __version__
 from swaywatch.plan.design import BLOCK_S, KMH, Design
 from swaywatch.plan.files import courses
 from swaywatch.plan.knowledge import SETS
-from swaywatch.report.shell import document, plot, table
+from swaywatch.report.shell import document, plot
 from swaywatch.simulate.manoeuvres import make_plan
 from swaywatch.simulate.table import Table
 
@@ -185,27 +184,18 @@ def error_figure(design: Design) -> go.Figure:
 
 def make_page(design: Design, sources: Mapping[str, Sequence[Path]], title: str) -> str:
     """The page of a plan."""
-    items = "".join(f"<li>{html.escape(text)}</li>" for text in sentences(design))
-    parts = [
-        f"<div class='verdict good'><p>{html.escape(critical_words(design))}</p>"
-        f"<ul>{items}</ul></div>",
-        "<h2>What to drive</h2>",
-        table(BLOCK_HEADS, rows_of_blocks(design)),
-        plot(course_figure(design), name="plan", run="plan"),
-        "<h2>What it will determine</h2>",
-        table(UNKNOWN_HEADS, rows_of_unknowns(design)),
-        plot(error_figure(design), name="errors"),
-        "<h2>The same test with other sensors</h2>",
-        table(SENSOR_HEADS, rows_of_sensors(design)),
-        "<h2>How it was found</h2><p class='note'>Fisher information of the plant's outputs in the "
-        "frequency domain, 0.1 to 4 Hz, with the noise of a test vehicle's sensors and side forces "
-        "of road and wind (120 N on the trailer, 80 N on the car, RMS below 0.4 Hz), offsets and "
-        "the state at the start unknown, beliefs with the tolerances above. Standard errors; the "
-        "best that can be had of a combination that is as believed. What the model lacks comes "
-        "on top, and a damaged tyre or a loose load keeps to no plan: stop when a swing grows."
-        "</p>",
-    ]
-    return document(title, parts, sources=sources)
+    return document(
+        "plan/page.html",
+        title,
+        sources=sources,
+        critical=critical_words(design),
+        sentences=sentences(design),
+        blocks=(BLOCK_HEADS, rows_of_blocks(design)),
+        course=plot(course_figure(design), name="plan", run="plan"),
+        unknowns=(UNKNOWN_HEADS, rows_of_unknowns(design)),
+        errors=plot(error_figure(design), name="errors"),
+        sensors=(SENSOR_HEADS, rows_of_sensors(design)),
+    )
 
 
 def as_json(design: Design) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from swaywatch.ecu.core import ALARM, Estimates, columns_of
 from swaywatch.errors import SwaywatchError
 from swaywatch.report import figures
 from swaywatch.report.page import key_figures, verdict_box
-from swaywatch.report.shell import LIVE_POLICY, asset, document, figure_json, plot
+from swaywatch.report.shell import document, figure_json, fill, plot
 from swaywatch.vehicle import Vehicle
 
 HERE = "127.0.0.1"
@@ -97,8 +97,8 @@ class LivePage:
         if result is not None:
             found["estimates"] = self._sequence
             found["alarm"] = ALARM[int(result.estimates.status["alarm"][-1])]
-            found["verdict"] = verdict_box(result)
-            found["numbers"] = key_figures([result])
+            found["verdict"] = fill("report/verdict.html", verdicts=[verdict_box(result)])
+            found["numbers"] = fill("report/key_figures.html", numbers=key_figures([result]))
             for name, (_, draw) in FIGURES.items():
                 figure = draw(result)
                 found["figures"][name] = None if figure is None else figure_json(figure)
@@ -108,21 +108,14 @@ class LivePage:
 
     def html(self) -> str:
         """The page, still empty."""
-        parts = [
-            "<div id='live-alarm' class='verdict'><p>Waiting for the first estimate.</p></div>",
-            "<div id='live-verdict'></div><h2>In figures</h2><div id='live-numbers'></div>",
-        ]
+        shown = []
         for name, (heading, _) in FIGURES.items():
             empty = go.Figure().update_layout(height=300)
             run = "" if name == "margin_against_speed" else "now"
-            parts += [
-                f"<h2>{heading}</h2><div class='live' data-live='{name}'>",
-                plot(empty, run=run, name=name),
-                "</div>",
-            ]
+            shown.append((name, heading, plot(empty, run=run, name=name)))
         return document(
-            "How far from instability, now", parts, meta=self._title, policy=LIVE_POLICY,
-            script=asset("live.js"),
+            "report/live.html", "How far from instability, now", meta=self._title, live=True,
+            figures=shown,
         )  # fmt: skip
 
 

@@ -1,4 +1,9 @@
-"""What every HTML page of swaywatch is made of: the page around its parts, tables, plots, sources.
+"""What every HTML page of swaywatch is made by: templates filled, figures packed, sources listed.
+
+All markup is in Jinja2 templates, none in Python: a module hands over words, numbers and figures.
+The template of a page lies beside the module that fills it and has its name (``damping/page.py``,
+``damping/page.html``); ``shell.html`` here is the page around all of them, ``macros.html`` has the
+parts that they share. What is put into a template is escaped.
 
 A page is one file that needs nothing else and sends nothing: the plot library is inside (packed),
 the address of no host is in it, and its content security policy forbids every connection, so that
@@ -12,20 +17,23 @@ from __future__ import annotations
 import base64
 import gzip
 import hashlib
-import html
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import plotly.graph_objects as go
 import plotly.offline
 
 from swaywatch import __version__
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
@@ -39,25 +47,32 @@ LIVE_POLICY = POLICY.replace("connect-src 'none'", "connect-src 'self'")
 FONT = {"family": "Helvetica, Arial, sans-serif", "size": 13, "color": "#1f2937"}
 _HOST = re.compile(r"https?://(?!www\.w3\.org)(?:[A-Za-z0-9-]+\.)+[A-Za-z]{2,}")
 _UNIT = re.compile(r"\[([^\]]*)\]|,\s*([^,\[\]]{1,12})$")
-_HEADING = re.compile(r"<h([23])>(.*?)</h\1>", re.DOTALL)
 _TAG = re.compile(r"<[^>]*>")
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """An HTML table; cells are text."""
-    cells = "".join(f"<th>{html.escape(x)}</th>" for x in head)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(x)}</td>" for x in row) + "</tr>" for row in rows
-    )
-    return wide(f"<table><tr>{cells}</tr>{body}</table>")
+@dataclass(frozen=True)
+class PackedPlot:
+    """A figure as a template shows it (``ui.plot``).
+
+    Attributes
+    ----------
+    content : the figure's JSON, packed, in base64
+    run : plots of equal `run` are zoomed in time together
+    file : name of the CSV file
+    least_width : pixels below which the plot scrolls instead of shrinking; 0: none
+    height : pixels
+    """
+
+    content: str
+    run: str
+    file: str
+    least_width: int
+    height: int
 
 
-def wide(content: str) -> str:
-    """What may be wider than a phone scrolls by itself."""
-    return f"<div class='wide'>{content}</div>"
-
-
-def plot(figure: go.Figure, *, run: str = "", name: str = "plot", least_width: int = 0) -> str:
+def plot(
+    figure: go.Figure, *, run: str = "", name: str = "plot", least_width: int = 0
+) -> PackedPlot:
     """A figure in the page's look.
 
     Parameters
@@ -73,16 +88,10 @@ def plot(figure: go.Figure, *, run: str = "", name: str = "plot", least_width: i
         Pixels below which the plot scrolls instead of shrinking.
     """
     content = gzip.compress(figure_json(figure).encode("utf-8"), 9, mtime=0)
-    attributes = {"run": run, "name": re.sub(r"\W+", "_", name), "x": "time [s]" if run else ""}
-    data = "".join(f" data-{k}='{html.escape(v, quote=True)}'" for k, v in attributes.items() if v)
-    least = f" data-least='{least_width}'" if least_width else ""
-    height = int(figure.layout.height or 450)
-    return (
-        f"<figure class='plot'{data}{least}><script type='text/plain'>"
-        f"{base64.b64encode(content).decode('ascii')}</script>"
-        f"<div class='scroll'><div class='draw' style='min-height:{height}px'></div></div>"
-        "<figcaption><button type='button'>CSV of this plot</button></figcaption></figure>"
-    )
+    return PackedPlot(
+        base64.b64encode(content).decode("ascii"), run, re.sub(r"\W+", "_", name), least_width,
+        int(figure.layout.height or 450),
+    )  # fmt: skip
 
 
 def figure_json(figure: go.Figure) -> str:
@@ -145,97 +154,73 @@ def asset(name: str) -> str:
     return resources.files("swaywatch.report").joinpath(name).read_text(encoding="utf-8")
 
 
-def document(
-    title: str,
-    parts: Sequence[str],
-    *,
-    meta: str = "",
-    sources: Mapping[str, Sequence[Path | str]] | None = None,
-    policy: str = POLICY,
-    script: str = "",
-) -> str:
-    """The page around its parts.
+@cache
+def _templates() -> Environment:
+    """All templates of the package, by their path in it (``damping/page.html``)."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    templates = Environment(
+        loader=PackageLoader("swaywatch", ""), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    # our own, and nothing else goes into a page as it is
+    templates.globals["asset"] = lambda name: Markup(asset(name))
+    templates.globals["policies"] = {False: Markup(POLICY), True: Markup(LIVE_POLICY)}
+    templates.globals["library"] = _library
+    return templates
+
+
+def fill(template: str, **data: Any) -> str:
+    """HTML of a template.
 
     Parameters
     ----------
+    template
+        Its path in the package.
+    data
+        What it names. It has ``ui`` besides, the macros of ``report/macros.html``.
+    """
+    contents: list[tuple[int, str, str]] = []  # level, anchor, words: each heading adds itself
+    shared = _templates().get_template("report/macros.html").make_module({"contents": contents})
+    return _templates().get_template(template).render(ui=shared, contents=contents, **data)
+
+
+def document(
+    template: str,
+    title: str,
+    *,
+    meta: str = "",
+    sources: Mapping[str, Sequence[Path | str]] | None = None,
+    live: bool = False,
+    **data: Any,
+) -> str:
+    """A whole page: a template that extends ``report/shell.html``, filled.
+
+    Parameters
+    ----------
+    template
+        Its path in the package.
     title
-        Of the page, text.
-    parts
-        HTML. ``<h2>`` and ``<h3>`` headings without attributes get into the table of contents.
+        Of the page.
     meta
-        A line below the title, text.
+        A line below the title.
     sources
         Files by what they are (``recording``, ``vehicle``, ``signals``): listed with their
         SHA-256 at the end of the page.
-    policy
-        Content security policy.
-    script
-        JavaScript behind the page's own.
+    live
+        May ask the program that served it for what is new.
+    data
+        What the template names.
     """
-    body, contents = _with_anchors("\n".join([*parts, _sources(sources or {})]))
-    line = " · ".join(
-        filter(
-            None, (meta, f"swaywatch {__version__}", f"{datetime.now(tz=UTC):%Y-%m-%d %H:%M} UTC")
-        )
-    )
-    scripts = f"<script>{script}</script>" if script else ""
-    if "<figure class='plot'" in body:
-        scripts = (
-            f"<script id='library' type='text/plain'>{_library()}</script>"
-            f"<script>{asset('page.js')}</script>{scripts}"
-        )
-    return (
-        "<!DOCTYPE html><html lang='en'><head><meta charset='utf-8'>"
-        "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
-        "<meta name='referrer' content='no-referrer'>"
-        f"<title>{html.escape(title)}</title><style>{asset('page.css')}</style></head><body><main>"
-        f"<h1>{html.escape(title)}</h1><div class='meta'>{html.escape(line)}</div>"
-        f"{contents}{body}</main>{scripts}</body></html>\n"
-    )
-
-
-def _with_anchors(body: str) -> tuple[str, str]:
-    """Body with an anchor at each heading, and the table of contents."""
-    entries: list[tuple[int, str, str]] = []
-
-    def anchor(match: re.Match[str]) -> str:
-        level, inner = int(match[1]), match[2]
-        entries.append((level, f"s{len(entries) + 1}", _TAG.sub("", inner)))
-        return f"<h{level} id='{entries[-1][1]}'>{inner}</h{level}>"
-
-    body = _HEADING.sub(anchor, body)
-    if len(entries) < 3:
-        return body, ""
-    items: list[str] = []
-    for level, name, text in entries:
-        link = f"<a href='#{name}'>{text}</a>"
-        if level == 2 or not items:
-            items.append(f"<li>{link}<ul></ul></li>")
-        else:
-            items[-1] = items[-1].removesuffix("</ul></li>") + f"<li>{link}</li></ul></li>"
-    listed = "".join(items).replace("<ul></ul>", "")
-    return (
-        body,
-        "<nav class='contents'><details><summary>Contents</summary>"
-        f"<ul>{listed}</ul></details></nav>",
-    )
-
-
-def _sources(sources: Mapping[str, Sequence[Path | str]]) -> str:
-    """Where the page comes from: each file with its SHA-256."""
-    rows = [
-        (what, str(path), *_digest(Path(path))) for what, paths in sources.items() for path in paths
+    made = f"{datetime.now(tz=UTC):%Y-%m-%d %H:%M} UTC"
+    line = " · ".join(filter(None, (meta, f"swaywatch {__version__}", made)))
+    files = [
+        (what, str(path), *_digest(Path(path)))
+        for what, paths in (sources or {}).items()
+        for path in paths
     ]
-    if not rows:
-        return ""
-    body = "".join(
-        f"<tr><td>{html.escape(what)}</td><td>{html.escape(path)}</td>"
-        f"<td class='number'>{size}</td><td><code>{digest}</code></td></tr>"
-        for what, path, size, digest in rows
-    )
-    head = "<tr><th></th><th>file</th><th>bytes</th><th>SHA-256</th></tr>"
-    return f"<h2>Made from</h2><div class='sources'>{wide(f'<table>{head}{body}</table>')}</div>"
+    return fill(template, title=title, line=line, files=files, live=live, **data)
 
 
 def _digest(path: Path) -> tuple[str, str]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import plotly.graph_objects as go
 
-from swaywatch.report.shell import document, plot, wide
+from swaywatch.report.shell import PackedPlot, document, plot
 
 BLUE, ORANGE, GREEN, RED, PINK, GREY = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#6b7280",
@@ -60,6 +59,13 @@ class PageTable:
     rows: tuple[tuple[str | float, ...], ...]
     note: str = ""
 
+    def cells(self) -> list[list[tuple[str, bool]]]:
+        """Of each row: words, and whether they are a number."""
+        return [
+            [(_number(cell), True) if isinstance(cell, float) else (cell, False) for cell in row]
+            for row in self.rows
+        ]
+
 
 @dataclass(frozen=True)
 class Plot:
@@ -82,72 +88,40 @@ class Chapter:
 
 def make_page(chapters: Sequence[Chapter], seconds: float) -> str:
     """HTML of the whole report."""
-    body = [
-        "<h2>Against the reference</h2>",
-        _checks([check for chapter in chapters for check in chapter.checks]),
-    ]
-    for chapter in chapters:
-        body += [f"<h2>{html.escape(chapter.title)}</h2>", f"<p>{html.escape(chapter.text)}</p>"]
-        for part in chapter.parts:
-            body.append(_table(part) if isinstance(part, PageTable) else _figure(part))
     meta = (
         f"Simulated drives, read by the C core; made in {seconds:.0f} s. Reference: N. Zhang, "
         "Stability Investigation of Car-trailer Combinations based on Time-Frequency Analysis, "
         "TU Darmstadt 2015"
     )
-    return document("Chapters 3, 5 and 6 reproduced", body, meta=meta)
-
-
-def _checks(checks: Sequence[Check]) -> str:
-    rows = "".join(
-        f"<tr><td>{html.escape(check.what)}</td><td class='number'>{_number(check.reference)}</td>"
-        f"<td class='number'>{_number(check.value)}</td>"
-        f"<td class='number'>{_allowed(check)}</td>"
-        f"<td>{html.escape(check.unit)}</td>"
-        f"<td class='number'>{_number(check.value - check.reference)}</td>"
-        f"<td class='{'met' if check.met else 'missed'}'>{'met' if check.met else 'missed'}</td>"
-        f"<td>{'' if check.met else html.escape(check.cause)}</td></tr>"
-        for check in checks
+    return document(
+        "reproduce/page.html",
+        "Chapters 3, 5 and 6 reproduced",
+        meta=meta,
+        checks=[_checked(check) for chapter in chapters for check in chapter.checks],
+        chapters=[
+            (chapter, [(part, _packed(part)) for part in chapter.parts]) for chapter in chapters
+        ],
     )
-    head = (
-        "<tr><th></th><th>reference</th><th>here</th><th>within</th><th>unit</th>"
-        "<th>difference</th><th></th><th>why missed</th></tr>"
-    )
-    return wide(f"<table>{head}{rows}</table>")
 
 
-def _allowed(check: Check) -> str:
-    return f"&plusmn; {_number(check.tolerance)}" if check.sense == "within" else check.sense
+def _packed(part: Plot | PageTable) -> PackedPlot | None:
+    return plot(part.plot, name=part.title) if isinstance(part, Plot) else None
 
 
-def _table(table: PageTable) -> str:
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in table.head)
-    rows = "".join(
-        "<tr>"
-        + "".join(
-            f"<td class='number'>{_number(cell)}</td>"
-            if isinstance(cell, float)
-            else f"<td>{html.escape(cell)}</td>"
-            for cell in row
-        )
-        + "</tr>"
-        for row in table.rows
-    )
-    note = f"<div class='note'>{html.escape(table.note)}</div>" if table.note else ""
-    content = wide(f"<table><tr>{head}</tr>{rows}</table>")
-    return f"<h3>{html.escape(table.title)}</h3>{content}{note}"
-
-
-def _figure(figure: Plot) -> str:
-    return (
-        f"<h3>{html.escape(figure.title)}</h3>{plot(figure.plot, name=figure.title)}"
-        f"<div class='note'>{html.escape(figure.text)}</div>"
-    )
+def _checked(check: Check) -> dict[str, str]:
+    """A figure against its reference, in words."""
+    within = f"± {_number(check.tolerance)}" if check.sense == "within" else check.sense
+    return {
+        "what": check.what, "reference": _number(check.reference), "here": _number(check.value),
+        "within": within, "unit": check.unit,
+        "difference": _number(check.value - check.reference),
+        "outcome": "met" if check.met else "missed", "cause": "" if check.met else check.cause,
+    }  # fmt: skip
 
 
 def _number(value: float) -> str:
     if value != value:  # noqa: PLR0124
-        return "&ndash;"
+        return "–"
     if value == 0.0:
         return "0"
     size = abs(value)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import html
 from collections import Counter
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 
-from swaywatch.report.shell import document, plot, wide
+from swaywatch.report.shell import document, plot
 from swaywatch.survey.fleet import NAMES, FleetComparison, compare, limit, strength
 from swaywatch.survey.outcome import STATES, SurveyOutcome
 
@@ -50,68 +51,34 @@ def make_page(
     unlike = any(outcome.stands_out for outcome in alone)
     kind = "bad" if unlike or any(o.state == "disagrees" for o in alone) else "good"
     often = Counter(name for outcome in alone for name in outcome.effects).most_common(8)
-    items = "".join(
-        f"<li>{html.escape(name)}: {count} run{'s' if count > 1 else ''}</li>"
-        for name, count in often
-    )
-    parts = [
-        f"<div class='verdict {kind}'><p>{html.escape(count_words(alone))}.</p>"
-        f"<ul>{items}</ul></div>",
-        *_fleet(alone),
-        "<h2>Runs</h2>",
-        _table(order[:MOST_ROWS]),
-        _left_out(len(order)),
-        "<div class='note'>Mismatch: residual of the fit in units of the noise measured, of the "
-        "model as it is and with what was found; about 1 is noise. Each run is judged by itself; "
-        "the link leads to the maps, signals and figures behind it.</div>",
-    ]
-    if together:
-        parts += [
-            "<h2>Runs of one combination, together</h2>",
-            "<div class='note'>Runs that disagree, explained by one model: stronger evidence than "
-            "each alone.</div>",
-            _table(together),
-        ]
-    title = "Which runs disagree with the model, where, and why"
-    return document(title, parts, meta=f"{folder}, made in {took}")
-
-
-def _left_out(count: int) -> str:
-    if count <= MOST_ROWS:
-        return ""
-    return (
-        f"<div class='note'>The first {MOST_ROWS} of {count} runs; all of them are in "
-        "survey.parquet.</div>"
+    reasons = [f"{name}: {count} run{'s' if count > 1 else ''}" for name, count in often]
+    return document(
+        "survey/page.html",
+        "Which runs disagree with the model, where, and why",
+        meta=f"{folder}, made in {took}",
+        verdict={"kind": kind, "sentence": f"{count_words(alone)}.", "reasons": reasons},
+        fleet=_fleet(alone),
+        alone=[_row(outcome) for outcome in order[:MOST_ROWS]],
+        runs=len(order),
+        together=[_row(outcome) for outcome in together],
     )
 
 
-def _fleet(alone: Sequence[SurveyOutcome]) -> list[str]:
+def _fleet(alone: Sequence[SurveyOutcome]) -> dict[str, Any] | None:
     """What is unlike the other runs; nothing where there are too few to say so."""
     comparisons = compare(alone)
     if not comparisons:
-        return []
+        return None
     most = strength(comparisons, len(alone))
     unlike = sorted(
         (place for place, outcome in enumerate(alone) if outcome.stands_out),
         key=lambda place: -most[place],
     )
-    rows = "".join(_unlike_row(alone[place]) for place in unlike[:MOST_ROWS])
-    head = "<tr><th>run</th><th>what is unlike the others</th><th>alarm</th><th></th></tr>"
-    found = wide(f"<table>{head}{rows}</table>") if unlike else "<p>No run stands out.</p>"
-    return [
-        "<h2>Unlike the rest of the fleet</h2>",
-        found,
-        plot(_picture(comparisons, alone), name="fleet"),
-        "<div class='note'>Each measured value against what vehicle.toml says, compared with the "
-        "same of all other runs. Zero is the median; one is the scatter of the fleet and the "
-        f"value's own standard error together. Beyond {limit(comparisons):.1f} (dashed) one normal "
-        "fleet in a hundred has a run. Of those within 2.5 only some are drawn.</div>",
-    ]
-
-
-def _unlike_row(outcome: SurveyOutcome) -> str:
-    cells = [html.escape(outcome.name), _lines(outcome.stands_out), outcome.alarm, _links(outcome)]
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    return {
+        "unlike": [alone[place] for place in unlike[:MOST_ROWS]],
+        "plot": plot(_picture(comparisons, alone), name="fleet"),
+        "limit": limit(comparisons),
+    }
 
 
 def _picture(comparisons: Sequence[FleetComparison], alone: Sequence[SurveyOutcome]) -> go.Figure:
@@ -146,40 +113,15 @@ def _picture(comparisons: Sequence[FleetComparison], alone: Sequence[SurveyOutco
     return figure
 
 
-def _table(outcomes: Sequence[SurveyOutcome]) -> str:
-    head = (
-        "<tr><th>run</th><th></th><th>where and when</th><th>why</th>"
-        "<th>mismatch,<br>without → with</th>"
-        "<th>critical speed [km/h]</th><th>alarm</th><th></th></tr>"
-    )
-    return wide(f"<table>{head}{''.join(_row(outcome) for outcome in outcomes)}</table>")
-
-
-def _row(outcome: SurveyOutcome) -> str:
-    cells = [
-        html.escape(outcome.name),
-        f"<span class='verdict-word {_COLOUR[outcome.state]}'>{outcome.state}</span>",
-        _lines(outcome.where),
-        _lines(outcome.why),
-        _mismatch(outcome),
-        ""
-        if outcome.v_crit_kmh is None
-        else f"{outcome.v_crit_kmh:.1f} ± {outcome.v_crit_se_kmh:.1f}",
-        outcome.alarm,
-        _links(outcome),
-    ]
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-
-
-def _links(outcome: SurveyOutcome) -> str:
-    return " ".join(
-        f"<a href='{html.escape(path, quote=True)}'>{title}</a>"
-        for title, path in outcome.pages.items()
-    )
-
-
-def _lines(texts: Sequence[str]) -> str:
-    return "<br>".join(html.escape(text) for text in texts)
+def _row(outcome: SurveyOutcome) -> dict[str, Any]:
+    """A run, the colour of its state and its numbers in words."""
+    critical = outcome.v_crit_kmh
+    return {
+        "run": outcome,
+        "colour": _COLOUR[outcome.state],
+        "mismatch": _mismatch(outcome),
+        "critical": "" if critical is None else f"{critical:.1f} ± {outcome.v_crit_se_kmh:.1f}",
+    }
 
 
 def _mismatch(outcome: SurveyOutcome) -> str:

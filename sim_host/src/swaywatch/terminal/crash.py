@@ -13,8 +13,8 @@ from pathlib import Path
 from swaywatch import __version__
 
 PACKAGES = (
-    "numpy", "scipy", "python-can", "cantools", "asammdf", "pyarrow", "plotly", "rich", "cffi",
-    "numba", "mujoco",
+    "numpy", "scipy", "python-can", "cantools", "asammdf", "pyarrow", "plotly", "jinja2", "rich",
+    "cffi", "numba", "mujoco",
 )  # fmt: skip
 
 EXTRAS = {

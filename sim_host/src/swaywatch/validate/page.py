@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,7 +13,7 @@ from plotly.subplots import make_subplots
 from swaywatch import __version__
 from swaywatch.analysis import AXLE_NAMES, DriveResult, usable
 from swaywatch.ecu.core import AXLES
-from swaywatch.report.shell import document, plot, table, wide
+from swaywatch.report.shell import document, plot
 from swaywatch.validate.compare import CRITERION, LEAST_DAMPING_RATIO, ComparedLine, MeanValue
 from swaywatch.validate.correct import RELAXATION, Correction
 from swaywatch.validate.loop import Round, Validation
@@ -160,43 +159,30 @@ def _difference(line: ComparedLine) -> str:
 def make_page(found: Validation, sources: Mapping[str, Sequence[Path | str]]) -> str:
     """HTML of a validation."""
     last = found.rounds[-1]
-    kind = "good" if found.passed else "bad"
     said = sentences(found)
-    items = "".join(f"<li>{html.escape(text)}</li>" for text in said[1:])
-    parts = [f"<div class='verdict {kind}'><p>{html.escape(said[0])}</p><ul>{items}</ul></div>"]
-    if len(found.rounds) > 1:
-        parts += ["<h2>The loop</h2>", _history(found)]
-    if found.total:
-        parts += ["<h2>What to correct</h2>", _changes(found)]
-    for result, lines in zip(found.recordings, last.lines, strict=True):
-        parts += [f"<h2>{html.escape(result.drive.name)}</h2>", _comparison(lines)]
-    parts.append(
-        f"<p class='note'>Criterion: {100 * CRITERION:.0f} % of the recording's value; of a "
-        f"damping ratio below {LEAST_DAMPING_RATIO:g} 5 % of that; of an argument 0.05 rad (5 % of "
-        "the complex stiffness); of a load at twice the frequency 5 % of the mean load. Compared "
-        "are estimates at the same times of the drive. ± is one standard error; a line is sure "
-        "where two of them do not reach across the criterion.</p>"
-    )
-    for result, simulation in zip(found.recordings, last.simulations, strict=True):
-        parts += [
-            f"<h2>Along {html.escape(result.drive.name)}</h2>",
-            plot(_courses(result, simulation), run=result.drive.name,
-                 name=f"{result.drive.name}_stiffness"),
-            "<p class='note'>Cornering stiffness of each axle, recording and simulation, from the "
-            "estimates that neither side marks.</p>",
-        ]  # fmt: skip
+    names = [result.drive.name for result in found.recordings]
+    courses = [
+        plot(_courses(result, simulation), run=name, name=f"{name}_stiffness")
+        for name, result, simulation in zip(names, found.recordings, last.simulations, strict=True)
+    ]
     return document(
-        "Does the simulation drive like the car", parts,
-        meta=", ".join(result.drive.name for result in found.recordings), sources=sources,
+        "validate/page.html",
+        "Does the simulation drive like the car",
+        meta=", ".join(names),
+        sources=sources,
+        verdict={
+            "kind": "good" if found.passed else "bad", "sentence": said[0], "reasons": said[1:]
+        },
+        history=_history(found) if len(found.rounds) > 1 else [],
+        changes=_changes(found),
+        compared=[(name, rows(lines)) for name, lines in zip(names, last.lines, strict=True)],
+        criterion=CRITERION,
+        least_damping_ratio=LEAST_DAMPING_RATIO,
+        courses=list(zip(names, courses, strict=True)),
     )  # fmt: skip
 
 
-def _comparison(lines: Sequence[ComparedLine]) -> str:
-    head = ("", "recording", "simulation", "difference", "criterion", "unit")
-    return table(head, rows(lines))
-
-
-def _history(found: Validation) -> str:
+def _history(found: Validation) -> list[list[str]]:
     body = []
     for number, turn in enumerate(found.rounds, start=1):
         v_crit = _v_crit(turn)
@@ -205,12 +191,10 @@ def _history(found: Validation) -> str:
             "–" if v_crit is None else f"{v_crit * KMH:.1f} km/h",
             "; ".join(change_text(c) for c in turn.corrections) or "nothing more to correct",
         ])  # fmt: skip
-    head = ("round", "lines beyond 5 %", "largest difference, in criteria",
-            "critical speed, simulation", "corrected for the next round")  # fmt: skip
-    return table(head, body)
+    return body
 
 
-def _changes(found: Validation) -> str:
+def _changes(found: Validation) -> list[list[str]]:
     body = []
     for change in found.total:
         unit, factor, digits = _unit_of(change.key)
@@ -219,7 +203,7 @@ def _changes(found: Validation) -> str:
             change.key, before, f"{after} ± {change.error * factor:.{digits}f}",
             f"{100 * change.share:+.1f} %" if change.before else "added", unit,
         ])  # fmt: skip
-    return wide(table(("vehicle.toml", "before", "after", "change", "unit"), body))
+    return body
 
 
 def _courses(recording: DriveResult, simulation: DriveResult) -> go.Figure:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from typing import Any
 
 import numpy as np
@@ -18,13 +17,13 @@ from swaywatch.diagnose.report.page import (
     MEASURED,
     WIDTHS,
     amounts,
-    effects_table,
-    figure_html,
+    effect_rows,
     headline,
+    packed,
     sources,
 )
 from swaywatch.effects.runs import RATE_HZ, low_pass
-from swaywatch.report.shell import document, table
+from swaywatch.report.shell import document
 
 LABELS = {YAW: "yaw rate, deg/s", ACC: "lateral acceleration, m/s²"}
 FACTORS = {YAW: float(np.degrees(1.0)), ACC: 1.0}
@@ -101,8 +100,8 @@ def _dropped(text: str) -> str:
     return f"{named(name)}: {reason}"
 
 
-def _quantities(result: dict[str, Any]) -> str:
-    rows = [
+def _quantities(result: dict[str, Any]) -> list[list[str]]:
+    return [
         [
             name.replace("_deg_per_m_s2", ", deg per m/s²").replace("_", " "),
             f"{q['value']:.3g}",
@@ -111,11 +110,9 @@ def _quantities(result: dict[str, Any]) -> str:
         ]
         for name, q in result["quantities"].items()
     ]
-    head = ["quantity", "value", "90 % interval", "how"]
-    return table(head, rows) if rows else ""
 
 
-def _relations(result: dict[str, Any]) -> str:
+def _relations(result: dict[str, Any]) -> list[list[str]]:
     rows = []
     for entry in result["relations"]:
         runs = "; ".join(f"{name}: {value:.3g}" for name, value in entry["per_run"].items())
@@ -125,10 +122,10 @@ def _relations(result: dict[str, Any]) -> str:
                 f"{entry['residual']:.0%}", entry["meaning"],
             ]
         )  # fmt: skip
-    return table(["relation", "all runs", "by run", "left over", "what it means"], rows)
+    return rows
 
 
-def _fits(result: dict[str, Any], fitter: CarFitter, *models: CarModel) -> str:
+def _fits(result: dict[str, Any], fitter: CarFitter, *models: CarModel) -> list[list[str]]:
     scores = [fitter.nrmse(m, fitter.data.parts) for m in models]
     rows = [
         [f"NRMSE, {LABELS.get(c, c).split(',')[0]}", *(f"{s[c]:.3f}" for s in scores)]
@@ -136,43 +133,33 @@ def _fits(result: dict[str, Any], fitter: CarFitter, *models: CarModel) -> str:
     ]
     left_out = result["evidence"]["held_out_nrmse"]
     rows.append(["NRMSE of left-out parts, all channels", *(f"{v:.3f}" for v in left_out)])
-    return table(["figure", "before", "after"], rows)
+    return rows
 
 
 def car_page(result: dict[str, Any], fitter: CarFitter, baseline: CarModel, model: CarModel) -> str:
     """The whole page."""
     evidence = result["evidence"]
-    parts = [
-        headline(result),
-        "<p>A car without a trailer. Left-out runs are predicted with an NRMSE of "
-        f"{evidence['held_out_nrmse'][0]:.3f} by the single-track model with fitted stiffnesses "
-        f"alone and {evidence['held_out_nrmse'][1]:.3f} with what is claimed.</p>",
-        "<h2>Where: relations from measured signals alone</h2>", _relations(result),
-    ]  # fmt: skip
     cloud = turns(fitter, model)
-    if cloud is not None:
-        parts.append(figure_html(cloud, name="acceleration_against_turning"))
-    alone = [[named(x["name"]), f"{x['level']:.2f}"] for x in evidence["ranking"]]
-    parts += [
-        "<h2>What</h2>", effects_table(result),
-        "<h3>Each explanation alone</h3>",
-        f"<p>Mean squared mismatch; {evidence['level_without']:.2f} with none of them, "
-        f"{evidence['level_with']:.2f} with all that is claimed.</p>",
-        table(["explanation", "mismatch with it"], alone),
-        "<h3>Looked for and not needed</h3><ul>",
-        *(f"<li>{html.escape(_dropped(text))}</li>" for text in evidence["dropped"]),
-        "</ul><h2>How much</h2>", _quantities(result), amounts(result),
-    ]  # fmt: skip
-    parts += ["<h2>Before and after</h2>", _fits(result, fitter, baseline, model)]
-    for run in range(len(fitter.data.runs)):
-        figure = before_after(fitter, baseline, model, run)
-        if figure is not None:
-            parts.append(figure_html(figure, fitter.data.runs[run].name, "signals"))
-    parts += [
-        "<h2>Unexplained</h2>",
-        *(f"<p>{html.escape(note['reason'])}</p>" for note in result["unexplained"]),
-        "<h2>Checks</h2><ul>",
-        *(f"<li>{html.escape(check)}</li>" for check in result["checks"]),
-        "</ul>",
+    drawn = [
+        (run.name, before_after(fitter, baseline, model, number))
+        for number, run in enumerate(fitter.data.runs)
     ]
-    return document("Diagnosis of a car", parts, sources=sources(result))
+    return document(
+        "diagnose/car_alone/page.html",
+        "Diagnosis of a car",
+        sources=sources(result),
+        verdict=headline(result),
+        evidence=evidence,
+        relations=_relations(result),
+        cloud=None if cloud is None else packed(cloud, name="acceleration_against_turning"),
+        effects=effect_rows(result),
+        laws=[],
+        alone=[(named(x["name"]), f"{x['level']:.2f}") for x in evidence["ranking"]],
+        dropped=[_dropped(text) for text in evidence["dropped"]],
+        quantities=_quantities(result),
+        amounts=amounts(result),
+        fits=_fits(result, fitter, baseline, model),
+        signals=[packed(figure, name, "signals") for name, figure in drawn if figure is not None],
+        unexplained=[note["reason"] for note in result["unexplained"]],
+        checks=result["checks"],
+    )

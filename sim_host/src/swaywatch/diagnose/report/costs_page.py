@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import plotly.graph_objects as go
 
 from swaywatch.diagnose.report.labels import named, when
-from swaywatch.report.shell import plot, table
+from swaywatch.report.shell import plot
 
 COLOURS = ("#93c5fd", "#2563eb", "#1e3a8a")
 FASTEST_KMH = 302  # of the search, see `models.modes`
@@ -18,26 +17,18 @@ EXACT_KMH = 0.01  # narrower, an interval says nothing: there are no doubts in i
 Figures = Sequence[Mapping[str, float] | None]
 
 
-def costs_part(result: Mapping[str, Any]) -> str:
-    """Picture, table and how to read them; empty where nothing is known of stability."""
+def costs_part(result: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What ``costs_page.html`` shows; None where nothing is known of stability."""
     block = result.get("stability")
     if not block:
-        return ""
-    parts = ["<h2>What it costs</h2>", f"<p>{html.escape(_summary(block))}</p>"]
-    if block["causes"]:
-        parts += [
-            plot(_picture(block), name="costs", least_width=600),
-            table(_head(block), _rows(block)),
-            "<p class=note>Gained: the critical speed without a finding less that with all of "
-            "them. A swing is that of the trailer's yaw rate; wheel held, speed held. An "
-            "effect in windows acts as if its window lasted, the one marked counts. Speeds and "
-            "intervals (90 %) hold the uncertainty of vehicle and findings together.</p>",
-        ]
-    parts += [
-        f"<p class=note>{html.escape(named(entry['name']))}: no cost, {entry['reason']}.</p>"
-        for entry in block["left_out"]
-    ]
-    return "".join(parts)
+        return None
+    return {
+        "summary": _summary(block),
+        "plot": plot(_picture(block), name="costs", least_width=600) if block["causes"] else None,
+        "head": _head(block),
+        "rows": _rows(block),
+        "left_out": [(named(entry["name"]), entry["reason"]) for entry in block["left_out"]],
+    }
 
 
 def _summary(block: Mapping[str, Any]) -> str:

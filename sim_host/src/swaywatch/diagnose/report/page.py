@@ -5,7 +5,6 @@ Where does it start, what is missing, how much of it, is it better with it, what
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -35,7 +34,7 @@ from swaywatch.discover.page import section as law_section
 from swaywatch.drive import Channel, Drive
 from swaywatch.ecu.core import analyze_drive
 from swaywatch.effects.runs import Run, low_pass
-from swaywatch.report.shell import document, plot, table
+from swaywatch.report.shell import PackedPlot, document, plot
 from swaywatch.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -71,7 +70,7 @@ _VERDICT = {
 }
 
 
-def figure_html(figure: go.Figure, run: str = "", name: str = "", least_width: int = 0) -> str:
+def packed(figure: go.Figure, run: str = "", name: str = "", least_width: int = 0) -> PackedPlot:
     """A figure in the page's look; those of a run are zoomed together."""
     figure.update_annotations(font_size=12)
     figure.update_layout(
@@ -81,24 +80,19 @@ def figure_html(figure: go.Figure, run: str = "", name: str = "", least_width: i
     return plot(figure, run=run, name=f"{run}_{name}", least_width=least_width)
 
 
-def headline(result: Mapping[str, Any]) -> str:
-    """The verdict in a box: the sentence and one line for each effect."""
+def headline(result: Mapping[str, Any]) -> dict[str, Any]:
+    """The verdict for ``ui.verdict``: the sentence and one line for each effect."""
     kind, sentence = _VERDICT[result["verdict"]]
-    lines = []
+    lines: list[tuple[str, str]] = []
     for effect in result["effects"]:
         same = _names(effect["equivalent_details"], 3)
-        lines.append(
-            f"{html.escape(sentence_of(effect, result.get('stability')))} "
-            f"<span class='note'>{html.escape(effect['id'])}, confidence "
-            f"{effect['confidence']:.0%}"
-            + (f"; cannot be distinguished from {html.escape(same)}" if same else "")
-            + "</span>"
-        )
+        remark = f"{effect['id']}, confidence {effect['confidence']:.0%}"
+        remark += f"; cannot be distinguished from {same}" if same else ""
+        lines.append((sentence_of(effect, result.get("stability")), remark))
     lines += law_lines(result)
     notes = [note["reason"] for note in result["unexplained"] if note.get("reason")]
-    lines += [html.escape(str(note)) for note in notes[:2]]
-    items = "".join(f"<li>{line}</li>" for line in lines)
-    return f"<div class='verdict {kind}'><p>{html.escape(sentence)}</p><ul>{items}</ul></div>"
+    lines += [(str(note), "") for note in notes[:2]]
+    return {"kind": kind, "sentence": sentence, "reasons": lines}
 
 
 def _names(names: Sequence[str], most: int) -> str:
@@ -107,7 +101,7 @@ def _names(names: Sequence[str], most: int) -> str:
     return ", ".join(named(name) for name in names[:most]) + more
 
 
-def effects_table(result: Mapping[str, Any]) -> str:
+def effect_rows(result: Mapping[str, Any]) -> list[list[str]]:
     """Ranked explanations with times, confidence, equivalents."""
     rows = []
     for rank, effect in enumerate(result["effects"], start=1):
@@ -123,16 +117,10 @@ def effects_table(result: Mapping[str, Any]) -> str:
                 f"{effect['equation']} [{effect['source']}]",
             ]
         )  # fmt: skip
-    head = [
-        "", "what", "where", "when", "line", "confidence", "would do as well", "model",
-    ]  # fmt: skip
-    if rows:
-        return table(head, rows)
-    law = "; the law below is" if result.get("discovered") else ""
-    return f"<p>No effect of the library is claimed{law}.</p>"
+    return rows
 
 
-def amounts(result: Mapping[str, Any]) -> str:
+def amounts(result: Mapping[str, Any]) -> list[list[str]]:
     """Every claimed number with unit and interval; of effects in windows, window by window."""
     rows = []
     for effect in result["effects"]:
@@ -154,7 +142,7 @@ def amounts(result: Mapping[str, Any]) -> str:
             ]  # fmt: skip
         else:
             rows[-1][-1] = ", ".join(_interval(name, v) for name, v in names.items())
-    return table(["effect", "when", "value", "90 % interval"], rows) if rows else ""
+    return rows
 
 
 def _interval(name: str, parameter: Mapping[str, Any]) -> str:
@@ -343,10 +331,11 @@ def _usual(figure: go.Figure, row: int) -> list[float] | None:
     return [float(low - 0.4 * (high - low)), float(high + 0.4 * (high - low))]
 
 
-def _scores(result: Mapping[str, Any]) -> str:
+def _scores(result: Mapping[str, Any]) -> dict[str, Any] | None:
+    """How well all runs are reproduced, before and after, and how runs were held out."""
     fit = next((effect["fit"] for effect in result["effects"] if effect["fit"]), None)
     if fit is None:
-        return ""
+        return None
     rows = []
     for label, keys in (
         ("NRMSE, fitted runs", ("baseline_nrmse", "diagnosed_nrmse")),
@@ -355,14 +344,13 @@ def _scores(result: Mapping[str, Any]) -> str:
         ("ISO/TS 18571, held out", ("held_out_iso18571_before", "held_out_iso18571_after")),
     ):
         rows.append([label, *(_number(fit.get(key)) for key in keys)])
-    how = "".join(f"<p class=note>Held out: {html.escape(t)}.</p>" for t in fit["held_out_how"])
-    return table(["figure", "before", "after"], rows) + how
+    return {"rows": rows, "held_out": fit["held_out_how"]}
 
 
 def _five_percent(
     problem: Problem, threes: Sequence[Sequence[tuple[str, dict[str, Array], str]]]
-) -> str:
-    """The reference's criterion: each signal within 5 %."""
+) -> tuple[list[str], list[list[str]]]:
+    """The reference's criterion: each signal within 5 %; head and rows."""
     rows = []
     scores = [
         [errors(problem, i, channels) for _, channels, _ in three[1:]]
@@ -380,7 +368,7 @@ def _five_percent(
     for run_, three in zip(problem.runs, threes, strict=True):
         labels = [label for label, _, _ in three[1:]]
         head += [f"{run_.name}, {labels[0]}", *labels[1:]]
-    return table(head, rows) + "<p class=note>✓: within 5 %.</p>"
+    return head, rows
 
 
 def _best_forms(ranking: Sequence[dict[str, Any]]) -> dict[str, float]:
@@ -402,54 +390,52 @@ def page(
     evidence = result["evidence"]
     runs = range(len(problem.runs))
     threes = [_three(problem, baseline, fit, index) for index in runs]
-    parts = [
-        headline(result), _runs(result, problem),
-        f"<p>Reduced chi-square (mean squared mismatch over the noise, about 1 where nothing is "
-        f"missing): {evidence['reduced_chi_square_calibrated']:.2f} with the calibrated vehicle, "
-        f"{evidence['reduced_chi_square_diagnosed']:.2f} with what is claimed."
-        + _above_clean(evidence)
-        + (" Faults of sensors are left out or put right in both." if _repaired(result) else "")
-        + "</p>",
-        "<h2>The calibrated vehicle</h2>", _calibrated(result),
-        "<h2>Where</h2>",
-        "<p>Each relation is checked from measured signals alone, in windows of 3 s, at each line "
-        "of the motion: no simulation, so nothing carries a fault on. On clean recordings a "
-        f"relation is off by up to {CLEAN_PERCENT:.0f} %. Frames: windows that are claimed.</p>",
-        *(
-            figure_html(where(problem, index, result), problem.runs[index].name, "relations", 900)
-            for index in runs
-        ),
-        "<h2>What</h2>", effects_table(result),
-        "<h3>The best of all explanations that were tried</h3>",
-        table(
-            ["explanation", "logarithm of the Bayes factor to the calibrated vehicle alone"],
-            [
-                [" + ".join(named(n) for n in name.split(" + ")), f"{reached:+.0f}"]
-                for name, reached in _best_forms(evidence["ranking"]).items()
-            ],
-        ),
-        *law_section(result),
-        "<h2>How much</h2>", amounts(result), costs_part(result),
-        "<h2>Before and after</h2>",
-        "" if fit.terms else "<p>Nothing of the model is claimed to be wrong: one simulation.</p>",
-        _scores(result), _five_percent(problem, threes),
-    ]  # fmt: skip
-    for index, three in zip(runs, threes, strict=True):
-        run = problem.runs[index]
-        parts.append(figure_html(before_after(run, three), run.name, "signals"))
-        loads = axle_loads(run, three)
-        if loads is not None:
-            parts.append(figure_html(loads, run.name, "axle_loads"))
-        parts.append(figure_html(estimates(run, vehicle, three), run.name, "estimates"))
-    notes = rest_of_it(result["unexplained"], evidence)
-    parts.append("<h2>Unexplained</h2>")
-    parts += [f"<p>{html.escape(note)}</p>" for note in notes]
-    parts.append("<h2>Checks</h2><ul>")
-    parts += [f"<li>{html.escape(str(check))}</li>" for check in result["checks"]]
     return document(
-        "Diagnosis: where simulation and recording differ", [*parts, "</ul>"],
+        "diagnose/report/page.html",
+        "Diagnosis: where simulation and recording differ",
         sources=sources(result),
-    )  # fmt: skip
+        verdict=headline(result),
+        run_files=_runs(result, problem),
+        evidence=evidence,
+        above_clean=_above_clean(evidence),
+        repaired=_repaired(result),
+        calibrated=_calibrated(result),
+        clean_percent=CLEAN_PERCENT,
+        maps=[
+            packed(where(problem, index, result), problem.runs[index].name, "relations", 900)
+            for index in runs
+        ],
+        effects=effect_rows(result),
+        best=[
+            (" + ".join(named(n) for n in name.split(" + ")), f"{reached:+.0f}")
+            for name, reached in _best_forms(evidence["ranking"]).items()
+        ],
+        laws=law_section(result),
+        amounts=amounts(result),
+        costs=costs_part(result),
+        claimed=bool(fit.terms),
+        scores=_scores(result),
+        five_percent=_five_percent(problem, threes),
+        signals=[
+            figure
+            for index, three in zip(runs, threes, strict=True)
+            for figure in _signals(problem.runs[index], vehicle, three)
+        ],
+        unexplained=rest_of_it(result["unexplained"], evidence),
+        checks=[str(check) for check in result["checks"]],
+    )
+
+
+def _signals(
+    run: Run, vehicle: Vehicle, three: Sequence[tuple[str, dict[str, Array], str]]
+) -> list[PackedPlot]:
+    """A run before and after."""
+    loads = axle_loads(run, three)
+    return [
+        packed(before_after(run, three), run.name, "signals"),
+        *([] if loads is None else [packed(loads, run.name, "axle_loads")]),
+        packed(estimates(run, vehicle, three), run.name, "estimates"),
+    ]
 
 
 def rest_of_it(unexplained: Sequence[Mapping[str, Any]], evidence: Mapping[str, Any]) -> list[str]:
@@ -469,22 +455,15 @@ def _above_clean(evidence: Mapping[str, Any]) -> str:
     )
 
 
-def _calibrated(result: Mapping[str, Any]) -> str:
+def _calibrated(result: Mapping[str, Any]) -> list[list[str]]:
     """What the file says of each value, what the recording makes of it, and its tolerance."""
-    rows = [
+    return [
         [
             row["name"], f"{row['believed']:.6g}", *_to_error(row), _unit_of(row["name"]),
             f"{row['tolerances']:+.1f}", row["source"],
         ]
         for row in result["calibrated"]
     ]  # fmt: skip
-    head = ["value of vehicle.toml", "believed", "calibrated", "standard error", "unit",
-            "off, in tolerances", "source of the tolerance"]  # fmt: skip
-    return (
-        "<p>No value is exact: each may move within its tolerance, and these are the most probable "
-        "ones with what is claimed below. Nothing inside its tolerances is called wrong.</p>"
-        + table(head, rows)
-    )
 
 
 def _to_error(row: Mapping[str, Any]) -> tuple[str, str]:
@@ -526,7 +505,7 @@ def _runs(result: Mapping[str, Any], problem: Problem) -> str:
         f"{name}: {files[int(name.split()[-1]) - 1]}"
         for name in names if int(name.split()[-1]) <= len(files)
     ]  # fmt: skip
-    return f"<p class=meta>{html.escape(', '.join(words))}</p>"
+    return ", ".join(words)
 
 
 def _repaired(result: Mapping[str, Any]) -> bool:
