@@ -377,7 +377,7 @@ def test_no_module_is_taken_from_the_folder_of_recordings(tmp_path: Path) -> Non
     for name in ("vehicle.toml", "signals.toml"):
         shutil.copy(P01 / name, folder / name)
     shutil.copy(PRACTICE / "measurement.dbc", tmp_path)
-    for name in ("plotly", "numpy", "scipy", "can", "json", "swaywatch", "numba"):
+    for name in ("plotly", "jinja2", "numpy", "scipy", "can", "json", "swaywatch", "numba"):
         (folder / f"{name}.py").write_text(
             f"open({str(tmp_path / 'it_ran')!r}, 'a').write('{name} ')\nraise ImportError\n"
         )

@@ -35,7 +35,7 @@ PAGES = ("damping", "iso9815", "reproduce", "survey")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium (Debian package chromium)")
 
 
-def _damping() -> str:
+def damping_study() -> Study:
     """An aeroplane without its yaw damper, compared with itself with it."""
     groups: list[Study] = []
     for gain in (0.0, 0.5):
@@ -46,10 +46,13 @@ def _damping() -> str:
         groups.append(study_of(runs, StudyPlan(Choice(), BAND)))
     first, second = groups
     both = compare_groups(first.points, second.points, ("off", "on"))
-    whole = Study(
+    return Study(
         **{**first.__dict__, "compared": second, "groups": both},
     )
-    return damping_page(whole, {})
+
+
+def _damping() -> str:
+    return damping_page(damping_study(), {})
 
 
 def _iso9815() -> str:

@@ -38,6 +38,7 @@ def test_it_holds_core_codec_kissfft_bus_and_licences(unpacked: Path) -> None:
         "csrc/lib/sway_node.h", "src/swaywatch/ecu/core_feed.c",
         "src/swaywatch/plant/plant_lanes.c",
         "src/swaywatch/report/page.js", "src/swaywatch/report/page.css",
+        "src/swaywatch/report/shell.html", "src/swaywatch/diagnose/report/page.html",
         "src/swaywatch/diagnose/evidence/calibration.json", "src/swaywatch/py.typed",
     ):  # fmt: skip
         assert (unpacked / name).is_file(), name

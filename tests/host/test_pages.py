@@ -18,7 +18,7 @@ from test_iso9815 import iso9815_study
 
 from swaywatch.cli import main
 from swaywatch.damping.page import make_page as damping_page
-from swaywatch.report.shell import POLICY, document, plot
+from swaywatch.report.shell import POLICY, plot
 from swaywatch.reproduce.page import Chapter, Plot
 from swaywatch.reproduce.page import make_page as reproduce_page
 from swaywatch.survey.page import make_page as survey_page
@@ -116,17 +116,22 @@ def test_pages_are_small(pages: dict[str, Path]) -> None:
 
 
 def test_contents_lead_to_every_heading() -> None:
-    page = document("T", ["<h2>One</h2>", "<h3>Two &amp; a half</h3>", "<h2>Three</h2>"])
-    for number in (1, 2, 3):
-        assert f"href='#s{number}'" in page
+    figure = go.Figure(go.Scatter(x=[0.0], y=[0.0]))
+    chapters = [Chapter("One", "", [Plot("Two & a half", figure, "")]), Chapter("Three", "")]
+    page = reproduce_page(chapters, 1.0)
+    for number in (1, 2, 3, 4):
         assert f"id='s{number}'" in page
+    words = ("Against the reference", "One", "Two &amp; a half", "Three")
+    first, one, two, three = (f"<a href='#s{k}'>{word}</a>" for k, word in enumerate(words, 1))
+    contents = re.sub(r">\s+", ">", page.partition("<nav")[2].partition("</nav>")[0])
+    assert (
+        f"<ul><li>{first}</li><li>{one}<ul><li>{two}</li></ul></li><li>{three}</li></ul>"
+    ) in contents
 
 
 def test_plot_keeps_gaps_and_digits() -> None:
     figure = go.Figure(go.Scatter(x=np.arange(3.0), y=np.array([1.23456789, np.nan, 2.0])))
-    found = re.search(r"text/plain'>([^<]+)<", plot(figure))
-    assert found
-    content = json.loads(gzip.decompress(base64.b64decode(found[1])))
+    content = json.loads(gzip.decompress(base64.b64decode(plot(figure).content)))
     raw = base64.b64decode(content["data"][0]["y"]["bdata"])
     assert np.frombuffer(raw, "<f4")[0] == pytest.approx(1.23456789, abs=1e-6)
     assert np.isnan(np.frombuffer(raw, "<f4")[1])
