@@ -5,18 +5,30 @@
 
 #include "arithmetic/sway_real_ops.h"
 
-/* Standard errors of one sample (a mean of rows): production sensors, 0.17 deg/s and 0.05 m/s2. */
-#define YAW_RATE_SE_URAD_S 3000
-#define ACC_SE_UM_S2 50000
+/* Standard errors of one sample (a mean of rows): production sensors, 0.11 deg/s and
+ * 0.045 m/s2. */
+#define YAW_RATE_SE_URAD_S 2000
+#define ACC_SE_UM_S2 45000
 
 /* What road and wind do to the motion, as variance per second: lateral speed (m/s)^2/s, yaw rates
- * (rad/s)^2/s; and how offsets and parameters wander. Millionths, parameters 1e-9. */
-#define WANDER_LATERAL 300
-#define WANDER_YAW 30
+ * (rad/s)^2/s, here on a usual road, times what the innovations say of the present one; and how
+ * offsets and parameters wander. Millionths, parameters 1e-9. */
+#define WANDER_LATERAL 1500
+#define WANDER_YAW 150
 #define WANDER_YAW_OFFSET_NANO 10
 #define WANDER_ACC_OFFSET 10
 #define WANDER_STEERING_NANO 100
 #define WANDER_PARAMETER_NANO 1
+
+/* How the road is followed. A mean of 16 innovations has 1/31 of their variance where they are
+ * white; of wind and swaths of road it has more, and so much larger the road is told to be, a
+ * thousandth of it with each innovation (30 s), in bounds. */
+#define LAG_SHIFT 4
+#define LAG_WHITE 31
+#define ROAD_SHARE_PPM 1000
+#define ROAD_STEP_MOST 4
+#define ROAD_MOST 300
+#define ROAD_LEAST_SHIFT (-4)
 
 /* Start of the motion: m/s, rad/s, rad. */
 #define START_LATERAL_PPM 300000
@@ -84,6 +96,7 @@ void sway_observer_body(const sway_observer_t *observer, sway_observer_body_t *b
     body->rear_n_per_rad = grown(car->rear_n_per_rad, x[SWAY_STATE_CAR_REAR]);
     body->inertia_kgm2 = grown(car->inertia_kgm2, x[SWAY_STATE_CAR_INERTIA]);
     body->cog_m = x[SWAY_STATE_CAR_COG];
+    body->relaxation_m = x[SWAY_STATE_RELAXATION];
     if (!has_trailer(observer)) {
         return;
     }
@@ -116,6 +129,9 @@ void sway_observer_move(sway_observer_body_t *body, sway_state_t state, sway_rea
         break;
     case SWAY_STATE_CAR_COG:
         body->cog_m = ADD(body->cog_m, step);
+        break;
+    case SWAY_STATE_RELAXATION:
+        body->relaxation_m = ADD(body->relaxation_m, step);
         break;
     case SWAY_STATE_TRAILER_MASS:
         grow(&body->mass_kg, step);
@@ -180,18 +196,22 @@ typedef struct {
     sway_real_t yaw;
     sway_real_t trailer_yaw;
     sway_real_t articulation;
-    sway_real_t steer; ///< at the road wheel
+    sway_real_t steer;    ///< at the road wheel
+    sway_real_t steering; ///< its rate
     sway_real_t speed;
 } motion_t;
 
 static motion_t motion_of(const sway_observer_t *observer, sway_real_t wheel, sway_real_t speed)
 {
     const sway_real_t *const x = observer->x;
+    const sway_real_t turned =
+        SUB(observer->now.steering_wheel_rad, observer->last.steering_wheel_rad);
     const motion_t m = {x[SWAY_STATE_LATERAL_SPEED],
                         x[SWAY_STATE_CAR_YAW_RATE],
                         x[SWAY_STATE_TRAILER_YAW_RATE],
                         x[SWAY_STATE_ARTICULATION],
                         MUL(ADD(wheel, x[SWAY_STATE_STEERING_OFFSET]), observer->car.ratio),
+                        DIV(MUL(turned, observer->car.ratio), observer->car.step_s),
                         speed};
     return m;
 }
@@ -220,6 +240,18 @@ static void move_motion(const sway_observer_t *observer, motion_t *m, uint32_t s
     }
 }
 
+/* What an axle of tyres holds at the slip whose force were `linear`: less, the nearer its peak. */
+static sway_real_t held(sway_real_t linear, sway_real_t peak)
+{
+    const sway_real_t share = sway_real_square(DIV(linear, peak));
+    return DIV(linear, ADD(one(), DIV(share, sway_real_int(3))));
+}
+
+/* Slips of the axles: front, rear, trailer; or how fast they change. */
+typedef struct {
+    sway_real_t of[3];
+} slips_t;
+
 /* Forces of the trailer: on its tyres, and the moments on it about its COG beside that of H. */
 typedef struct {
     sway_real_t tyres;
@@ -229,18 +261,14 @@ typedef struct {
 
 static trailer_forces_t trailer_forces(const sway_observer_t *observer,
                                        const sway_observer_body_t *b, const motion_t *m,
-                                       sway_real_t hitch_m)
+                                       sway_real_t slip)
 {
     trailer_forces_t f;
     const sway_real_t by_v = DIV(one(), m->speed);
-    const sway_real_t at_ball = SUB(m->lateral, MUL(hitch_m, m->yaw));
-    const sway_real_t across =
-        SUB(at_ball, MUL(ADD(b->length_m, b->axle_m), m->trailer_yaw)); // of the axle
-    const sway_real_t slip = SUB(m->articulation, MUL(across, by_v));
     const sway_real_t opening = SUB(m->trailer_yaw, m->yaw);
     const sway_real_t spread = sway_real_square(observer->car.half_tandem_m);
     const sway_real_t small = sway_real_square(sway_real_micro(FRICTION_RATE_PPM));
-    f.tyres = MUL(b->trailer_n_per_rad, slip);
+    f.tyres = held(MUL(b->trailer_n_per_rad, slip), MUL(b->mass_kg, sway_real_ratio(981, 100)));
     f.friction =
         DIV(MUL(b->friction_nm, opening), sway_real_sqrt(ADD(sway_real_square(opening), small)));
     const sway_real_t scrub = MUL(MUL(b->trailer_n_per_rad, spread), MUL(m->trailer_yaw, by_v));
@@ -248,26 +276,43 @@ static trailer_forces_t trailer_forces(const sway_observer_t *observer,
     return f;
 }
 
-/* Rates of the four states of motion, and what the accelerometer reads. */
-static void rates(const sway_observer_t *observer, const sway_observer_body_t *b, const motion_t *m,
-                  sway_real_t *out)
+/* Sideways: speeds of the axles (or, of rates, accelerations) by the forward speed, turned. */
+static void slips_of(const sway_observer_t *observer, const sway_observer_body_t *b,
+                     const sway_real_t *lateral_yaw, sway_real_t trailer_yaw, sway_real_t steer,
+                     sway_real_t articulation, sway_real_t by_v, slips_t *slips)
+{
+    const sway_observer_car_t *const car = &observer->car;
+    const sway_real_t lateral = lateral_yaw[0];
+    const sway_real_t yaw = lateral_yaw[1];
+    const sway_real_t at_front = ADD(lateral, MUL(SUB(car->front_m, b->cog_m), yaw));
+    const sway_real_t at_rear = SUB(lateral, MUL(ADD(car->rear_m, b->cog_m), yaw));
+    slips->of[0] = SUB(steer, MUL(at_front, by_v));
+    slips->of[1] = NEG(MUL(at_rear, by_v));
+    if (has_trailer(observer)) {
+        const sway_real_t at_ball = SUB(lateral, MUL(ADD(car->hitch_m, b->cog_m), yaw));
+        const sway_real_t across = SUB(at_ball, MUL(ADD(b->length_m, b->axle_m), trailer_yaw));
+        slips->of[2] = SUB(articulation, MUL(across, by_v));
+    }
+}
+
+/* Rates of the four states of motion, and what the accelerometer reads, for given slips. */
+static void rates_at(const sway_observer_t *observer, const sway_observer_body_t *b,
+                     const motion_t *m, const slips_t *slips, sway_real_t *out)
 {
     const sway_observer_car_t *const car = &observer->car;
     const sway_real_t l_f = SUB(car->front_m, b->cog_m);
     const sway_real_t l_r = ADD(car->rear_m, b->cog_m);
     const sway_real_t l_h = ADD(car->hitch_m, b->cog_m);
-    const sway_real_t by_v = DIV(one(), m->speed);
     const sway_real_t by_inertia = DIV(one(), b->inertia_kgm2);
     const sway_real_t by_mass = DIV(one(), car->mass_kg);
-    const sway_real_t front =
-        MUL(b->front_n_per_rad, SUB(m->steer, MUL(ADD(m->lateral, MUL(l_f, m->yaw)), by_v)));
-    const sway_real_t rear = MUL(b->rear_n_per_rad, MUL(SUB(MUL(l_r, m->yaw), m->lateral), by_v));
+    const sway_real_t front = held(MUL(b->front_n_per_rad, slips->of[0]), car->peak_n[0]);
+    const sway_real_t rear = held(MUL(b->rear_n_per_rad, slips->of[1]), car->peak_n[1]);
     sway_real_t side = ADD(front, rear);
     sway_real_t turn = SUB(MUL(l_f, front), MUL(l_r, rear));
     out[2] = sway_real_zero();
     out[3] = sway_real_zero();
     if (has_trailer(observer)) {
-        const trailer_forces_t f = trailer_forces(observer, b, m, l_h);
+        const trailer_forces_t f = trailer_forces(observer, b, m, slips->of[2]);
         const sway_real_t by_trailer = DIV(one(), b->mass_kg);
         const sway_real_t lever = DIV(b->length_m, b->trailer_inertia_kgm2);
         turn = ADD(turn, f.friction);
@@ -289,6 +334,25 @@ static void rates(const sway_observer_t *observer, const sway_observer_body_t *b
     out[ROW_ACC] = ADD(acc, MUL(ADD(car->acc_m, b->cog_m), out[1]));
 }
 
+/* The same with tyres that have to roll until their force follows the slip: it is that of the slip
+ * a relaxation length before, at the rate at which the slip changes where they follow at once. */
+static void rates(const sway_observer_t *observer, const sway_observer_body_t *b, const motion_t *m,
+                  sway_real_t *out)
+{
+    const sway_real_t by_v = DIV(one(), m->speed);
+    const sway_real_t late = MUL(b->relaxation_m, by_v);
+    const sway_real_t motion[2] = {m->lateral, m->yaw};
+    slips_t slips;
+    slips_t change;
+    slips_of(observer, b, motion, m->trailer_yaw, m->steer, m->articulation, by_v, &slips);
+    rates_at(observer, b, m, &slips, out);
+    slips_of(observer, b, out, out[2], m->steering, out[3], by_v, &change);
+    for (uint32_t i = 0; i < (has_trailer(observer) ? 3U : 2U); i++) {
+        slips.of[i] = SUB(slips.of[i], MUL(late, change.of[i]));
+    }
+    rates_at(observer, b, m, &slips, out);
+}
+
 /* --- what can be ------------------------------------------------------------------------------ */
 
 /* Beyond these there are no cars and trailers: noise is being explained. Car: stiffnesses by a
@@ -304,6 +368,7 @@ static const struct {
     {SWAY_STATE_CAR_REAR, -700000, 700000},
     {SWAY_STATE_CAR_INERTIA, -400000, 400000},
     {SWAY_STATE_CAR_COG, -300000, 300000},
+    {SWAY_STATE_RELAXATION, 0, 800000},
     {SWAY_STATE_TRAILER_MASS, 4605000, 9210000},
     {SWAY_STATE_TRAILER_LENGTH, 182000, 2303000},
     {SWAY_STATE_TRAILER_GYRATION, -3507000, -357000},
@@ -380,6 +445,7 @@ void sway_observer_init(sway_observer_t *observer, const sway_observer_car_t *ca
     }
     observer->unfit[0] = one();
     observer->unfit[1] = one();
+    observer->road = one();
     find_unbound(observer);
 }
 
@@ -560,6 +626,13 @@ static sway_real_t wander(uint32_t state)
     }
 }
 
+/* By road and wind. */
+static bool is_pushed(uint32_t state)
+{
+    return state == SWAY_STATE_LATERAL_SPEED || state == SWAY_STATE_CAR_YAW_RATE ||
+           state == SWAY_STATE_TRAILER_YAW_RATE;
+}
+
 static bool step_covariance(sway_observer_t *observer)
 {
     const uint32_t n = motions(observer);
@@ -579,7 +652,8 @@ static bool step_covariance(sway_observer_t *observer)
     }
     for (uint32_t i = 0; i < observer->count; i++) {
         sway_real_t *const variance = &observer->p[place(i, i)];
-        *variance = ADD(*variance, MUL(wander(i), observer->car.step_s));
+        const sway_real_t by = MUL(wander(i), observer->car.step_s);
+        *variance = ADD(*variance, is_pushed(i) ? MUL(by, observer->road) : by);
     }
     return true;
 }
@@ -595,15 +669,32 @@ static void follow_unfit(sway_observer_t *observer, uint32_t which, sway_real_t 
     *unfit = ADD(*unfit, MUL(share, SUB(against, *unfit)));
 }
 
+/* How rough the road is and how strong the wind: as much as slow innovations are larger than those
+ * of a filter that knows. */
+static void follow_road(sway_observer_t *observer, uint32_t which, sway_real_t off,
+                        sway_real_t variance)
+{
+    sway_real_t *const lag = &observer->lag[which];
+    *lag = ADD(*lag, sway_real_scale(SUB(off, *lag), -LAG_SHIFT));
+    const sway_real_t against =
+        DIV(MUL(sway_real_square(*lag), sway_real_int(LAG_WHITE)), variance);
+    const sway_real_t step = sway_real_min(SUB(against, one()), sway_real_int(ROAD_STEP_MOST));
+    const sway_real_t road =
+        ADD(observer->road, MUL(MUL(observer->road, step), sway_real_micro(ROAD_SHARE_PPM)));
+    const sway_real_t least = sway_real_scale(one(), ROAD_LEAST_SHIFT);
+    observer->road = sway_real_max(sway_real_min(road, sway_real_int(ROAD_MOST)), least);
+}
+
 static bool is_parameter(uint32_t state)
 {
     return state >= SWAY_STATE_TRAILER_MASS ||
            (state >= SWAY_STATE_CAR_FRONT && state < SWAY_STATE_SOLO);
 }
 
-/* Takes a measurement that has `slope` by the states, `off` from what was expected. While
- * nothing is learnt, parameters keep their values and their doubt (Schmidt's form of the filter:
- * their doubt still counts for the motion). */
+/* Takes a measurement that has `slope` by the states, `off` from what was expected. Of what it
+ * tells of the parameters the share `learning` is taken, of value and doubt alike: errors of the
+ * model and of the road last for several samples, which tell the same. While nothing is learnt
+ * parameters keep both (Schmidt's form of the filter: their doubt still counts for the motion). */
 static void correct(sway_observer_t *observer, const sway_real_t *slope, sway_real_t off,
                     sway_real_t variance, uint32_t which)
 {
@@ -622,20 +713,27 @@ static void correct(sway_observer_t *observer, const sway_real_t *slope, sway_re
     }
     const sway_real_t against = DIV(sway_real_square(off), s);
     follow_unfit(observer, which, against);
+    follow_road(observer, which, off, s);
     s = MUL(s, sway_real_square(sway_real_max(one(), observer->unfit[which])));
     const sway_real_t by_s = DIV(one(), s);
     const sway_real_t surprise = ADD(MUL(sway_real_square(off), by_s), sway_real_ln(s));
     observer->log_likelihood = SUB(observer->log_likelihood, sway_real_scale(surprise, -1));
+    const bool learns = !sway_real_is_zero(observer->learning);
     for (uint32_t i = 0; i < n; i++) {
         const sway_real_t gain = MUL(towards[i], by_s);
-        const bool fixed = !observer->learning && is_parameter(i);
-        if (!fixed) {
+        const bool slow = is_parameter(i);
+        if (!slow) {
             observer->x[i] = ADD(observer->x[i], MUL(gain, off));
+        } else if (learns) {
+            observer->x[i] = ADD(observer->x[i], MUL(MUL(gain, off), observer->learning));
         }
         for (uint32_t j = 0; j <= i; j++) {
-            if (!fixed || !is_parameter(j)) {
-                sway_real_t *const p = &observer->p[place(i, j)];
-                *p = SUB(*p, MUL(gain, towards[j]));
+            sway_real_t *const p = &observer->p[place(i, j)];
+            const sway_real_t step = MUL(gain, towards[j]);
+            if (!slow || !is_parameter(j)) {
+                *p = SUB(*p, step);
+            } else if (learns) {
+                *p = SUB(*p, MUL(step, observer->learning));
             }
         }
         sway_real_t *const own = &observer->p[place(i, i)];

@@ -5,10 +5,11 @@
 /// the hitch force H): steering and speed drive it, yaw rate and lateral acceleration of the car
 /// correct it. Beside the motion (lateral speed, yaw rates of both bodies, articulation) it holds
 /// what is not known for certain: the car's stiffnesses, inertia and centre of gravity, three
-/// sensor offsets, and of the trailer mass, length, inertia, stiffness, place of the axle and dry
-/// friction at the ball. So the trailer's motion is reconstructed with its doubt, and its
-/// parameters are identified from whatever the driver does. What the sensors cannot tell stays at
-/// its start value with its start error: that is how observability shows, nothing is switched.
+/// sensor offsets, the tyres' relaxation length, and of the trailer mass, length, inertia,
+/// stiffness, place of the axle and dry friction at the ball. So the trailer's motion is
+/// reconstructed with its doubt, and its parameters are identified from whatever the driver does.
+/// What the sensors cannot tell stays at its start value with its start error: that is how
+/// observability shows, nothing is switched.
 ///
 /// Estimates are kept where cars and trailers can be: without that, wind and road that are no white
 /// noise are explained by trailers of 28 m.
@@ -22,6 +23,8 @@
 ///     I2 w'  = -l H - e F_2 - M - C_2 d^2 w / v          e: axle behind the trailer's COG,
 ///     m2 (v_y' + v r - l_h r' - l w') = F_2 - H          d: half the axle distance of a tandem
 ///     theta' = w - r
+///     F = C a / (1 + (C a / P)^2 / 3), a: slip a relaxation length before, P: load of the axle,
+///     what dry roads and most tyres (cubic part of the Magic Formula) have in common
 /// H in closed form from them; the rest is arithmetic.
 #ifndef SWAY_OBSERVER_H
 #define SWAY_OBSERVER_H
@@ -44,6 +47,7 @@ typedef enum {
     SWAY_STATE_CAR_REAR,          ///< the same, rear
     SWAY_STATE_CAR_INERTIA,       ///< the same, yaw inertia
     SWAY_STATE_CAR_COG,           ///< m, true COG ahead of the believed one
+    SWAY_STATE_RELAXATION,        ///< m, that tyres roll until their force has followed the slip
     SWAY_STATE_TRAILER_YAW_RATE,  ///< rad/s
     SWAY_STATE_ARTICULATION,      ///< rad, psi_trailer - psi_car
     SWAY_STATE_TRAILER_MASS,      ///< ln of kg
@@ -54,7 +58,7 @@ typedef enum {
     SWAY_STATE_FRICTION,          ///< dry friction at the ball, 100 Nm
     SWAY_STATE_COUNT
 } sway_state_t;
-#define SWAY_STATE_SOLO 9
+#define SWAY_STATE_SOLO 10
 
 /// Places in a packed lower triangle.
 #define SWAY_OBSERVER_TRIANGLE (SWAY_STATE_COUNT * (SWAY_STATE_COUNT + 1) / 2)
@@ -85,7 +89,8 @@ typedef struct {
     sway_real_t ratio; ///< 1 / i_s
     sway_real_t acc_m; ///< accelerometer ahead of the believed COG
     sway_real_t half_tandem_m;
-    sway_real_t step_s; ///< between two samples
+    sway_real_t peak_n[2]; ///< most lateral force of front and rear axle
+    sway_real_t step_s;    ///< between two samples
 } sway_observer_car_t;
 
 /// The combination that a set of states stands for.
@@ -94,6 +99,7 @@ typedef struct {
     sway_real_t rear_n_per_rad;
     sway_real_t inertia_kgm2;
     sway_real_t cog_m;
+    sway_real_t relaxation_m;
     sway_real_t mass_kg; ///< of the trailer
     sway_real_t length_m;
     sway_real_t trailer_inertia_kgm2;
@@ -104,7 +110,6 @@ typedef struct {
 
 typedef struct {
     bool moving;   ///< the motion has been started
-    bool learning; ///< parameters are corrected, too
     uint8_t count; ///< states: SWAY_STATE_SOLO or SWAY_STATE_COUNT
     uint8_t step;  ///< of the work in progress
     uint8_t column;
@@ -112,8 +117,11 @@ typedef struct {
     sway_observer_car_t car;
     sway_observer_sample_t now;
     sway_observer_sample_t last;
+    sway_real_t learning;       ///< share of a correction that goes to the parameters, 0 to 1
     sway_real_t acc_power;      ///< mean square of the acceleration over a second
     sway_real_t unfit[2];       ///< innovations squared over their variance, two-second mean
+    sway_real_t lag[2];         ///< innovations, mean of half a second
+    sway_real_t road;           ///< what pushes the motion, by a usual road
     sway_real_t log_likelihood; ///< of the last sample
     sway_real_t x[SWAY_STATE_COUNT];
     sway_real_t p[SWAY_OBSERVER_TRIANGLE]; ///< covariance

@@ -11,16 +11,25 @@
 /* Time between two samples of the observers. */
 #define SAMPLE_US 40000
 
-/* Share of a car's motion that missing physics may explain, squared, 1e-6; samples that tell the
- * same; bounds of the evidence, and where it decides (odds of 1 to 22,000), x 1. */
-#define SHARE_PPM 2000
-#define ALIKE 4
+/* What a car's missing physics lets a trailer win with each sample, in 1/1000 nat; samples that
+ * tell the same; bounds of the evidence, and where it decides (odds of 1 to 22,000), x 1. */
+#define TOLL_MILLI 400
+#define ALIKE 2
 #define EVIDENCE_MOST 30
 #define EVIDENCE_SURE 10
 
-/* Steering speaks, wind and road do not: least lateral acceleration, root mean square, that the
- * steering asks for (speed squared times angle by wheelbase), here its square. (m/s2)^2 x 100 */
-#define STEERING_POWER_PERCENT 50
+/* Steering speaks, wind and road do not: lateral acceleration, mean square, that the steering asks
+ * for (speed squared times angle by wheelbase). From the first on all that is told counts for the
+ * parameters, from the second on for a trailer, from the third on against one: a trailer hardly
+ * shows in gentle driving. (m/s2)^2 x 100 */
+#define LEARNING_POWER_PERCENT 30
+#define THERE_POWER_PERCENT 50
+#define NONE_POWER_PERCENT 150
+
+/* Of what the samples tell of the parameters an eighth counts while the driver steers, else in
+ * proportion to that square: errors of model and road last for as many samples (measured:
+ * normalised squared errors of the parameters, over drawn vehicles and drives, are then 1 to 2). */
+#define LEARNING_SHIFT 3
 
 /* More than this of it does not count, that a hard swerve is over after 4 s, too. (m/s2)^2 */
 #define STEERING_POWER_MOST 4
@@ -50,13 +59,11 @@ static const struct {
 #define TYPICAL_STIFFNESS_PPM 12500000
 #define TYPICAL_AXLE_UM 180000
 #define TYPICAL_OVERHANG_UM 1000000
+#define RELAXATION_UM 300000
+#define RELAXATION_SE_UM 150000
 
 /* What the single-track model leaves out (roll, air, lags) in the critical speed, at the least. */
 #define MODEL_FLOOR_PPM 13000
-
-/* Wind and road are no white noise, and the filter is linear only about its own estimate: variances
- * are told four times as large as it has them (measured on simulated ordinary driving). */
-#define WEAK_SHIFT 2
 
 /* Derivatives that are renewed each time, after the first. */
 #define TURN 3
@@ -113,6 +120,8 @@ static void set_car(sway_observer_car_t *to, const sway_vehicle_t *vehicle, int3
                                                  : MUL(to->mass_kg, MUL(to->front_m, to->rear_m));
     to->ratio = sway_real_ratio(1000, car->steering_ratio_milli);
     to->acc_m = micro(car->lateral_acc_position_um);
+    to->peak_n[0] = load_share(car, car->rear_axle_to_cog_um);
+    to->peak_n[1] = load_share(car, car->front_axle_to_cog_um);
     to->step_s = micro(rows_us);
     if (vehicle->trailer.axles == 2) {
         to->half_tandem_m = sway_real_scale(micro((int64_t)vehicle->trailer.front_axle_to_cog_um +
@@ -133,6 +142,8 @@ static void set_car_start(sway_observer_start_t *start, const sway_car_t *car)
         micro(car->rear_cornering_stiffness_n_per_rad != 0 ? SURE_STIFFNESS : OPEN_STIFFNESS);
     start->se[SWAY_STATE_CAR_INERTIA] = micro(SURE_INERTIA);
     start->se[SWAY_STATE_CAR_COG] = micro(SURE_PLACE);
+    start->value[SWAY_STATE_RELAXATION] = micro(RELAXATION_UM);
+    start->se[SWAY_STATE_RELAXATION] = micro(RELAXATION_SE_UM);
 }
 
 static void set_typical(sway_observer_start_t *start, const sway_car_t *car)
@@ -204,6 +215,10 @@ void sway_trailer_init(sway_trailer_watch_t *trailer, const sway_vehicle_t *vehi
         start.se[SWAY_STATE_TRAILER_MASS + i] =
             micro((open & (1U << i)) != 0U ? DOUBT[i].open_ppm : DOUBT[i].sure_ppm);
     }
+    for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
+        trailer->start[i] = start.value[SWAY_STATE_TRAILER_MASS + i];
+        trailer->doubt[i] = start.se[SWAY_STATE_TRAILER_MASS + i];
+    }
     sway_observer_init(&trailer->alone, &car, &start, SWAY_STATE_SOLO);
     sway_observer_init(&trailer->with, &car, &start, SWAY_STATE_COUNT);
 }
@@ -236,24 +251,20 @@ static void follow(const sway_trailer_watch_t *trailer, sway_real_t *mean, sway_
     *mean = ADD(*mean, MUL(share, SUB(now, *mean)));
 }
 
-/* Square of `now` apart from its two-second mean. */
-static sway_real_t moved(const sway_trailer_watch_t *trailer, sway_real_t *mean, sway_real_t now)
-{
-    follow(trailer, mean, now);
-    return sway_real_square(SUB(now, *mean));
-}
-
-/* The driver steers: the lateral acceleration asked for, its two-second mean square. */
-static bool is_steered(sway_trailer_watch_t *trailer, const sway_observer_sample_t *now)
+/* How much the driver steers: the lateral acceleration asked for, its two-second mean square. What
+ * is to be learnt for it. */
+static sway_real_t find_steering(sway_trailer_watch_t *trailer, const sway_observer_sample_t *now)
 {
     const sway_observer_t *const with = &trailer->with;
     const sway_real_t base = ADD(with->car.front_m, with->car.rear_m);
     const sway_real_t steer = DIV(MUL(now->steering_wheel_rad, with->car.ratio), base);
     const sway_real_t asked = MUL(steer, sway_real_square(now->speed_m_s));
-    const sway_real_t square =
-        sway_real_min(moved(trailer, &trailer->slow[2], asked), sway_real_int(STEERING_POWER_MOST));
+    follow(trailer, &trailer->asked, asked);
+    const sway_real_t square = sway_real_min(sway_real_square(SUB(asked, trailer->asked)),
+                                             sway_real_int(STEERING_POWER_MOST));
     follow(trailer, &trailer->steering, square);
-    return sway_real_less(sway_real_ratio(STEERING_POWER_PERCENT, 100), trailer->steering);
+    const sway_real_t share = DIV(trailer->steering, sway_real_ratio(LEARNING_POWER_PERCENT, 100));
+    return sway_real_scale(sway_real_min(share, sway_real_int(1)), -LEARNING_SHIFT);
 }
 
 static void take_sample(sway_trailer_watch_t *trailer)
@@ -266,8 +277,9 @@ static void take_sample(sway_trailer_watch_t *trailer)
     const sway_observer_sample_t sample = {mean[0], MUL(mean[1], sway_real_int(1000)), mean[2],
                                            mean[3]};
     trailer->rows = 0;
-    trailer->with.learning = is_steered(trailer, &sample);
+    trailer->with.learning = find_steering(trailer, &sample);
     trailer->alone.learning = trailer->with.learning;
+    trailer->alone.road = trailer->with.road; // both are asked beside the same road
     sway_observer_take(&trailer->alone, &sample);
     sway_observer_take(&trailer->with, &sample);
     trailer->busy[0] = sway_observer_cost(&trailer->alone) != 0U;
@@ -298,41 +310,17 @@ void sway_trailer_push(sway_trailer_watch_t *trailer, const sway_row_t *row)
 
 /* --- is it there? ----------------------------------------------------------------------------- */
 
-/* What missing physics could win for a motion: as much as innovations of 1 + m times their variance
- * cost an observer, which widens its variance by their square, ln(1 + m) - m / (2 (1 + m)). Like
- * these, by the two-second mean of the motion: what it leaves behind in the offsets is felt for a
- * while. `square`: of the motion by the sensor's variance. */
-static sway_real_t price_of(sway_trailer_watch_t *trailer, uint32_t which, sway_real_t square)
-{
-    follow(trailer, &trailer->moving[which],
-           DIV(square, sway_observer_beyond_linear(&trailer->with)));
-    const sway_real_t moving = SUB(trailer->moving[which], sway_real_int(4)); // noise alone has 1
-    const sway_real_t m = MUL(sway_real_max(moving, sway_real_zero()), micro(SHARE_PPM));
-    const sway_real_t larger = ADD(sway_real_int(1), m);
-    return SUB(sway_real_ln(larger), sway_real_scale(DIV(m, larger), -1));
-}
-
-static sway_real_t price(sway_trailer_watch_t *trailer)
-{
-    const sway_real_t now[2] = {trailer->with.now.yaw_rate_rad_s, trailer->with.now.acc_m_s2};
-    const int32_t error[2] = {3000, 50000};
-    sway_real_t sum = sway_real_zero();
-    for (uint32_t i = 0; i < 2U; i++) {
-        const sway_real_t square = moved(trailer, &trailer->slow[i], now[i]);
-        sum = ADD(sum, price_of(trailer, i, DIV(square, sway_real_square(micro(error[i])))));
-    }
-    return sum;
-}
-
 static void weigh(sway_trailer_watch_t *trailer)
 {
     const sway_real_t gain = SUB(trailer->with.log_likelihood, trailer->alone.log_likelihood);
     const sway_real_t most = sway_real_int(EVIDENCE_MOST);
     const sway_real_t *const unfit = trailer->with.unfit;
     const sway_real_t surprise = sway_real_max(unfit[0], unfit[1]);
-    follow(trailer, &trailer->net, SUB(gain, price(trailer)));
+    follow(trailer, &trailer->net, SUB(gain, sway_real_ratio(TOLL_MILLI, 1000)));
     sway_real_t step = DIV(trailer->net, sway_real_int(ALIKE));
-    if (!trailer->with.learning || sway_real_less(sway_real_int(UNFIT_MOST), surprise)) {
+    const int32_t least = sway_real_sign(step) > 0 ? THERE_POWER_PERCENT : NONE_POWER_PERCENT;
+    if (sway_real_less(trailer->steering, sway_real_ratio(least, 100)) ||
+        sway_real_less(sway_real_int(UNFIT_MOST), surprise)) {
         step = sway_real_zero();
     }
     trailer->evidence = sway_real_max(sway_real_min(ADD(trailer->evidence, step), most), NEG(most));
@@ -483,13 +471,6 @@ static sway_source_t source_of(const sway_trailer_watch_t *trailer, sway_real_t 
     return sway_real_less(se, left) ? SWAY_SOURCE_PARTLY : SWAY_SOURCE_USER;
 }
 
-/* Four times a variance, but never more than the user's own doubt. */
-static sway_real_t widened(sway_real_t variance, sway_real_t at_start)
-{
-    const sway_real_t wide = sway_real_scale(variance, WEAK_SHIFT);
-    return sway_real_max(variance, sway_real_min(wide, at_start));
-}
-
 static bool step_errors(sway_trailer_watch_t *trailer)
 {
     sway_margin_model_t *const next = &trailer->next;
@@ -500,9 +481,8 @@ static bool step_errors(sway_trailer_watch_t *trailer)
         trailer->start_se = sway_real_sqrt(limit);
     }
     next->source = source_of(trailer, sway_real_sqrt(limit));
-    next->v_crit_se_m_s =
-        sway_real_sqrt(ADD(floor, widened(limit, sway_real_square(trailer->start_se))));
-    next->damping_ratio_se = sway_real_sqrt(sway_real_scale(ratio, WEAK_SHIFT));
+    next->v_crit_se_m_s = sway_real_sqrt(ADD(floor, limit));
+    next->damping_ratio_se = sway_real_sqrt(ratio);
     if (sway_real_less(MUL(next->v_crit_m_s, micro(TELLING_PPM)), next->v_crit_se_m_s)) {
         next->kind = SWAY_VCRIT_NONE;
         next->has_model = false;
@@ -654,48 +634,170 @@ void sway_trailer_report(const sway_trailer_watch_t *trailer, sway_trailer_repor
 
 /* --- the same as last time? ------------------------------------------------------------------- */
 
+/* Car first, then trailer. */
+static uint32_t state_of(uint32_t unknown)
+{
+    return unknown < SWAY_TRAILER_CAR ? SWAY_STATE_CAR_FRONT + unknown
+                                      : SWAY_STATE_TRAILER_MASS + unknown - SWAY_TRAILER_CAR;
+}
+
 static uint32_t corner(uint32_t i, uint32_t j)
 {
-    return i * (i + 1U) / 2U + j;
+    return i >= j ? i * (i + 1U) / 2U + j : j * (j + 1U) / 2U + i;
 }
 
 void sway_trailer_remember(const sway_trailer_watch_t *trailer, sway_trailer_memory_t *memory)
 {
-    for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
-        memory->value[i] = trailer->with.x[SWAY_STATE_TRAILER_MASS + i];
+    for (uint32_t i = 0; i < SWAY_TRAILER_MEMORY; i++) {
+        memory->value[i] = trailer->with.x[state_of(i)];
         for (uint32_t j = 0; j <= i; j++) {
-            memory->covariance[corner(i, j)] = sway_observer_covariance(
-                &trailer->with, SWAY_STATE_TRAILER_MASS + i, SWAY_STATE_TRAILER_MASS + j);
+            memory->covariance[corner(i, j)] =
+                sway_observer_covariance(&trailer->with, state_of(i), state_of(j));
         }
     }
 }
 
-sway_real_t sway_trailer_distance(const sway_trailer_watch_t *trailer,
-                                  const sway_trailer_memory_t *memory)
+static void recall_car(sway_observer_t *observer, const sway_trailer_memory_t *memory)
 {
-    enum { N = SWAY_TRAILER_UNKNOWNS - 1 };
-    sway_trailer_memory_t now;
-    sway_real_t factor[N * (N + 1) / 2];
-    sway_real_t z[N];
-    sway_real_t sum = sway_real_zero();
-    sway_trailer_remember(trailer, &now);
-    for (uint32_t i = 0; i < N; i++) { // Cholesky of the sum of both, and forward substitution
-        z[i] = SUB(now.value[i], memory->value[i]);
+    for (uint32_t i = 0; i < SWAY_TRAILER_CAR; i++) {
+        observer->x[state_of(i)] = memory->value[i];
         for (uint32_t j = 0; j <= i; j++) {
-            sway_real_t c = ADD(now.covariance[corner(i, j)], memory->covariance[corner(i, j)]);
+            observer->p[corner(state_of(i), state_of(j))] = memory->covariance[corner(i, j)];
+        }
+    }
+}
+
+void sway_trailer_recall(sway_trailer_watch_t *trailer, const sway_trailer_memory_t *memory)
+{
+    recall_car(&trailer->alone, memory);
+    recall_car(&trailer->with, memory);
+}
+
+enum { MEMORY = SWAY_TRAILER_MEMORY };
+
+/* Cholesky's factor in the place of a covariance; the logarithm of its determinant. False: it is
+ * none. */
+static bool factorise(sway_real_t *c, sway_real_t *logarithm)
+{
+    sway_real_t sum = sway_real_zero();
+    for (uint32_t i = 0; i < MEMORY; i++) {
+        for (uint32_t j = 0; j <= i; j++) {
+            sway_real_t left = c[corner(i, j)];
             for (uint32_t k = 0; k < j; k++) {
-                c = SUB(c, MUL(factor[corner(i, k)], factor[corner(j, k)]));
+                left = SUB(left, MUL(c[corner(i, k)], c[corner(j, k)]));
             }
-            if (i == j && sway_real_sign(c) <= 0) {
-                return sway_real_int(-1);
+            if (i == j && sway_real_sign(left) <= 0) {
+                return false;
             }
-            factor[corner(i, j)] = i == j ? sway_real_sqrt(c) : DIV(c, factor[corner(j, j)]);
-            if (j < i) {
-                z[i] = SUB(z[i], MUL(factor[corner(i, j)], z[j]));
+            c[corner(i, j)] = i == j ? sway_real_sqrt(left) : DIV(left, c[corner(j, j)]);
+        }
+        sum = ADD(sum, sway_real_ln(c[corner(i, i)]));
+    }
+    *logarithm = sway_real_scale(sum, 1);
+    return true;
+}
+
+/* The inverse of the factor, in its place. */
+static void turn_round(sway_real_t *factor)
+{
+    for (uint32_t j = 0; j < MEMORY; j++) {
+        factor[corner(j, j)] = DIV(sway_real_int(1), factor[corner(j, j)]);
+        for (uint32_t i = j + 1U; i < MEMORY; i++) {
+            sway_real_t sum = sway_real_zero();
+            for (uint32_t k = j; k < i; k++) {
+                sum = ADD(sum, MUL(factor[corner(i, k)], factor[corner(k, j)]));
+            }
+            factor[corner(i, j)] = NEG(DIV(sum, factor[corner(i, i)]));
+        }
+    }
+}
+
+/* What is weighed: sums of inverse covariances, of these times values, and a logarithm. */
+typedef struct {
+    sway_real_t inverse[SWAY_TRAILER_TRIANGLE];
+    sway_real_t towards[MEMORY];
+    sway_real_t sum;
+} weighed_t;
+
+/* Adds (or takes off) a normal distribution: `work` is its covariance, `value` its mean, seen from
+ * where it is now. */
+static bool add_normal(weighed_t *to, sway_real_t *work, const sway_real_t *value, int32_t sign)
+{
+    sway_real_t logarithm;
+    const sway_real_t one = sway_real_int(sign);
+    sway_real_t square = sway_real_zero();
+    if (!factorise(work, &logarithm)) {
+        return false;
+    }
+    turn_round(work);
+    for (uint32_t k = 0; k < MEMORY; k++) { // row k of the inverse factor
+        sway_real_t along = sway_real_zero();
+        for (uint32_t i = 0; i <= k; i++) {
+            along = ADD(along, MUL(work[corner(k, i)], value[i]));
+        }
+        square = ADD(square, sway_real_square(along));
+        for (uint32_t i = 0; i <= k; i++) {
+            const sway_real_t part = MUL(one, work[corner(k, i)]);
+            to->towards[i] = ADD(to->towards[i], MUL(part, along));
+            for (uint32_t j = 0; j <= i; j++) {
+                to->inverse[corner(i, j)] =
+                    ADD(to->inverse[corner(i, j)], MUL(part, work[corner(k, j)]));
             }
         }
-        z[i] = DIV(z[i], factor[corner(i, i)]);
-        sum = ADD(sum, sway_real_square(z[i]));
     }
-    return sum;
+    to->sum = SUB(to->sum, MUL(one, ADD(logarithm, square)));
+    return true;
+}
+
+/* The car as remembered, the trailer as it was at the start. */
+static void forget_trailer(const sway_trailer_watch_t *trailer, const sway_trailer_memory_t *memory,
+                           sway_trailer_memory_t *start)
+{
+    *start = *memory;
+    for (uint32_t i = SWAY_TRAILER_CAR; i < MEMORY; i++) {
+        for (uint32_t j = 0; j < i; j++) {
+            start->covariance[corner(i, j)] = sway_real_zero();
+        }
+        start->value[i] = trailer->start[i - SWAY_TRAILER_CAR];
+        start->covariance[corner(i, i)] = sway_real_square(trailer->doubt[i - SWAY_TRAILER_CAR]);
+    }
+}
+
+static bool add_memory(weighed_t *to, sway_trailer_memory_t *memory, const sway_real_t *from,
+                       int32_t sign)
+{
+    for (uint32_t i = 0; i < MEMORY; i++) {
+        memory->value[i] = SUB(memory->value[i], from[i]);
+    }
+    return add_normal(to, memory->covariance, memory->value, sign);
+}
+
+/* What is known now holds what the drive has told and the start: the drive is as probable with the
+ * remembered trailer as the integral of now times memory by start. */
+sway_real_t sway_trailer_likeness(const sway_trailer_watch_t *trailer,
+                                  const sway_trailer_memory_t *memory)
+{
+    sway_real_t from[MEMORY];
+    sway_trailer_memory_t work;
+    weighed_t all;
+    sway_real_t logarithm;
+    memset(&all, 0, sizeof all);
+    sway_trailer_remember(trailer, &work);
+    memcpy(from, work.value, sizeof from);
+    bool known = add_memory(&all, &work, from, 1);
+    work = *memory;
+    known = known && add_memory(&all, &work, from, 1);
+    forget_trailer(trailer, memory, &work);
+    known = known && add_memory(&all, &work, from, -1) && factorise(all.inverse, &logarithm);
+    if (!known) {
+        return sway_real_zero();
+    }
+    for (uint32_t i = 0; i < MEMORY; i++) { // forward substitution
+        for (uint32_t k = 0; k < i; k++) {
+            all.towards[i] = SUB(all.towards[i], MUL(all.inverse[corner(i, k)], all.towards[k]));
+        }
+        all.towards[i] = DIV(all.towards[i], all.inverse[corner(i, i)]);
+        all.sum = ADD(all.sum, sway_real_square(all.towards[i]));
+    }
+    return sway_real_scale(SUB(all.sum, logarithm), -1);
 }

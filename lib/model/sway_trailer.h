@@ -4,8 +4,8 @@
 /// Two observers run side by side on the same samples, one of the car alone and one with a trailer
 /// (sway_observer). Which of them foretells the car's yaw rate and lateral acceleration better says
 /// whether a trailer is there: the logarithm of their likelihoods' ratio, less what a car's missing
-/// physics could win (4.5 % of the motion), over 4 for samples that tell the same. It is weighed
-/// while the driver steers: wind and road alone prove neither. The observer with the trailer gives
+/// physics could win (0.4 a sample), over 2 for samples that tell the same. It is weighed while the
+/// driver steers: wind and road alone prove neither. The observer with the trailer gives
 /// the trailer's parameters, the damping ratio at the present speed and the critical speed, with
 /// standard errors from its whole covariance: masses and stiffnesses that cannot be told apart
 /// leave the critical speed well known.
@@ -50,11 +50,15 @@ typedef struct {
     sway_trailer_number_t articulation_urad;
 } sway_trailer_report_t;
 
-/// What a trailer leaves in the memory of an ECU, to be known again.
+/// What a drive leaves in the memory of an ECU, so that the trailer can be known again: of the car
+/// SWAY_STATE_CAR_FRONT and the states after it, of the trailer SWAY_STATE_TRAILER_MASS and after.
 #define SWAY_TRAILER_UNKNOWNS 6
+#define SWAY_TRAILER_CAR 5
+#define SWAY_TRAILER_MEMORY (SWAY_TRAILER_CAR + SWAY_TRAILER_UNKNOWNS)
+#define SWAY_TRAILER_TRIANGLE (SWAY_TRAILER_MEMORY * (SWAY_TRAILER_MEMORY + 1) / 2)
 typedef struct {
-    sway_real_t value[SWAY_TRAILER_UNKNOWNS]; ///< SWAY_STATE_TRAILER_MASS and the states after it
-    sway_real_t covariance[SWAY_TRAILER_UNKNOWNS * (SWAY_TRAILER_UNKNOWNS + 1) / 2];
+    sway_real_t value[SWAY_TRAILER_MEMORY];
+    sway_real_t covariance[SWAY_TRAILER_TRIANGLE];
 } sway_trailer_memory_t;
 
 /// Parameters that move the critical speed.
@@ -75,11 +79,12 @@ typedef struct {
     int32_t learnt_ms;
     int64_t sum[4];
     sway_real_t evidence;
-    sway_real_t net;       ///< what the evidence grows by, two-second mean
-    sway_real_t slow[3];   ///< yaw rate, acceleration, acceleration asked for: two-second means
-    sway_real_t steering;  ///< mean square of the last one
-    sway_real_t moving[2]; ///< mean squares of the first two, by the sensors' variances
-    sway_real_t start_se;  ///< of the critical speed, as the user's values give it; 0: not yet
+    sway_real_t net;      ///< what the evidence grows by, two-second mean
+    sway_real_t asked;    ///< acceleration that the steering asks for, two-second mean
+    sway_real_t steering; ///< mean square about it
+    sway_real_t start[SWAY_TRAILER_UNKNOWNS]; ///< of the trailer, before anything was learnt
+    sway_real_t doubt[SWAY_TRAILER_UNKNOWNS]; ///< their standard errors
+    sway_real_t start_se; ///< of the critical speed, as the user's values give it; 0: not yet
     sway_real_t speed_m_s;
     sway_complex_t f_s;
     sway_stm_quartic_t quartic;
@@ -125,11 +130,15 @@ void sway_trailer_report(const sway_trailer_watch_t *trailer, sway_trailer_repor
 /// What is to be kept while the ECU is off.
 void sway_trailer_remember(const sway_trailer_watch_t *trailer, sway_trailer_memory_t *memory);
 
-/// Squared distance of the trailer from the remembered one by their common covariance, of
-/// SWAY_TRAILER_UNKNOWNS - 1 degrees of freedom (friction does not count): above 20.5 it would be
-/// another one, one error in a thousand, if the covariances held. With gusts and production-grade
-/// sensors they do not (sim_host/docs/limits.md). Negative: cannot be told.
-sway_real_t sway_trailer_distance(const sway_trailer_watch_t *trailer,
+/// Begins with the car of another drive, that it has not to be learnt again; the trailer is as
+/// unknown as at the start. After sway_trailer_init().
+void sway_trailer_recall(sway_trailer_watch_t *trailer, const sway_trailer_memory_t *memory);
+
+/// Is the trailer the remembered one? Natural logarithm of how many times more probable the drive
+/// since sway_trailer_recall() is with it than with one that nobody knows: 0 where nothing was
+/// learnt, or where the memory is no covariance. About 300 thousand instructions of a Cortex-M0+:
+/// not in a slice.
+sway_real_t sway_trailer_likeness(const sway_trailer_watch_t *trailer,
                                   const sway_trailer_memory_t *memory);
 
 #endif

@@ -144,11 +144,11 @@ static void parameters_are_learnt_while_the_driver_steers(void)
     const double before = value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]);
     const double doubt = se(SWAY_STATE_TRAILER_STIFFNESS);
     blow(0.012, 0.35, 400);
-    TEST_ASSERT_FALSE(watch.with.learning);
+    TEST_ASSERT_TRUE(sway_real_is_zero(watch.with.learning));
     TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]) == before);
     TEST_ASSERT_TRUE(se(SWAY_STATE_TRAILER_STIFFNESS) >= doubt);
     swerve(1.0, 400);
-    TEST_ASSERT_TRUE(watch.with.learning && watch.alone.learning);
+    TEST_ASSERT_TRUE(value(watch.with.learning) == 0.125 && value(watch.alone.learning) == 0.125);
     TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]) != before);
 }
 
@@ -157,12 +157,12 @@ static void a_hard_swerve_is_soon_over(void)
 {
     sway_trailer_init(&watch, &vehicle, 0, 10000);
     swerve(1.0, 1000);
-    TEST_ASSERT_TRUE(watch.with.learning);
+    TEST_ASSERT_TRUE(value(watch.with.learning) == 0.125);
     for (int k = 0; k < 500; k++) {
         push(0.0, 0.0, 0.0);
         work();
     }
-    TEST_ASSERT_FALSE(watch.with.learning);
+    TEST_ASSERT_TRUE(value(watch.steering) < 0.5);
 }
 
 /* What no car can be, the estimates are not; where neither model fits, nothing says "none". */
@@ -304,16 +304,33 @@ static void the_car_is_reported_as_the_better_observer_has_it(void)
     TEST_ASSERT_INT_WITHIN(200, 109300, report.car_front_n_per_rad.value);
 }
 
-static void a_distance_by_a_covariance_that_is_none_cannot_be_told(void)
+/* Of now, of the memory, of the start, of their sum: whatever is no covariance, nothing is told. */
+static void a_likeness_by_a_covariance_that_is_none_cannot_be_told(void)
 {
     sway_trailer_memory_t memory;
+    sway_trailer_memory_t sound;
     sway_trailer_init(&watch, &vehicle, 0, 10000);
-    sway_trailer_remember(&watch, &memory);
-    TEST_ASSERT_TRUE(value(sway_trailer_distance(&watch, &memory)) >= 0.0);
-    for (int i = 0; i < (int)(sizeof memory.covariance / sizeof memory.covariance[0]); i++) {
+    sway_trailer_remember(&watch, &sound);
+    memory = sound;
+    for (int i = 0; i < SWAY_TRAILER_TRIANGLE; i++) {
         memory.covariance[i] = sway_real_int(-1);
     }
-    TEST_ASSERT_TRUE(value(sway_trailer_distance(&watch, &memory)) < 0.0);
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_trailer_likeness(&watch, &memory)));
+    memory = sound; // both know far less of the trailer than the start
+    for (int i = 0; i < SWAY_TRAILER_TRIANGLE; i++) {
+        memory.covariance[i] = sway_real_scale(memory.covariance[i], 4);
+    }
+    for (int i = 0; i < SWAY_OBSERVER_TRIANGLE; i++) {
+        watch.with.p[i] = sway_real_scale(watch.with.p[i], 4);
+    }
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_trailer_likeness(&watch, &memory)));
+    sway_trailer_init(&watch, &vehicle, 0, 10000);
+    watch.doubt[2] = sway_real_zero();
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_trailer_likeness(&watch, &sound)));
+    for (int i = 0; i < SWAY_OBSERVER_TRIANGLE; i++) {
+        watch.with.p[i] = sway_real_int(-1);
+    }
+    TEST_ASSERT_TRUE(sway_real_is_zero(sway_trailer_likeness(&watch, &sound)));
 }
 
 static void the_car_alone_as_a_model_has_no_trailer(void)
@@ -345,7 +362,7 @@ int main(void)
     RUN_TEST(a_difference_over_the_end_of_the_range_is_none);
     RUN_TEST(the_swing_needs_an_acceleration_and_a_speed);
     RUN_TEST(the_car_is_reported_as_the_better_observer_has_it);
-    RUN_TEST(a_distance_by_a_covariance_that_is_none_cannot_be_told);
+    RUN_TEST(a_likeness_by_a_covariance_that_is_none_cannot_be_told);
     RUN_TEST(the_car_alone_as_a_model_has_no_trailer);
     return UNITY_END();
 }
