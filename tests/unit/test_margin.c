@@ -372,6 +372,31 @@ static void unrest_is_not_learnt_while_time_stands(void)
     TEST_ASSERT_DOUBLE_WITHIN(0, before, value(unrest.variance));
 }
 
+static void evidence_disagrees_beyond_three_errors(void)
+{
+    const double se = sqrt(0.01 * 0.01 + 0.005 * 0.005 + 0.01 * 0.01);
+    const sway_evidence_t model = {real(0.1), real(0.01), true};
+    for (int k = 0; k < 2; k++) {
+        const sway_evidence_t signal = {real(0.1 + (k == 0 ? 2.95 : 3.05) * se), real(0.01), true};
+        sway_evidence_t combined;
+        bool disagrees;
+        TEST_ASSERT_EQUAL_INT(k == 0 ? SWAY_BELIEF_BOTH : SWAY_BELIEF_SIGNAL,
+                              sway_evidence_combine(&model, &signal, &combined, &disagrees));
+        TEST_ASSERT_EQUAL_INT(k == 1, disagrees);
+    }
+}
+
+/* However calm a road was: a disturbance of 0.5 mrad/s is always expected. */
+static void the_road_is_never_taken_to_be_still(void)
+{
+    sway_disturbance_t calm = {{0, 0}, 0, 0, false};
+    for (int i = 1; i <= 200; i++) {
+        sway_disturbance_learn(&calm, 5000000LL * i, real(0), real(0.03), real(0));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0005 / 0.05,
+                              value(sway_disturbance_se(&calm, real(0), real(0.05), real(0))));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -391,5 +416,7 @@ int main(void)
     RUN_TEST(identified_values_grow_less_certain_with_time);
     RUN_TEST(after_a_pause_the_unrest_is_learnt_as_after_2_5_s);
     RUN_TEST(unrest_is_not_learnt_while_time_stands);
+    RUN_TEST(evidence_disagrees_beyond_three_errors);
+    RUN_TEST(the_road_is_never_taken_to_be_still);
     return UNITY_END();
 }
