@@ -1,11 +1,11 @@
 """Builds the unit test programs with all mutants in them, and tries mutants on single tests.
 
-A program (tests/unit, tests/port, tests/small) is linked with the sources under test as `schemata.py`
-writes them and with `harness.c`, which runs single tests in processes of their own. Of each test it
-is known which functions it calls: a mutant of a function is tried on the tests that call it, those
-of its file (files.txt) first, the quick and the successful ones before the others, until one fails.
-What passes is tried again under the sanitizers, on the tests of its file. What passes there, too, and
-is the same machine code once optimised, is no mutation.
+A program (tests/unit, tests/port, tests/small) is linked with the sources under test as
+`schemata.py` writes them and with `harness.c`, which runs single tests in processes of their own.
+Of each test it is known which functions it calls: a mutant of a function is tried on the tests that
+call it, those of its file (files.txt) first, the quick and the successful ones before the others,
+until one fails. What passes is tried again under the sanitizers, on the tests of its file. What
+passes there, too, and is the same machine code once optimised, is no mutation.
 """
 
 from __future__ import annotations
@@ -141,10 +141,16 @@ def run(*command: str | Path) -> None:
 
 
 class Bench:
-    """All test programs with all mutants."""
+    """All test programs with all mutants.
 
-    def __init__(self, sources: list[Source], needs: dict[str, list[Path]], work: Path) -> None:
-        self.sources, self.needs, self.work = sources, needs, work
+    If not `thorough`, slow tests of other files and the sanitizers are left out.
+    """
+
+    def __init__(
+        self, sources: list[Source], needs: dict[str, list[Path]], work: Path, thorough: bool
+    ) -> None:
+        self.sources, self.needs, self.work, self.thorough = sources, needs, work, thorough
+        self.flavours = list(FLAVOURS) if thorough else ["plain"]
         self.tree = work / "src"
         self.kills: Counter[str] = Counter()
         self.tries: Counter[str] = Counter()
@@ -260,7 +266,7 @@ class Bench:
     def plain_objects(self) -> dict[str, Path]:
         """The objects without any mutant, for those that are compiled one by one."""
         made: dict[str, Path] = {}
-        for flavour in FLAVOURS:
+        for flavour in self.flavours:
             folder = self.work / flavour / "none"
             for source in self.sources:
                 if source.path.suffix == ".c":
@@ -281,7 +287,9 @@ class Bench:
         made: list[Path] = []
         for path in (test, HERE / "harness.c", UNITY / "unity.c", *models):
             to = folder / f"{path.stem}.o"
-            offered = ["-fwrapv", "-include", str(HERE / "harness.h"), *more] if path == test else []
+            offered = (
+                ["-fwrapv", "-include", str(HERE / "harness.h"), *more] if path == test else []
+            )
             if self.newer(to, path):
                 self.must(path, to, ROOT, *flags, *offered)
             made.append(to)
@@ -300,21 +308,15 @@ class Bench:
             print(done.stderr[:2000], file=sys.stderr)
         return done.returncode == 0
 
-    def programs(self, flavour: str) -> list[str]:
-        """The test programs; the smallest configuration's is not built with the sanitizers."""
-        return [p for p in self.needs if flavour == "plain" or p != "test_small"]
-
     def build(self) -> None:
         """Everything, and which test calls which function."""
         self.write_tree()
         headers = [p for top in (self.tree, ROOT / "tests") for p in top.rglob("*.h")]
         self.newest_header = max(path.stat().st_mtime for path in headers)
         self.supports: dict[tuple[str, str], list[Path]] = {}
-        for flavour in FLAVOURS:
-            made = {"all": self.objects(flavour, "all")}
-            if flavour == "plain":
-                made["small"] = self.objects(flavour, "small")
-            for program in self.programs(flavour):
+        for flavour in self.flavours:
+            made = {c: self.objects(flavour, c) for c in ("all", "small")}
+            for program in self.needs:
                 objects = made["small" if program == "test_small" else "all"]
                 parts = self.support(flavour, program)
                 self.supports[flavour, program] = [*parts, objects["codec"], objects["kissfft"]]
@@ -331,9 +333,7 @@ class Bench:
         for program in self.needs:
             for index, name in enumerate(self.servers["plain", program].names()):
                 test = Test(program, index, name, {}, set())
-                for flavour in FLAVOURS:
-                    if program not in self.programs(flavour):
-                        continue
+                for flavour in self.flavours:
                     answer = self.servers[flavour, program].ask(f"reach {index}").split()
                     if int(answer[0]) < 0:
                         sys.exit(f"{flavour} {test.title} fails alone without a mutation")
@@ -363,20 +363,17 @@ class Bench:
         limit_ms = LEAST_MS[flavour] + int(1000 * LIMIT * test.spent_s[flavour])
         return server.ask(f"{number} {limit_ms} {test.index}") == "1"
 
-    def outcome(self, source: Source, number: int, thorough: bool) -> str:
-        """What becomes of a mutant: "no code", "killed by ...", or "survived".
-
-        If not `thorough`, slow tests of other files and the sanitizers are left out.
-        """
+    def outcome(self, source: Source, number: int) -> str:
+        """What becomes of a mutant: "no code", "killed by ...", or "survived"."""
         mutant = source.every[number - 1]
         function = source.function_of(number)
         if function is None:
-            return self.outcome_alone(source, mutant, thorough)
+            return self.outcome_alone(source, mutant)
         if number in source.bad["all"]:
             return "no code"
         tests = [
             test for test in self.order(self.reaching[function.number], source, function.name)
-            if thorough or self.own(test, source) or test.spent_s["plain"] < QUICK_S
+            if self.thorough or self.own(test, source) or test.spent_s["plain"] < QUICK_S
         ]  # fmt: skip
         for test in tests:
             key = f"{function.name} {test.title}"
@@ -385,15 +382,15 @@ class Bench:
             if not self.passes(test, (source.slot << 16) + number, "plain", server):
                 self.kills[key] += 1
                 return f"killed by {test.title}"
-        for test in tests if thorough else []:
-            server = self.servers.get(("sanitized", test.program))
-            if server and self.own(test, source) and not self.passes(
+        for test in tests if self.thorough else []:
+            server = self.servers["sanitized", test.program]
+            if self.own(test, source) and not self.passes(
                 test, (source.slot << 16) + number, "sanitized", server
             ):
                 return f"killed by {test.title}, sanitized"
         return "no code" if self.is_same_code(source, mutant) else "survived"
 
-    def outcome_alone(self, source: Source, mutant: Mutant, thorough: bool) -> str:
+    def outcome_alone(self, source: Source, mutant: Mutant) -> str:
         """The same for a mutant outside of functions: compiled alone, on the tests of its file."""
         if source.path.suffix == ".h":
             return "not tried"
@@ -401,7 +398,7 @@ class Bench:
         mutated.write_text(source.text[: mutant.start] + mutant.text + source.text[mutant.stop :])
         numbers = range(source.slot << 9, (source.slot + 1) << 9)
         include = f"-I{source.path.parent}"
-        for flavour in FLAVOURS if thorough else ("plain",):
+        for flavour in self.flavours:
             made = self.work / "mutant.o"
             if not self.compile(mutated, made, ROOT, include, *FLAVOURS[flavour]):
                 return "no code"
@@ -411,7 +408,9 @@ class Bench:
                 others = [self.plain[f"{flavour} {n}"] for n in self.wanted(program)
                           if n != source.name]  # fmt: skip
                 linked = self.work / "mutant"
-                if not self.link(flavour, [*self.supports[flavour, program], made, *others], linked):
+                if not self.link(
+                    flavour, [*self.supports[flavour, program], made, *others], linked
+                ):
                     return "no code"
                 server = Server(linked)
                 for test in self.order(self.tests, source, source.name):

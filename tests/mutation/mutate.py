@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import json
+import re
 import sys
 import time
 from collections import Counter
@@ -73,7 +74,24 @@ State = dict[str, dict[str, str]]
 """Of each file, the outcome of each mutant's key."""
 
 
-def table(state: State, excused: dict[str, str]) -> tuple[list[tuple[str, Counter[str]]], list[str]]:
+class Excuses:
+    """What excused.txt gives a reason for: a key, or all that an expression behind ~ matches."""
+
+    def __init__(self) -> None:
+        self.keys: set[str] = set()
+        self.patterns: list[re.Pattern[str]] = []
+        for line in EXCUSED.read_text().splitlines():
+            name, mark, _ = line.partition(" # ")
+            if mark and name.startswith("~"):
+                self.patterns.append(re.compile(name[1:]))
+            elif mark:
+                self.keys.add(name)
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.keys or any(pattern.fullmatch(key) for pattern in self.patterns)
+
+
+def table(state: State, excused: Excuses) -> tuple[list[tuple[str, Counter[str]]], list[str]]:
     """The counts of each file, and the survivors without a reason."""
     rows: list[tuple[str, Counter[str]]] = []
     open_ones: list[str] = []
@@ -91,7 +109,7 @@ def table(state: State, excused: dict[str, str]) -> tuple[list[tuple[str, Counte
     return rows, open_ones
 
 
-def report(state: State, excused: dict[str, str]) -> tuple[str, list[str]]:
+def report(state: State, excused: Excuses) -> tuple[str, list[str]]:
     """The table, and the survivors without a reason."""
     rows, open_ones = table(state, excused)
     total = sum((row for _, row in rows), Counter[str]())
@@ -120,7 +138,7 @@ def report(state: State, excused: dict[str, str]) -> tuple[str, list[str]]:
 
 
 def try_all(
-    bench: Bench, chosen: list[Source], state: State, args: argparse.Namespace, excused: set[str]
+    bench: Bench, chosen: list[Source], state: State, args: argparse.Namespace, excused: Excuses
 ) -> None:
     """Every mutant of the chosen files that is due; what is found is kept every few seconds."""
     until = time.monotonic() + args.seconds
@@ -150,7 +168,7 @@ def try_all(
                 continue
             if time.monotonic() > until:
                 break
-            known[mutant.key] = bench.outcome(source, number, args.thorough)
+            known[mutant.key] = bench.outcome(source, number)
             tried += 1
             if time.monotonic() > saved_s + 5:
                 save()
@@ -176,11 +194,7 @@ def main() -> int:
     parser.add_argument("--report", type=Path, help="write the result here, too")
     parser.add_argument("--work", type=Path, default=ROOT / "build/mutation")
     args = parser.parse_args()
-    excused: dict[str, str] = {}
-    for line in EXCUSED.read_text().splitlines():
-        name, mark, reason = line.partition(" # ")
-        if mark:
-            excused[name] = reason
+    excused = Excuses()
     kept = args.keep and args.keep.exists()
     state: State = json.loads(args.keep.read_text()) if kept else {}
     named = entries()
@@ -195,11 +209,11 @@ def main() -> int:
         if not args.files
         or any(name in (source.path.stem, source.name[:-2], source.name) for name in args.files)
     ]  # fmt: skip
-    bench = Bench(sources, needs, args.work)
+    bench = Bench(sources, needs, args.work, args.thorough)
     begun = time.monotonic()
     bench.build()
     print(f"built in {time.monotonic() - begun:.0f} s", flush=True)
-    try_all(bench, chosen, state, args, set(excused))
+    try_all(bench, chosen, state, args, excused)
     bench.close()
     text, open_ones = report(state, excused)
     if args.report:

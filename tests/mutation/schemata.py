@@ -56,7 +56,9 @@ def arguments(params: str) -> list[str] | None:
     for letter in params + ",":
         depth += (letter in "([") - (letter in ")]")
         if letter == "," and depth == 0:
-            found = re.search(r"\(\*(\w+)\)\(", part) or re.search(r"(\w+)\s*(\[[^]]*\]\s*)*$", part)
+            found = re.search(r"\(\*(\w+)\)\(", part) or re.search(
+                r"(\w+)\s*(\[[^]]*\]\s*)*$", part
+            )
             if found is None:
                 return None
             names.append(found.group(1))
@@ -93,7 +95,9 @@ def functions(source: str, every: list[Mutant], first: int) -> tuple[list[Functi
 
 def renamed(function: Function, name: str) -> str:
     """The function's head with another name, and for this file alone."""
-    head = re.sub(r"^(static |inline |extern |SWAY_INLINE |SWAY_NOINLINE )*", "static ", function.head)
+    head = re.sub(
+        r"^(static |inline |extern |SWAY_INLINE |SWAY_NOINLINE )*", "static ", function.head
+    )
     return re.sub(rf"\b{function.name}(?=\()", name, head, count=1)
 
 
@@ -126,9 +130,7 @@ def written(source: str, found: list[Function], bad: set[int], slot: int) -> str
                 table[copy.number] = name
             copy.last = lines
         first, last = function.copies[0].number, function.copies[-1].number
-        names = ", ".join(
-            table.get(n, f"{function.name}__0") for n in range(first, last + 1)
-        )
+        names = ", ".join(table.get(n, f"{function.name}__0") for n in range(first, last + 1))
         given = ", ".join(arguments(function.params) or [])
         pointer = renamed(function, f"(*const {function.name}__all[])").replace("static ", "", 1)
         add(
