@@ -408,6 +408,84 @@ static void a_drift_of_more_than_a_radian_is_not_believed(void)
     }
 }
 
+/* Columns are those of a damped, bent oscillation, from whichever end, made in any portions. */
+static void columns_are_those_of_a_bent_oscillation(void)
+{
+    static const double growth[] = {-0.03, 0.05, 0};
+    static sway_fit_basis_t basis;
+    for (int k = 0; k < 3; k++) {
+        for (uint32_t portion = 1; portion <= 50U; portion += 7U) {
+            const sway_fit_pole_t pole = {.growth = real(growth[k]),
+                                          .omega = real(0.4),
+                                          .chirp = real(k == 2 ? 0 : 0.004),
+                                          .forced = real(0.25)};
+            memset(&basis, 0x5A, sizeof basis);
+            sway_fit_begin(&basis, 50, &pole);
+            uint32_t calls = 1;
+            while (sway_fit_columns(&basis, portion, false)) {
+                calls++;
+            }
+            TEST_ASSERT_EQUAL_UINT32((50U + portion - 1U) / portion, calls);
+            for (int b = 0; b < 50; b++) {
+                const double u = b - 24.5;
+                const double angle = to_double(pole.omega) * u + to_double(pole.chirp) * u * u / 2;
+                const double size = 268435456 * exp(to_double(pole.growth) * u -
+                                                    fabs(to_double(pole.growth)) * 24.5);
+                TEST_ASSERT_DOUBLE_WITHIN(100, size * cos(angle), basis.column[0][b]);
+                TEST_ASSERT_DOUBLE_WITHIN(100, -size * sin(angle), basis.column[1][b]);
+                TEST_ASSERT_DOUBLE_WITHIN(100, 268435456 * cos(0.25 * u), basis.column[6][b]);
+                TEST_ASSERT_DOUBLE_WITHIN(100, -268435456 * sin(0.25 * u), basis.column[7][b]);
+            }
+        }
+    }
+}
+
+/* Clipped to its sign, and only where it is asked for. */
+static void a_model_is_clipped_to_either_side_where_it_is_asked_for(void)
+{
+    static sway_fit_basis_t basis;
+    basis.blocks = 3;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        int32_t model[3] = {7, 7, 7};
+        sway_real_t parameter[4];
+        memset(parameter, 0, sizeof parameter);
+        parameter[SWAY_FIT_MEAN] = sway_real(sign, 40);
+        sway_fit_model(&basis, parameter, 4, 2, model);
+        TEST_ASSERT_EQUAL_INT32(7, model[0]);
+        TEST_ASSERT_EQUAL_INT32(sign * (1 << 28), model[1]);
+        TEST_ASSERT_EQUAL_INT32(7, model[2]);
+        parameter[SWAY_FIT_MEAN] = sway_real(sign * 1000, 0);
+        sway_fit_model(&basis, parameter, 4, 5, model);
+        TEST_ASSERT_EQUAL_INT32(sign * 1000, model[0]);
+        TEST_ASSERT_EQUAL_INT32(sign * 1000, model[2]);
+    }
+}
+
+/* By what is left of the largest one without the mean, wherever it is and of either sign. */
+static void sums_are_scaled_by_the_largest_that_is_left_of_them(void)
+{
+    for (int at = 0; at < 4; at++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            int64_t sums[4];
+            int32_t data[4];
+            int64_t mean;
+            for (int b = 0; b < 4; b++) {
+                sums[b] = (INT64_C(1) << 40) + (b == at ? sign * (INT64_C(1) << 32) : 0);
+            }
+            const int32_t shift = sway_fit_center(sums, 4, data, &mean);
+            TEST_ASSERT_EQUAL_INT32(5, shift); // three quarters of 2^32 in 27 bits
+            TEST_ASSERT_EQUAL_INT64((INT64_C(1) << 40) + sign * (INT64_C(1) << 30), mean);
+            for (int b = 0; b < 4; b++) {
+                TEST_ASSERT_EQUAL_INT32(sign * (b == at ? 3 : -1) * (1 << 25), data[b]);
+            }
+            for (int b = 0; b < 4; b++) {
+                sums[b] = (INT64_C(1) << 40) + (b == at ? 3 * sign : -sign);
+            }
+            TEST_ASSERT_EQUAL_INT32(0, sway_fit_center(sums, 4, data, &mean));
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -425,5 +503,8 @@ int main(void)
     RUN_TEST(a_tone_is_estimated_where_the_search_finds_it);
     RUN_TEST(a_window_too_short_for_any_estimate_starts_none);
     RUN_TEST(a_drift_of_more_than_a_radian_is_not_believed);
+    RUN_TEST(columns_are_those_of_a_bent_oscillation);
+    RUN_TEST(a_model_is_clipped_to_either_side_where_it_is_asked_for);
+    RUN_TEST(sums_are_scaled_by_the_largest_that_is_left_of_them);
     return UNITY_END();
 }
