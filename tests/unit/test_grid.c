@@ -712,11 +712,15 @@ static void test_jumps_are_believed_as_it_is_said(void)
     /* two strays with a good stamp between them are strays */
     setUp();
     put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
-    for (int k = 1; k < 4; k++) {
+    for (int k = 1; k < 30; k++) {
         TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
                               sway_grid_input(&grid, SWAY_INPUT_TRAILER_YAW_RATE, 9000000, 1));
         put(SWAY_INPUT_CAR_YAW_RATE, 10000 * k, 1);
+        TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                              sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 10000 * k - 1, 1));
+        put(SWAY_INPUT_CAR_YAW_RATE, 10000 * k + 1, 1);
     }
+    TEST_ASSERT_EQUAL_UINT32(0, grid.faults.restarts);
 }
 
 static void test_a_sample_is_late_behind_its_row_and_refused_a_second_behind(void)
@@ -806,6 +810,97 @@ static void test_the_rate_is_off_where_it_is_said(void)
     }
 }
 
+/* Inputs that come 50 ms after the others are waited for in every row, and where they end the rows
+ * have nothing of them. */
+static void test_every_input_is_waited_for_in_every_row(void)
+{
+    static const sway_input_t late[] = {SWAY_INPUT_STEERING_WHEEL_ANGLE, SWAY_INPUT_ARTICULATION,
+                                        SWAY_INPUT_CAR_YAW_RATE};
+    for (int i = 0; i < 3; i++) {
+        setUp();
+        int64_t rows = 0;
+        for (int64_t t = 0; t < 1000000; t += 10000) {
+            put(SWAY_INPUT_TRAILER_YAW_RATE, t, 1);
+            if (t == 0 || (t >= 50000 && t < 700000)) {
+                put(late[i], t == 0 ? 0 : t - 50000, 5);
+            }
+            while (sway_grid_tick(&grid, &tick)) {
+                rows++;
+                TEST_ASSERT_EQUAL(tick.time_us < 650000, is_valid((sway_channel_t)late[i]));
+            }
+        }
+        TEST_ASSERT_TRUE(rows > 80);
+        TEST_ASSERT_EQUAL_UINT32(1, grid.faults.gaps);
+    }
+}
+
+static void test_a_stamp_that_was_refused_is_forgotten_with_the_next_good_one(void)
+{
+    for (int refused = 0; refused < 2; refused++) {
+        setUp();
+        put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+        put(SWAY_INPUT_CAR_YAW_RATE, 10000, 1);
+        if (refused != 0) {
+            TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                                  sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 5000, 1));
+        }
+        put(SWAY_INPUT_CAR_YAW_RATE, 20000, 1);
+        take_row(20000);
+        put(SWAY_INPUT_CAR_YAW_RATE, 120000, 1); // behind a gap, on its row
+        take_row(120000);
+        TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+    }
+}
+
+static void test_time_is_taken_up_to_its_limit(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        setUp();
+        put(SWAY_INPUT_CAR_YAW_RATE, sign * SWAY_GRID_TIME_LIMIT, 1);
+        TEST_ASSERT_EQUAL_INT(
+            SWAY_ERROR_ARGUMENT,
+            sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, sign * (SWAY_GRID_TIME_LIMIT + 1), 1));
+    }
+}
+
+static void test_what_is_not_valid_is_delayed_as_what_is(void)
+{
+    sway_grid_config_t config = sway_grid_default(10000);
+    config.delay_us[SWAY_INPUT_CAR_YAW_RATE] = 20000;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+    for (int64_t t = 20000; t <= 100000; t += 10000) {
+        if (t == 60000) {
+            sway_grid_invalid(&grid, SWAY_INPUT_CAR_YAW_RATE, t);
+        } else {
+            put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
+        }
+    }
+    for (int64_t row = 0; row <= 80000; row += 10000) {
+        take_row(row);
+        TEST_ASSERT_EQUAL(row != 40000, is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+    }
+}
+
+static void test_speed_is_held_for_half_a_second(void)
+{
+    put(SWAY_INPUT_SPEED, 0, 25000);
+    for (int64_t t = 0; t <= 600000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
+        while (sway_grid_tick(&grid, &tick)) {
+            TEST_ASSERT_EQUAL(tick.time_us <= 500000, is_valid(SWAY_CHANNEL_SPEED));
+        }
+    }
+}
+
+static void test_one_wheel_of_the_first_axle_is_no_axle(void)
+{
+    for (int64_t t = 0; t <= 20000; t += 10000) {
+        put(SWAY_INPUT_CAR_FY_FL, t, 5);
+    }
+    take_row(10000);
+    TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_CAR_FRONT_FY));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -853,5 +948,11 @@ int main(void)
     RUN_TEST(test_a_gap_is_longer_than_the_longest_that_is_allowed);
     RUN_TEST(test_the_rate_follows_by_a_sixty_fourth);
     RUN_TEST(test_the_rate_is_off_where_it_is_said);
+    RUN_TEST(test_every_input_is_waited_for_in_every_row);
+    RUN_TEST(test_a_stamp_that_was_refused_is_forgotten_with_the_next_good_one);
+    RUN_TEST(test_time_is_taken_up_to_its_limit);
+    RUN_TEST(test_what_is_not_valid_is_delayed_as_what_is);
+    RUN_TEST(test_speed_is_held_for_half_a_second);
+    RUN_TEST(test_one_wheel_of_the_first_axle_is_no_axle);
     return UNITY_END();
 }
