@@ -212,7 +212,13 @@ class Bench:
             return {int(word) for word in kept.read_text().split()}
         kept.parent.mkdir(parents=True, exist_ok=True)
         path = self.work / f"try_{source.path.name}"
-        bad: set[int] = set()
+        # A copy with a brace too few or too many would take those behind it along.
+        bad = {
+            copy.number
+            for function in source.functions
+            for copy in function.copies
+            if copy.text.count("{") + 1 != copy.text.count("}")
+        }
         while True:
             path.write_text(schemata.written(source.text, source.functions, bad, source.slot))
             done = subprocess.run(
