@@ -284,6 +284,45 @@ static void test_a_block_with_a_silent_alarm_is_refused(void)
                       sway_block_set(&config, (uint32_t)SWAY_BLOCK_WORDS, value));
 }
 
+static unsigned stubborn; /* byte that an erasure leaves */
+
+static bool erase_badly(void *context, uint32_t slot)
+{
+    const bool is_erased = erase(context, slot);
+    page[slot][stubborn] = 0x7F;
+    return is_erased;
+}
+
+/* Wherever it is, a byte that was not erased is found before anything is written. */
+static void test_a_byte_that_stays_is_found(void)
+{
+    static const unsigned bytes[] = {0, 1, 2, SWAY_BLOCK_SIZE / 2U, SWAY_BLOCK_SIZE - 1U};
+    const sway_store_t bad = {.read = read, .erase = erase_badly, .write = write};
+    const sway_core_config_t config = good_config();
+    uint8_t block[SWAY_BLOCK_SIZE];
+    for (unsigned i = 0; i < sizeof bytes / sizeof bytes[0]; i++) {
+        setUp();
+        stubborn = bytes[i];
+        sway_block_write(&config, 1, block);
+        TEST_ASSERT_FALSE(sway_store_write(&bad, block, sizeof block));
+        for (unsigned at = 0; at < SWAY_BLOCK_SIZE; at++) {
+            TEST_ASSERT_EQUAL_HEX8(at == stubborn ? 0x7F : 0xFF, page[0][at]);
+        }
+        TEST_ASSERT_TRUE(sway_store_write(&flash, block, sizeof block));
+    }
+}
+
+/* Of two blocks of one number the first is used; a stale copy of it never wins. */
+static void test_of_equal_numbers_the_first_counts(void)
+{
+    sway_core_config_t config = good_config();
+    put_block(0, &config, 7);
+    config.alarm.hold_ms += 100;
+    put_block(1, &config, 7);
+    start();
+    TEST_ASSERT_EQUAL_INT32(good_config().alarm.hold_ms, sway_ecu_config(&ecu)->alarm.hold_ms);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -301,5 +340,7 @@ int main(void)
     RUN_TEST(test_checksum_is_that_of_single_bits);
     RUN_TEST(test_every_word_beyond_the_vehicle_has_its_range);
     RUN_TEST(test_a_block_with_a_silent_alarm_is_refused);
+    RUN_TEST(test_a_byte_that_stays_is_found);
+    RUN_TEST(test_of_equal_numbers_the_first_counts);
     return UNITY_END();
 }

@@ -690,6 +690,18 @@ static void test_failed_checks_and_dead_parts_end_safe(void)
     TEST_ASSERT_FALSE(program_start(&retained, SWAY_ECU_NO_CAUSE));
 }
 
+/* Up to the last double word of a page, and not beyond. */
+static void test_flash_is_written_to_the_end_of_a_page(void)
+{
+    const uint8_t bytes[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+    TEST_ASSERT_TRUE(board_start());
+    TEST_ASSERT_TRUE(flash_erase(1));
+    TEST_ASSERT_TRUE(flash_write(1, STM32_FLASH_PAGE - 8U, bytes, sizeof bytes));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(bytes, model_flash + 2U * STM32_FLASH_PAGE - 8U, sizeof bytes);
+    TEST_ASSERT_FALSE(flash_write(1, STM32_FLASH_PAGE, bytes, sizeof bytes));
+    TEST_ASSERT_FALSE(flash_write(1, STM32_FLASH_PAGE - 7U, bytes, 7));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -723,5 +735,6 @@ int main(void)
     RUN_TEST(test_program_reports_bus_off);
     RUN_TEST(test_program_serves_the_watchdog_and_reports_it);
     RUN_TEST(test_failed_checks_and_dead_parts_end_safe);
+    RUN_TEST(test_flash_is_written_to_the_end_of_a_page);
     return UNITY_END();
 }
