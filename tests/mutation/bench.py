@@ -161,7 +161,9 @@ class Bench:
 
     # --- building ---------------------------------------------------------------------------------
 
-    def includes(self, tree: Path) -> list[str]:
+    @staticmethod
+    def includes(tree: Path) -> list[str]:
+        """The folders that the sources of a tree need."""
         folders = [tree / folder for folder in FOLDERS]
         folders += [KISSFFT, CODEC, ROOT / "tests/unit", ROOT / "tests/port", UNITY, HERE]
         return [f"-I{folder}" for folder in folders]

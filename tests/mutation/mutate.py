@@ -121,7 +121,10 @@ def report(state: State, excused: Excuses) -> tuple[str, list[str]]:
         f"{tried} of {tried + total['not tried']} mutants tried; a unit test found "
         f"{total['killed']}, {100 * total['killed'] / judged:.1f} % of the {judged} that change "
         f"something; {total['excused']} survivors change nothing that a test could hold them to, "
-        "each with its reason in `excused.txt`. Made by `make mutation`.",
+        "each with its reason in `excused.txt`. Made by `make mutation`. Mutants that are no C, or "
+        "the same machine code once optimised, are not counted. Not tried are the "
+        f"{FILES.read_text().count(': not: ')} files of port/ that no unit test runs (`files.txt` "
+        "says what does).",
         "",
         "| file | tried | found | excused | survived | not tried |",
         "|---|---|---|---|---|---|",
