@@ -3,8 +3,8 @@
  *   reach TEST             runs it without a mutation: microseconds of processor time, or -1 where
  *                          it fails, and the numbers of the functions that it calls
  *   MUTANT LIMIT_MS TEST   runs it on a mutant: 1 passed, 0 not (failed, crashed, beyond the limit)
- * TEST is its place in the list. All mutants of a function are compiled into the program; schemata.py
- * makes the functions that choose between them by mutation_now. */
+ * TEST is its place in the list. All mutants of a function are compiled into the program;
+ * schemata.py makes the functions that choose between them by mutation_now. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -75,7 +75,8 @@ int mutation_serve(const char *file)
 {
     char line[80];
     long long spent_us;
-    mutation_reached = mmap(NULL, FUNCTIONS, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    mutation_reached =
+        mmap(NULL, FUNCTIONS, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (mutation_reached == MAP_FAILED) {
         return 1;
     }
