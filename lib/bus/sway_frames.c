@@ -475,7 +475,6 @@ void sway_frames_encode(sway_output_t output, const sway_frames_source_t *source
     static void (*const last[])(const sway_frames_source_t *, uint8_t *) = {
         encode_faults_samples, encode_faults_estimates, encode_faults_frames, encode_faults_order,
         encode_inputs};
-    (void)memset(data, 0, SWAY_E2E_LENGTH);
     if (output == SWAY_OUTPUT_ALARM) {
         encode_alarm(source, data);
     } else if (output <= SWAY_OUTPUT_INERTIA || output >= SWAY_OUTPUT_JUDGEMENT) {

@@ -89,13 +89,13 @@ static void follow_growth(sway_alarm_t *alarm, const sway_alarm_input_t *input)
 {
     /* What happened in a pause nobody knows. */
     const int64_t since = alarm->last_us == 0 ? 0 : input->time_us - alarm->last_us;
-    const int64_t elapsed = since < 0 || since > PAUSE_US ? 0 : since;
+    const bool follows = since >= 0 && since <= PAUSE_US;
     const bool grows = sees_signal(input) &&
                        sway_real_less(input->growth_se_1_s, input->growth_1_s) &&
                        sway_real_compare(input->amplitude_rad_s,
                                          micro(alarm->config.minimum_amplitude_urad_s)) >= 0;
     alarm->last_us = input->time_us;
-    alarm->growing_us = grows && elapsed == since ? alarm->growing_us + elapsed : 0;
+    alarm->growing_us = grows && follows ? alarm->growing_us + since : 0;
 }
 
 /* One oscillation in microseconds. */
@@ -155,7 +155,9 @@ static uint32_t speed_reasons(const sway_alarm_t *alarm, const sway_alarm_input_
     }
     if (is_above_critical(alarm, input)) {
         reasons |= SWAY_REASON_ABOVE_CRITICAL_SPEED;
-        reasons |= input->is_static ? SWAY_REASON_STATIC : 0U;
+        if (input->is_static) {
+            reasons |= SWAY_REASON_STATIC;
+        }
     }
     return reasons;
 }

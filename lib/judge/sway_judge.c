@@ -248,26 +248,26 @@ static void raise_alarm(sway_judge_t *judge, const sway_judge_evidence_t *eviden
 {
     const sway_margin_model_t *const model = evidence->model;
     const sway_line_t *const line = evidence->line;
-    sway_alarm_input_t input;
-    memset(&input, 0, sizeof input);
-    input.time_us = evidence->time_us;
-    input.speed_mm_s = speed_for_alarm(judge, evidence, seen->has_swing);
-    input.has_critical_speed = evidence->modelled && sway_judge_has_limit(model);
-    input.is_below_range = evidence->modelled && model->kind == SWAY_VCRIT_BELOW_RANGE;
-    input.is_static = model->kind == SWAY_VCRIT_DIVERGENCE;
-    input.is_identified = model->source == SWAY_SOURCE_IDENTIFIED;
-    input.v_crit_mm_s = millimetre(model->v_crit_m_s);
-    input.v_crit_se_mm_s = millimetre(model->v_crit_se_m_s);
-    input.model = model_evidence(evidence);
-    input.damping = judgement->combined;
-    input.belief = judgement->belief;
-    input.has_swing = seen->has_swing;
-    input.amplitude_rad_s = seen->swing_rad_s;
-    input.has_oscillation = judgement->signal.usable;
-    input.growth_1_s = line->growth_1_s;
-    input.growth_se_1_s = line->growth_se_1_s;
-    input.omega_rad_s = line->omega_rad_s;
-    input.mid_time_us = line->mid_time_us;
+    const sway_alarm_input_t input = {
+        .time_us = evidence->time_us,
+        .speed_mm_s = speed_for_alarm(judge, evidence, seen->has_swing),
+        .has_critical_speed = evidence->modelled && sway_judge_has_limit(model),
+        .is_below_range = evidence->modelled && model->kind == SWAY_VCRIT_BELOW_RANGE,
+        .is_static = model->kind == SWAY_VCRIT_DIVERGENCE,
+        .is_identified = model->source == SWAY_SOURCE_IDENTIFIED,
+        .v_crit_mm_s = millimetre(model->v_crit_m_s),
+        .v_crit_se_mm_s = millimetre(model->v_crit_se_m_s),
+        .model = model_evidence(evidence),
+        .damping = judgement->combined,
+        .belief = judgement->belief,
+        .has_swing = seen->has_swing,
+        .amplitude_rad_s = seen->swing_rad_s,
+        .has_oscillation = judgement->signal.usable,
+        .growth_1_s = line->growth_1_s,
+        .growth_se_1_s = line->growth_se_1_s,
+        .omega_rad_s = line->omega_rad_s,
+        .mid_time_us = line->mid_time_us,
+    };
     sway_alarm_update(&judge->alarm, &input);
 }
 

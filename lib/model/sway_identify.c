@@ -143,8 +143,6 @@ static void trailer_slips(sway_identify_t *id)
     const sway_real_t sensor = metre(trailer->lateral_acc_position_um);
     const sway_real_t front = SUB(metre(trailer->front_axle_to_cog_um), sensor);
     const sway_real_t rear = SUB(metre(-trailer->rear_axle_to_cog_um), sensor);
-    id->axle[SWAY_AXLE_TRAILER_FRONT].slip = sway_phasor_unknown();
-    id->axle[SWAY_AXLE_TRAILER_REAR].slip = sway_phasor_unknown();
     if (trailer->axles == 2) {
         id->axle[SWAY_AXLE_TRAILER_FRONT].slip =
             slip_of(id, SWAY_FROM_TRAILER_YAW_RATE, SWAY_FROM_TRAILER_ACC, front);
@@ -319,8 +317,6 @@ static sway_phasor_t hitch_on_car_measured(const sway_identify_t *id)
 
 static void find_hitch(sway_identify_t *id)
 {
-    id->hitch = sway_phasor_unknown();
-    id->hitch_on_car = sway_phasor_unknown();
     if (id->vehicle->trailer.axles == 0) {
         const sway_complex_t nothing = {{0, 0}, {0, 0}};
         id->hitch_on_car = sway_phasor_constant(nothing);

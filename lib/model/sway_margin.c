@@ -60,14 +60,13 @@ static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
 
 /* --- into the model --------------------------------------------------------------------------- */
 
-/* C0 and sigma of C = C0/(1 + sigma z) at z = s/v. */
+/* C0 and sigma of C = C0/(1 + sigma z) at z = s/v; sigma is 0 in a model that was just made. */
 static void set_axle(sway_stm_body_t *body, int axle, const sway_quantity_t *state)
 {
     const sway_complex_t c = state->value;
     const sway_real_t lag = DIV(sway_real_neg(c.im), c.re);
     const sway_real_t below = SUB(state->s_by_v.im, MUL(lag, state->s_by_v.re));
     body->stiffness_n_per_rad[axle] = c.re;
-    body->relaxation_m[axle] = sway_real_zero();
     if (state->identified && sway_real_sign(below) > 0) {
         const sway_real_t sigma = DIV(lag, below);
         const sway_complex_t one = {sway_real_int(1), sway_real_zero()};
@@ -262,7 +261,6 @@ static bool step_critical(sway_margin_t *margin)
     sway_margin_model_t *const next = &margin->next;
     next->kind = sway_stm_critical_speed(&margin->stm, &next->v_crit_m_s, &next->omega_crit_rad_s);
     next->damping_ratio = sway_stm_damping_ratio(next->root);
-    margin->far = true;
     if (next->kind == SWAY_VCRIT_FOUND && margin->model.kind == SWAY_VCRIT_FOUND &&
         has_lag(margin)) { // nearer than what the lags are left out of
         next->v_crit_m_s = margin->model.v_crit_m_s;

@@ -97,7 +97,6 @@ static int64_t row_at_or_after(const sway_grid_t *grid, int64_t time_us)
 static void start_at(sway_grid_t *grid, int64_t time_us)
 {
     for (uint32_t i = 0; i < SWAY_INPUT_PLACES; i++) {
-        grid->input[i].usable = false;
         grid->input[i].timed = false;
         grid->input[i].silent = false;
         grid->input[i].time_us = time_us;
@@ -107,8 +106,6 @@ static void start_at(sway_grid_t *grid, int64_t time_us)
     grid->next_time_us = row_at_or_after(grid, time_us);
     grid->newest_time_us = time_us;
     grid->restart = true;
-    grid->suspected = false;
-    grid->refused = 0;
     if (grid->running) {
         count(&grid->faults.restarts);
     }

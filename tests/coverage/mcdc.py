@@ -23,6 +23,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "mutation"))
 
 import mutate
+from bench import FLAGS, ROOT, UNITY, Bench, run
 
 JUDGEMENT = tuple(f"lib/judge/sway_{name}.c" for name in ("alarm", "evidence", "judge"))
 NOT_INDEPENDENT = {
@@ -162,13 +163,16 @@ def evaluations(entry: mutate.Entry, found: list[Decision]) -> dict[int, set[tup
     seen: dict[int, set[tuple[int, ...]]] = {number: set() for number in range(len(found))}
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        bench = mutate.Bench(entry.path, entry.tests, entry.others, work)
         changed = work / "logged.c"
         changed.write_text(instrumented(entry.path.read_text(), found))
-        logged = bench.must(changed, work / "logged.o", "-std=gnu99", f"-I{entry.path.parent}")
-        for test in bench.tests:
-            program = work / "test"
-            bench.run("gcc", test, bench.unity, logged, bench.archive, "-lm", "-o", program)
+        lib = [path for path in (ROOT / "lib").rglob("*.c") if path != entry.path]
+        flags = [*FLAGS, "-std=gnu99", *Bench.includes(ROOT), f"-I{entry.path.parent}"]
+        archive = [ROOT / "build/gcc" / name for name in ("codec", "kissfft")]
+        objects = [path for folder in archive for path in folder.glob("*.o")]
+        program = work / "test"
+        for test in entry.tests:
+            sources = [ROOT / f"tests/unit/{test}.c", UNITY / "unity.c", changed, *lib, *objects]
+            run("gcc", *flags, *sources, "-lm", "-o", program)
             log = work / "log"
             done = subprocess.run(
                 [program], env={"MCDC_LOG": str(log)}, check=False, capture_output=True, text=True

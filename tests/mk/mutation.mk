@@ -1,11 +1,13 @@
 # make mutation: wrong tokens and left out statements in lib/ and port/ must make a unit test fail
-# (tests/mutation/files.txt says which). MUTATION_SECONDS and MUTATION_SAMPLE bound a run; the next
-# one goes on where it stopped. The last result is tests/mutation/RESULT.md.
-MUTATION_SECONDS ?= 3600
-MUTATION_SAMPLE ?= 0
+# (tests/mutation/files.txt says which are those of a file). All of them are tried: first on the tests
+# of the file and all quick ones, then what survives on every test that reaches it, and under the
+# sanitizers. The next run goes on where this one stopped (after MUTATION_SECONDS); without
+# build/mutation/outcomes.json it begins anew. The last result is tests/mutation/RESULT.md.
+MUTATION_SECONDS ?= 14400
 MUTATE ?=
+MUTATION := nice -n 10 $(PY) tests/mutation/mutate.py $(MUTATE) --seconds $(MUTATION_SECONDS) \
+    --keep $(B)/mutation/outcomes.json
 .PHONY: mutation
-mutation: setup-test $(B)/gcc/libsway.a $(UNITY_DIR)/unity.h
-	@nice -n 10 $(PY) tests/mutation/mutate.py $(MUTATE) --sample $(MUTATION_SAMPLE) \
-	    --seconds $(MUTATION_SECONDS) --keep $(B)/mutation/outcomes.json --again \
-	    --report tests/mutation/RESULT.md
+mutation: setup-test $(UNITY_DIR)/unity.h $(CODEC).c
+	@$(MUTATION)
+	@$(MUTATION) --again --thorough --report tests/mutation/RESULT.md

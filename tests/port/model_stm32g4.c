@@ -559,6 +559,9 @@ void model_restart(void)
     rcc[RCC_CSR / 4U] = reason;
     rcc[RCC_PLLCFGR / 4U] = 0x1000U;
     pwr[PWR_CR5 / 4U] = PWR_CR5_R1MODE;
+    gpio[GPIO_MODER / 4U] = 0xABFFFFFFU; // analogue, but for the debugger's pins
+    gpio[GPIO_AFRH / 4U] = 0xFFFFFFFFU;  // 0 on the part; here so that what is not cleared is seen
+    rcc[RCC_CCIPR / 4U] = RCC_CCIPR_FDCAN_MASK | RCC_CCIPR_CLK48_MASK; // likewise
     flash[FLASH_CR / 4U] = FLASH_CR_LOCK;
     can[CCCR] = 1U;
     can[PSR] = 7U;

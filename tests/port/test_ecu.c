@@ -248,6 +248,180 @@ static void test_reports_come_when_they_are_due(void)
     }
 }
 
+/* --- what else is promised ----------------------------------------------------------------------
+ */
+
+/* A single flipped bit of what is kept over a restart is noticed, and nothing of it believed. */
+static void test_a_flipped_bit_of_what_is_kept_is_noticed(void)
+{
+    start_good();
+    for (unsigned i = 0; i < SWAY_ECU_RESTARTS_MAX; i++) {
+        sway_ecu_note_fault(&retained, 3, 0xA5A55A5AU);
+    }
+    TEST_ASSERT_TRUE(sway_ecu_gave_up(&retained));
+    for (unsigned bit = 0; bit < 8U + 3U * 32U; bit++) {
+        sway_ecu_retained_t flipped = retained;
+        uint32_t *const word = bit < 32U   ? &flipped.cause
+                               : bit < 64U ? &flipped.address
+                               : bit < 96U ? &flipped.check
+                                           : &flipped.restarts; // up to 255
+        *word ^= UINT32_C(1) << (bit % 32U);
+        TEST_ASSERT_FALSE(sway_ecu_gave_up(&flipped));
+    }
+}
+
+/* On a bus with nobody else: heartbeats of the node, reports, each with the time of its sending. */
+static void test_a_running_ecu_says_what_its_node_says(void)
+{
+    start_good();
+    unsigned alarms = 0;
+    unsigned reports = 0;
+    unsigned calls = 0;
+    while (sway_ecu_poll(&ecu)) { // what is due at the start
+    }
+    for (int i = 0; i < 1000; i++) {
+        now_us += 1000;
+        sent_count = 0U;
+        while (sway_ecu_poll(&ecu)) {
+            calls++;
+        }
+        for (unsigned k = 0; k < sent_count; k++) {
+            TEST_ASSERT_EQUAL_UINT8(8, sent[k].dlc);
+            TEST_ASSERT_TRUE(sway_e2e_check(sent[k].id, sent[k].data));
+            TEST_ASSERT_EQUAL_INT64(now_us, sent[k].time_us);
+            alarms += sent[k].id == SWAYWATCH_DBC_SWAY_ALARM_FRAME_ID;
+            reports += sent[k].id == SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID;
+        }
+        TEST_ASSERT_TRUE(i >= 99 || ecu.now_us == 0); // frames might still come with their times
+    }
+    TEST_ASSERT_EQUAL_UINT(10, alarms);
+    TEST_ASSERT_EQUAL_UINT(1, reports);
+    TEST_ASSERT_TRUE(calls >= alarms + reports);
+}
+
+/* As long as frames come, time is theirs. */
+static void test_time_is_that_of_the_frames(void)
+{
+    start_good();
+    for (int i = 0; i < 100; i++) {
+        sway_port_frame_t frame = {.id = 0x121, .dlc = 8, .time_us = 10000 * (int64_t)i};
+        sway_e2e_protect(frame.id, (uint8_t)(i % 16), frame.data);
+        now_us = frame.time_us + 50000; // by the ECU's clock it comes late
+        inbox[inbox_count++ % QUEUE] = frame;
+        TEST_ASSERT_TRUE(sway_ecu_poll(&ecu) || sway_ecu_poll(&ecu));
+        while (sway_ecu_poll(&ecu)) {
+        }
+        TEST_ASSERT_EQUAL_INT64(frame.time_us, ecu.now_us);
+    }
+    TEST_ASSERT_EQUAL_UINT32(100, ecu.node.accepted);
+}
+
+/* Its first report is of its start, whatever the clock says then. */
+static void test_an_ecu_may_start_at_any_time(void)
+{
+    static const int64_t starts_us[] = {-5000000, 0, 5000000};
+    for (int i = 0; i < 3; i++) {
+        setUp();
+        now_us = starts_us[i];
+        start_good();
+        while (sway_ecu_poll(&ecu)) {
+        }
+        TEST_ASSERT_EQUAL_INT64(starts_us[i], ecu.now_us);
+        const sway_port_frame_t *told = last_of(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID);
+        TEST_ASSERT_NOT_NULL(told);
+        TEST_ASSERT_EQUAL_INT64(starts_us[i], told->time_us);
+        now_us += 99999;
+        while (sway_ecu_poll(&ecu)) {
+        }
+        TEST_ASSERT_EQUAL_INT64(starts_us[i], ecu.now_us);
+        now_us += 1;
+        while (sway_ecu_poll(&ecu)) {
+        }
+        TEST_ASSERT_EQUAL_INT64(starts_us[i] + 100000, ecu.now_us);
+    }
+}
+
+static void test_faults_and_warnings_are_told_at_once(void)
+{
+    for (int fails = 0; fails < 2; fails++) {
+        setUp();
+        start_good();
+        (void)report();
+        sent_count = 0U;
+        if (fails) {
+            sway_ecu_fail(&ecu, SWAY_ECU_MEMORY);
+        } else {
+            sway_ecu_warn(&ecu, SWAY_ECU_BUS_OFF);
+        }
+        while (sway_ecu_poll(&ecu)) {
+        }
+        const sway_port_frame_t *told = last_of(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID);
+        TEST_ASSERT_NOT_NULL(told);
+        TEST_ASSERT_EQUAL_UINT8(fails ? SWAY_ECU_MEMORY : SWAY_ECU_BUS_OFF,
+                                report_of(told).fault_cause);
+    }
+}
+
+/* What had to wait for room goes out as it was, counted once. */
+static void test_what_waits_goes_out_unchanged(void)
+{
+    start_good();
+    (void)report();
+    no_room = true;
+    give(request_frame(READ, 0, 0));
+    const uint32_t before = ecu.frames_sent;
+    no_room = false;
+    sent_count = 0U;
+    for (int i = 0; i < 10; i++) {
+        (void)sway_ecu_poll(&ecu);
+    }
+    TEST_ASSERT_TRUE(sent_count >= 1U);
+    TEST_ASSERT_EQUAL_UINT32(before + sent_count, ecu.frames_sent);
+    for (unsigned i = 0; i < sent_count; i++) {
+        TEST_ASSERT_TRUE(sway_e2e_check(sent[i].id, sent[i].data));
+    }
+    TEST_ASSERT_EQUAL_INT32(
+        1955000,
+        reply_of(last_of(SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID)).parameter_reply_value);
+}
+
+/* Ten repeated frames in a second are a second sender, nine are not; new values begin anew. */
+static void test_ten_repetitions_in_a_second_are_a_second_sender(void)
+{
+    for (uint32_t count = 9; count <= 10U; count++) {
+        start_good();
+        (void)report();
+        ecu.node.frame_fault[SWAY_FRAME_FAULT_REPEATED] += count;
+        TEST_ASSERT_EQUAL_UINT8(count == 10U ? SWAY_ECU_DOUBLED : 0, report().fault_cause);
+        drive();
+        const sway_core_config_t config = good_config();
+        TEST_ASSERT_EQUAL(SWAY_ECU_CHANGED, sway_ecu_calibrate(&ecu, &config));
+        TEST_ASSERT_EQUAL_UINT8(0, report().fault_cause);
+    }
+}
+
+#if SWAY_MAP
+static unsigned listened;
+
+static void listen(void *context, sway_node_t *node, const sway_port_frame_t *frame)
+{
+    TEST_ASSERT_EQUAL_PTR(&listened, context);
+    TEST_ASSERT_EQUAL_PTR(&ecu.node, node);
+    listened += frame->id == 0x345U;
+}
+
+static void test_who_listens_gets_every_frame(void)
+{
+    start_good();
+    listened = 0;
+    sway_ecu_listen(&ecu, listen, &listened);
+    const sway_port_frame_t frame = {.id = 0x345, .dlc = 4};
+    give(frame);
+    give(frame);
+    TEST_ASSERT_EQUAL_UINT(2, listened);
+}
+#endif
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -266,5 +440,13 @@ int main(void)
     RUN_TEST(test_self_test_passes);
     RUN_TEST(test_frames_and_refusals_are_counted);
     RUN_TEST(test_reports_come_when_they_are_due);
+    RUN_TEST(test_a_flipped_bit_of_what_is_kept_is_noticed);
+    RUN_TEST(test_a_running_ecu_says_what_its_node_says);
+    RUN_TEST(test_time_is_that_of_the_frames);
+    RUN_TEST(test_an_ecu_may_start_at_any_time);
+    RUN_TEST(test_faults_and_warnings_are_told_at_once);
+    RUN_TEST(test_what_waits_goes_out_unchanged);
+    RUN_TEST(test_ten_repetitions_in_a_second_are_a_second_sender);
+    RUN_TEST(test_who_listens_gets_every_frame);
     return UNITY_END();
 }

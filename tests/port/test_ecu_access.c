@@ -378,6 +378,182 @@ static void test_stores_are_limited(void)
     TEST_ASSERT_EQUAL_UINT8(WORN, change(STORE, NOTHING, 0).parameter_result);
 }
 
+/* --- the proof ---------------------------------------------------------------------------------
+ */
+
+static uint64_t turned(uint64_t a, unsigned left)
+{
+    return a << left | a >> (64U - left);
+}
+
+static void sip_round(uint64_t *v)
+{
+    v[0] += v[1];
+    v[1] = turned(v[1], 13) ^ v[0];
+    v[0] = turned(v[0], 32);
+    v[2] += v[3];
+    v[3] = turned(v[3], 16) ^ v[2];
+    v[0] += v[3];
+    v[3] = turned(v[3], 21) ^ v[0];
+    v[2] += v[1];
+    v[1] = turned(v[1], 17) ^ v[2];
+    v[2] = turned(v[2], 32);
+}
+
+/* SipHash-2-4 as its paper has it, in 64-bit words. */
+static uint64_t siphash_of_the_paper(const uint8_t *key, const uint8_t *bytes, size_t size)
+{
+    uint64_t k[2] = {0, 0};
+    for (unsigned i = 0; i < 16U; i++) {
+        k[i / 8U] |= (uint64_t)key[i] << (8U * (i % 8U));
+    }
+    uint64_t v[4] = {k[0] ^ UINT64_C(0x736F6D6570736575), k[1] ^ UINT64_C(0x646F72616E646F6D),
+                     k[0] ^ UINT64_C(0x6C7967656E657261), k[1] ^ UINT64_C(0x7465646279746573)};
+    for (size_t at = 0; at <= size / 8U * 8U; at += 8U) {
+        uint64_t m = at + 8U > size ? (uint64_t)(size & 0xFFU) << 56 : 0U;
+        for (size_t i = at; i < at + 8U && i < size; i++) {
+            m |= (uint64_t)bytes[i] << (8U * (i - at));
+        }
+        v[3] ^= m;
+        sip_round(v);
+        sip_round(v);
+        v[0] ^= m;
+    }
+    v[2] ^= 0xFFU;
+    for (int i = 0; i < 4; i++) {
+        sip_round(v);
+    }
+    return v[0] ^ v[1] ^ v[2] ^ v[3];
+}
+
+static void test_siphash_is_that_of_the_paper_for_every_length(void)
+{
+    uint8_t bytes[300];
+    uint8_t key[SWAY_SIPHASH_KEY];
+    uint32_t seed = 7;
+    for (int round = 0; round < 20; round++) {
+        for (size_t i = 0; i < sizeof bytes; i++) {
+            seed = seed * 1664525U + 1013904223U;
+            bytes[i] = (uint8_t)(seed >> 24);
+        }
+        memcpy(key, bytes + 200, sizeof key);
+        for (size_t size = 0; size < sizeof bytes; size++) {
+            TEST_ASSERT_EQUAL_HEX64(siphash_of_the_paper(key, bytes, size),
+                                    sway_siphash(key, bytes, size));
+        }
+    }
+    for (unsigned i = 0; i < 16U; i++) {
+        key[i] = (uint8_t)i;
+        bytes[i] = (uint8_t)i;
+    }
+    TEST_ASSERT_EQUAL_HEX64(UINT64_C(0xA129CA6149BE45E5), sway_siphash(key, bytes, 15));
+}
+
+/* Time, number of the block and chance are all in the challenge. */
+static void test_no_two_challenges_are_alike(void)
+{
+    sway_access_t access;
+    uint8_t moment[16];
+    const int64_t now = INT64_C(0x0123456789ABCDEF);
+    const uint32_t sequence = 0x11223344U;
+    const uint32_t random = 0x55667788U;
+    memset(&access, 0, sizeof access);
+    sway_access_open(&access, test_key, now, sequence, random);
+    for (unsigned i = 0; i < 16U; i++) {
+        moment[i] = i < 8U    ? (uint8_t)(now >> (8U * i))
+                    : i < 12U ? (uint8_t)(sequence >> (8U * (i - 8U)))
+                              : (uint8_t)(random >> (8U * (i - 12U)));
+    }
+    const uint64_t expected = siphash_of_the_paper(test_key, moment, sizeof moment);
+    for (unsigned i = 0; i < SWAY_ACCESS_PROOF; i++) {
+        TEST_ASSERT_EQUAL_HEX8((uint8_t)(expected >> (8U * i)), access.challenge[i]);
+    }
+}
+
+static void test_after_five_restarts_nobody_may_write(void)
+{
+    const sway_core_config_t config = good_config();
+    put_block(0, &config, 1);
+    for (unsigned i = 0; i < SWAY_ECU_RESTARTS_MAX; i++) {
+        sway_ecu_note_fault(&retained, 3, 0);
+    }
+    start();
+    TEST_ASSERT_EQUAL(SWAY_ECU_RESTARTS, ecu.cause);
+    TEST_ASSERT_EQUAL_UINT8(LOCKED, ask(OPEN, 0, 0).parameter_result);
+    TEST_ASSERT_EQUAL(SWAY_ECU_NOT_NOW, sway_ecu_calibrate(&ecu, &config));
+}
+
+/* Standing is a speed of up to 0.5 m/s from the last half second, in a message that still comes. */
+static void test_standing_is_what_it_is_said_to_be(void)
+{
+    static const struct {
+        int32_t speed_mm_s;
+        int64_t age_us;
+        int64_t silent_us;
+        sway_ecu_change_t expected;
+    } cases[] = {{SWAY_ECU_STANDSTILL_MM_S, 0, 0, SWAY_ECU_CHANGED},
+                 {SWAY_ECU_STANDSTILL_MM_S + 1, 0, 0, SWAY_ECU_NOT_NOW},
+                 {0, 500000, 0, SWAY_ECU_CHANGED},
+                 {0, 500001, 0, SWAY_ECU_NOT_NOW},
+                 {0, 0, 100000, SWAY_ECU_CHANGED},
+                 {0, 0, 100001, SWAY_ECU_NOT_NOW}};
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        setUp();
+        start_good();
+        drive();
+        const sway_core_config_t config = good_config();
+        ecu.now_us = ecu.node.message[SWAY_MESSAGE_SPEED].accepted_us + cases[i].silent_us;
+        ecu.node.core.speed_mm_s = cases[i].speed_mm_s;
+        ecu.node.core.speed_time_us = ecu.now_us - cases[i].age_us;
+        TEST_ASSERT_EQUAL(cases[i].expected, sway_ecu_calibrate(&ecu, &config));
+    }
+}
+
+static void test_the_end_of_a_session_is_told_and_says_nothing_else(void)
+{
+    start_good();
+    const struct swaywatch_dbc_sway_parameter_reply_t done =
+        change(STORE, WORD_OF(alarm.hold_ms), 2500);
+    TEST_ASSERT_EQUAL_UINT8(DONE, done.parameter_result);
+    TEST_ASSERT_EQUAL_UINT16(0, done.parameter_reply_index);
+    TEST_ASSERT_EQUAL_INT32(0, done.parameter_reply_value);
+    TEST_ASSERT_TRUE(ecu.access_news || last_of(SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID) != NULL);
+    const struct swaywatch_dbc_sway_access_t said = access_said();
+    TEST_ASSERT_EQUAL(1, said.access_stores);
+}
+
+/* The same counter twice, for requests that differ, is two requests. */
+static void test_requests_that_differ_are_two(void)
+{
+    start_good();
+    (void)open_session();
+    sway_port_frame_t first = request_frame(WRITE, 0, 1000000);
+    sway_port_frame_t second = first;
+    second.data[4] ^= 1U;
+    sway_e2e_protect(second.id, first.data[1] & 15U, second.data);
+    const uint32_t refused = ecu.requests_refused;
+    (void)say(first);
+    (void)say(second);
+    TEST_ASSERT_EQUAL_UINT32(refused, ecu.requests_refused);
+}
+
+/* However many refusals there are, they are told ten times a second at most. */
+static void test_refusals_do_not_flood_the_bus(void)
+{
+    start_good();
+    drive();
+    (void)ask(READ, 9999, 0);
+    sent_count = 0U;
+    unsigned told = 0;
+    for (int i = 0; i < 200; i++) {
+        give(request_frame(READ, 9999, 0));
+    }
+    for (unsigned i = 0; i < sent_count; i++) {
+        told += sent[i].id == SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID;
+    }
+    TEST_ASSERT_TRUE(told == 2U || told == 3U);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -401,5 +577,12 @@ int main(void)
     RUN_TEST(test_an_ecu_without_a_key_takes_nothing);
     RUN_TEST(test_a_store_that_comes_twice_is_written_once);
     RUN_TEST(test_stores_are_limited);
+    RUN_TEST(test_siphash_is_that_of_the_paper_for_every_length);
+    RUN_TEST(test_no_two_challenges_are_alike);
+    RUN_TEST(test_after_five_restarts_nobody_may_write);
+    RUN_TEST(test_standing_is_what_it_is_said_to_be);
+    RUN_TEST(test_the_end_of_a_session_is_told_and_says_nothing_else);
+    RUN_TEST(test_requests_that_differ_are_two);
+    RUN_TEST(test_refusals_do_not_flood_the_bus);
     return UNITY_END();
 }

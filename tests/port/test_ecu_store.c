@@ -206,6 +206,123 @@ static void test_flash_that_does_not_hold_is_found(void)
     TEST_ASSERT_TRUE(sway_store_write(&flash, block, sizeof block));
 }
 
+/* --- the block itself --------------------------------------------------------------------------
+ */
+
+static void test_checksum_is_that_of_single_bits(void)
+{
+    for (unsigned byte = 0; byte < 256U; byte++) {
+        const uint8_t value = (uint8_t)byte;
+        uint32_t crc = UINT32_MAX ^ byte;
+        for (int bit = 0; bit < 8; bit++) {
+            crc = crc >> 1 ^ ((crc & 1U) != 0U ? UINT32_C(0xEDB88320) : 0U);
+        }
+        TEST_ASSERT_EQUAL_HEX32(~crc, sway_block_crc32(0, &value, 1));
+    }
+}
+
+/* Limits of all that is not the vehicle's, as they are documented; a value on a limit is taken, one
+ * beyond it is found. */
+static void test_every_word_beyond_the_vehicle_has_its_range(void)
+{
+    static const struct {
+        uint16_t word;
+        int32_t low, high;
+        bool may_be_zero;
+    } expected[] = {{WORD_OF(sample_period_us), 5000, 20000, false},
+                    {WORD_OF(window_cycles_milli), 1500, 6000, false},
+                    {WORD_OF(input_delay_us), -500000, 500000, false},
+                    {WORD_OF(input_period_us) - 1U, -500000, 500000, false},
+                    {WORD_OF(input_period_us), 1000, 100000, true},
+                    {WORD_OF(alarm.notice_margin_mm_s), 500, 14000, false},
+                    {WORD_OF(alarm.margin_hysteresis_mm_s), 0, 5600, false},
+                    {WORD_OF(alarm.notice_damping_ratio_ppm), 10000, 200000, false},
+                    {WORD_OF(alarm.damping_hysteresis_ppm), 0, 100000, false},
+                    {WORD_OF(alarm.minimum_amplitude_urad_s), 9000, 87000, false},
+                    {WORD_OF(alarm.large_amplitude_urad_s), 35000, 210000, false},
+                    {WORD_OF(alarm.limit_amplitude_urad_s), 87000, 524000, false},
+                    {WORD_OF(alarm.critical_time_ms), 500, 20000, false},
+                    {WORD_OF(alarm.hold_ms), 200, 20000, false},
+                    {WORD_OF(alarm.minimum_speed_mm_s), 2800, 16700, false},
+                    {WORD_OF(alarm.confidence_milli), 0, 3000, false},
+                    {WORD_OF(trailer_assumed), 0, SWAY_ASSUMED_ALL, true}};
+    for (unsigned i = 0; i < sizeof expected / sizeof expected[0]; i++) {
+        int32_t low = 1;
+        int32_t high = 1;
+        bool may_be_zero = !expected[i].may_be_zero;
+        TEST_ASSERT_EQUAL(SWAY_OK, sway_block_range(expected[i].word, &low, &high, &may_be_zero));
+        TEST_ASSERT_EQUAL_INT32(expected[i].low, low);
+        TEST_ASSERT_EQUAL_INT32(expected[i].high, high);
+        TEST_ASSERT_EQUAL(expected[i].may_be_zero, may_be_zero);
+        for (int beyond = 0; beyond < 2; beyond++) {
+            sway_core_config_t config = good_config();
+            TEST_ASSERT_EQUAL(SWAY_OK, sway_block_set(&config, expected[i].word, low - beyond));
+            TEST_ASSERT_EQUAL_UINT32(beyond ? expected[i].word : SWAY_BLOCK_WORDS,
+                                     sway_block_offender(&config));
+            TEST_ASSERT_EQUAL(SWAY_OK, sway_block_set(&config, expected[i].word, high + beyond));
+            TEST_ASSERT_EQUAL_UINT32(beyond ? expected[i].word : SWAY_BLOCK_WORDS,
+                                     sway_block_offender(&config));
+        }
+    }
+    int32_t none;
+    bool zero;
+    TEST_ASSERT_EQUAL(SWAY_ERROR_ARGUMENT,
+                      sway_block_range((uint32_t)SWAY_BLOCK_WORDS, &none, &none, &zero));
+}
+
+/* Thresholds that a core would take, but by which the alarm would never come. */
+static void test_a_block_with_a_silent_alarm_is_refused(void)
+{
+    sway_core_config_t config = good_config();
+    config.alarm.notice_margin_mm_s = 0;
+    put_block(0, &config, 1);
+    start();
+    TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
+    TEST_ASSERT_EQUAL(SWAY_ECU_BLOCK + SWAY_BLOCK_REFUSED, ecu.cause);
+    int32_t value = 7;
+    TEST_ASSERT_EQUAL(SWAY_ERROR_ARGUMENT,
+                      sway_block_set(&config, (uint32_t)SWAY_BLOCK_WORDS, value));
+}
+
+static unsigned stubborn; /* byte that an erasure leaves */
+
+static bool erase_badly(void *context, uint32_t slot)
+{
+    const bool is_erased = erase(context, slot);
+    page[slot][stubborn] = 0x7F;
+    return is_erased;
+}
+
+/* Wherever it is, a byte that was not erased is found before anything is written. */
+static void test_a_byte_that_stays_is_found(void)
+{
+    static const unsigned bytes[] = {0, 1, 2, SWAY_BLOCK_SIZE / 2U, SWAY_BLOCK_SIZE - 1U};
+    const sway_store_t bad = {.read = read, .erase = erase_badly, .write = write};
+    const sway_core_config_t config = good_config();
+    uint8_t block[SWAY_BLOCK_SIZE];
+    for (unsigned i = 0; i < sizeof bytes / sizeof bytes[0]; i++) {
+        setUp();
+        stubborn = bytes[i];
+        sway_block_write(&config, 1, block);
+        TEST_ASSERT_FALSE(sway_store_write(&bad, block, sizeof block));
+        for (unsigned at = 0; at < SWAY_BLOCK_SIZE; at++) {
+            TEST_ASSERT_EQUAL_HEX8(at == stubborn ? 0x7F : 0xFF, page[0][at]);
+        }
+        TEST_ASSERT_TRUE(sway_store_write(&flash, block, sizeof block));
+    }
+}
+
+/* Of two blocks of one number the first is used; a stale copy of it never wins. */
+static void test_of_equal_numbers_the_first_counts(void)
+{
+    sway_core_config_t config = good_config();
+    put_block(0, &config, 7);
+    config.alarm.hold_ms += 100;
+    put_block(1, &config, 7);
+    start();
+    TEST_ASSERT_EQUAL_INT32(good_config().alarm.hold_ms, sway_ecu_config(&ecu)->alarm.hold_ms);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -220,5 +337,10 @@ int main(void)
     RUN_TEST(test_power_cut_with_nothing_stored_before);
     RUN_TEST(test_dead_flash_keeps_the_old_block);
     RUN_TEST(test_flash_that_does_not_hold_is_found);
+    RUN_TEST(test_checksum_is_that_of_single_bits);
+    RUN_TEST(test_every_word_beyond_the_vehicle_has_its_range);
+    RUN_TEST(test_a_block_with_a_silent_alarm_is_refused);
+    RUN_TEST(test_a_byte_that_stays_is_found);
+    RUN_TEST(test_of_equal_numbers_the_first_counts);
     return UNITY_END();
 }

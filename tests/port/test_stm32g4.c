@@ -70,8 +70,22 @@ static void test_clock_is_168_mhz_and_counts_microseconds(void)
     const int64_t before = board_time_ns();
     model_wait_us(12345);
     TEST_ASSERT_EQUAL_INT64(12345000, board_time_ns() - before);
-    TEST_ASSERT_EQUAL_UINT32(2U << 22 | 2U << 24, model_read(STM32_GPIOA + GPIO_MODER));
-    TEST_ASSERT_EQUAL_HEX32(0x00099000, model_read(STM32_GPIOA + GPIO_AFRH));
+    /* Pins 11 and 12 are of the CAN controller, the others as they were. */
+    TEST_ASSERT_EQUAL_HEX32(0xAABFFFFF, model_read(STM32_GPIOA + GPIO_MODER));
+    TEST_ASSERT_EQUAL_HEX32(0xFFF99FFF, model_read(STM32_GPIOA + GPIO_AFRH));
+    TEST_ASSERT_EQUAL_HEX32(0, model_read(STM32_RCC + RCC_CCIPR) & RCC_CCIPR_FDCAN_MASK);
+    TEST_ASSERT_EQUAL_HEX32(0, model_read(STM32_RCC + RCC_CFGR) & RCC_CFGR_HPRE_MASK);
+    TEST_ASSERT_EQUAL_HEX32(4U | FLASH_ACR_PRFTEN | FLASH_ACR_ICEN | FLASH_ACR_DCEN,
+                            model_read(STM32_FLASH + FLASH_ACR));
+    for (unsigned i = 0; i < 2U; i++) { // counters run through, in microseconds
+        const uintptr_t timer = i == 0U ? STM32_TIM2 : STM32_TIM3;
+        TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, model_read(timer + TIM_ARR) | (i ? 0xFFFF0000U : 0U));
+    }
+    board_enable_interrupts(); // a tick of the counter's, with its interrupt
+    TEST_ASSERT_EQUAL_UINT32(7, model_read(CORTEX_SYST_CSR));
+    TEST_ASSERT_EQUAL_UINT32(BOARD_CPU_HZ / 1000U - 1U, model_read(CORTEX_SYST_RVR));
+    (void)board_random();
+    TEST_ASSERT_EQUAL_HEX32(0, model_read(STM32_RCC + RCC_CCIPR) & RCC_CCIPR_CLK48_MASK);
 }
 
 static void test_clock_runs_on_over_its_32_bits(void)
@@ -676,6 +690,18 @@ static void test_failed_checks_and_dead_parts_end_safe(void)
     TEST_ASSERT_FALSE(program_start(&retained, SWAY_ECU_NO_CAUSE));
 }
 
+/* Up to the last double word of a page, and not beyond. */
+static void test_flash_is_written_to_the_end_of_a_page(void)
+{
+    const uint8_t bytes[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+    TEST_ASSERT_TRUE(board_start());
+    TEST_ASSERT_TRUE(flash_erase(1));
+    TEST_ASSERT_TRUE(flash_write(1, STM32_FLASH_PAGE - 8U, bytes, sizeof bytes));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(bytes, model_flash + 2U * STM32_FLASH_PAGE - 8U, sizeof bytes);
+    TEST_ASSERT_FALSE(flash_write(1, STM32_FLASH_PAGE, bytes, sizeof bytes));
+    TEST_ASSERT_FALSE(flash_write(1, STM32_FLASH_PAGE - 7U, bytes, 7));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -709,5 +735,6 @@ int main(void)
     RUN_TEST(test_program_reports_bus_off);
     RUN_TEST(test_program_serves_the_watchdog_and_reports_it);
     RUN_TEST(test_failed_checks_and_dead_parts_end_safe);
+    RUN_TEST(test_flash_is_written_to_the_end_of_a_page);
     return UNITY_END();
 }

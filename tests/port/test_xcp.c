@@ -547,6 +547,362 @@ static void test_an_answer_that_waits_is_sent_first(void)
     GOOD(0xDA);
 }
 
+/* --- every answer, byte by byte -----------------------------------------------------------------
+ */
+
+static void expect_answer(unsigned size, const uint8_t *expected, const sway_port_frame_t *answer)
+{
+    TEST_ASSERT_NOT_NULL(answer);
+    TEST_ASSERT_EQUAL_UINT8(size, answer->dlc);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, answer->data, size);
+    TEST_ASSERT_EQUAL_INT64(now_us, answer->time_us);
+}
+
+static void test_answers_are_those_of_the_standard(void)
+{
+    static const struct {
+        uint8_t size, command[8], length, answer[8];
+    } cases[] = {
+        {2, {0xFF, 0}, 8, {0xFF, 0x05, 0, 8, 8, 0, 1, 1}},
+        {1, {0xFD}, 6, {0xFF, 0, 1}},
+        {2, {0xFA, 1}, 8, {0xFF, 0, 0, 0, 9}},
+        {2, {0xF5, 7}, 8, {0xFF, 's', 'w', 'a', 'y', 'w', 'a', 't'}},
+        {2, {0xF5, 2}, 3, {0xFF, 'c', 'h'}},
+        {2, {0xFA, 0}, 8, {0xFF, 0, 0, 0, 9}},
+        {2, {0xF5, 1}, 2, {0xFF, 's'}},
+        {1, {0xE9}, 3, {0xFF, 1}},
+        {5, {0xE8, 0, 0, 0, 0}, 8, {0xFF, 0, 0, 0, ADDRESS(WORKING_AT)}},
+        {5, {0xE8, 0, 0, 1, 0}, 8, {0xFF, 0, 0, 0, ADDRESS(sizeof(sway_core_config_t))}},
+        {5, {0xE8, 1, 0, 0, 0}, 6, {0xFF, 2}},
+        {4, {0xE7, 0, 0, 1}, 3, {0xFF, 0x3F}},
+        {3, {0xEA, 1, 0}, 4, {0xFF}},
+        {3, {0xEA, 2, 0}, 4, {0xFF}},
+        {1, {0xDA}, 8, {0xFF, 0x93, 0, 0, SWAY_XCP_EVENTS}},
+        {1, {0xD9}, 8, {0xFF, 1, 7, 1, 0, 0x34, 1}},
+        {4, {0xD7, 0, 0, 0}, 7, {0xFF, 0x84, SWAY_XCP_LISTS, 12, 0, 6}},
+        {2, {0xF5, 7}, 8, {0xFF, 'n', 'e', 'w', ' ', 'e', 's', 't'}},
+        {4, {0xD7, 0, 1, 0}, 7, {0xFF, 0x84, SWAY_XCP_LISTS, 5, 10, 6}},
+        {2, {0xF5, 5}, 6, {0xFF, '1', '0', ' ', 'm', 's'}},
+        {4, {0xD7, 0, 2, 0}, 7, {0xFF, 0x84, SWAY_XCP_LISTS, 6, 100, 6}},
+        {2, {0xF5, 6}, 7, {0xFF, '1', '0', '0', ' ', 'm', 's'}},
+        {3, {0xF8, 0, 4}, 2, {0xFF}},
+        {1, {0xD6}, 1, {0xFF}},
+        {4, {0xD5, 0, 2, 0}, 1, {0xFF}},
+        {1, {0xDA}, 8, {0xFF, 0x93, 2, 0, SWAY_XCP_EVENTS}},
+        {5, {0xD4, 0, 0, 0, 2}, 1, {0xFF}},
+        {5, {0xD4, 0, 1, 0, 1}, 1, {0xFF}},
+        {6, {0xD3, 0, 1, 0, 0, 1}, 1, {0xFF}},
+        {6, {0xE2, 0, 1, 0, 0, 0}, 1, {0xFF}},
+        {8, {0xE1, 0xFF, 7, 0, ADDRESS(ECU_AT)}, 1, {0xFF}},
+        {8, {0xE0, 0, 1, 0, 2, 0, 3, 0}, 1, {0xFF}},
+        {4, {0xDF, 0, 1, 0}, 8, {0xFF, 0, 0, 0, 2, 0, 3}},
+        {4, {0xDE, 1, 1, 0}, 2, {0xFF, 2}},
+        {1, {0xFD}, 6, {0xFF, 0x40, 1}},
+        {4, {0xDF, 0, 1, 0}, 8, {0xFF, 0x40, 0, 0, 2, 0, 3}},
+        {2, {0xDD, 0}, 1, {0xFF}},
+        {1, {0xFE}, 1, {0xFF}},
+    };
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        expect_answer(cases[i].length, cases[i].answer, ask(cases[i].size, cases[i].command));
+    }
+    CONNECT();
+    const sway_port_frame_t *clock = ASK(0xDC);
+    const uint8_t told[8] = {0xFF, 0, 0, 0, ADDRESS(now_us)};
+    expect_answer(8, told, clock);
+}
+
+/* Memory is what is there, a checksum its CRC-32, and each goes on where the last one ended. */
+static void test_memory_is_what_is_there(void)
+{
+    uint8_t expected[8] = {0xFF};
+    CONNECT();
+    ecu.access.forged = 0x11223344U;
+    const uint32_t at = ECU_AT + (uint32_t)offsetof(sway_ecu_t, access.forged);
+    memcpy(expected + 1, &ecu.access.forged, 4);
+    expect_answer(5, expected, ASK(0xF4, 4, 0, 0, ADDRESS(at)));
+    const uint8_t *const page = (const uint8_t *)&xcp.reference;
+    GOOD(0xF6, 0, 0, 0, ADDRESS(WORKING_AT + 4U));
+    const uint32_t crc = sway_block_crc32(0, page + 4, 8);
+    const uint8_t sum[8] = {0xFF, 9, 0, 0, ADDRESS(crc)};
+    expect_answer(8, sum, ASK(0xF3, 0, 0, 0, ADDRESS(8U)));
+    memcpy(expected + 1, page + 12, 4);
+    expect_answer(5, expected, ASK(0xF5, 4));
+    GOOD(0xF6, 0, 0, 0, ADDRESS(WORKING_AT));
+    GOOD(0xF3, 0, 0, 0, ADDRESS(sizeof(sway_core_config_t)));
+    REFUSED(0x24, 0xF4, 1, 0, 1, ADDRESS(32U)); // right behind the texts
+    GOOD(0xF4, 1, 0, 1, ADDRESS(31U));
+}
+
+static void test_words_are_downloaded_one_after_the_other(void)
+{
+    const uint32_t at = WORKING_AT + (uint32_t)offsetof(sway_core_config_t, alarm.critical_time_ms);
+    CONNECT();
+    REFUSED(0x25, 0xF0, 1, 0);
+    unlock();
+    GOOD(0xEB, 0x02, 0, 1);
+    GOOD(0xF6, 0, 0, 0, ADDRESS(at));
+    GOOD(0xF0, 4, ADDRESS(2500U));
+    GOOD(0xF0, 4, ADDRESS(1500U));
+    TEST_ASSERT_EQUAL_INT32(2500, xcp.working.alarm.critical_time_ms);
+    TEST_ASSERT_EQUAL_INT32(1500, xcp.working.alarm.hold_ms);
+    GOOD(0xF6, 0, 0, 0, ADDRESS(at));
+    REFUSED(0x22, 0xF0, 2, 0, 0);
+    REFUSED(0x22, 0xF0, 4, ADDRESS(0U));
+    GOOD(0xF0, 4, ADDRESS(500U)); // the limits themselves are taken
+    GOOD(0xF6, 0, 0, 0, ADDRESS(at));
+    GOOD(0xF0, 4, ADDRESS(20000U));
+    const uint32_t period = WORKING_AT + (uint32_t)offsetof(sway_core_config_t, input_period_us);
+    GOOD(0xF6, 0, 0, 0, ADDRESS(period));
+    REFUSED(0x22, 0xF0, 4, ADDRESS(999U));
+    GOOD(0xF0, 4, ADDRESS(0U)); // of any rate
+    GOOD(0xF6, 0, 0, 0, ADDRESS(WORKING_AT + sizeof(sway_core_config_t)));
+    REFUSED(0x23, 0xF0, 4, 0, 0, 0, 0);
+}
+
+static void test_each_page_is_set_by_itself(void)
+{
+    CONNECT();
+    unlock();
+    speed(0);
+    GOOD(0xEB, 0x01, 0, 1);
+    TEST_ASSERT_EQUAL_UINT8(1, ASK(0xEA, 1, 0)->data[3]);
+    TEST_ASSERT_EQUAL_UINT8(0, ASK(0xEA, 2, 0)->data[3]);
+    speed(0);
+    GOOD(0xEB, 0x01, 0, 0);
+    GOOD(0xEB, 0x02, 0, 1);
+    TEST_ASSERT_EQUAL_UINT8(0, ASK(0xEA, 1, 0)->data[3]);
+    TEST_ASSERT_EQUAL_UINT8(1, ASK(0xEA, 2, 0)->data[3]);
+    REFUSED(0x26, 0xE4, 0, 1, 0, 1);
+    REFUSED(0x26, 0xE4, 0, 0, 0, 0);
+    CONNECT(); // the master sees what the ECU uses
+    TEST_ASSERT_EQUAL_UINT8(0, ASK(0xEA, 2, 0)->data[3]);
+}
+
+/* To the microsecond; and a seed of before a connection opens nothing. */
+static void test_a_lock_is_open_for_its_time(void)
+{
+    CONNECT();
+    unlock();
+    const int64_t end_us = xcp.unlocked_us + SWAY_ACCESS_SESSION_US;
+    now_us = end_us - 10001;
+    TEST_ASSERT_EQUAL_HEX8(0, ASK(0xFD)->data[2]);
+    now_us = end_us - 10000;
+    TEST_ASSERT_EQUAL_HEX8(1, ASK(0xFD)->data[2]);
+    GOOD(0xF8, 0, 1);
+    TEST_ASSERT_TRUE(xcp.access.is_open);
+    GOOD(0xFE);
+    CONNECT();
+    REFUSED(0x29, 0xF7, 6);
+    const uint32_t refused = xcp.refused;
+    REFUSED(0x20, 0x00);
+    TEST_ASSERT_EQUAL_UINT32(refused + 1U, xcp.refused);
+}
+
+static void test_the_reference_is_what_the_ecu_runs_with(void)
+{
+    memset(&xcp, 0xA5, sizeof xcp);
+    begin(test_key);
+    TEST_ASSERT_NULL(ASK(0xFD)); // not connected
+    ecu.staged.alarm.hold_ms = 9999;
+    sway_xcp_start(&xcp);
+    TEST_ASSERT_EQUAL_INT32(sway_ecu_config(&ecu)->alarm.hold_ms, xcp.reference.alarm.hold_ms);
+    CONNECT();
+    unlock();
+    speed(0);
+    GOOD(0xEB, 0x01, 0, 1);
+    speed(0);
+    sway_core_config_t other = good_config();
+    other.vehicle.trailer.mass_g = 1700000;
+    TEST_ASSERT_EQUAL(SWAY_ECU_CHANGED, sway_ecu_calibrate(&ecu, &other));
+    TEST_ASSERT_EQUAL_UINT8(0, ASK(0xEA, 1, 0)->data[3]);
+}
+
+/* --- DAQ lists by themselves --------------------------------------------------------------------
+ */
+
+static sway_xcp_daq_t daq;
+static const uint8_t bytes[] = {10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
+
+static void expect_packet(unsigned size, const uint8_t *expected)
+{
+    const sway_xcp_packet_t *const packet = sway_xcp_daq_next(&daq);
+    TEST_ASSERT_NOT_NULL(packet);
+    TEST_ASSERT_EQUAL_UINT8(size, packet->size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, packet->data, size);
+    sway_xcp_daq_sent(&daq);
+}
+
+#define PACKET(...) expect_packet(sizeof((uint8_t[]){__VA_ARGS__}), (const uint8_t[]){__VA_ARGS__})
+#define OK(call) TEST_ASSERT_EQUAL(SWAY_XCP_OK, call)
+
+static void enter(uint32_t list, uint32_t odt, uint32_t entry, const uint8_t *from, uint32_t size)
+{
+    OK(sway_xcp_daq_point(&daq, list, odt, entry));
+    OK(sway_xcp_daq_write(&daq, from, size));
+}
+
+/* List 0: two ODTs, of two entries and one; list 1: one of two. */
+static void two_lists(void)
+{
+    memset(&daq, 0, sizeof daq);
+    sway_xcp_daq_free(&daq);
+    OK(sway_xcp_daq_lists(&daq, 2));
+    OK(sway_xcp_daq_odts(&daq, 0, 2));
+    OK(sway_xcp_daq_odts(&daq, 1, 1));
+    OK(sway_xcp_daq_entries(&daq, 0, 0, 2));
+    OK(sway_xcp_daq_entries(&daq, 0, 1, 1));
+    OK(sway_xcp_daq_entries(&daq, 1, 0, 2));
+    enter(0, 0, 0, bytes, 1);
+    OK(sway_xcp_daq_write(&daq, bytes + 2, 2)); // the pointer goes on
+    enter(0, 1, 0, bytes + 4, 3);
+    enter(1, 0, 0, bytes + 7, 1);
+    enter(1, 0, 1, bytes + 8, 2);
+}
+
+static void test_samples_hold_what_was_entered(void)
+{
+    two_lists();
+    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
+    OK(sway_xcp_daq_mode(&daq, 1, SWAY_XCP_MODE_TIMESTAMP, 2, 1));
+    OK(sway_xcp_daq_start(&daq, 1, 0));
+    OK(sway_xcp_daq_start(&daq, 1, 1));
+    TEST_ASSERT_TRUE(sway_xcp_daq_is_running(&daq));
+    sway_xcp_daq_sample(&daq, 0, 0x01020304);
+    PACKET(0, 10, 12, 13);
+    PACKET(1, 14, 15, 16);
+    PACKET(2, 4, 3, 2, 1, 17, 18, 19);
+    TEST_ASSERT_NULL(sway_xcp_daq_next(&daq));
+    OK(sway_xcp_daq_start(&daq, 0, 0));
+    TEST_ASSERT_TRUE(sway_xcp_daq_is_running(&daq)); // the second one
+    OK(sway_xcp_daq_start(&daq, 0, 1));
+    TEST_ASSERT_FALSE(sway_xcp_daq_is_running(&daq));
+}
+
+/* Every 10 ms, whatever the steps of the clock; anew after a pause and where it is set back. */
+static void test_events_come_by_the_clock(void)
+{
+    two_lists();
+    OK(sway_xcp_daq_mode(&daq, 1, 0, 1, 1));
+    OK(sway_xcp_daq_start(&daq, 1, 1));
+    static const int64_t times_us[][2] = {
+        /* now, sampled */
+        {5000, 1},  {9999, 0},  {10000, 1}, {14999, 0},  {18000, 0}, {26000, 1}, {29999, 0},
+        {30000, 1}, {90000, 1}, {99999, 0}, {100000, 1}, {50000, 1}, {59999, 0}, {60000, 1},
+        {60001, 0}, {70000, 1}, {89999, 1}, {90001, 1},  {99999, 0}, {100000, 1}};
+    for (unsigned i = 0; i < sizeof times_us / sizeof times_us[0]; i++) {
+        sway_xcp_daq_sample(&daq, 0, times_us[i][0]);
+        char text[20];
+        (void)snprintf(text, sizeof text, "%d us", (int)times_us[i][0]);
+        TEST_ASSERT_EQUAL_MESSAGE(times_us[i][1], daq.queue_length, text);
+        if (daq.queue_length > 0U) {
+            sway_xcp_daq_sent(&daq);
+        }
+    }
+}
+
+static void test_an_estimate_is_an_event_when_it_is_new(void)
+{
+    static const uint32_t numbers[][2] = {{0, 0}, {1, 1}, {1, 0}, {2, 1}, {0, 0}, {1, 1}};
+    two_lists();
+    OK(sway_xcp_daq_mode(&daq, 1, 0, SWAY_XCP_EVENT_ESTIMATE, 1));
+    OK(sway_xcp_daq_start(&daq, 1, 1));
+    for (unsigned i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
+        sway_xcp_daq_sample(&daq, numbers[i][0], 1000 * (int64_t)i);
+        TEST_ASSERT_EQUAL_UINT32(numbers[i][1], daq.queue_length);
+        if (daq.queue_length > 0U) {
+            sway_xcp_daq_sent(&daq);
+        }
+    }
+    daq.left_out = 7;
+    sway_xcp_daq_free(&daq); // neither what was lost nor which estimate was the last is forgotten
+    TEST_ASSERT_EQUAL_UINT32(7, daq.left_out);
+    TEST_ASSERT_EQUAL_UINT32(1, daq.sequence);
+}
+
+/* Up to the last list, ODT, entry and byte, and not one more. */
+static void test_all_of_the_memory_can_be_used(void)
+{
+    memset(&daq, 0, sizeof daq);
+    sway_xcp_daq_free(&daq);
+    OK(sway_xcp_daq_lists(&daq, SWAY_XCP_LISTS));
+    OK(sway_xcp_daq_odts(&daq, 0, 3));
+    TEST_ASSERT_EQUAL(SWAY_XCP_NO_MEMORY, sway_xcp_daq_odts(&daq, 1, SWAY_XCP_ODTS - 2U));
+    OK(sway_xcp_daq_odts(&daq, 1, SWAY_XCP_ODTS - 3U));
+    OK(sway_xcp_daq_entries(&daq, 0, 0, 3));
+    OK(sway_xcp_daq_entries(&daq, 0, 2, 1));
+    TEST_ASSERT_EQUAL(SWAY_XCP_NO_MEMORY, sway_xcp_daq_entries(&daq, 1, 0, SWAY_XCP_ENTRIES - 3U));
+    OK(sway_xcp_daq_entries(&daq, 1, 0, SWAY_XCP_ENTRIES - 4U));
+    TEST_ASSERT_EQUAL(SWAY_XCP_RANGE, sway_xcp_daq_point(&daq, SWAY_XCP_LISTS, 0, 0));
+    TEST_ASSERT_EQUAL(SWAY_XCP_RANGE, sway_xcp_daq_point(&daq, 0, 3, 0));
+    TEST_ASSERT_EQUAL(SWAY_XCP_RANGE, sway_xcp_daq_mode(&daq, SWAY_XCP_LISTS, 0, 1, 1));
+    enter(0, 2, 0, bytes, 7);
+    enter(0, 0, 0, bytes, 3);
+    enter(0, 0, 1, bytes, 2);
+    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
+    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // one is missing
+    enter(0, 0, 2, bytes, 3);
+    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // a byte too many
+    enter(0, 0, 2, bytes, 2);
+    OK(sway_xcp_daq_start(&daq, 1, 0));
+    two_lists();
+    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // no prescaler
+}
+
+static void test_the_queue_keeps_its_order_and_tells_what_it_lost(void)
+{
+    uint8_t number = 0;
+    two_lists();
+    enter(1, 0, 0, &number, 1);
+    OK(sway_xcp_daq_mode(&daq, 1, 0, 1, 1));
+    OK(sway_xcp_daq_start(&daq, 1, 1));
+    int64_t now = 0;
+    for (unsigned i = 0; i < 3U * SWAY_XCP_QUEUE; i++, now += 10000) {
+        number = (uint8_t)i;
+        sway_xcp_daq_sample(&daq, 0, now);
+        if (i >= 5U) {
+            PACKET(2, (uint8_t)(i - 5U), 18, 19);
+        }
+    }
+    for (unsigned i = 0; i < SWAY_XCP_QUEUE - 5U; i++, now += 10000) {
+        sway_xcp_daq_sample(&daq, 0, now);
+    }
+    TEST_ASSERT_EQUAL_UINT32(SWAY_XCP_QUEUE, daq.queue_length);
+    TEST_ASSERT_EQUAL_UINT32(0, daq.left_out);
+    sway_xcp_daq_sample(&daq, 0, now);
+    TEST_ASSERT_EQUAL_UINT32(1, daq.left_out);
+    OK(sway_xcp_daq_start(&daq, 0, 1));
+    sway_xcp_daq_sent(&daq);
+    sway_xcp_daq_sample(&daq, 0, now); // told once
+    TEST_ASSERT_EQUAL_UINT32(SWAY_XCP_QUEUE, daq.queue_length);
+    sway_xcp_daq_sent(&daq);
+    sway_xcp_daq_sample(&daq, 0, now);
+    for (unsigned i = 0; i < SWAY_XCP_QUEUE - 2U; i++) {
+        sway_xcp_daq_sent(&daq);
+    }
+    PACKET(0xFD, 0x06);
+    TEST_ASSERT_NULL(sway_xcp_daq_next(&daq));
+}
+
+static void test_selected_lists_and_no_others_are_started_and_stopped(void)
+{
+    two_lists();
+    for (uint32_t list = 0; list < 2U; list++) {
+        OK(sway_xcp_daq_mode(&daq, list, 0, 1, 1));
+    }
+    OK(sway_xcp_daq_start(&daq, 2, 1));
+    OK(sway_xcp_daq_synch(&daq, 1));
+    TEST_ASSERT_FALSE((daq.list[0].mode & SWAY_XCP_MODE_RUNNING) != 0U);
+    TEST_ASSERT_TRUE((daq.list[1].mode & SWAY_XCP_MODE_RUNNING) != 0U);
+    OK(sway_xcp_daq_start(&daq, 1, 0));
+    OK(sway_xcp_daq_start(&daq, 2, 1));
+    OK(sway_xcp_daq_synch(&daq, 2));
+    TEST_ASSERT_TRUE((daq.list[0].mode & SWAY_XCP_MODE_RUNNING) != 0U);
+    TEST_ASSERT_FALSE((daq.list[1].mode & SWAY_XCP_MODE_RUNNING) != 0U);
+    OK(sway_xcp_daq_start(&daq, 1, 1));
+    OK(sway_xcp_daq_synch(&daq, 0));
+    TEST_ASSERT_FALSE(sway_xcp_daq_is_running(&daq));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -567,5 +923,17 @@ int main(void)
     RUN_TEST(test_lists_are_made_in_order_and_within_their_memory);
     RUN_TEST(test_samples_without_room_are_left_out_whole_and_told);
     RUN_TEST(test_an_answer_that_waits_is_sent_first);
+    RUN_TEST(test_answers_are_those_of_the_standard);
+    RUN_TEST(test_memory_is_what_is_there);
+    RUN_TEST(test_words_are_downloaded_one_after_the_other);
+    RUN_TEST(test_each_page_is_set_by_itself);
+    RUN_TEST(test_a_lock_is_open_for_its_time);
+    RUN_TEST(test_the_reference_is_what_the_ecu_runs_with);
+    RUN_TEST(test_samples_hold_what_was_entered);
+    RUN_TEST(test_events_come_by_the_clock);
+    RUN_TEST(test_an_estimate_is_an_event_when_it_is_new);
+    RUN_TEST(test_all_of_the_memory_can_be_used);
+    RUN_TEST(test_the_queue_keeps_its_order_and_tells_what_it_lost);
+    RUN_TEST(test_selected_lists_and_no_others_are_started_and_stopped);
     return UNITY_END();
 }

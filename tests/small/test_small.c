@@ -92,6 +92,13 @@ static void samples_of_what_is_dropped_are_good_samples(void)
     TEST_ASSERT_EQUAL_INT(SWAY_MESSAGE_GOOD, sway_node_message_state(&node, SWAY_MESSAGE_SPEED));
 }
 
+/* As many rows as the grid holds but two: an input may come so late. */
+static void an_input_may_be_late_by_six_rows(void)
+{
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_core_init(&core, &config));
+    TEST_ASSERT_EQUAL_INT32(6 * config.sample_period_us, core.grid.config.max_wait_us);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -99,5 +106,6 @@ int main(void)
     RUN_TEST(the_range_of_what_is_dropped_is_checked_all_the_same);
     RUN_TEST(frames_of_what_is_dropped_are_good_frames);
     RUN_TEST(samples_of_what_is_dropped_are_good_samples);
+    RUN_TEST(an_input_may_be_late_by_six_rows);
     return UNITY_END();
 }

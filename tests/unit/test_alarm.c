@@ -475,6 +475,98 @@ static void time_that_goes_back_is_no_growth(void)
     TEST_ASSERT_EQUAL_INT64(500000, alarm_.growing_us);
 }
 
+static void before_the_first_estimate_no_time_to_the_limit_is_known(void)
+{
+    TEST_ASSERT_EQUAL_INT32(-1, alarm_.time_to_limit_ms);
+    TEST_ASSERT_EQUAL_INT32(3000, alarm_.config.critical_time_ms);
+}
+
+/* One oscillation of growth against the model is enough, a microsecond less is not; estimates a
+ * second apart still follow each other. */
+static void growth_of_one_period_is_enough(void)
+{
+    for (int less_us = 0; less_us <= 1; less_us++) {
+        setUp();
+        swing(5, 0.1, -0.03, 0.01);
+        input.belief = SWAY_BELIEF_SIGNAL;
+        input.omega_rad_s = sway_real_scale(sway_real_pi(), 1); // a period of 1 s
+        (void)after(10);
+        input.time_us += 1000000 - less_us;
+        sway_alarm_update(&alarm_, &input);
+        TEST_ASSERT_EQUAL_INT(less_us == 0 ? SWAY_ALARM_WARNING : SWAY_ALARM_NOTICE, alarm_.state);
+    }
+}
+
+static void a_damping_of_exactly_the_bound_does_not_warn(void)
+{
+    swing(5, 0.1, 0, 0);
+    (void)after(0.1);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
+    setUp();
+    input.is_below_range = true;
+    input.model.usable = true;
+    input.model.se = real(0.01);
+    const sway_real_t errors = sway_real_add(input.model.se, sway_real_micro(5000));
+    input.model.ratio = sway_real_neg(sway_real_mul(sway_real_ratio(2500, 1000), errors));
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(0.1));
+    input.model.ratio = sway_real_sub(input.model.ratio, real(1e-6));
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+    TEST_ASSERT_EQUAL_UINT32(SWAY_REASON_ABOVE_CRITICAL_SPEED, alarm_.reasons);
+}
+
+static void exactly_the_critical_time_is_not_critical(void)
+{
+    for (int more_ms = 0; more_ms <= 1; more_ms++) {
+        setUp();
+        swing(5, 0.3, -0.07, 0.01);
+        (void)after(0.1);
+        alarm_.config.critical_time_ms = alarm_.time_to_limit_ms + more_ms;
+        TEST_ASSERT_EQUAL_INT(more_ms == 0 ? SWAY_ALARM_WARNING : SWAY_ALARM_CRITICAL, after(0.1));
+    }
+}
+
+/* The reasons are those of now as long as the state is asked for, and its hold counts from the last
+ * time that it was. */
+static void a_state_that_goes_on_has_the_reasons_of_now(void)
+{
+    input.speed_mm_s = 32000;
+    (void)after(0.1);
+    TEST_ASSERT_EQUAL_UINT32(SWAY_REASON_SMALL_MARGIN, alarm_.reasons);
+    input.speed_mm_s = 25000;
+    swing(5, -0.1, 0.03, 0.01);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(1.5));
+    TEST_ASSERT_EQUAL_UINT32(SWAY_REASON_LOW_DAMPING, alarm_.reasons);
+    swing(5, -0.5, 0.2, 0.01);
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE,
+                          after(1.5)); // 3 s after the first, 1.5 s after the last
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(0.5));
+}
+
+static void off_has_no_reasons(void)
+{
+    input.speed_mm_s = 32000;
+    (void)after(0.1);
+    input.speed_mm_s = 0;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_OFF, after(3));
+    TEST_ASSERT_EQUAL_UINT32(0, alarm_.reasons);
+}
+
+/* A clock that starts again: growth of before does not count, that since then does. */
+static void growth_begins_anew_with_the_clock(void)
+{
+    swing(5, 0.1, -0.03, 0.01);
+    input.belief = SWAY_BELIEF_SIGNAL;
+    (void)after(100);
+    (void)after(0.9);
+    (void)after(0.5); // of a period of 1.5 s
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, alarm_.state);
+    sway_alarm_restart(&alarm_, 50000000);
+    input.time_us = 50000000;
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.9));
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.55));
+    TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -505,5 +597,12 @@ int main(void)
     RUN_TEST(thresholds_may_be_as_large_as_they_are_accepted);
     RUN_TEST(a_limit_below_the_range_warns_by_the_damping);
     RUN_TEST(time_that_goes_back_is_no_growth);
+    RUN_TEST(before_the_first_estimate_no_time_to_the_limit_is_known);
+    RUN_TEST(growth_of_one_period_is_enough);
+    RUN_TEST(a_damping_of_exactly_the_bound_does_not_warn);
+    RUN_TEST(exactly_the_critical_time_is_not_critical);
+    RUN_TEST(a_state_that_goes_on_has_the_reasons_of_now);
+    RUN_TEST(off_has_no_reasons);
+    RUN_TEST(growth_begins_anew_with_the_clock);
     return UNITY_END();
 }

@@ -542,6 +542,31 @@ static void states_of_the_inputs_are_told_in_their_order(void)
     }
 }
 
+/* Any of the three is enough to degrade a judgement, and the last input is one as well. */
+static void each_kind_of_lack_degrades(void)
+{
+    uint32_t *const lacks[] = {&status.missing_inputs, &status.doubted_inputs,
+                               &status.refuted_inputs};
+    const uint64_t degraded = UINT64_C(1) << 34;
+    for (unsigned i = 0; i < 3U; i++) {
+        *lacks[i] = 0xC000;
+        TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
+        TEST_ASSERT_EQUAL_HEX64(UINT64_C(0xC000) << (16U + 16U * i),
+                                word_of(SWAY_OUTPUT_JUDGEMENT));
+        *lacks[i] = 0;
+    }
+}
+
+static void large_errors_are_told_up_to_65(void)
+{
+    status.finding_se_micro = 40000000;
+    status.relation_ppm = 50000000;
+    status.relation_se_ppm = 60000000;
+    TEST_ASSERT_EQUAL_HEX64(UINT64_C(40000) << 48, word_of(SWAY_OUTPUT_FINDING));
+    TEST_ASSERT_EQUAL_HEX64(UINT64_C(60000) << 48 | UINT64_C(50000) << 32,
+                            word_of(SWAY_OUTPUT_RELATION));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -561,5 +586,7 @@ int main(void)
     RUN_TEST(quality_says_flags_window_and_number);
     RUN_TEST(fault_counters_are_told_and_held_at_their_ends);
     RUN_TEST(states_of_the_inputs_are_told_in_their_order);
+    RUN_TEST(each_kind_of_lack_degrades);
+    RUN_TEST(large_errors_are_told_up_to_65);
     return UNITY_END();
 }

@@ -594,6 +594,313 @@ static void test_ring_sums_are_those_of_its_newest_rows(void)
     }
 }
 
+static void configure(int32_t max_gap_us, int32_t input_period_us)
+{
+    sway_grid_config_t config = sway_grid_default(10000);
+    config.max_gap_us = max_gap_us;
+    config.input_period_us = input_period_us;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+}
+
+static void test_the_bounds_of_a_configuration_are_allowed(void)
+{
+    sway_grid_config_t config = sway_grid_default(1000);
+    TEST_ASSERT_EQUAL_INT32(60000, config.max_gap_us);
+    TEST_ASSERT_EQUAL_INT32(500000, config.max_speed_gap_us);
+    TEST_ASSERT_EQUAL_INT32(100000, config.max_wait_us);
+    config.max_wait_us = 0;
+    config.input_period_us = 1000;
+    config.delay_us[0] = 500000;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+    config.sample_period_us = 100000;
+    config.max_gap_us = 100000;
+    config.input_period_us = 100000;
+    config.delay_us[0] = -500000;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+}
+
+/* Long spans, where they are allowed to be data, are interpolated to the nearest as well. */
+static void test_long_spans_are_interpolated_to_the_nearest(void)
+{
+    static const int64_t spans_us[] = {60000, 65535, 65536, 65537, 100000, 290001};
+    static const int32_t to[] = {1, -1, 3, 5000000, -5000000};
+    for (int i = 0; i < 6; i++) {
+        for (int k = 0; k < 5; k++) {
+            configure(300000, 0);
+            put(SWAY_INPUT_CAR_YAW_RATE, 5000, 0);
+            put(SWAY_INPUT_CAR_YAW_RATE, 5000 + spans_us[i], to[k]);
+            for (int64_t row = 10000; row <= 50000; row += 10000) {
+                take_row(row);
+                TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+                const double exact = (double)to[k] * (double)(row - 5000) / (double)spans_us[i];
+                TEST_ASSERT_DOUBLE_WITHIN(0.5000001, exact, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+            }
+        }
+    }
+    for (int sign = -1; sign <= 1; sign += 2) { // a half away from zero
+        configure(300000, 0);
+        put(SWAY_INPUT_CAR_YAW_RATE, 0, 0);
+        put(SWAY_INPUT_CAR_YAW_RATE, 20000, sign);
+        take_row(10000);
+        TEST_ASSERT_EQUAL_INT32(sign, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+    }
+}
+
+/* Nothing of before: rows that waited, an input's silence. */
+static void test_a_restart_leaves_nothing_of_before(void)
+{
+    for (int64_t t = 0; t <= 50000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 100);
+        put(SWAY_INPUT_TRAILER_YAW_RATE, t < 20000 ? t : 20000, 200); // rows wait for it
+    }
+    for (int k = 0; k < 16; k++) {
+        const sway_error_t error =
+            sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, -9000000 + 10000 * k, 7);
+        TEST_ASSERT_EQUAL_INT(k < 15 ? SWAY_ERROR_TIME : SWAY_OK, error);
+    }
+    TEST_ASSERT_EQUAL_UINT32(16, grid.faults.time_backward);
+    int rows = 0;
+    for (int64_t t = -8840000; t < -8500000; t += 10000) {
+        put(SWAY_INPUT_CAR_LATERAL_ACC, t, 5);
+        while (sway_grid_tick(&grid, &tick)) {
+            TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
+            TEST_ASSERT_TRUE(!is_valid(SWAY_CHANNEL_CAR_YAW_RATE) || rows == 0);
+            rows++;
+        }
+    }
+    TEST_ASSERT_TRUE(rows > 20);
+}
+
+static void test_a_silence_that_outlasts_a_restart_is_counted_again(void)
+{
+    put(SWAY_INPUT_TRAILER_YAW_RATE, 0, 7);
+    for (int part = 1; part <= 2; part++) {
+        for (int64_t t = 0; t < 1500000; t += 10000) {
+            const int64_t now = (part == 1 ? 0 : INT64_C(3600000000)) + t;
+            (void)sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, now, 5);
+            while (sway_grid_tick(&grid, &tick)) {
+            }
+        }
+        TEST_ASSERT_EQUAL_UINT32(part, grid.faults.gaps);
+    }
+}
+
+/* A stamp half a second ahead is taken, beyond that when a second one is within half a second of
+ * it; a jump of up to 2 s is no restart. */
+static void test_jumps_are_believed_as_it_is_said(void)
+{
+    static const int64_t second_us[][2] = {{500000, 1}, {-500000, 1}, {500001, 0}, {-500001, 0}};
+    put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+    put(SWAY_INPUT_CAR_YAW_RATE, 500000, 1);
+    TEST_ASSERT_EQUAL_UINT32(0, grid.faults.time_backward);
+    for (int i = 0; i < 4; i++) {
+        setUp();
+        put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+        TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                              sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 9000000, 1));
+        TEST_ASSERT_EQUAL_INT(
+            second_us[i][1] != 0 ? SWAY_OK : SWAY_ERROR_TIME,
+            sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 9000000 + second_us[i][0], 1));
+    }
+    for (int64_t jump = 1000000; jump <= 2000001; jump = jump < 2000000 ? 2000000 : jump + 1) {
+        setUp();
+        put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+        (void)sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, jump, 1);
+        put(SWAY_INPUT_CAR_YAW_RATE, jump, 1);
+        TEST_ASSERT_EQUAL_UINT32(jump > 2000000, grid.faults.restarts);
+    }
+    /* two strays with a good stamp between them are strays */
+    setUp();
+    put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+    for (int k = 1; k < 30; k++) {
+        TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                              sway_grid_input(&grid, SWAY_INPUT_TRAILER_YAW_RATE, 9000000, 1));
+        put(SWAY_INPUT_CAR_YAW_RATE, 10000 * k, 1);
+        TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                              sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 10000 * k - 1, 1));
+        put(SWAY_INPUT_CAR_YAW_RATE, 10000 * k + 1, 1);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, grid.faults.restarts);
+}
+
+static void test_a_sample_is_late_behind_its_row_and_refused_a_second_behind(void)
+{
+    for (int64_t t = 0; t <= 2000000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
+        while (sway_grid_tick(&grid, &tick)) {
+        }
+    }
+    TEST_ASSERT_EQUAL_INT64(2010000, grid.next_time_us);
+    TEST_ASSERT_EQUAL_UINT32(0, grid.faults.late);
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                          sway_grid_input(&grid, SWAY_INPUT_ARTICULATION, 1009999, 1));
+    put(SWAY_INPUT_ARTICULATION, 1010000, 1);
+    TEST_ASSERT_EQUAL_UINT32(1, grid.faults.late);
+    put(SWAY_INPUT_ARTICULATION, 2009999, 1);
+    TEST_ASSERT_EQUAL_UINT32(2, grid.faults.late);
+    put(SWAY_INPUT_ARTICULATION, 2010000, 1);
+    TEST_ASSERT_EQUAL_UINT32(2, grid.faults.late);
+}
+
+/* An input far ahead of the others does not write over rows that wait. */
+static void test_rows_that_wait_are_not_written_over(void)
+{
+    configure(500000, 0);
+    put(SWAY_INPUT_TRAILER_YAW_RATE, 0, 1);
+    put(SWAY_INPUT_CAR_YAW_RATE, 0, 0);
+    put(SWAY_INPUT_CAR_YAW_RATE, 400000, 4000);
+    for (int64_t row = 0; row < 160000; row += 10000) {
+        take_row(row);
+        TEST_ASSERT_EQUAL_INT32((int32_t)(row / 100), tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
+    }
+}
+
+static void test_a_steering_angle_that_is_not_valid_is_not(void)
+{
+    put(SWAY_INPUT_STEERING_WHEEL_ANGLE, 0, 1);
+    sway_grid_invalid(&grid, SWAY_INPUT_STEERING_WHEEL_ANGLE, 10000);
+    take_row(10000);
+    TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_STEERING_WHEEL_ANGLE));
+}
+
+static void test_a_gap_is_longer_than_the_longest_that_is_allowed(void)
+{
+    for (int more = 0; more <= 1; more++) {
+        setUp();
+        put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+        put(SWAY_INPUT_CAR_YAW_RATE, 60000 + more, 1);
+        TEST_ASSERT_EQUAL_UINT32(more, grid.faults.gaps);
+        take_row(10000);
+        TEST_ASSERT_EQUAL(more == 0, is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+    }
+}
+
+/* The mean in units of 2 us follows a span's deviation by a 64th, rounded; of short spans (less
+ * than 3/4) nothing is said, long ones are multiples. */
+static void test_the_rate_follows_by_a_sixty_fourth(void)
+{
+    static const int32_t cases[][2] = {{10640, 5},   {9360, -5},   {10062, 0},   {10064, 1},
+                                       {9938, 0},    {9936, -1},   {14000, 31},  {14999, 39},
+                                       {15000, 39},  {15001, -39}, {16000, -31}, {25000, 39},
+                                       {25001, -39}, {7500, -20},  {7499, 0},    {20640, 5}};
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        configure(60000, 10000);
+        put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+        put(SWAY_INPUT_CAR_YAW_RATE, cases[i][0], 1);
+        TEST_ASSERT_EQUAL_INT32(cases[i][1], grid.input[SWAY_INPUT_CAR_YAW_RATE].drift);
+    }
+}
+
+/* Off from more than 6 % on, right again from less than 4 % on, fast or slow. */
+static void test_the_rate_is_off_where_it_is_said(void)
+{
+    static const int32_t cases[][3] = {/* mean in 2 us, off before, off after */
+                                       {300, 0, 0}, {301, 0, 1}, {-300, 0, 0}, {-301, 0, 1},
+                                       {200, 1, 1}, {199, 1, 0}, {-200, 1, 1}, {-199, 1, 0}};
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        configure(60000, 10000);
+        put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+        sway_grid_input_t *const in = &grid.input[SWAY_INPUT_CAR_YAW_RATE];
+        in->drift = (int16_t)cases[i][0];
+        in->off_rate = cases[i][1] != 0;
+        put(SWAY_INPUT_CAR_YAW_RATE, 10000 + 2 * cases[i][0], 1);
+        TEST_ASSERT_EQUAL_INT32(cases[i][0], in->drift);
+        TEST_ASSERT_EQUAL(cases[i][2] != 0, in->off_rate);
+        TEST_ASSERT_EQUAL_UINT32(cases[i][2] > cases[i][1], grid.faults.off_rate);
+    }
+}
+
+/* Inputs that come 50 ms after the others are waited for in every row, and where they end the rows
+ * have nothing of them. */
+static void test_every_input_is_waited_for_in_every_row(void)
+{
+    static const sway_input_t late[] = {SWAY_INPUT_STEERING_WHEEL_ANGLE, SWAY_INPUT_ARTICULATION,
+                                        SWAY_INPUT_CAR_YAW_RATE};
+    for (int i = 0; i < 3; i++) {
+        setUp();
+        int64_t rows = 0;
+        for (int64_t t = 0; t < 1000000; t += 10000) {
+            put(SWAY_INPUT_TRAILER_YAW_RATE, t, 1);
+            if (t == 0 || (t >= 50000 && t < 700000)) {
+                put(late[i], t == 0 ? 0 : t - 50000, 5);
+            }
+            while (sway_grid_tick(&grid, &tick)) {
+                rows++;
+                TEST_ASSERT_EQUAL(tick.time_us < 650000, is_valid((sway_channel_t)late[i]));
+            }
+        }
+        TEST_ASSERT_TRUE(rows > 80);
+        TEST_ASSERT_EQUAL_UINT32(1, grid.faults.gaps);
+    }
+}
+
+static void test_a_stamp_that_was_refused_is_forgotten_with_the_next_good_one(void)
+{
+    for (int refused = 0; refused < 2; refused++) {
+        setUp();
+        put(SWAY_INPUT_CAR_YAW_RATE, 0, 1);
+        put(SWAY_INPUT_CAR_YAW_RATE, 10000, 1);
+        if (refused != 0) {
+            TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
+                                  sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, 5000, 1));
+        }
+        put(SWAY_INPUT_CAR_YAW_RATE, 20000, 1);
+        take_row(20000);
+        put(SWAY_INPUT_CAR_YAW_RATE, 120000, 1); // behind a gap, on its row
+        take_row(120000);
+        TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+    }
+}
+
+static void test_time_is_taken_up_to_its_limit(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        setUp();
+        put(SWAY_INPUT_CAR_YAW_RATE, sign * SWAY_GRID_TIME_LIMIT, 1);
+        TEST_ASSERT_EQUAL_INT(
+            SWAY_ERROR_ARGUMENT,
+            sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, sign * (SWAY_GRID_TIME_LIMIT + 1), 1));
+    }
+}
+
+static void test_what_is_not_valid_is_delayed_as_what_is(void)
+{
+    sway_grid_config_t config = sway_grid_default(10000);
+    config.delay_us[SWAY_INPUT_CAR_YAW_RATE] = 20000;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+    for (int64_t t = 20000; t <= 100000; t += 10000) {
+        if (t == 60000) {
+            sway_grid_invalid(&grid, SWAY_INPUT_CAR_YAW_RATE, t);
+        } else {
+            put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
+        }
+    }
+    for (int64_t row = 0; row <= 80000; row += 10000) {
+        take_row(row);
+        TEST_ASSERT_EQUAL(row != 40000, is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
+    }
+}
+
+static void test_speed_is_held_for_half_a_second(void)
+{
+    put(SWAY_INPUT_SPEED, 0, 25000);
+    for (int64_t t = 0; t <= 600000; t += 10000) {
+        put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
+        while (sway_grid_tick(&grid, &tick)) {
+            TEST_ASSERT_EQUAL(tick.time_us <= 500000, is_valid(SWAY_CHANNEL_SPEED));
+        }
+    }
+}
+
+static void test_one_wheel_of_the_first_axle_is_no_axle(void)
+{
+    for (int64_t t = 0; t <= 20000; t += 10000) {
+        put(SWAY_INPUT_CAR_FY_FL, t, 5);
+    }
+    take_row(10000);
+    TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_CAR_FRONT_FY));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -630,5 +937,22 @@ int main(void)
     RUN_TEST(test_a_speed_that_is_not_usable_is_not_held);
     RUN_TEST(test_ring_clips_and_marks);
     RUN_TEST(test_ring_sums_are_those_of_its_newest_rows);
+    RUN_TEST(test_the_bounds_of_a_configuration_are_allowed);
+    RUN_TEST(test_long_spans_are_interpolated_to_the_nearest);
+    RUN_TEST(test_a_restart_leaves_nothing_of_before);
+    RUN_TEST(test_a_silence_that_outlasts_a_restart_is_counted_again);
+    RUN_TEST(test_jumps_are_believed_as_it_is_said);
+    RUN_TEST(test_a_sample_is_late_behind_its_row_and_refused_a_second_behind);
+    RUN_TEST(test_rows_that_wait_are_not_written_over);
+    RUN_TEST(test_a_steering_angle_that_is_not_valid_is_not);
+    RUN_TEST(test_a_gap_is_longer_than_the_longest_that_is_allowed);
+    RUN_TEST(test_the_rate_follows_by_a_sixty_fourth);
+    RUN_TEST(test_the_rate_is_off_where_it_is_said);
+    RUN_TEST(test_every_input_is_waited_for_in_every_row);
+    RUN_TEST(test_a_stamp_that_was_refused_is_forgotten_with_the_next_good_one);
+    RUN_TEST(test_time_is_taken_up_to_its_limit);
+    RUN_TEST(test_what_is_not_valid_is_delayed_as_what_is);
+    RUN_TEST(test_speed_is_held_for_half_a_second);
+    RUN_TEST(test_one_wheel_of_the_first_axle_is_no_axle);
     return UNITY_END();
 }

@@ -24,6 +24,7 @@ static void identify(void)
     }
     TEST_ASSERT_LESS_THAN_INT(20, slices);
     TEST_ASSERT_FALSE(sway_identify_run(&id));
+    TEST_ASSERT_BITS_HIGH(SWAY_VALID_SPEED, id.valid);
 }
 
 static void drop(sway_channel_t channel)
@@ -128,6 +129,7 @@ static void without_force_sensors_the_balances_give_the_stiffnesses(void)
     expect_stiffness(plant.stiffness, 15, 5e-6);
     TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_USER_INERTIA | SWAY_QUALITY_EQUAL_SPLIT, id.quality);
     TEST_ASSERT_BITS(SWAY_VALID_CAR_INERTIA | SWAY_VALID_TRAILER_INERTIA, 0, id.valid);
+    TEST_ASSERT_BITS(SWAY_VALID_TRAILER_INERTIA_1 | SWAY_VALID_TRAILER_INERTIA_2, 0, id.valid);
 }
 
 static void hitch_sensor_alone_is_enough_for_the_car(void)
@@ -139,6 +141,7 @@ static void hitch_sensor_alone_is_enough_for_the_car(void)
     identify();
     expect_stiffness(plant.stiffness, 15, 2e-6);
     TEST_ASSERT_BITS_HIGH(SWAY_VALID_TRAILER_INERTIA, id.valid);
+    TEST_ASSERT_BITS_HIGH(SWAY_QUALITY_USER_INERTIA, id.quality); // of the car
 }
 
 static void car_wheel_forces_alone_are_enough_for_the_trailer(void)
@@ -191,6 +194,7 @@ static void missing_sensors_switch_off_exactly_what_needs_them(void)
     drop(SWAY_CHANNEL_CAR_LATERAL_ACC);
     identify();
     expect_stiffness(plant.stiffness, 12, 2e-6);
+    TEST_ASSERT_BITS_LOW(SWAY_QUALITY_SINGULAR, id.quality); // not known is not singular
     plant_line(&plant, &vehicle, &line);
     drop(SWAY_CHANNEL_STEERING_WHEEL_ANGLE);
     identify();
@@ -223,6 +227,7 @@ static void effective_load_for_every_phase(void)
         identify();
         TEST_ASSERT_BITS_HIGH(SWAY_VALID_CAR_REAR_LOAD, id.valid);
         TEST_ASSERT_DOUBLE_WITHIN(0.01, cabs(effective), value(id.axle[1].effective_load_n));
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, mean, value(id.axle[1].load_n));
         const double complex harmonic = cvalue(id.axle[1].load_harmonic_n);
         TEST_ASSERT_DOUBLE_WITHIN(0.01, amplitude, cabs(harmonic));
         /* Against the force squared: the force leads the slip by the argument of the stiffness. */
@@ -284,9 +289,12 @@ static void the_error_of_what_rubs_is_in_all_that_is_freed_of_it(void)
     drop(SWAY_CHANNEL_CAR_FRONT_FY);
     drop(SWAY_CHANNEL_CAR_REAR_FY);
     identify();
-    const double slip = cabs(cvalue(id.axle[SWAY_AXLE_CAR_FRONT].slip.value));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * value(id.unsure_force_n), value(id.unsure_force_n),
-                              slip * value(id.axle[SWAY_AXLE_CAR_FRONT].stiffness.se));
+    TEST_ASSERT_TRUE(value(id.unsure_force_n) > 1);
+    for (int axle = SWAY_AXLE_CAR_FRONT; axle <= (int)SWAY_AXLE_CAR_REAR; axle++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * value(id.unsure_force_n), value(id.unsure_force_n),
+                                  cabs(cvalue(id.axle[axle].slip.value)) *
+                                      value(id.axle[axle].stiffness.se));
+    }
 }
 
 /* A moment that drives is nothing that rubs: the inertias stay as they are, and their error grows
@@ -306,6 +314,10 @@ static void what_is_not_friction_is_an_error(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs(value(id.trailer_inertia.value.im)),
                               fabs(value(id.trailer_inertia.value.im)),
                               value(id.freed_inertia[1].se));
+    for (int body = 0; body < 2; body++) {
+        TEST_ASSERT_EQUAL_DOUBLE(0, value(id.freed_inertia[body].value.im));
+        TEST_ASSERT_TRUE(value(id.freed_inertia[body].se) > 100);
+    }
     plant.friction = 0;
     plant_line(&plant, &vehicle, &line);
     errors_of_all(1e-5);
@@ -473,6 +485,93 @@ static void a_load_is_positive(void)
     }
 }
 
+/* Measured forces of the car's axles stand by themselves, whatever inertias the user believes in.
+ */
+static void measured_forces_do_not_need_the_users_inertias(void)
+{
+    test_plant_t plant = reference_plant(90);
+    plant_line(&plant, &vehicle, &line);
+    drop_forces();
+    line.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_FRONT_FY);
+    line.valid_mask |= SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_REAR_FY);
+    errors_of_all(0);
+    vehicle.car.yaw_inertia_gm2 = 4000000;
+    vehicle.trailer.yaw_inertia_gm2 = 20000000;
+    identify();
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 2690, value(id.car_inertia.value.re));
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 10350, value(id.trailer_inertia.value.re));
+    TEST_ASSERT_EQUAL_DOUBLE(0, value(id.axle[SWAY_AXLE_CAR_FRONT].stiffness.se));
+    TEST_ASSERT_EQUAL_DOUBLE(0, value(id.axle[SWAY_AXLE_CAR_REAR].stiffness.se));
+}
+
+static void a_car_alone_has_no_trailer_whatever_its_sensors_show(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    vehicle.trailer.axles = 0;
+    identify();
+    TEST_ASSERT_FALSE(id.axle[SWAY_AXLE_TRAILER_FRONT].slip.known);
+    TEST_ASSERT_FALSE(id.axle[SWAY_AXLE_TRAILER_REAR].slip.known);
+    TEST_ASSERT_BITS(SWAY_VALID_TRAILER_INERTIA | SWAY_VALID_TRAILER_INERTIA_1 |
+                         SWAY_VALID_TRAILER_INERTIA_2,
+                     0, id.valid);
+}
+
+/* What growth and frequency are off by is in the stiffness as its derivative says. */
+static void errors_of_the_line_are_in_the_stiffness(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    errors_of_all(0);
+    const double se = 0.05;
+    line.omega_se_rad_s = real(se);
+    line.growth_se_1_s = real(se);
+    identify();
+    const double stated = value(id.axle[SWAY_AXLE_CAR_REAR].stiffness.se);
+    const double complex before = cvalue(id.axle[SWAY_AXLE_CAR_REAR].stiffness.value);
+    line.omega_rad_s = real(cimag(plant.s) + 1e-3);
+    identify();
+    const double moved = cabs(cvalue(id.axle[SWAY_AXLE_CAR_REAR].stiffness.value) - before);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * stated, moved * se / 1e-3, stated);
+}
+
+/* An inertia is valid with an error below a fifth of it. */
+static void an_inertia_is_valid_below_an_error_of_a_fifth(void)
+{
+    static const double share[] = {0.18, 0.22};
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    errors_of_all(0);
+    line.channel[SWAY_CHANNEL_CAR_FRONT_FY].amplitude_se = real(1);
+    identify();
+    const double of_1_n = value(id.car_inertia.se);
+    for (int i = 0; i < 2; i++) {
+        line.channel[SWAY_CHANNEL_CAR_FRONT_FY].amplitude_se = real(share[i] * 2690 / of_1_n);
+        identify();
+        TEST_ASSERT_EQUAL(i == 0, (id.valid & SWAY_VALID_CAR_INERTIA) != 0U);
+        TEST_ASSERT_BITS_HIGH(SWAY_VALID_TRAILER_INERTIA, id.valid);
+    }
+}
+
+/* No force at all where there is slip is told, if it is sure: with twice its error below 1 kN/rad.
+ */
+static void no_force_where_there_is_slip_is_told(void)
+{
+    static const double se[] = {450, 550};
+    test_plant_t plant = reference_plant(100);
+    plant_line(&plant, &vehicle, &line);
+    errors_of_all(0);
+    identify();
+    const double slip = cabs(cvalue(id.axle[SWAY_AXLE_CAR_FRONT].slip.value));
+    set_channel(&line, SWAY_CHANNEL_CAR_FRONT_FY, 0);
+    for (int i = 0; i < 2; i++) {
+        line.channel[SWAY_CHANNEL_CAR_FRONT_FY].amplitude_se = real(se[i] * slip);
+        identify();
+        TEST_ASSERT_BITS(SWAY_VALID_CAR_FRONT, 0, id.valid);
+        TEST_ASSERT_EQUAL(i == 0, (id.quality & SWAY_QUALITY_SINGULAR) != 0U);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -496,5 +595,10 @@ int main(void)
     RUN_TEST(trailer_wheel_forces_alone_are_enough_for_the_car);
     RUN_TEST(errors_of_the_effective_load_add_by_their_squares);
     RUN_TEST(a_load_is_positive);
+    RUN_TEST(measured_forces_do_not_need_the_users_inertias);
+    RUN_TEST(a_car_alone_has_no_trailer_whatever_its_sensors_show);
+    RUN_TEST(errors_of_the_line_are_in_the_stiffness);
+    RUN_TEST(an_inertia_is_valid_below_an_error_of_a_fifth);
+    RUN_TEST(no_force_where_there_is_slip_is_told);
     return UNITY_END();
 }

@@ -251,6 +251,118 @@ static void a_wrong_word_is_found(void)
     expect(at, (uint32_t *)&s->raw_high, 0);
 }
 
+/* What just fits is taken: fields up to the last bit, frames of 1 and 8 bytes, the largest prefix.
+ */
+static void what_just_fits_is_taken(void)
+{
+    uint32_t where;
+    sway_map_field_t *const field = &map.signal[2].field;
+    *field = (sway_map_field_t){.start = 3, .length = 12, .is_big_endian = 1};
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_map_check(&map, &where)); /* the last bit of byte 1 */
+    expect(SWAY_MAP_MESSAGES + 2, &field->length, 13);
+    *field = (sway_map_field_t){.start = 7, .length = 16, .is_big_endian = 1};
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_map_check(&map, &where));
+    map.message[1].length = 8;
+    *field = (sway_map_field_t){.start = 48, .length = 16};
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_map_check(&map, &where));
+    expect(SWAY_MAP_MESSAGES + 2, &field->start, 49);
+    *field = (sway_map_field_t){.start = 0, .length = 31};
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_map_check(&map, &where));
+    expect(SWAY_MAP_MESSAGES + 2, &field->length, 32);
+    map.message[1].length = 1;
+    *field = (sway_map_field_t){.start = 0, .length = 8};
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_map_check(&map, &where));
+    map.message[0].crc_prefix = UINT16_MAX;
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_map_check(&map, &where));
+}
+
+static void neither_our_frames_nor_one_twice(void)
+{
+    uint32_t where;
+    const uint32_t last = sway_frames_output_id((sway_output_t)(SWAY_OUTPUT_COUNT - 1));
+    expect(0, &map.message[0].can_id, last);
+    map.message[0].can_id = last + 1U;
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_map_check(&map, &where));
+    map.messages = 3;
+    map.message[2] = (sway_map_message_t){.can_id = 0x300, .length = 8, .crc_byte = SWAY_MAP_NONE};
+    expect(2, &map.message[2].can_id, SPEED_ID);
+    expect(SWAY_MAP_MESSAGES + 2, &map.signal[2].input, SWAY_INPUT_CAR_LATERAL_ACC);
+    expect(SWAY_MAP_MESSAGES, &map.signal[0].field.start, 64);
+    map.messages = 2; /* the third is there, but not among those that count */
+    expect(SWAY_MAP_MESSAGES + 2, &map.signal[2].message, 2);
+}
+
+static void a_map_may_be_full(void)
+{
+    uint32_t where;
+    map.messages = SWAY_MAP_MESSAGES;
+    map.signals = SWAY_MAP_SIGNALS;
+    for (uint32_t i = 0; i < SWAY_MAP_MESSAGES; i++) {
+        map.message[i] =
+            (sway_map_message_t){.can_id = 0x300 + i, .length = 8, .crc_byte = SWAY_MAP_NONE};
+    }
+    for (uint32_t i = 0; i < SWAY_MAP_SIGNALS; i++) {
+        map.signal[i] = (sway_map_signal_t){.message = i % SWAY_MAP_MESSAGES,
+                                            .input = i,
+                                            .field = {.start = i, .length = 8},
+                                            .numerator = 1,
+                                            .denominator = 1,
+                                            .raw_high = 255};
+    }
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_map_check(&map, &where));
+}
+
+static void a_positive_value_with_its_second_bit_is_positive(void)
+{
+    data[0] = 0x04; /* 0100 0100 1100: 1100 */
+    data[1] = 0x4C;
+    protect(1);
+    TEST_ASSERT_EQUAL(SWAY_OK, send(YAW_ID, 6));
+    TEST_ASSERT_EQUAL(959932, heard(SWAY_INPUT_CAR_YAW_RATE)); /* 1100 * 0.05 deg/s */
+}
+
+/* Every value of a byte has its part in the CRC. */
+static void every_byte_is_protected(void)
+{
+    for (unsigned byte = 0; byte < 256; byte++) {
+        data[1] = (uint8_t)byte;
+        protect((uint8_t)(byte % 16U));
+        TEST_ASSERT_EQUAL(SWAY_OK, send(YAW_ID, 6));
+    }
+}
+
+/* To the nearest, half away from zero; the first and the last value that its sender has count. */
+static void values_are_rounded_to_the_nearest(void)
+{
+    static const int32_t cases[][4] = {/* raw, numerator, denominator, value */
+                                       {1, 1, 2, 1},  {1, -1, 2, -1}, {1, 2, 5, 0},
+                                       {1, 3, 5, 1},  {1, 3, 6, 1},   {1, -3, 6, -1},
+                                       {1, -2, 5, 0}, {3, 1, 2, 2},   {0, 1, 2, 0}};
+    map.signal[2].input = SWAY_INPUT_ARTICULATION;
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        map.signal[2].numerator = cases[i][1];
+        map.signal[2].denominator = cases[i][2];
+        map.signal[2].raw_low = cases[i][0] - (int32_t)(i % 2U);
+        map.signal[2].raw_high = map.signal[2].raw_low + 1;
+        memset(data, 0, sizeof data);
+        data[0] = (uint8_t)cases[i][0];
+        TEST_ASSERT_EQUAL(SWAY_OK, send(SPEED_ID, 2));
+        TEST_ASSERT_EQUAL(cases[i][3], heard(SWAY_INPUT_ARTICULATION));
+    }
+    TEST_ASSERT_EQUAL(0, sway_core_status(&node.core)->fault_count[SWAY_FAULT_INVALID]);
+}
+
+static void nothing_but_its_signals_is_heard(void)
+{
+    protect(1);
+    TEST_ASSERT_EQUAL(SWAY_OK, send(YAW_ID, 6));
+    for (uint32_t place = 0; place < SWAY_INPUT_PLACES; place++) {
+        TEST_ASSERT_EQUAL(place == place_of(SWAY_INPUT_CAR_YAW_RATE) ||
+                              place == place_of(SWAY_INPUT_CAR_LATERAL_ACC),
+                          node.watch[place].started);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -262,5 +374,12 @@ int main(void)
     RUN_TEST(our_own_frames_are_still_heard);
     RUN_TEST(every_input_has_its_message);
     RUN_TEST(a_wrong_word_is_found);
+    RUN_TEST(what_just_fits_is_taken);
+    RUN_TEST(neither_our_frames_nor_one_twice);
+    RUN_TEST(a_map_may_be_full);
+    RUN_TEST(a_positive_value_with_its_second_bit_is_positive);
+    RUN_TEST(every_byte_is_protected);
+    RUN_TEST(values_are_rounded_to_the_nearest);
+    RUN_TEST(nothing_but_its_signals_is_heard);
     return UNITY_END();
 }

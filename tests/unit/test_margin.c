@@ -372,6 +372,241 @@ static void unrest_is_not_learnt_while_time_stands(void)
     TEST_ASSERT_DOUBLE_WITHIN(0, before, value(unrest.variance));
 }
 
+static void evidence_disagrees_beyond_three_errors(void)
+{
+    const double se = sqrt(0.01 * 0.01 + 0.005 * 0.005 + 0.01 * 0.01);
+    const sway_evidence_t model = {real(0.1), real(0.01), true};
+    for (int k = 0; k < 2; k++) {
+        const sway_evidence_t signal = {real(0.1 + (k == 0 ? 2.95 : 3.05) * se), real(0.01), true};
+        sway_evidence_t combined;
+        bool disagrees;
+        TEST_ASSERT_EQUAL_INT(k == 0 ? SWAY_BELIEF_BOTH : SWAY_BELIEF_SIGNAL,
+                              sway_evidence_combine(&model, &signal, &combined, &disagrees));
+        TEST_ASSERT_EQUAL_INT(k == 1, disagrees);
+    }
+}
+
+/* However calm a road was: a disturbance of 0.5 mrad/s is always expected. */
+static void the_road_is_never_taken_to_be_still(void)
+{
+    sway_disturbance_t calm = {{0, 0}, 0, 0, false};
+    for (int i = 1; i <= 200; i++) {
+        sway_disturbance_learn(&calm, 5000000LL * i, real(0), real(0.03), real(0));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0005 / 0.05,
+                              value(sway_disturbance_se(&calm, real(0), real(0.05), real(0))));
+}
+
+/* Stiffnesses and the inertia of the car that the user has not given are not asked for once they
+ * are identified. */
+static void an_identified_vehicle_needs_no_stiffness_of_the_user(void)
+{
+    test_plant_t plant = reference_plant(100);
+    identify_plant(&plant, 0.001);
+    vehicle.car.yaw_inertia_gm2 = 0;
+    vehicle.car.front_cornering_stiffness_n_per_rad = 0;
+    vehicle.car.rear_cornering_stiffness_n_per_rad = 0;
+    vehicle.trailer.front_cornering_stiffness_n_per_rad = 0;
+    vehicle.trailer.rear_cornering_stiffness_n_per_rad = 0;
+    sway_margin_init(&margin, &vehicle);
+    run(&id, 1000000, 100);
+    TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_IDENTIFIED, margin.model.source);
+    TEST_ASSERT_DOUBLE_WITHIN(0.3, 123.34, value(margin.model.v_crit_m_s) * 3.6);
+}
+
+/* Three axles are all that a single-axle trailer has. */
+static void three_identified_axles_are_all_of_a_single_axle_trailer(void)
+{
+    vehicle.trailer.axles = 1;
+    vehicle.trailer.rear_axle_to_cog_um = 201000;
+    vehicle.trailer.rear_cornering_stiffness_n_per_rad = 255600;
+    sway_margin_init(&margin, &vehicle);
+    test_plant_t plant = reference_plant(100);
+    plant.stiffness[3] = 255600;
+    identify_plant(&plant, 0.001);
+    run(&id, 1000000, 100);
+    TEST_ASSERT_EQUAL_INT(SWAY_SOURCE_IDENTIFIED, margin.model.source);
+}
+
+static void nothing_is_left_of_what_was_in_the_memory_or_of_a_broken_off_estimate(void)
+{
+    run(NULL, 1000000, 100);
+    const sway_margin_model_t expected = margin.model;
+    memset(&margin, 0x5A, sizeof margin);
+    sway_margin_init(&margin, &vehicle);
+    run(NULL, 1000000, 100);
+    TEST_ASSERT_EQUAL_MEMORY(&expected, &margin.model, sizeof expected);
+    for (int slices = 1; slices < 60; slices++) {
+        sway_margin_init(&margin, &vehicle);
+        TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_margin_start(&margin, NULL, 1000000, real(140 / 3.6)));
+        for (int i = 0; i < slices; i++) {
+            (void)sway_margin_run(&margin);
+        }
+        const bool done = margin.model.has_model;
+        run(NULL, 1000000, 100);
+        TEST_ASSERT_DOUBLE_WITHIN(done ? 1e-5 : 0, value(expected.v_crit_m_s),
+                                  value(margin.model.v_crit_m_s));
+        TEST_ASSERT_DOUBLE_WITHIN(done ? 1e-5 : 0, value(expected.damping_ratio),
+                                  value(margin.model.damping_ratio));
+    }
+}
+
+/* The lag of any axle alone moves the limit. */
+static void the_lag_of_each_axle_counts(void)
+{
+    for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
+        test_plant_t plant = reference_plant(100);
+        setUp();
+        identify_plant(&plant, 0.001);
+        for (int k = 0; k < (int)SWAY_AXLE_COUNT; k++) {
+            id.axle[k].stiffness.value.im = sway_real_zero();
+        }
+        run(&id, 1000000, 100);
+        const double without = value(margin.model.v_crit_m_s);
+        id.axle[axle].stiffness.value.im = real(-0.1 * plant.stiffness[axle]);
+        for (int i = 0; i < 20; i++) {
+            run(&id, 1000000, 100);
+        }
+        TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, margin.model.kind);
+        const sway_complex_t s = {sway_real_int(0), margin.model.omega_crit_rad_s};
+        const double here = value(
+            sway_complex_abs(sway_stm_characteristic(&margin.stm, s, margin.model.v_crit_m_s)));
+        const double there =
+            value(sway_complex_abs(sway_stm_characteristic(&margin.stm, s, real(without))));
+        TEST_ASSERT_TRUE(here < 0.01 * there);
+    }
+}
+
+/* Each uncertainty is in the error of the limit: of stiffnesses, of their lags, of inertias. */
+static void every_variance_is_in_the_error_of_the_limit(void)
+{
+    run(NULL, 1000000, 110);
+    const double before = value(margin.model.v_crit_se_m_s);
+    const double ratio_before = value(margin.model.damping_ratio_se);
+    for (int k = 0; k < 10; k++) {
+        setUp();
+        sway_quantity_t *const state = k < 8 ? &margin.stiffness[k / 2] : &margin.inertia[k - 8];
+        sway_real_t *const variance =
+            k < 8 && k % 2 == 1 ? &state->variance_im : &state->variance_re;
+        *variance = real(pow(0.3 * value(state->value.re), 2));
+        run(NULL, 1000000, 110);
+        TEST_ASSERT_TRUE(value(margin.model.v_crit_se_m_s) > 1.00002 * before);
+        TEST_ASSERT_TRUE(value(margin.model.damping_ratio_se) > 1.00002 * ratio_before);
+    }
+    setUp();
+    margin.stiffness[3].variance_re = real(pow(100 * value(margin.stiffness[3].value.re), 2));
+    run(NULL, 1000000, 110);
+    TEST_ASSERT_EQUAL_DOUBLE(1, value(margin.model.damping_ratio_se));
+}
+
+/* After the first time two parameters are renewed each time, in turn: all in seven estimates. */
+static void the_sensitivities_are_renewed_in_turn(void)
+{
+    run(NULL, 1000000, 110);
+    const sway_margin_model_t expected = margin.model;
+    memset(margin.limit_per_percent, 0, sizeof margin.limit_per_percent);
+    for (int i = 1; i <= (int)SWAY_PARAMETER_COUNT / SWAY_MARGIN_TURN; i++) {
+        int renewed = 0;
+        run(NULL, 1000000, 110);
+        for (int p = 0; p < (int)SWAY_PARAMETER_COUNT; p++) {
+            renewed += value(margin.model.sensitivity_m_s[p]) != 0;
+        }
+        TEST_ASSERT_EQUAL_INT(i * SWAY_MARGIN_TURN, renewed);
+    }
+    for (int p = 0; p < (int)SWAY_PARAMETER_COUNT; p++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * fabs(value(expected.sensitivity_m_s[p])) + 1e-6,
+                                  value(expected.sensitivity_m_s[p]),
+                                  value(margin.model.sensitivity_m_s[p]));
+    }
+}
+
+/* The derivatives are those at the limit with the lags, also where that is far from the one
+ * without: the same as when the search begins at the limit itself. */
+static void derivatives_are_those_at_the_limit_that_was_found(void)
+{
+    test_plant_t plant = reference_plant(90);
+    plant.stiffness[1] /= 1 + 0.7 * plant.s / plant.v;
+    for (int i = 0; i < 40; i++) {
+        identify_plant(&plant, 0.001);
+        run(&id, 1000000 + 100000 * i, 90);
+    }
+    TEST_ASSERT_FALSE(margin.far);
+    const sway_margin_t near = margin;
+    margin.model.kind = SWAY_VCRIT_SINGULAR; // the search begins without lags
+    margin.complete = false;
+    run(NULL, 5000000, 90);
+    TEST_ASSERT_TRUE(margin.far);
+    for (int p = 0; p < (int)SWAY_PARAMETER_COUNT; p++) {
+        const double expected = value(near.model.sensitivity_m_s[p]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs(expected) + 1e-4, expected,
+                                  value(margin.model.sensitivity_m_s[p]));
+    }
+}
+
+/* --- one quantity --------------------------------------------------------------------------------
+ */
+
+static sway_quantity_t quantity;
+
+static void estimate_1000(double innovation, double se)
+{
+    const sway_estimate_t estimate = {complex_of(1000 + innovation - 50 * I), real(se)};
+    const sway_complex_t s_by_v = complex_of(0.14 * I);
+    sway_quantity_take(&quantity, &estimate, s_by_v);
+}
+
+static void a_users_quantity_has_its_errors_and_its_lag_at_two_thirds_of_a_hertz(void)
+{
+    memset(&quantity, 0x5A, sizeof quantity);
+    sway_quantity_start(&quantity, real(1000), 100000, 40000);
+    TEST_ASSERT_TRUE(quantity.started);
+    TEST_ASSERT_FALSE(quantity.identified || quantity.strange);
+    TEST_ASSERT_EQUAL_INT64(0, quantity.time_us);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1e4, value(quantity.variance_re));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1600, value(quantity.variance_im));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.14, value(quantity.s_by_v.im));
+    TEST_ASSERT_EQUAL_DOUBLE(0, value(quantity.value.im));
+    const sway_estimate_t at_twice = {complex_of(1000), real(1e6)};
+    sway_quantity_take(&quantity, &at_twice, complex_of(0.28 * I));
+    TEST_ASSERT_DOUBLE_WITHIN(1, 6400, value(quantity.variance_im)); // the argument is twice it
+}
+
+static void a_first_estimate_is_taken_with_its_error(void)
+{
+    sway_quantity_start(&quantity, real(0), 100000, 40000);
+    TEST_ASSERT_FALSE(quantity.started);
+    estimate_1000(0, 3);
+    TEST_ASSERT_TRUE(quantity.started && quantity.identified);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1000, value(quantity.value.re));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 9 * SWAY_QUANTITY_OVERLAP, value(quantity.variance_re));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 9 * SWAY_QUANTITY_OVERLAP, value(quantity.variance_im));
+}
+
+/* Two estimates in a row that are off by more than sqrt(12) errors start it anew; one does not. */
+static void a_jump_is_followed_at_the_second_estimate(void)
+{
+    for (int k = 0; k < 2; k++) {
+        const double off = sqrt(k == 0 ? 11.9 : 12.1) * hypot(100, 10);
+        sway_quantity_start(&quantity, real(1000), 100000, 40000);
+        estimate_1000(off, 10);
+        TEST_ASSERT_EQUAL_INT(k == 1, quantity.strange);
+        TEST_ASSERT_TRUE(value(quantity.variance_re) < 1e4);
+    }
+    sway_quantity_start(&quantity, real(1000), 1000, 1000);
+    for (int k = 0; k < 2; k++) {
+        const sway_quantity_t before = quantity;
+        const double off = 500 - (value(quantity.value.re) - 1000);
+        const double r = 100.0 * SWAY_QUANTITY_OVERLAP;
+        estimate_1000(500, 10);
+        const double grown_re = value(before.variance_re) + (k == 1 ? off * off : 0);
+        const double grown_im = value(before.variance_im) + (k == 1 ? off * off / 4 : 0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * r, grown_re * r / (grown_re + r),
+                                  value(quantity.variance_re));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * r, grown_im * r / (grown_im + r),
+                                  value(quantity.variance_im));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -391,5 +626,17 @@ int main(void)
     RUN_TEST(identified_values_grow_less_certain_with_time);
     RUN_TEST(after_a_pause_the_unrest_is_learnt_as_after_2_5_s);
     RUN_TEST(unrest_is_not_learnt_while_time_stands);
+    RUN_TEST(evidence_disagrees_beyond_three_errors);
+    RUN_TEST(the_road_is_never_taken_to_be_still);
+    RUN_TEST(an_identified_vehicle_needs_no_stiffness_of_the_user);
+    RUN_TEST(three_identified_axles_are_all_of_a_single_axle_trailer);
+    RUN_TEST(nothing_is_left_of_what_was_in_the_memory_or_of_a_broken_off_estimate);
+    RUN_TEST(the_lag_of_each_axle_counts);
+    RUN_TEST(every_variance_is_in_the_error_of_the_limit);
+    RUN_TEST(the_sensitivities_are_renewed_in_turn);
+    RUN_TEST(derivatives_are_those_at_the_limit_that_was_found);
+    RUN_TEST(a_users_quantity_has_its_errors_and_its_lag_at_two_thirds_of_a_hertz);
+    RUN_TEST(a_first_estimate_is_taken_with_its_error);
+    RUN_TEST(a_jump_is_followed_at_the_second_estimate);
     return UNITY_END();
 }

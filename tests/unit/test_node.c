@@ -884,6 +884,142 @@ static void a_clock_that_is_set_back_is_followed(void)
     TEST_ASSERT_TRUE(drain(alarm, data) >= 1);
 }
 
+/* Messages all good, then the clock set back to `since_us`. */
+static void set_back(int64_t since_us)
+{
+    setUp();
+    for (int m = 0; m < SWAY_MESSAGE_COUNT; m++) {
+        (void)send((sway_message_t)m, 100000000, 7, 7);
+    }
+    for (int k = 0; k < 20; k++) {
+        sway_node_time(&node, since_us - 20 + k);
+    }
+    TEST_ASSERT_EQUAL_INT64(since_us - 1, node.time_us);
+}
+
+static void after_the_clock_was_set_back_the_heart_beats_on(void)
+{
+    uint8_t data[8];
+    int beats = 0;
+    set_back(1000000);
+    (void)drain(0, data);
+    for (int64_t t = 1000000; t < 2000000; t += 10000) {
+        sway_node_time(&node, t);
+        beats += drain(sway_frames_output_id(SWAY_OUTPUT_ALARM), data);
+    }
+    TEST_ASSERT_EQUAL(9, beats); // the one at the start went out with what was pending
+}
+
+static void after_the_clock_was_set_back_every_silence_is_told(void)
+{
+    set_back(1000000);
+    TEST_ASSERT_EQUAL(0, sway_node_fault(&node, SWAY_FRAME_FAULT_TIMEOUT));
+    sway_node_time(&node, 1100000);
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_COUNT, sway_node_fault(&node, SWAY_FRAME_FAULT_TIMEOUT));
+}
+
+static void after_the_clock_was_set_back_a_frozen_sensor_is_found(void)
+{
+    set_back(1000000);
+    for (int64_t t = 1000000; t < 3000000; t += 10000) {
+        (void)send(SWAY_MESSAGE_TRAILER_MOTION, t, (int16_t)(t / 10000 % 2 * 3000), (int16_t)t);
+        (void)send(SWAY_MESSAGE_ARTICULATION, t, 7, 0); // as before
+    }
+    TEST_ASSERT_EQUAL(1, frozen());
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_STUCK,
+                      sway_node_message_state(&node, SWAY_MESSAGE_ARTICULATION));
+}
+
+/* Late by as much as a silence may last, time and again, is no clock that was set back. */
+static void jitter_of_100_ms_is_no_new_clock(void)
+{
+    (void)send(SWAY_MESSAGE_SPEED, 1000000, 2000, 0);
+    for (int k = 0; k < 40; k++) {
+        sway_node_time(&node, 1000000 - SWAY_NODE_TIMEOUT_US);
+    }
+    TEST_ASSERT_EQUAL_INT64(1000000, node.time_us);
+    for (int k = 0; k < 20; k++) {
+        sway_node_time(&node, 1000000 - SWAY_NODE_TIMEOUT_US - 1);
+    }
+    TEST_ASSERT_EQUAL_INT64(1000000 - SWAY_NODE_TIMEOUT_US - 1, node.time_us);
+}
+
+static void time_may_begin_below_zero(void)
+{
+    uint8_t data[8];
+    int beats = 0;
+    for (int64_t t = -10000000; t < -9000000; t += 10000) {
+        sway_node_time(&node, t);
+        beats += drain(sway_frames_output_id(SWAY_OUTPUT_ALARM), data);
+    }
+    TEST_ASSERT_EQUAL(10, beats);
+}
+
+/* Any motion that comes is enough to judge by. */
+static void the_alarm_is_off_only_without_any_motion(void)
+{
+    static const sway_message_t motions[] = {SWAY_MESSAGE_CAR_MOTION, SWAY_MESSAGE_TRAILER_MOTION,
+                                             SWAY_MESSAGE_ARTICULATION};
+    const uint32_t id = sway_frames_output_id(SWAY_OUTPUT_ALARM);
+    for (unsigned given = 0; given < 8U; given++) {
+        uint8_t data[8];
+        setUp();
+        node.core.status.alarm = SWAY_ALARM_WARNING;
+        for (int k = 0; k < 3; k++) {
+            if ((given >> k & 1U) != 0U) {
+                send(motions[k], 0, 0, 0);
+            }
+        }
+        sway_node_time(&node, 1000);
+        TEST_ASSERT_TRUE(drain(id, data) > 0);
+        TEST_ASSERT_EQUAL(given == 0U ? SWAY_ALARM_OFF : SWAY_ALARM_WARNING, node.alarm_sent & 0xF);
+        TEST_ASSERT_EQUAL(given == 0U ? SWAY_ALARM_OFF : SWAY_ALARM_WARNING, data[2] & 7);
+    }
+}
+
+/* With all inputs there, too, the first thing that is said is said at once. */
+static void from_off_to_normal_is_told_at_once(void)
+{
+    uint8_t data[8];
+    const uint32_t id = sway_frames_output_id(SWAY_OUTPUT_ALARM);
+    for (int m = 0; m < SWAY_MESSAGE_COUNT; m++) {
+        (void)send((sway_message_t)m, 0, 0, 0);
+    }
+    TEST_ASSERT_FALSE(sway_node_inputs_lost(&node));
+    (void)drain(id, data);
+    node.core.status.alarm = SWAY_ALARM_NORMAL;
+    sway_node_time(&node, 1000);
+    TEST_ASSERT_EQUAL(1, drain(id, data));
+}
+
+static void repetitions_with_a_new_frame_between_are_not_in_a_row(void)
+{
+    static const uint8_t counters[] = {0, 0, 0, 1, 1, 1};
+    for (unsigned i = 0; i < sizeof counters; i++) {
+        counter[SWAY_MESSAGE_STEERING] = counters[i];
+        send(SWAY_MESSAGE_STEERING, (int64_t)i * 1000, 0, 0);
+    }
+    TEST_ASSERT_EQUAL(4, sway_node_fault(&node, SWAY_FRAME_FAULT_REPEATED));
+    TEST_ASSERT_EQUAL(0, sway_node_fault(&node, SWAY_FRAME_FAULT_STUCK));
+}
+
+/* Samples of a car's own bus, and frames of it that are refused, carry time on like frames of ours:
+ * what is silent meanwhile is told, and what comes is told at once. */
+static void samples_and_refused_frames_carry_time_on(void)
+{
+    const sway_sample_t sample = {.input = SWAY_INPUT_SPEED, .value = 20000, .valid = true};
+    (void)send(SWAY_MESSAGE_ARTICULATION, 0, 0, 0);
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_GOOD, told_state(SWAY_MESSAGE_ARTICULATION));
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_node_sample(&node, 100001, &sample));
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_TIMED_OUT, told_state(SWAY_MESSAGE_ARTICULATION));
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_node_sample(&node, 100002, &sample));
+    sway_node_refuse(&node, 300000, SWAY_FRAME_FAULT_CRC);
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_TIMED_OUT, told_state(SWAY_MESSAGE_SPEED));
+    TEST_ASSERT_EQUAL(1, sway_node_fault(&node, SWAY_FRAME_FAULT_CRC));
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_node_sample(&node, 300001, &sample));
+    TEST_ASSERT_EQUAL(SWAY_MESSAGE_GOOD, told_state(SWAY_MESSAGE_SPEED));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -929,5 +1065,14 @@ int main(void)
     RUN_TEST(a_frozen_sensor_is_not_believed_until_it_moves);
     RUN_TEST(losses_saturate_too);
     RUN_TEST(a_clock_that_is_set_back_is_followed);
+    RUN_TEST(after_the_clock_was_set_back_the_heart_beats_on);
+    RUN_TEST(after_the_clock_was_set_back_every_silence_is_told);
+    RUN_TEST(after_the_clock_was_set_back_a_frozen_sensor_is_found);
+    RUN_TEST(jitter_of_100_ms_is_no_new_clock);
+    RUN_TEST(time_may_begin_below_zero);
+    RUN_TEST(the_alarm_is_off_only_without_any_motion);
+    RUN_TEST(from_off_to_normal_is_told_at_once);
+    RUN_TEST(repetitions_with_a_new_frame_between_are_not_in_a_row);
+    RUN_TEST(samples_and_refused_frames_carry_time_on);
     return UNITY_END();
 }

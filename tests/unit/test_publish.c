@@ -393,6 +393,41 @@ static void what_the_alarm_says_and_what_is_missing_is_told(void)
     TEST_ASSERT_EQUAL_HEX32(0x12345, status.missing_inputs);
 }
 
+/* Values above 1, of which a millionth shows: micro and ppm are exact. */
+static void micro_is_a_millionth(void)
+{
+    judgement.belief = SWAY_BELIEF_BOTH;
+    judgement.combined = (sway_evidence_t){real(3), real(3), true};
+    line.growth_1_s = real(-20);
+    line.omega_rad_s = real(1);
+    line.omega_se_rad_s = real(1000);
+    model.has_model = true;
+    model.damping_ratio = real(3);
+    from.line = &line;
+    from.model = &model;
+    sway_publish(&status, &from);
+    TEST_ASSERT_EQUAL_INT32(998752, status.damping_ratio_ppm);         /* 20 / sqrt(401) */
+    TEST_ASSERT_INT32_WITHIN(1, 2490654, status.damping_ratio_se_ppm); /* 20000 / 401^1.5 */
+    TEST_ASSERT_EQUAL_INT32(3000000, status.margin_damping_ratio_ppm);
+    TEST_ASSERT_EQUAL_INT32(3000000, status.model_damping_ratio_ppm);
+    sway_axle_estimate_t *const axle = &id.axle[0];
+    axle->stiffness.value = polar(1000, -3);
+    axle->stiffness.se = real(3000);
+    axle->slip = sway_phasor_constant(polar(3, 0));
+    axle->force = sway_phasor_constant(polar(21000, 0));
+    axle->load_harmonic_n = polar(4000, 3);
+    id.car_inertia.value = polar(2690, 3);
+    id.valid = SWAY_VALID_CAR_FRONT | SWAY_VALID_CAR_FRONT_LOAD | SWAY_VALID_CAR_INERTIA;
+    put_parts();
+    const sway_axle_status_t *const a = &status.axle[0];
+    TEST_ASSERT_INT32_WITHIN(1, -3000000, a->argument_urad);
+    TEST_ASSERT_INT32_WITHIN(1, 3000000, a->argument_se_urad);
+    TEST_ASSERT_INT32_WITHIN(1, 3000000, a->slip_amplitude_urad);
+    TEST_ASSERT_INT32_WITHIN(1, 3000000, a->load_harmonic_phase_urad);
+    TEST_ASSERT_INT32_WITHIN(1, 3000000, a->lateral_friction_ppm);
+    TEST_ASSERT_INT32_WITHIN(1, 3000000, status.car_yaw_inertia_argument_urad);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -411,5 +446,6 @@ int main(void)
     RUN_TEST(what_was_valid_once_is_old_and_keeps_its_value);
     RUN_TEST(a_time_to_limit_is_valid_or_old_never_both);
     RUN_TEST(what_the_alarm_says_and_what_is_missing_is_told);
+    RUN_TEST(micro_is_a_millionth);
     return UNITY_END();
 }

@@ -474,6 +474,172 @@ static void variance_holds_wind_road_and_noise(void)
                               value(sway_relations_variance(&relations)));
 }
 
+static int64_t rounded_2_15(double a)
+{
+    const long product = lround(32768 * a);
+    return product > 32767 ? 32767 : product < -32767 ? -32767 : product;
+}
+
+/* A window's sums turn by one sine and cosine, right to the last bit in every row. */
+static void sums_turn_by_the_rounded_sine(void)
+{
+    sway_row_t row = {.valid_mask = ALL | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
+    row.value[SWAY_CHANNEL_SPEED] = 25000;
+    row.value[SWAY_CHANNEL_CAR_YAW_RATE] = 1;
+    const uint32_t source = (uint32_t)SWAY_FROM_CAR_YAW_RATE - 1U;
+    for (unsigned k = 0; k < SWAY_RELATIONS_ROWS; k++) {
+        int64_t before[2] = {0, 0};
+        if (k > 0) {
+            memcpy(before, sums.sum[source][0], sizeof before);
+        }
+        TEST_ASSERT_EQUAL(k + 1 == SWAY_RELATIONS_ROWS, sway_relations_add(&sums, &row));
+        const double turn = 2 * M_PI * k / SWAY_RELATIONS_ROWS;
+        TEST_ASSERT_EQUAL_INT64(rounded_2_15(cos(turn)), sums.sum[source][0][0] - before[0]);
+        TEST_ASSERT_EQUAL_INT64(-rounded_2_15(sin(turn)), sums.sum[source][0][1] - before[1]);
+    }
+}
+
+/* An accelerometer of the trailer that is not at its centre of gravity. */
+static void relations_with_a_sensor_off_the_centre_of_gravity_hold(void)
+{
+    vehicle.trailer.lateral_acc_position_um = 600000;
+    expect_all(MOTIONS | HITCH);
+}
+
+/* Dry friction works by the direction of sliding, and is whole at 0.5 deg/s. */
+static void sliding_has_the_sign_of_the_articulation_rate(void)
+{
+    static const int32_t cases[][3] = {/* yaw rates of car and trailer, slide */
+                                       {10000, 0, -8727},
+                                       {0, 10000, 8727},
+                                       {-3000, 3000, 6000},
+                                       {3000, -3000, -6000},
+                                       {-20000, 20000, 8727}};
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        sway_row_t row = {.valid_mask = UINT32_MAX};
+        row.value[SWAY_CHANNEL_CAR_YAW_RATE] = cases[i][0];
+        row.value[SWAY_CHANNEL_TRAILER_YAW_RATE] = cases[i][1];
+        memset(&sums, 0, sizeof sums);
+        (void)sway_relations_add(&sums, &row);
+        TEST_ASSERT_EQUAL_INT64(INT64_C(32767) * cases[i][2],
+                                sums.sum[SWAY_RELATIONS_SENSORS][0][0]);
+    }
+}
+
+/* A window with one row beyond the linear range is of no use: of either body, to either side, if
+ * that is measured. */
+static void one_row_beyond_the_linear_range_spoils_a_window(void)
+{
+    static const sway_channel_t channels[2] = {SWAY_CHANNEL_CAR_LATERAL_ACC,
+                                               SWAY_CHANNEL_TRAILER_LATERAL_ACC};
+    static const int32_t limits[4] = {-2500001, -2500000, 2500000, 2500001};
+    for (int body = 0; body < 2; body++) {
+        for (int i = 0; i < 4; i++) {
+            const int32_t acc = limits[i];
+            for (int seen = 0; seen < 2; seen++) {
+                memset(&sums, 0, sizeof sums);
+                for (int k = 0; k < SWAY_RELATIONS_ROWS; k++) {
+                    sway_row_t row = {.valid_mask = SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
+                    row.value[SWAY_CHANNEL_SPEED] = 25000;
+                    row.value[channels[body]] = k == 7 ? acc : 0;
+                    row.valid_mask |= seen != 0 ? CAR | TRAILER : 0U;
+                    (void)sway_relations_add(&sums, &row);
+                }
+                const bool beyond = seen != 0 && (acc > 2500000 || acc < -2500000);
+                TEST_ASSERT_EQUAL(!beyond,
+                                  sway_relations_start(&relations, &vehicle, &sums, PERIOD_US));
+            }
+        }
+    }
+}
+
+/* A steering of so much at the fourth harmonic, nothing else. */
+static void steer(double wheel)
+{
+    memset(&sums, 0, sizeof sums);
+    for (int k = 0; k < SWAY_RELATIONS_ROWS; k++) {
+        sway_row_t row = {.valid_mask = ALL | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
+        row.value[SWAY_CHANNEL_SPEED] = 25000;
+        const double now = cos(2 * M_PI * 4 * k / SWAY_RELATIONS_ROWS);
+        row.value[SWAY_CHANNEL_STEERING_WHEEL_ANGLE] = (int32_t)lround(1e6 * wheel * now);
+        row.value[SWAY_CHANNEL_CAR_YAW_RATE] = (int32_t)lround(1e5 * now);
+        (void)sway_relations_add(&sums, &row);
+    }
+    TEST_ASSERT_TRUE(sway_relations_start(&relations, &vehicle, &sums, PERIOD_US));
+}
+
+static void the_amplitude_of_the_wheel_decides_not_its_rate(void)
+{
+    for (int i = 0; i < 2; i++) {
+        steer(i == 0 ? 0.0145 : 0.0155);
+        sway_relations_begin(&relations, SWAY_RELATION_CAR_YAW, 4);
+        TEST_ASSERT_EQUAL(i == 1, sway_relations_is_driven(&relations));
+        sway_relations_begin(&relations, SWAY_RELATION_HITCH, 4);
+        TEST_ASSERT_TRUE(sway_relations_is_driven(&relations));
+    }
+}
+
+/* With all forces measured the yaw rate is in the moments on the car by its inertia alone. */
+static void a_part_of_a_residual_is_in_newton_and_metre(void)
+{
+    steer(0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.1, creal(cvalue(relations.bin[1][3])));
+    run(SWAY_RELATION_CAR_YAW, 4);
+    const double omega = 4 * 2 * M_PI / 5.12;
+    const double moment = vehicle.car.yaw_inertia_gm2 / 1e3 * omega * omega * 0.1;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * moment, -moment, creal(cvalue(relations.slope[2])));
+    /* What is not in the relation does not move it. */
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_NUMBER_TRAILER_MASS])));
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_NUMBER_STIFFNESS])));
+    const double once = value(sway_relations_variance(&relations));
+    run(SWAY_RELATION_CAR_YAW, 4);
+    TEST_ASSERT_EQUAL_DOUBLE(once, value(sway_relations_variance(&relations)));
+}
+
+static void what_is_not_there_is_not_used(void)
+{
+    /* sliding needs both yaw rates */
+    const truth_t without_trailer = {STEERED | CAR | HITCH | CAR_FORCES, -1, 0, 0.1};
+    drive(&without_trailer);
+    run(SWAY_RELATION_CAR_YAW, 4);
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_NUMBER_FRICTION])));
+    const truth_t with_trailer = {ALL, -1, 0, 0.1};
+    drive(&with_trailer);
+    run(SWAY_RELATION_CAR_YAW, 4);
+    TEST_ASSERT_TRUE(cabs(cvalue(relations.slope[SWAY_NUMBER_FRICTION])) > 0);
+    /* a car alone has no hitch force, whatever the sensor shows */
+    run(SWAY_RELATION_CAR_LATERAL, 4);
+    TEST_ASSERT_TRUE(cabs(cvalue(relations.slope[2 * (SWAY_FROM_HITCH_FY - 1)])) > 0);
+    vehicle.trailer.axles = 0;
+    run(SWAY_RELATION_CAR_LATERAL, 4);
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[2 * (SWAY_FROM_HITCH_FY - 1)])));
+    vehicle.trailer.axles = 2;
+    /* angles alone are no relation, and an axle of which nothing is known is no balance */
+    expect_allowed(ANGLE, 0);
+    expect_allowed(ANGLE | CAR, 0);
+    expect_allowed(ANGLE | TRAILER, 0);
+    one_axle();
+    vehicle.car.front_cornering_stiffness_n_per_rad = 0;
+    expect_allowed(STEERED | CAR | HITCH, 0);
+}
+
+/* Without a sensor at the hitch its noise is in no variance: a slice for each term that is there.
+ */
+static void a_term_that_is_not_there_takes_no_slice(void)
+{
+    for (int measured = 0; measured < 2; measured++) {
+        const truth_t truth = {measured != 0 ? ALL : ALL & ~HITCH, -1, 0, 0.1};
+        int slices = 1;
+        drive(&truth);
+        sway_relations_begin(&relations, SWAY_RELATION_TRAILER_LATERAL, 4);
+        while (sway_relations_run(&relations)) {
+            slices++;
+        }
+        /* masses and forces of the car, or the hitch; those of the trailer; the end */
+        TEST_ASSERT_EQUAL(measured != 0 ? 5 : 7, slices);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -491,5 +657,13 @@ int main(void)
     RUN_TEST(what_was_missing_in_one_row_is_not_known);
     RUN_TEST(balances_are_asked_where_the_driver_steers);
     RUN_TEST(variance_holds_wind_road_and_noise);
+    RUN_TEST(sums_turn_by_the_rounded_sine);
+    RUN_TEST(relations_with_a_sensor_off_the_centre_of_gravity_hold);
+    RUN_TEST(sliding_has_the_sign_of_the_articulation_rate);
+    RUN_TEST(one_row_beyond_the_linear_range_spoils_a_window);
+    RUN_TEST(the_amplitude_of_the_wheel_decides_not_its_rate);
+    RUN_TEST(a_part_of_a_residual_is_in_newton_and_metre);
+    RUN_TEST(what_is_not_there_is_not_used);
+    RUN_TEST(a_term_that_is_not_there_takes_no_slice);
     return UNITY_END();
 }

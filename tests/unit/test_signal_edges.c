@@ -408,6 +408,192 @@ static void a_drift_of_more_than_a_radian_is_not_believed(void)
     }
 }
 
+/* Columns are those of a damped, bent oscillation, from whichever end, made in any portions. */
+static void columns_are_those_of_a_bent_oscillation(void)
+{
+    static const double growth[] = {-0.03, 0.05, 0};
+    static sway_fit_basis_t basis;
+    for (int k = 0; k < 3; k++) {
+        for (uint32_t portion = 1; portion <= 50U; portion += 7U) {
+            const sway_fit_pole_t pole = {.growth = real(growth[k]),
+                                          .omega = real(0.4),
+                                          .chirp = real(k == 2 ? 0 : 0.004),
+                                          .forced = real(0.25)};
+            memset(&basis, 0x5A, sizeof basis);
+            sway_fit_begin(&basis, 50, &pole);
+            uint32_t calls = 1;
+            while (sway_fit_columns(&basis, portion, false)) {
+                calls++;
+            }
+            TEST_ASSERT_EQUAL_UINT32((50U + portion - 1U) / portion, calls);
+            for (int b = 0; b < 50; b++) {
+                const double u = b - 24.5;
+                const double angle = to_double(pole.omega) * u + to_double(pole.chirp) * u * u / 2;
+                const double size = 268435456 * exp(to_double(pole.growth) * u -
+                                                    fabs(to_double(pole.growth)) * 24.5);
+                TEST_ASSERT_DOUBLE_WITHIN(100, size * cos(angle), basis.column[0][b]);
+                TEST_ASSERT_DOUBLE_WITHIN(100, -size * sin(angle), basis.column[1][b]);
+                TEST_ASSERT_DOUBLE_WITHIN(100, 268435456 * cos(0.25 * u), basis.column[6][b]);
+                TEST_ASSERT_DOUBLE_WITHIN(100, -268435456 * sin(0.25 * u), basis.column[7][b]);
+            }
+        }
+    }
+}
+
+/* Clipped to its sign, and only where it is asked for. */
+static void a_model_is_clipped_to_either_side_where_it_is_asked_for(void)
+{
+    static sway_fit_basis_t basis;
+    basis.blocks = 3;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        int32_t model[3] = {7, 7, 7};
+        sway_real_t parameter[4];
+        memset(parameter, 0, sizeof parameter);
+        parameter[SWAY_FIT_MEAN] = sway_real(sign, 40);
+        sway_fit_model(&basis, parameter, 4, 2, model);
+        TEST_ASSERT_EQUAL_INT32(7, model[0]);
+        TEST_ASSERT_EQUAL_INT32(sign * (1 << 28), model[1]);
+        TEST_ASSERT_EQUAL_INT32(7, model[2]);
+        parameter[SWAY_FIT_MEAN] = sway_real(sign * 1000, 0);
+        sway_fit_model(&basis, parameter, 4, 5, model);
+        TEST_ASSERT_EQUAL_INT32(sign * 1000, model[0]);
+        TEST_ASSERT_EQUAL_INT32(sign * 1000, model[2]);
+    }
+}
+
+/* By what is left of the largest one without the mean, wherever it is and of either sign. */
+static void sums_are_scaled_by_the_largest_that_is_left_of_them(void)
+{
+    for (int at = 0; at < 4; at++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            int64_t sums[4];
+            int32_t data[4];
+            int64_t mean;
+            for (int b = 0; b < 4; b++) {
+                sums[b] = (INT64_C(1) << 40) + (b == at ? sign * (INT64_C(1) << 32) : 0);
+            }
+            const int32_t shift = sway_fit_center(sums, 4, data, &mean);
+            TEST_ASSERT_EQUAL_INT32(5, shift); // three quarters of 2^32 in 27 bits
+            TEST_ASSERT_EQUAL_INT64((INT64_C(1) << 40) + sign * (INT64_C(1) << 30), mean);
+            for (int b = 0; b < 4; b++) {
+                TEST_ASSERT_EQUAL_INT32(sign * (b == at ? 3 : -1) * (1 << 25), data[b]);
+            }
+            for (int b = 0; b < 4; b++) {
+                sums[b] = (INT64_C(1) << 40) + (b == at ? 3 * sign : -sign);
+            }
+            TEST_ASSERT_EQUAL_INT32(0, sway_fit_center(sums, 4, data, &mean));
+        }
+    }
+}
+
+/* --- the line's other fields --------------------------------------------------------------------
+ */
+
+/* 256 rows: channel 1 swings, the wheel moves by `ramp` in all and swings by `swing` rad, the speed
+ * goes evenly from `from` to `to` m/s; `unknown` of each 64 rows have no speed. */
+static void fill_drive(double ramp, double swing, double from, double to, int unknown)
+{
+    sway_ring_clear(&ring);
+    for (int k = 0; k < 256; k++) {
+        sway_row_t row;
+        memset(&row, 0, sizeof row);
+        const double t = k * 0.01;
+        row.time_us = 10000 * (int64_t)k;
+        row.valid_mask = SWAY_CHANNEL_BIT(0) | SWAY_CHANNEL_BIT(1);
+        row.present_mask = row.valid_mask;
+        row.value[0] = (int32_t)lround(
+            1e6 * (0.3 + ramp * k / 255 + swing * sin(2 * M_PI * 5 * (k + 0.5) / 256)));
+        row.value[1] = (int32_t)lround(1e5 * cos(2 * M_PI * 0.67 * t));
+        row.value[SWAY_CHANNEL_SPEED] = (int32_t)lround(1e3 * (from + (to - from) * k / 255));
+        row.valid_mask |= k % 64 < unknown ? 0U : SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED);
+        sway_ring_push(&ring, &row);
+    }
+}
+
+/* A turn is not the driver's swing, however far; a swing of the wheel by more than a degree (rms of
+ * what a straight line leaves) is. */
+static void a_wheel_that_swings_forces_and_one_that_turns_does_not(void)
+{
+    static const double drives[][3] = {/* ramp, swing, forced */
+                                       {0, 0, 0},      {3, 0, 0},      {-3, 0, 0},
+                                       {0, 0.0242, 0}, {0, 0.0266, 1}, {3, 0.0242, 0},
+                                       {-3, 0.0266, 1}};
+    for (unsigned i = 0; i < sizeof drives / sizeof drives[0]; i++) {
+        fill_drive(drives[i][0], drives[i][1], 25, 25, 0);
+        estimate(256, 0.67);
+        TEST_ASSERT_EQUAL(drives[i][2] != 0, (line.flags & SWAY_LINE_FORCED) != 0U);
+    }
+    const sway_line_config_t blind = {.channel_mask = SWAY_CHANNEL_BIT(1),
+                                      .sample_period_us = 10000,
+                                      .frequency_min_mhz = 250,
+                                      .frequency_max_mhz = 2000,
+                                      .steering_quiet_urad = 17453,
+                                      .speed_change_milli = 50,
+                                      .result_mask = SWAY_CHANNEL_BIT(1)};
+    TEST_ASSERT_EQUAL_INT(SWAY_OK,
+                          sway_line_start(&job, &blind, &ring, 256, real(2 * M_PI * 0.67), &line));
+    while (sway_line_run(&job, &ring)) {
+    }
+    TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(1), line.valid_mask); // nobody has asked for the wheel
+    TEST_ASSERT_EQUAL_HEX32(0, line.flags & SWAY_LINE_FORCED);
+}
+
+static void the_speed_is_its_mean_with_its_slope(void)
+{
+    fill_drive(0, 0, 20, 30, 0);
+    estimate(256, 0.67);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 25, to_double(line.speed_m_s));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 10 / 2.55, to_double(line.speed_slope_m_s2));
+    for (int sign = -1; sign <= 1; sign += 2) {
+        for (int more = 0; more < 2; more++) { // 5 % over the window
+            const double half = sign * (more != 0 ? 0.635 : 0.615);
+            fill_drive(0, 0, 25 - half, 25 + half, 0);
+            estimate(256, 0.67);
+            TEST_ASSERT_EQUAL(more, (line.flags & SWAY_LINE_SPEED_CHANGING) != 0U);
+        }
+    }
+    for (int unknown = 16; unknown <= 17; unknown++) { // three quarters are enough
+        fill_drive(0, 0, 25, 25, unknown);
+        estimate(256, 0.67);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, unknown == 16 ? 25 : 0, to_double(line.speed_m_s));
+    }
+}
+
+/* Nothing of an estimate is needed for the next one, nor of what was in the memory. */
+static void a_job_begins_anew(void)
+{
+    static sway_line_t clean;
+    fill(300, 0.67, -0.2, 0.1, 0.01);
+    memset(&job, 0, sizeof job);
+    estimate(300, 0.6);
+    clean = line;
+    memset(&job, 0x5A, sizeof job);
+    memset(&line, 0x5A, sizeof line);
+    estimate(300, 0.6);
+    TEST_ASSERT_EQUAL_HEX32(clean.flags, line.flags);
+    TEST_ASSERT_EQUAL_MEMORY(&clean.omega_rad_s, &line.omega_rad_s, sizeof line.omega_rad_s);
+    TEST_ASSERT_EQUAL_MEMORY(&clean.growth_1_s, &line.growth_1_s, sizeof line.growth_1_s);
+    TEST_ASSERT_EQUAL_MEMORY(&clean.channel[1], &line.channel[1], sizeof line.channel[1]);
+    TEST_ASSERT_EQUAL_INT32(clean.window_samples, line.window_samples);
+}
+
+/* At least 3/5 of a channel's blocks; what is missing in one that takes part is a gap. */
+static void a_channel_needs_three_fifths_of_its_blocks(void)
+{
+    for (int more = 0; more < 2; more++) {
+        fill(300, 0.67, 0, 0.1, 0.001); // 60 blocks of 5 rows
+        for (uint32_t k = 0; k < 24U + (uint32_t)more; k++) {
+            ring.valid[(10U + 5U * k) & (SWAY_RING_SAMPLES - 1U)] &= (uint16_t)~SWAY_CHANNEL_BIT(1);
+        }
+        estimate(300, 0.67);
+        TEST_ASSERT_EQUAL_UINT32(5, job.block);
+        TEST_ASSERT_EQUAL_HEX32(more == 0 ? SWAY_CHANNEL_BIT(1) | SWAY_CHANNEL_BIT(2)
+                                          : SWAY_CHANNEL_BIT(2),
+                                line.valid_mask);
+        TEST_ASSERT_EQUAL(more == 0, (line.flags & SWAY_LINE_GAP) != 0U);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -425,5 +611,12 @@ int main(void)
     RUN_TEST(a_tone_is_estimated_where_the_search_finds_it);
     RUN_TEST(a_window_too_short_for_any_estimate_starts_none);
     RUN_TEST(a_drift_of_more_than_a_radian_is_not_believed);
+    RUN_TEST(columns_are_those_of_a_bent_oscillation);
+    RUN_TEST(a_model_is_clipped_to_either_side_where_it_is_asked_for);
+    RUN_TEST(sums_are_scaled_by_the_largest_that_is_left_of_them);
+    RUN_TEST(a_wheel_that_swings_forces_and_one_that_turns_does_not);
+    RUN_TEST(the_speed_is_its_mean_with_its_slope);
+    RUN_TEST(a_job_begins_anew);
+    RUN_TEST(a_channel_needs_three_fifths_of_its_blocks);
     return UNITY_END();
 }

@@ -435,6 +435,57 @@ static void a_vehicle_out_of_range_is_named(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_VEHICLE, sway_stm_from_vehicle(&stm, &vehicle));
 }
 
+/* The least damped oscillation, else the rightmost real root; a pair that hardly has an imaginary
+ * part is a real one. In whatever order they come. */
+static void the_dominant_root_is_the_least_damped_oscillation(void)
+{
+    static const struct {
+        double complex root[4];
+        int dominant;
+    } cases[] = {
+        {{-1 + 4 * I, -1 - 4 * I, -0.5 + 3 * I, -0.5 - 3 * I}, 2},
+        {{-0.5 + 3 * I, -0.5 - 3 * I, -1 + 4 * I, -1 - 4 * I}, 0},
+        {{2, -3, -1 + 4 * I, -1 - 4 * I}, 2}, /* a real one does not swing, however it grows */
+        {{-1 + 4 * I, -1 - 4 * I, 2, -3}, 0},
+        {{-3, -2, -1, -4}, 2},
+        {{-1, -2, -3, -4}, 0},
+        {{-4, -3, 1, -2}, 2},
+        {{-1 - 4 * I, -1 + 4 * I, -2, -3}, 1},
+        {{-1 + 1e-5 * I, -1 - 1e-5 * I, -2, -0.5}, 3},
+        {{-1e-6 + 1e-3 * I, -1e-6 - 1e-3 * I, -2, -0.5}, 0}};
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        sway_stm_roots_t roots = {.count = 4};
+        for (int k = 0; k < 4; k++) {
+            roots.root[k] = complex_of(cases[i].root[k]);
+        }
+        const double complex found = cvalue(sway_stm_dominant(&roots));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8, creal(cases[i].root[cases[i].dominant]), creal(found));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8, cimag(cases[i].root[cases[i].dominant]), cimag(found));
+    }
+    const sway_stm_roots_t double_root = {{complex_of(-1 + 1e-6 * I), complex_of(-1 - 1e-6 * I)},
+                                          2};
+    TEST_ASSERT_EQUAL_DOUBLE(0, cimag(cvalue(sway_stm_dominant(&double_root))));
+}
+
+static void a_model_of_a_vehicle_has_no_lag_whatever_was_in_its_memory(void)
+{
+    const sway_vehicle_t vehicle = reference_vehicle();
+    sway_stm_t dirty;
+    sway_stm_t clean;
+    memset(&dirty, 0x5A, sizeof dirty);
+    memset(&clean, 0, sizeof clean);
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_from_vehicle(&dirty, &vehicle));
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_from_vehicle(&clean, &vehicle));
+    for (int body = 0; body < 2; body++) {
+        for (int axle = 0; axle < 2; axle++) {
+            TEST_ASSERT_EQUAL_DOUBLE(0, value(dirty.body[body].relaxation_m[axle]));
+        }
+    }
+    const sway_complex_t s = complex_of(-0.3 + 4 * I);
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(sway_stm_characteristic(&dirty, s, real(30))) -
+                                     cvalue(sway_stm_characteristic(&clean, s, real(30)))));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -455,5 +506,7 @@ int main(void)
     RUN_TEST(a_vehicle_that_is_not_whole_has_no_model);
     RUN_TEST(an_axle_without_stiffness_has_no_critical_speed);
     RUN_TEST(a_vehicle_out_of_range_is_named);
+    RUN_TEST(the_dominant_root_is_the_least_damped_oscillation);
+    RUN_TEST(a_model_of_a_vehicle_has_no_lag_whatever_was_in_its_memory);
     return UNITY_END();
 }

@@ -118,15 +118,20 @@ typedef struct {
 
 static const double LEVER[4] = {1.302, -1.383, 0.124, -0.526};
 
-static void step(motion_t *m, double v, double wheel, double tyres, double dt)
+/* `hold`: of the forces of each axle, and the mass of the trailer, what is left of them. */
+typedef struct {
+    double axle[4], mass;
+} hold_t;
+
+static void step(motion_t *m, double v, double wheel, const hold_t *hold, double dt)
 {
-    const double m1 = 1955, m2 = 1880, i1 = 2690, i2 = 10350, lh = 2.166, l = 5.073;
+    const double m1 = 1955, m2 = hold->mass * 1880, i1 = 2690, i2 = 10350, lh = 2.166, l = 5.073;
     const double hitch = m->vy - lh * m->r;
     double *const f = m->force;
-    f[0] = 109300 * (wheel / 15 - (m->vy + LEVER[0] * m->r) / v);
-    f[1] = -185200 * (m->vy + LEVER[1] * m->r) / v;
-    f[2] = tyres * 131200 * (m->theta - (hitch - (l - LEVER[2]) * m->w) / v);
-    f[3] = tyres * 124400 * (m->theta - (hitch - (l - LEVER[3]) * m->w) / v);
+    f[0] = hold->axle[0] * 109300 * (wheel / 15 - (m->vy + LEVER[0] * m->r) / v);
+    f[1] = hold->axle[1] * -185200 * (m->vy + LEVER[1] * m->r) / v;
+    f[2] = hold->axle[2] * 131200 * (m->theta - (hitch - (l - LEVER[2]) * m->w) / v);
+    f[3] = hold->axle[3] * 124400 * (m->theta - (hitch - (l - LEVER[3]) * m->w) / v);
     /* Unknowns: v_y', r', w'. The hitch force from the trailer's lateral balance. */
     const double f2 = f[2] + f[3], n2 = f[2] * LEVER[2] + f[3] * LEVER[3];
     double a[3][4] = {
@@ -153,7 +158,7 @@ static void step(motion_t *m, double v, double wheel, double tyres, double dt)
     m->w += dt * dw;
 }
 
-enum { NOTHING, GAIN, SLOW, INVERTED, DELAYED, OFFSET, BOTH_ACC, TYRES };
+enum { NOTHING, GAIN, SLOW, INVERTED, DELAYED, OFFSET, BOTH_ACC, TYRES, LOAD };
 
 #define MOTIONS 0x1001FU
 #define FORCES                                                                                     \
@@ -206,11 +211,15 @@ static void put_fault(sway_row_t *row, int fault, sway_channel_t channel, int32_
 }
 
 /* A drive with a swerve every 7 s; from row `begins` on `channel` is broken, or the trailer's tyres
- * hold 0.4 of their force. */
+ * hold 0.4 of their force, or it has lost half of its mass. */
 static void drive_with(uint32_t sensors, int fault, sway_channel_t channel, int rows)
 {
     motion_t m = {0};
     int32_t late[8] = {0};
+    const hold_t sound = {{1, 1, 1, 1}, 1};
+    hold_t broken = sound;
+    broken.axle[2] = broken.axle[3] = fault == TYRES ? 0.4 : 1;
+    broken.mass = fault == LOAD ? 0.5 : 1;
     sway_supervise_init(&supervise, &vehicle, 10000);
     srand(5);
     for (int k = 0; k < rows; k++) {
@@ -220,7 +229,7 @@ static void drive_with(uint32_t sensors, int fault, sway_channel_t channel, int 
         row.time_us = k * INT64_C(10000);
         put_motion(&row, &m, wheel);
         for (int i = 0; i < 20; i++) {
-            step(&m, 25, wheel, fault == TYRES && k > begins ? 0.4 : 1, 0.0005);
+            step(&m, 25, wheel, k > begins ? &broken : &sound, 0.0005);
         }
         put_forces(&row, &m);
         const int32_t truth = row.value[channel];
@@ -399,6 +408,55 @@ static void a_window_that_comes_too_early_is_left_out(void)
     TEST_ASSERT_EQUAL(1, supervise.rounds);
 }
 
+static void a_load_that_was_left_behind_is_told(void)
+{
+    vehicle = reference_vehicle();
+    drive_with(MOTIONS | FORCES, LOAD, SWAY_CHANNEL_SPEED, 20000);
+    TEST_ASSERT_EQUAL(SWAY_FINDING_LOAD, supervise.finding.code);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.refuted_mask);
+    TEST_ASSERT_TRUE(supervise.finding.se_micro < 400000);
+    TEST_ASSERT_INT_WITHIN(2 * supervise.finding.se_micro, 0, supervise.finding.size_micro);
+}
+
+/* x' D^-1 x for three numbers that were learnt together, in any order. */
+static void three_numbers_set_free_together_are_worth_the_whole_form(void)
+{
+    static const double learnt[3][3] = {
+        {0.006, 0.004, 0.0004}, {0.004, 0.02, -0.001}, {0.0004, -0.001, 0.0012}};
+    static const uint8_t orders[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
+    sway_gauss_t gauss = three_numbers();
+    found[0] = real(0.3);
+    found[1] = real(-0.2);
+    found[2] = real(0.1);
+    for (int i = 0, k = 0; i < 3; i++) {
+        for (int j = 0; j <= i; j++, k++) {
+            covariance[k] = sway_real_sub(covariance[k], real(learnt[i][j]));
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 26.615658, value(sway_gauss_worth(&gauss, orders[k], 3)));
+    }
+}
+
+/* Also in the middle of a relation, and whatever had gone with what. */
+static void a_reset_forgets_everything(void)
+{
+    sway_gauss_t gauss = three_numbers();
+    take(&gauss, 1, 2, 0.1, 0.01);
+    TEST_ASSERT_TRUE(value(sway_gauss_covariance(&gauss, 1, 0)) != 0);
+    gauss.row = 2;
+    sway_gauss_reset(&gauss);
+    for (uint32_t i = 0; i < 3U; i++) {
+        TEST_ASSERT_EQUAL_DOUBLE(0, value(found[i]));
+        for (uint32_t j = 0; j < i; j++) {
+            TEST_ASSERT_EQUAL_DOUBLE(0, value(sway_gauss_covariance(&gauss, i, j)));
+        }
+    }
+    const double before = value(sway_gauss_covariance(&gauss, 0, 0));
+    take(&gauss, 1, 0, 0.1, 0.01);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, before / 2, value(sway_gauss_covariance(&gauss, 0, 0)));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -418,5 +476,8 @@ int main(void)
     RUN_TEST(a_wrong_speed_is_told_with_its_size);
     RUN_TEST(absurd_values_do_no_harm);
     RUN_TEST(a_window_that_comes_too_early_is_left_out);
+    RUN_TEST(a_load_that_was_left_behind_is_told);
+    RUN_TEST(three_numbers_set_free_together_are_worth_the_whole_form);
+    RUN_TEST(a_reset_forgets_everything);
     return UNITY_END();
 }
