@@ -30,6 +30,7 @@ LOADED = (
     "asammdf",
     "can",
     "cantools",
+    "jinja2",
 )
 MOST_SAID = 100_000
 """Bytes of a command's messages that are kept, the last ones."""
