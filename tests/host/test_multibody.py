@@ -254,6 +254,12 @@ UNLISTED = {
     "lane_assist": (0.1, 0.0),
     "bearing_play": (0.003, 0.0),
     "rear_axle_control": (0.05, 0.1),
+    "driver_arms": (0.05, 0.0),
+    "baffled_liquid": (200.0, 0.1),
+    "wedge_friction": (1e4, 0.0),
+    "command_steering": (0.05, 0.0),
+    "roll_hysteresis": (0.5, 0.005),
+    "hedge_wind": (500.0, 80.0),
 }
 
 
@@ -263,7 +269,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     size, at = UNLISTED[kind]
     whole, here = planar.combination, planar.combination.car.mass_kg
     physics = Physics(more=kind, more_size=size, more_at=at)
-    if kind == "rolling_load":
+    if kind in ("rolling_load", "baffled_liquid"):
         physics = replace(physics, slosh_mass_kg=size)
     plant = Multibody(whole, physics)
     motion, healthy = impulse(plant, 100.0, 20.0), impulse(planar, 100.0, 20.0)
@@ -278,11 +284,12 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
     side, moment = _rest_of_the_trailer(whole.trailer, motion)
     assert (np.abs(side[inner]).max() > 4.0 * leans) == (
-        kind in ("tarpaulin", "heading_wind", "gap_air", "rolling_load")
+        kind
+        in ("tarpaulin", "heading_wind", "gap_air", "rolling_load", "baffled_liquid", "hedge_wind")
     )
     turns = (
         "trailer_brakes", "tandem_scrub", "jackknife_stop", "hydraulic_hitch", "trailer_hubs",
-        "turning_load", "air_damping",
+        "turning_load", "air_damping", "wedge_friction",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 

@@ -1,11 +1,11 @@
-"""Twenty-four kinds of physics that no library lists: six to build on, the rest opened once each.
+"""Thirty kinds of physics that no library lists: six to build on, the rest opened once each.
 
-Written down before the discovery was tried on any of them (the third and the last six on
-2026-11-23, each after the six before had been opened and learnt from). A kind counts as found
-where a law is claimed at one of its places and of one of its variables (`answer["places"]`,
-`["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing two variables in
-phase are one. Values of the file are exact and all sensors there: within tolerances many of these
-are no more than a value.
+Written down before the discovery was tried on any of them (the third and the fourth six on
+2026-11-23, the last six on 2026-11-24, each after the six before had been opened and learnt from).
+A kind counts as found where a law is claimed at one of its places and of one of its variables
+(`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
+two variables in phase are one. Values of the file are exact and all sensors there: within
+tolerances many of these are no more than a value.
 """
 
 from __future__ import annotations
@@ -205,6 +205,51 @@ def rear_axle_control(rng: Generator, u: float) -> Draw:
     return _draw("rear_axle_control", size, "slip_car_rear", variables, more_at=at)
 
 
+def driver_arms(rng: Generator, u: float) -> Draw:
+    """Arms and steering wheel that swing beside the angle sensor, driven by the car's yaw rate."""
+    hz = round(float(rng.uniform(0.6, 2.0)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.002, 0.06, u)
+    variables = "yaw_rate_car swing"
+    return _draw("driver_arms", size, "slip_car_front", variables, more_frequency_hz=hz)
+
+
+def baffled_liquid(rng: Generator, u: float) -> Draw:
+    """A liquid between baffles: its damping grows with its own rate."""
+    at = round(float(rng.uniform(0.05, 0.4)), 3)
+    hz = round(float(rng.uniform(0.5, 1.4)), 3)
+    mass = round(log_between(15.0, 400.0, u), 2)
+    return _draw(
+        "baffled_liquid", mass, "trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=hz, slosh_damping=0.01,
+    )  # fmt: skip
+
+
+def wedge_friction(rng: Generator, u: float) -> Draw:
+    """A worn coupling whose friction grows with the articulation."""
+    size = log_between(500.0, 2e4, u)
+    return _draw("wedge_friction", size, "hitch", "articulation articulation_rate")
+
+
+def command_steering(rng: Generator, u: float) -> Draw:
+    """Axles of the trailer that are steered by the yaw rate of the car."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.002, 0.1, u)
+    return _draw("command_steering", size, "slip_trailer", "yaw_rate_car")
+
+
+def roll_hysteresis(rng: Generator, u: float) -> Draw:
+    """Trailer axles that are steered by roll, through worn bushes with dry friction."""
+    at = round(float(rng.uniform(0.002, 0.015)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.03, 1.0, u)
+    return _draw("roll_hysteresis", size, "slip_trailer", "roll_trailer", more_at=at)
+
+
+def hedge_wind(rng: Generator, u: float) -> Draw:
+    """A side wind through the gaps of a hedge: it comes and goes along the road."""
+    at = round(float(rng.uniform(40.0, 160.0)), 1)
+    size = log_between(20.0, 1000.0, u)
+    return _draw("hedge_wind", size, "force_trailer", "distance", more_at=at)
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
@@ -213,8 +258,12 @@ SECOND = (gap_air, trailer_hubs, variable_ratio, late_assist, car_brakes, turnin
 THIRD = (
     air_damping, rolling_load, locked_axle, lane_assist, bearing_play, rear_axle_control,
 )  # fmt: skip
+FOURTH = (
+    driver_arms, baffled_liquid, wedge_friction, command_steering, roll_hysteresis, hedge_wind,
+)  # fmt: skip
 SETS = {
     "build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND, "opened-third": THIRD,
+    "opened-fourth": FOURTH,
 }  # fmt: skip
 
 

@@ -65,9 +65,12 @@ AIR_DENSITY, SIDE_AREA = 1.2, 5.0
     STOP, TRAILER_STEERS, CAR_AIR, TOW_ASSIST, ROOF_LOAD, AXLE_HYSTERESIS, TARPAULIN, HEADING_WIND,
     TRAILER_BRAKES, HYDRAULIC, REAR_STEERS, SCRUB, GAP_AIR, TRAILER_HUBS, VARIABLE_RATIO,
     LATE_ASSIST, CAR_BRAKES, TURNING_LOAD, AIR_DAMPING, ROLLING_LOAD, LOCKED_AXLE, LANE_ASSIST,
-    BEARING_PLAY, REAR_CONTROL,
-) = range(1, 25)  # fmt: skip
+    BEARING_PLAY, REAR_CONTROL, DRIVER_ARMS, BAFFLED_LIQUID, WEDGE_FRICTION, COMMAND_STEERING,
+    ROLL_HYSTERESIS, HEDGE_WIND,
+) = range(1, 31)  # fmt: skip
 MORE_DAMPING = 0.05
+TURN = 2.0 * math.pi
+ARMS_DAMPING = 0.3
 SLOW_RAD_S = 0.005
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
 SPEED_GAIN, INTEGRAL_GAIN = 0.8, 0.2  # of the driver who holds the speed, 1/s and 1/s2
@@ -295,25 +298,38 @@ def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, work: Any, out: An
 @njit(cache=True)
 def _more_steer(g: Any, z: Any, rate: float, wheel: int, slip: float, out: Any) -> float:
     """Steering of a wheel's axle by physics that nobody lists, rad; `slip` is without it."""
-    kind, size = g[G_MORE], g[G_MORE_SIZE]
-    angle = 0.0
-    if kind == BEARING_PLAY and wheel >= 4:
-        return float(size * math.tanh(slip / (1.2 * size)))
-    if kind == TRAILER_STEERS and wheel >= 4:
-        angle = out[O_YAW2] - out[O_YAW1]
-    elif (kind == AXLE_HYSTERESIS and wheel >= 4) or (kind == LATE_ASSIST and wheel < 2):
+    if wheel >= 4:
+        return float(_more_of_trailer_axles(g, z, slip, out))
+    kind, angle = g[G_MORE], 0.0
+    if wheel >= 2:
+        if kind == REAR_STEERS:
+            angle = out[O_STEER]
+        elif kind == REAR_CONTROL:
+            angle = z[Z_MORE]
+    elif kind in (LATE_ASSIST, DRIVER_ARMS):
         angle = z[Z_MORE]
-    elif kind == TOW_ASSIST and wheel < 2:
+    elif kind == TOW_ASSIST:
         angle = rate
-    elif kind == REAR_STEERS and 2 <= wheel < 4:
-        angle = out[O_STEER]
-    elif kind == VARIABLE_RATIO and wheel < 2:
+    elif kind == VARIABLE_RATIO:
         angle = out[O_STEER] * abs(out[O_STEER])
-    elif kind == LANE_ASSIST and wheel < 2:
+    elif kind == LANE_ASSIST:
         angle = -out[O_YAW1]
-    elif kind == REAR_CONTROL and 2 <= wheel < 4:
-        angle = z[Z_MORE]
-    return float(size * angle)
+    return float(g[G_MORE_SIZE] * angle)
+
+
+@njit(cache=True)
+def _more_of_trailer_axles(g: Any, z: Any, slip: float, out: Any) -> float:
+    """The same of the trailer's axles."""
+    kind, size = g[G_MORE], g[G_MORE_SIZE]
+    if kind == BEARING_PLAY:
+        return float(size * math.tanh(slip / (1.2 * size)))
+    if kind == TRAILER_STEERS:
+        return float(size * (out[O_YAW2] - out[O_YAW1]))
+    if kind == COMMAND_STEERING:
+        return float(size * out[O_RATE1])
+    if kind in (AXLE_HYSTERESIS, ROLL_HYSTERESIS):
+        return float(size * z[Z_MORE])
+    return 0.0
 
 
 @njit(cache=True)
@@ -333,16 +349,26 @@ def _more_moments(g: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
         view.xfrc[trailer, 5] -= size * math.tanh(out[O_RATE2] / SLOW_RAD_S)
     elif kind == TRAILER_HUBS:
         view.xfrc[trailer, 5] -= size * math.tanh(rate / at)
-    elif kind == CAR_BRAKES:
-        view.xfrc[CAR, 5] += math.copysign(size * max(abs(rate) - at, 0.0), rate)
     elif kind == TURNING_LOAD:
         omega = g[G_MORE_HZ]
         pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
         view.xfrc[trailer, 5] += size * pull
     elif kind == AIR_DAMPING:
         view.xfrc[trailer, 5] -= size * out[O_SPEED] * out[O_RATE2]
-    elif kind == LOCKED_AXLE:
-        view.xfrc[CAR, 5] -= size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0)))
+    elif kind == WEDGE_FRICTION:
+        view.qfrc[hitch] -= size * abs(angle) * math.tanh(rate / SLOW_RAD_S)
+    view.xfrc[CAR, 5] += _more_of_car(g, rate, out)
+
+
+@njit(cache=True)
+def _more_of_car(g: Any, rate: float, out: Any) -> float:
+    """Yaw moment on the car, N m."""
+    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+    if kind == CAR_BRAKES:
+        return float(math.copysign(size * max(abs(rate) - at, 0.0), rate))
+    if kind == LOCKED_AXLE:
+        return float(-size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0))))
+    return 0.0
 
 
 @njit(cache=True)
@@ -355,6 +381,16 @@ def _more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         zdot[Z_MORE] = (out[O_YAW2] - out[O_YAW1] - z[Z_MORE]) / at
     elif kind == AXLE_HYSTERESIS:
         zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / at
+    elif kind == ROLL_HYSTERESIS:  # of a planar trailer
+        rolls = z[Z_ROLL + 3]
+        zdot[Z_MORE] = rolls - abs(rolls) * z[Z_MORE] / at
+    elif kind == DRIVER_ARMS:
+        omega = g[G_MORE_HZ]
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = omega * omega * (out[O_RATE1] - z[Z_MORE])
+        zdot[Z_MORE + 1] -= 2.0 * ARMS_DAMPING * omega * z[Z_MORE + 1]
+    elif kind == HEDGE_WIND:
+        zdot[Z_MORE] = out[O_SPEED]
 
 
 @njit(cache=True)
@@ -368,8 +404,9 @@ def _more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any
         return float(-size * pressure * beta)
     if kind == GAP_AIR:
         return float(-size * pressure * (out[O_YAW2] - out[O_YAW1]))
-    if kind == HEADING_WIND:
-        return float(size * math.sin(out[O_YAW2]))
+    if kind in (HEADING_WIND, HEDGE_WIND):
+        turns = kind == HEADING_WIND
+        return float(size * math.sin(out[O_YAW2] if turns else TURN * z[Z_MORE] / g[G_MORE_AT]))
     if kind == TARPAULIN:
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = omega * omega * (beta - z[Z_MORE])
@@ -435,6 +472,14 @@ def _stretch(g: Any, z: Any) -> float:
 
 
 @njit(cache=True)
+def _baffled(g: Any, z: Any) -> float:
+    """Deceleration of a liquid between baffles by the square of its rate, m/s2."""
+    if g[G_MORE] != BAFFLED_LIQUID:
+        return 0.0
+    return float(abs(z[Z_SLOSH + 1]) * z[Z_SLOSH + 1] / g[G_MORE_AT])
+
+
+@njit(cache=True)
 def _bodies(
     g: Any, u: Any, z: Any, zdot: Any, view: Any, trailer: int, work: Any, out: Any
 ) -> None:
@@ -464,7 +509,7 @@ def _bodies(
     if g[G_SLOSH_MASS] > 0.0:
         omega = g[G_SLOSH_OMEGA]
         pull = omega * omega * _stretch(g, z) + 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
-        pull *= g[G_SLOSH_MASS]
+        pull = g[G_SLOSH_MASS] * (pull + _baffled(g, z))
         _point(view, trailer, -lever + g[G_SLOSH_X], 0.0, up, at)
         _push(view, trailer, at, -s2 * pull, c2 * pull, 0.0)
         side2 += pull
@@ -545,7 +590,7 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
     omega = g[G_SLOSH_OMEGA]
     zdot[Z_SLOSH] = z[Z_SLOSH + 1]
     zdot[Z_SLOSH + 1] = -omega * omega * _stretch(g, z)
-    zdot[Z_SLOSH + 1] -= 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
+    zdot[Z_SLOSH + 1] -= 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1] + _baffled(g, z)
     zdot[Z_SLOSH + 1] -= across2 + g[G_SLOSH_X] * yaw2 + _G * math.sin(u[U_BANK])
     if g[G_MORE] == ROOF_LOAD:
         omega = g[G_MORE_HZ]

@@ -108,7 +108,8 @@ MORE = (
     "axle_hysteresis", "tarpaulin", "heading_wind", "trailer_brakes", "hydraulic_hitch",
     "rear_wheel_steering", "tandem_scrub", "gap_air", "trailer_hubs", "variable_ratio",
     "late_assist", "car_brakes", "turning_load", "air_damping", "rolling_load", "locked_axle",
-    "lane_assist", "bearing_play", "rear_axle_control",
+    "lane_assist", "bearing_play", "rear_axle_control", "driver_arms", "baffled_liquid",
+    "wedge_friction", "command_steering", "roll_hysteresis", "hedge_wind",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -136,6 +137,12 @@ MORE = (
 - angle of the front wheels back to the road per heading of the car
 - angle of the trailer's axles with their slip, rad at most
 - angle of the car's rear wheels per yaw rate, s, late (s)
+- angle of the front wheels per yaw rate of the car, s, behind a swing (Hz)
+- nothing of its own: the cargo is a liquid, damped by the square of its rate (m to stop in)
+- dry friction at the ball per articulation, N m/rad
+- angle of the trailer's axles per yaw rate of the car, s
+- angle of the trailer's axles per roll of the trailer, by dry friction (rad at which it slides)
+- side force on the trailer that comes and goes along the road, N (m of its period)
 """
 
 
