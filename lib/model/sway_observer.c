@@ -199,6 +199,7 @@ typedef struct {
     sway_real_t steer;    ///< at the road wheel
     sway_real_t steering; ///< its rate
     sway_real_t speed;
+    sway_real_t by_speed;
 } motion_t;
 
 static motion_t motion_of(const sway_observer_t *observer, sway_real_t wheel, sway_real_t speed)
@@ -212,7 +213,8 @@ static motion_t motion_of(const sway_observer_t *observer, sway_real_t wheel, sw
                         x[SWAY_STATE_ARTICULATION],
                         MUL(ADD(wheel, x[SWAY_STATE_STEERING_OFFSET]), observer->car.ratio),
                         DIV(MUL(turned, observer->car.ratio), observer->car.step_s),
-                        speed};
+                        speed,
+                        DIV(one(), speed)};
     return m;
 }
 
@@ -264,51 +266,61 @@ static trailer_forces_t trailer_forces(const sway_observer_t *observer,
                                        sway_real_t slip)
 {
     trailer_forces_t f;
-    const sway_real_t by_v = DIV(one(), m->speed);
     const sway_real_t opening = SUB(m->trailer_yaw, m->yaw);
     const sway_real_t spread = sway_real_square(observer->car.half_tandem_m);
     const sway_real_t small = sway_real_square(sway_real_micro(FRICTION_RATE_PPM));
     f.tyres = held(MUL(b->trailer_n_per_rad, slip), MUL(b->mass_kg, sway_real_ratio(981, 100)));
     f.friction =
         DIV(MUL(b->friction_nm, opening), sway_real_sqrt(ADD(sway_real_square(opening), small)));
-    const sway_real_t scrub = MUL(MUL(b->trailer_n_per_rad, spread), MUL(m->trailer_yaw, by_v));
+    const sway_real_t scrub =
+        MUL(MUL(b->trailer_n_per_rad, spread), MUL(m->trailer_yaw, m->by_speed));
     f.turning = NEG(ADD(MUL(b->axle_m, f.tyres), ADD(f.friction, scrub)));
     return f;
 }
 
-/* Sideways: speeds of the axles (or, of rates, accelerations) by the forward speed, turned. */
+/* What the slips come from: motion, or its rates. */
+typedef struct {
+    sway_real_t lateral;
+    sway_real_t yaw;
+    sway_real_t trailer_yaw;
+    sway_real_t steer;
+    sway_real_t articulation;
+} sideways_t;
+
+/* From the COG as it is: to the front axle, the rear axle and the ball. */
+typedef struct {
+    sway_real_t front_m;
+    sway_real_t rear_m;
+    sway_real_t hitch_m;
+} levers_t;
+
+/* Sideways speeds of the axles (of rates: accelerations) by the forward speed, turned. */
 static void slips_of(const sway_observer_t *observer, const sway_observer_body_t *b,
-                     const sway_real_t *lateral_yaw, sway_real_t trailer_yaw, sway_real_t steer,
-                     sway_real_t articulation, sway_real_t by_v, slips_t *slips)
+                     const levers_t *l, const sideways_t *s, sway_real_t by_v, slips_t *slips)
 {
-    const sway_observer_car_t *const car = &observer->car;
-    const sway_real_t lateral = lateral_yaw[0];
-    const sway_real_t yaw = lateral_yaw[1];
-    const sway_real_t at_front = ADD(lateral, MUL(SUB(car->front_m, b->cog_m), yaw));
-    const sway_real_t at_rear = SUB(lateral, MUL(ADD(car->rear_m, b->cog_m), yaw));
-    slips->of[0] = SUB(steer, MUL(at_front, by_v));
+    const sway_real_t at_front = ADD(s->lateral, MUL(l->front_m, s->yaw));
+    const sway_real_t at_rear = SUB(s->lateral, MUL(l->rear_m, s->yaw));
+    slips->of[0] = SUB(s->steer, MUL(at_front, by_v));
     slips->of[1] = NEG(MUL(at_rear, by_v));
+    slips->of[2] = sway_real_zero();
     if (has_trailer(observer)) {
-        const sway_real_t at_ball = SUB(lateral, MUL(ADD(car->hitch_m, b->cog_m), yaw));
-        const sway_real_t across = SUB(at_ball, MUL(ADD(b->length_m, b->axle_m), trailer_yaw));
-        slips->of[2] = SUB(articulation, MUL(across, by_v));
+        const sway_real_t at_ball = SUB(s->lateral, MUL(l->hitch_m, s->yaw));
+        const sway_real_t across = SUB(at_ball, MUL(ADD(b->length_m, b->axle_m), s->trailer_yaw));
+        slips->of[2] = SUB(s->articulation, MUL(across, by_v));
     }
 }
 
 /* Rates of the four states of motion, and what the accelerometer reads, for given slips. */
 static void rates_at(const sway_observer_t *observer, const sway_observer_body_t *b,
-                     const motion_t *m, const slips_t *slips, sway_real_t *out)
+                     const levers_t *l, const motion_t *m, const slips_t *slips, sway_real_t *out)
 {
     const sway_observer_car_t *const car = &observer->car;
-    const sway_real_t l_f = SUB(car->front_m, b->cog_m);
-    const sway_real_t l_r = ADD(car->rear_m, b->cog_m);
-    const sway_real_t l_h = ADD(car->hitch_m, b->cog_m);
     const sway_real_t by_inertia = DIV(one(), b->inertia_kgm2);
     const sway_real_t by_mass = DIV(one(), car->mass_kg);
     const sway_real_t front = held(MUL(b->front_n_per_rad, slips->of[0]), car->peak_n[0]);
     const sway_real_t rear = held(MUL(b->rear_n_per_rad, slips->of[1]), car->peak_n[1]);
     sway_real_t side = ADD(front, rear);
-    sway_real_t turn = SUB(MUL(l_f, front), MUL(l_r, rear));
+    sway_real_t turn = SUB(MUL(l->front_m, front), MUL(l->rear_m, rear));
     out[2] = sway_real_zero();
     out[3] = sway_real_zero();
     if (has_trailer(observer)) {
@@ -319,12 +331,13 @@ static void rates_at(const sway_observer_t *observer, const sway_observer_body_t
         /* The ball accelerates alike on both sides: that gives H. */
         const sway_real_t yielding =
             ADD(ADD(by_mass, by_trailer),
-                ADD(MUL(sway_real_square(l_h), by_inertia), MUL(b->length_m, lever)));
-        const sway_real_t apart = ADD(SUB(MUL(f.tyres, by_trailer), MUL(side, by_mass)),
-                                      ADD(MUL(MUL(l_h, turn), by_inertia), MUL(lever, f.turning)));
+                ADD(MUL(sway_real_square(l->hitch_m), by_inertia), MUL(b->length_m, lever)));
+        const sway_real_t apart =
+            ADD(SUB(MUL(f.tyres, by_trailer), MUL(side, by_mass)),
+                ADD(MUL(MUL(l->hitch_m, turn), by_inertia), MUL(lever, f.turning)));
         const sway_real_t hitch = DIV(apart, yielding);
         side = ADD(side, hitch);
-        turn = SUB(turn, MUL(l_h, hitch));
+        turn = SUB(turn, MUL(l->hitch_m, hitch));
         out[2] = SUB(DIV(f.turning, b->trailer_inertia_kgm2), MUL(lever, hitch));
         out[3] = SUB(m->trailer_yaw, m->yaw);
     }
@@ -339,18 +352,21 @@ static void rates_at(const sway_observer_t *observer, const sway_observer_body_t
 static void rates(const sway_observer_t *observer, const sway_observer_body_t *b, const motion_t *m,
                   sway_real_t *out)
 {
-    const sway_real_t by_v = DIV(one(), m->speed);
-    const sway_real_t late = MUL(b->relaxation_m, by_v);
-    const sway_real_t motion[2] = {m->lateral, m->yaw};
+    const sway_observer_car_t *const car = &observer->car;
+    const levers_t levers = {SUB(car->front_m, b->cog_m), ADD(car->rear_m, b->cog_m),
+                             ADD(car->hitch_m, b->cog_m)};
+    const sway_real_t late_s = MUL(b->relaxation_m, m->by_speed);
+    sideways_t from = {m->lateral, m->yaw, m->trailer_yaw, m->steer, m->articulation};
     slips_t slips;
-    slips_t change;
-    slips_of(observer, b, motion, m->trailer_yaw, m->steer, m->articulation, by_v, &slips);
-    rates_at(observer, b, m, &slips, out);
-    slips_of(observer, b, out, out[2], m->steering, out[3], by_v, &change);
-    for (uint32_t i = 0; i < (has_trailer(observer) ? 3U : 2U); i++) {
-        slips.of[i] = SUB(slips.of[i], MUL(late, change.of[i]));
+    for (uint32_t round = 0; round < 2U; round++) {
+        slips_t found;
+        slips_of(observer, b, &levers, &from, m->by_speed, &found);
+        for (uint32_t i = 0; i < 3U; i++) {
+            slips.of[i] = round == 0U ? found.of[i] : SUB(slips.of[i], MUL(late_s, found.of[i]));
+        }
+        rates_at(observer, b, &levers, m, &slips, out);
+        from = (sideways_t){out[0], out[1], out[2], m->steering, out[3]};
     }
-    rates_at(observer, b, m, &slips, out);
 }
 
 /* --- what can be ------------------------------------------------------------------------------ */
@@ -718,23 +734,14 @@ static void correct(sway_observer_t *observer, const sway_real_t *slope, sway_re
     const sway_real_t by_s = DIV(one(), s);
     const sway_real_t surprise = ADD(MUL(sway_real_square(off), by_s), sway_real_ln(s));
     observer->log_likelihood = SUB(observer->log_likelihood, sway_real_scale(surprise, -1));
-    const bool learns = !sway_real_is_zero(observer->learning);
     for (uint32_t i = 0; i < n; i++) {
         const sway_real_t gain = MUL(towards[i], by_s);
         const bool slow = is_parameter(i);
-        if (!slow) {
-            observer->x[i] = ADD(observer->x[i], MUL(gain, off));
-        } else if (learns) {
-            observer->x[i] = ADD(observer->x[i], MUL(MUL(gain, off), observer->learning));
-        }
+        const sway_real_t part = slow ? MUL(gain, observer->learning) : gain;
+        observer->x[i] = ADD(observer->x[i], MUL(part, off));
         for (uint32_t j = 0; j <= i; j++) {
             sway_real_t *const p = &observer->p[place(i, j)];
-            const sway_real_t step = MUL(gain, towards[j]);
-            if (!slow || !is_parameter(j)) {
-                *p = SUB(*p, step);
-            } else if (learns) {
-                *p = SUB(*p, MUL(step, observer->learning));
-            }
+            *p = SUB(*p, MUL(slow && is_parameter(j) ? part : gain, towards[j]));
         }
         sway_real_t *const own = &observer->p[place(i, i)];
         *own = sway_real_max(*own, sway_real_zero());

@@ -643,7 +643,7 @@ static uint32_t state_of(uint32_t unknown)
 
 static uint32_t corner(uint32_t i, uint32_t j)
 {
-    return i >= j ? i * (i + 1U) / 2U + j : j * (j + 1U) / 2U + i;
+    return i * (i + 1U) / 2U + j;
 }
 
 void sway_trailer_remember(const sway_trailer_watch_t *trailer, sway_trailer_memory_t *memory)

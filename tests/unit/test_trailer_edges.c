@@ -165,6 +165,23 @@ static void a_hard_swerve_is_soon_over(void)
     TEST_ASSERT_TRUE(value(watch.steering) < 0.5);
 }
 
+/* An estimate beyond its bound is brought back, and what varies with it moves along. */
+static void an_estimate_beyond_its_bound_comes_back(void)
+{
+    sway_trailer_init(&watch, &vehicle, 0, 10000);
+    swerve(1.0, 400);
+    watch.with.x[SWAY_STATE_CAR_FRONT] = sway_real_ratio(9, 10); // at most 0.7
+    const double front = value(watch.with.x[SWAY_STATE_CAR_FRONT]);
+    const double rear = value(watch.with.x[SWAY_STATE_CAR_REAR]);
+    const double both =
+        value(sway_observer_covariance(&watch.with, SWAY_STATE_CAR_FRONT, SWAY_STATE_CAR_REAR));
+    TEST_ASSERT_TRUE(fabs(both) > 0.0);
+    swerve(1.0, 4);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.7, value(watch.with.x[SWAY_STATE_CAR_FRONT]));
+    const double moved = value(watch.with.x[SWAY_STATE_CAR_REAR]) - rear;
+    TEST_ASSERT_TRUE(moved * both * (0.7 - front) > 0.0);
+}
+
 /* What no car can be, the estimates are not; where neither model fits, nothing says "none". */
 static void estimates_stay_where_cars_and_trailers_are(void)
 {
@@ -353,6 +370,7 @@ int main(void)
     RUN_TEST(a_gust_is_no_proof);
     RUN_TEST(parameters_are_learnt_while_the_driver_steers);
     RUN_TEST(a_hard_swerve_is_soon_over);
+    RUN_TEST(an_estimate_beyond_its_bound_comes_back);
     RUN_TEST(estimates_stay_where_cars_and_trailers_are);
     RUN_TEST(what_the_user_states_is_no_bound);
     RUN_TEST(slices_that_come_too_late_are_made_up_for);
