@@ -32,6 +32,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
+from swaywatch.damping.alike import parted
 from swaywatch.damping.data import Choice, DampingRun, load_runs
 from swaywatch.damping.doubt import Point, points_of
 from swaywatch.damping.find import find
@@ -141,7 +142,7 @@ def place_of(folder: Path, mode: str, name: str, estimator: Estimator) -> Place:
     path = folder / f"{mode}_{name}kph.parquet"
     pushes = pushes_of(folder, mode, speed)
     (run,) = load_runs([path], Choice(("lean_rate",), (), "speed"))
-    points = points_of(find(run, BAND, estimator))
+    points, _ = parted(points_of(find(run, BAND, estimator)))
     free, seen = _free_under(run, roll_moment(path, pushes), estimator, pushes)
     first = [p for k, p in enumerate(points) if k == 0 or p.number != points[k - 1].number]
     swings = [

@@ -68,9 +68,7 @@ class Row:
             return ["-"] * 6
         error = np.array(self.error)
         bias = [float(np.mean(own)) for own in self.errors_per_place.values()]
-        held = (
-            f"{100 * np.mean(self.held):.0f} % of {len(self.held)}" if self.held else "none stated"
-        )
+        held = coverage(self)
         spent = f"{1e3 * np.median(self.seconds):.2g}" if self.seconds else "-"
         return [
             f"{np.median(np.abs(error)):.3f}",
@@ -81,6 +79,13 @@ class Row:
             f"{self.missing}",
             spent,
         ]
+
+
+def coverage(row: Row) -> str:
+    """How many of a method's intervals hold."""
+    if not row.held:
+        return "none stated"
+    return f"{100 * np.mean(row.held):.0f} % of {len(row.held)}"
 
 
 HEADS = (
@@ -182,8 +187,8 @@ def judge(
         row.add(swing, ratio, about, doubt, 1.96 * swing.error, place)
 
 
-def measured(folder: Path) -> str:
-    """The bicycle."""
+def on_pushes(folder: Path) -> tuple[dict[str, Row], int]:
+    """Every method on the bicycle's pushes, and how many these are."""
     with (folder / "segments_and_fits.csv").open(encoding="utf-8") as file:
         pushes = [row for row in csv.DictReader(file) if float(row["v_mps"]) >= 2.0]
     rows: dict[str, Row] = {"hand fit (least squares)": Row()}
@@ -213,8 +218,14 @@ def measured(folder: Path) -> str:
         name = f"{place[0]}_{place[1] * 3.6:g}kph.parquet"
         (run,) = load_runs([folder / name], Choice(("lean_rate",), (), "speed"))
         judge(rows, run, cuts, place, estimator)
+    return rows, len(pushes)
+
+
+def measured(folder: Path) -> str:
+    """The bicycle."""
+    rows, pushes = on_pushes(folder)
     return table(
-        f"**`make bench-damping`, measured**: {len(pushes)} pushes of a riderless bicycle "
+        f"**`make bench-damping`, measured**: {pushes} pushes of a riderless bicycle "
         "(TU Delft), 2 to 5 m/s, damping ratio 0.40 to 0.19, windows of 1 s (0.9 to 1.3 swings) "
         "cut by the authors",
         rows,

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from swaywatch.cli import main
+from swaywatch.damping.alike import parted
 from swaywatch.damping.compare import compare_groups, compare_model
 from swaywatch.damping.course import Bend, fit_course, mean_of
 from swaywatch.damping.data import Choice, DampingRun, load_runs
@@ -26,6 +27,7 @@ from swaywatch.damping.doubt import IntervalValue, Point, points_of
 from swaywatch.damping.find import find
 from swaywatch.damping.model import from_systems, load_model
 from swaywatch.damping.sentences import comparison_words
+from swaywatch.damping.size import small_swing
 from swaywatch.damping.study import Study
 from swaywatch.damping.window import Estimator
 from swaywatch.errors import ModelError, SignalError
@@ -223,14 +225,82 @@ def test_slalom_of_practice_is_forced() -> None:
     assert any(event.forced_by == "steering_wheel_angle" for event in found.events)
 
 
-def test_chrono_ladder_is_inside() -> None:
-    """0.056 at 104 km/h, 0.59 Hz (recordings README)."""
+def test_a_hand_that_wanders_is_taken_out() -> None:
+    """A mode that the wheel drives: a pulse, then a hand that is never still."""
+    estimator = Estimator()
+    off, without = [], []
+    for seed in range(12):
+        rng = np.random.default_rng((7, seed))
+        omega, ratio, step = 2 * math.pi * 0.7, float(rng.choice([0.04, 0.08])), 0.02
+        rows = 1500
+        wheel = 0.05 * signal.lfilter([0.1], [1.0, -0.9], rng.normal(size=rows))
+        wheel[250:275] += 1.0
+        s = complex(-ratio, math.sqrt(1 - ratio**2)) * omega
+        pole = np.exp(s * step)
+        z = signal.lfilter([(pole - 1) / s], [1.0, -pole], wheel)
+        value = z.real + 0.002 * rng.normal(size=rows)
+        run = a_run(value[:, None], step, wheel[:, None])
+        points = points_of(find(run, BAND, estimator))
+        unnamed = replace(run, input_names=(), inputs=np.zeros((rows, 0)))
+        blind = points_of(find(unnamed, BAND, estimator))
+        if not points or not blind:
+            continue
+        off.append(points[0].damping_ratio.value - ratio)
+        without.append(blind[0].damping_ratio.value - ratio)
+    assert len(off) >= 8
+    assert np.std(off) < 0.5 * np.std(without)
+
+
+def test_a_swing_unlike_the_others_is_left_out() -> None:
+    """Seven swings of 1 Hz, one of 0.7 Hz: named, not averaged; eight alike: all kept."""
+    rng = np.random.default_rng(3)
+    for odd in (True, False):
+        time = np.arange(9600) * 0.02
+        value = 0.01 * rng.normal(size=len(time))
+        for k in range(8):
+            since = time - 10.0 - 22.0 * k
+            omega = 2 * math.pi * (0.7 if odd and k == 4 else 1.0)
+            value += np.where(since > 0, np.exp(-0.1 * omega * since) * np.sin(omega * since), 0.0)
+        points = points_of(find(a_run(value[:, None], 0.02), BAND, Estimator()))
+        usual, others = parted(points)
+        assert len({p.number for p in points}) == 8
+        at = {round((p.start_s - 10.0) / 22.0) for p in others}
+        assert at == ({4} if odd else set())
+        assert len(usual) + len(others) == len(points)
+
+
+def test_a_structure_of_structures_is_read(tmp_path: Path) -> None:
+    """As data acquisition writes it: one structure, in it data and units of every signal."""
+    time = np.arange(0.0, 40.0, 0.1)
+    since = time - 10.0
+    rate = np.where(since > 0, np.exp(-0.2 * since) * np.sin(2.0 * since), 0.0)
+    content = {
+        name: {"data": value[:, None], "units": unit}
+        for name, value, unit in (
+            ("time", time, "s"), ("bYawRate", rate, "deg/s"), ("delta_r", 0.0 * time, "deg"),
+        )
+    }  # fmt: skip
+    path = tmp_path / "flight.mat"
+    scipy.io.savemat(path, {"flightdata": content})
+    (run,) = load_runs([path], Choice())
+    assert run.channels == ("bYawRate",)
+    assert run.units == ("deg/s",)
+    assert run.may_drive == ()  # the rudder does not move
+    (point, *_) = points_of(find(run, BAND, Estimator()))
+    assert point.damping_ratio.value == pytest.approx(0.0995, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["run1.blf", "simulation_run1.mf4"])
+def test_chrono_ladder_is_inside(name: str) -> None:
+    """0.056 at small amplitude at 104 km/h, 0.59 Hz (recordings README)."""
     case = recordings("chrono", "practice_chrono")
     choice = Choice(signals=case / "signals.toml")
-    points = points_of(find(load_runs([case / "run1.blf"], choice)[0], BAND, Estimator()))
-    assert points
-    ratio = mean_of([point.damping_ratio for point in points])
-    assert ratio.low <= 0.056 <= ratio.high
+    points = points_of(find(load_runs([case / name], choice)[0], BAND, Estimator()))
+    small = small_swing(points)
+    assert small is not None
+    assert small.damping_ratio is not None
+    assert small.damping_ratio.low <= 0.056 <= small.damping_ratio.high
+    assert small.damping_ratio.half < 0.015
     assert points[0].frequency_hz.value == pytest.approx(0.59, abs=0.02)
 
 

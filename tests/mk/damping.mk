@@ -12,8 +12,8 @@ $(PYOMA)/stamp: tests/bench/pyoma/requirements.txt | $(VENV)/stamp-run
 bench-damping: setup-test $(PYOMA)/stamp
 	@OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(PYOMA) $(PY) tests/bench/damping.py \
 	    --bicycle $(DAMPING_RECORDINGS)/real/bicycle_weave --report $(B)/bench/damping.md
-	@OPENBLAS_NUM_THREADS=1 $(PY) tests/bench/damping_shown.py --recordings $(DAMPING_RECORDINGS) \
-	    --report $(B)/bench/damping_shown.md
+	@OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(PYOMA) $(PY) tests/bench/damping_shown.py \
+	    --recordings $(DAMPING_RECORDINGS) --report $(B)/bench/damping_shown.md
 bench:: bench-damping
 
 # make bench-iso9815: 300 simulated tests after ISO 9815 that extrapolate; some minutes of one core.

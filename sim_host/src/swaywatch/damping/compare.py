@@ -125,7 +125,7 @@ def compare_groups(
             continue
         place = float(np.mean([both[i].against for i in group]))
         for quantity in QUANTITIES:
-            means = [mean_of([getattr(point, quantity) for point in part]) for part in parts]
+            means = [mean_of([getattr(p, quantity) for p in part], ends=False) for part in parts]
             at.append(_difference(quantity, place, *means))
     return _comparison(names, at) or _nearest(first, second, names)
 
@@ -148,7 +148,10 @@ def _nearest(
         _difference(
             quantity,
             None,
-            *(mean_of([getattr(point, quantity) for point in part]) for _, part in (left, right)),
+            *(
+                mean_of([getattr(p, quantity) for p in part], ends=False)
+                for _, part in (left, right)
+            ),
         )
         for quantity in QUANTITIES
     ]

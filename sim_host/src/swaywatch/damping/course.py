@@ -53,7 +53,7 @@ of them on springs with relaxing tyres, over 10 to 35 km/h that end 5 to 30 km/h
 speed of 85 to 180 km/h: -0.40 (95 % -0.63 to -0.12) planar, -0.31 (two thirds -0.50 to 0.04) on
 springs."""
 
-_OWN_FREEDOM = 4.0
+OWN_FREEDOM = 4.0
 """Repeats that the points' own errors are worth (two windows alone would have an interval of 12.7
 standard errors)."""
 
@@ -295,8 +295,17 @@ def levels(x: FloatArray) -> list[npt.NDArray[np.int64]]:
     return found
 
 
-def mean_of(values: Sequence[IntervalValue]) -> IntervalValue:
-    """Mean of repeats; its error is from their scatter."""
+def mean_of(values: Sequence[IntervalValue], *, ends: bool = True) -> IntervalValue:
+    """Mean of repeats; its error is from their scatter, and from what moves them all alike.
+
+    Parameters
+    ----------
+    values
+        Of windows at one place.
+    ends
+        Count what the choice of the windows' ends does to all alike; not where two means are
+        compared whose windows were chosen by the same rule, for it falls out of their difference.
+    """
     y = np.array([value.value for value in values])
     error = np.maximum(np.array([value.error for value in values]), 1e-12)
     if len(y) == 1:
@@ -310,8 +319,20 @@ def mean_of(values: Sequence[IntervalValue]) -> IntervalValue:
     spread = float(np.sum(weight * (y - mean) ** 2)) / (len(y) - 1)
     own = float(np.sum(weight**2 * error**2))
     freedom = float(len(y) - 1)
+    alike = _alike(np.array([value.ends for value in values]), weight) if ends else 0.0
     if spread > own * float(stats.chi2.ppf(0.95, freedom)) / freedom:
-        return IntervalValue(mean, math.sqrt(spread), freedom)
+        return IntervalValue(mean, math.sqrt(spread + alike), freedom)
     # no more than the errors say: both tell the same, so few repeats are not all that is known
-    both = (_OWN_FREEDOM * own + freedom * spread) / (_OWN_FREEDOM + freedom)
-    return IntervalValue(mean, math.sqrt(max(spread, both)), _OWN_FREEDOM + freedom)
+    both = (OWN_FREEDOM * own + freedom * spread) / (OWN_FREEDOM + freedom)
+    return IntervalValue(mean, math.sqrt(max(spread, both) + alike), OWN_FREEDOM + freedom)
+
+
+def _alike(ends: FloatArray, weight: FloatArray) -> float:
+    """Variance from the choice of the windows' ends, as far as it moves all repeats alike.
+
+    A second motion that dies out beside the swing does so after every push alike: the scatter of
+    the repeats does not show it.
+    """
+    mean = float(np.sum(weight * ends))
+    chance = float(np.sum(weight * (ends - mean) ** 2)) / (len(ends) - 1)
+    return max(0.0, mean**2 - chance)

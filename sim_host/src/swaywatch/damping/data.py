@@ -34,9 +34,12 @@ MOST_CHANNELS = 15
 _SWINGS = re.compile(
     r"yaw.?rate|roll.?rate|lean.?rate|bank.?rate|steer.?rate|articulation|hitch.?angle|"
     r"side.?slip|roll.?angle|lean.?angle|bank.?angle|lateral.?acc|lat.?acc|^ay$|^acc_?y$|"
-    r"gyro.?[xz]$|^[pr]$|^beta$",
+    r"gyro.?(?:[xz]|roll|yaw)$|^[pr]$|^beta$|"
+    r"(?:roll|yaw|lean|phi|psi).?(?:dot|vel|velocity)$|^d_?(?:phi|psi)$|omega.?[xz]$|w[xz]$",
     re.IGNORECASE,
 )
+_ANGLES = re.compile(r"(?:^|[_.\s])(?:roll|bank|lean|phi|yaw|psi)(?:$|[_.\s])", re.IGNORECASE)
+"""Names that say an angle at most: taken where none says more."""
 _SPEED = re.compile(
     r"(?:^|_|\b)(?:speed|velocity|airspeed|tas|cas|ias|vx|v_x|v)(?:$|_|\b)|speed$", re.IGNORECASE
 )
@@ -202,9 +205,11 @@ def _moves(series: Series) -> bool:
 
 def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
     """The choice with what the user left open taken by the signals' names."""
-    channels = choice.channels or tuple(
-        name for name, series in signals.items() if _SWINGS.search(name) and _moves(series)
-    )
+    channels = choice.channels
+    for pattern in (_SWINGS, _ANGLES):
+        channels = channels or tuple(
+            name for name, series in signals.items() if pattern.search(name) and _moves(series)
+        )
     if not channels:
         there = ", ".join(list(signals)[:30])
         raise SignalError(
@@ -267,8 +272,10 @@ def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:
         "" if against is None else against.unit,
         tuple(
             name
-            for name in signals
-            if _INPUT_LIKE.search(name) and name not in (*choice.channels, *choice.inputs)
+            for name, series in signals.items()
+            if _INPUT_LIKE.search(name)
+            and name not in (*choice.channels, *choice.inputs)
+            and _moves(series)
         ),
     )
 

@@ -31,6 +31,7 @@ from scipy import ndimage, signal
 
 from swaywatch.damping.acts import Act, acts_of
 from swaywatch.damping.data import DampingRun
+from swaywatch.damping.freed import GAIN_DOUBT, without_input
 from swaywatch.damping.window import NO_OSCILLATION, Estimator, Line
 
 FloatArray = npt.NDArray[np.float64]
@@ -52,6 +53,9 @@ LOCAL = 3.0
 SHORT = 2.5
 """Windows of one channel with fewer cycles are fitted without a slope, which would take part of
 the swing; where several channels share the line, that does not happen."""
+
+PART = 2.0
+"""Cycles of the parts of a window that tell how its damping goes with the amplitude."""
 
 EIGHTH = 0.125
 """Of a cycle: by which windows are moved to see what the choice does."""
@@ -81,6 +85,12 @@ SCARCE = 40.0
 SCARCE_RISE, SCARCE_CYCLES = 5.0, 2.0
 """Rise over the quietest cycle, and cycles that one line has to explain, in such a recording."""
 
+FREED_TWICE = 2
+"""Times the input's part is taken out: the line without it tells it better."""
+
+MOST_QUIET = 200
+"""Quiet windows of one length that are looked at, evenly over a long recording."""
+
 _QUIET_PERCENTILE = 25.0
 _QUIET_POWER = 0.288
 """25th percentile of the power of a narrow-band process over its mean: -ln 0.75."""
@@ -100,12 +110,18 @@ class SwingWindow:
         The line of a window that begins an eighth of a cycle later; None where it cannot.
     rest
         RMS of what the line leaves, in units of the quiet signal's; NaN where that is not known.
+    freed : shape (rows, channels) or None
+        The window's samples without the input's part; None: nothing was taken out.
+    parts
+        The lines of its parts of PART cycles or more, one after the other.
     """
 
     line: Line
     beside: tuple[Line, ...]
     later: Line | None
     rest: float
+    freed: FloatArray | None = None
+    parts: tuple[Line, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -235,12 +251,20 @@ class _Finder:
         """RMS of a quiet window about mean and slope, per channel; empty where there is none."""
         if rows not in self._rests:
             starts = self.quiet_starts(rows)
-            rest = [
-                np.mean(signal.detrend(self.run.value[k : k + rows], axis=0) ** 2, axis=0)
-                for k in starts
-            ]
-            self._rests[rows] = np.sqrt(np.mean(rest, axis=0)) if len(rest) >= 2 else np.zeros(0)
+            if len(starts) > MOST_QUIET:
+                starts = starts[np.linspace(0, len(starts) - 1, MOST_QUIET).astype(np.int64)]
+            line = np.linspace(-1.0, 1.0, rows)
+            base, _ = np.linalg.qr(np.stack([np.ones(rows), line], axis=1))
+            power = [self._beside_line(base, k) for k in starts]
+            self._rests[rows] = np.sqrt(np.mean(power, axis=0)) if len(power) >= 2 else np.zeros(0)
         return self._rests[rows]
+
+    def _beside_line(self, base: FloatArray, first: int) -> FloatArray:
+        """Mean square of every channel beside mean and slope (`base`) from a row on."""
+        value = self.run.value[first : first + len(base)]
+        value = value - value.mean(axis=0)
+        rest = value - base @ (base.T @ value)
+        return np.asarray(np.mean(rest**2, axis=0))
 
     # --- events ------------------------------------------------------------------------------
 
@@ -480,7 +504,19 @@ class _Finder:
             if other is not None:
                 beside.append(other)
         later = self._other(line, line.start_s + EIGHTH * cycle, line.length_s, limit_s)
-        return SwingWindow(line, tuple(beside), later, self.rest_of(line))
+        return SwingWindow(line, tuple(beside), later, self.rest_of(line), parts=self._parts(line))
+
+    def _parts(self, line: Line) -> tuple[Line, ...]:
+        """The window in equal parts, each a line of its own; itself where it is short."""
+        count = int(line.cycles / PART + 0.05)
+        if count < 2:
+            return (line,)
+        length = line.length_s / count
+        parts = [
+            self._line(line.start_s + k * length, length, line.frequency_hz, line.level)
+            for k in range(count)
+        ]
+        return tuple(part for part in parts if part is not None and part.converged())
 
     def _other(self, line: Line, start_s: float, length_s: float, limit_s: float) -> Line | None:
         """The line of another window, if it is there and settles."""
@@ -583,7 +619,47 @@ class _Finder:
                 judged.append(self._after_the_input(event, known, share, which))
             else:
                 judged.append(replace(event, share=share))
-        return judged
+        return [self._freed(event) for event in judged]
+
+    def _freed(self, event: Event) -> Event:
+        """The same windows without what the input that began the swing adds within them."""
+        if not event.windows or event.forced_by or event.followed_by:
+            return event
+        own = self._drive(event, event)
+        assert own is not None
+        which = int(np.argmax(own.before / np.maximum(np.ptp(self.run.inputs, axis=0), 1e-300)))
+        limit = min(event.limit_s, self.run.duration_s)
+        run, windows = self.run, event.windows
+        for _ in range(FREED_TWICE):
+            freed = without_input(run, windows[0].line, which, limit)
+            if freed is None:
+                return event
+            first = run.rows(windows[0].line.start_s, limit).start
+            value = run.value.copy()
+            value[first : first + len(freed.samples)] = freed.samples
+            self.run = replace(run, value=value)
+            again = [self._again(window.line, limit) for window in windows]
+            self.run = run
+            kept = itertools.takewhile(lambda window: window is not None, again)
+            windows = tuple(window for window in kept if window is not None)
+            if not windows:
+                return event
+        # behind the first window the same hand may be more than what is left of the swing
+        count = 1
+        for window in windows[1:]:
+            rows = run.rows(window.line.start_s, window.line.start_s + window.line.length_s)
+            if freed is None or not freed.little(rows.start - first, rows.stop - first):
+                break
+            count += 1
+        return replace(event, windows=windows[:count], share=GAIN_DOUBT * event.share)
+
+    def _again(self, line: Line, limit_s: float) -> SwingWindow | None:
+        """The window of a line, estimated on what is now in the run."""
+        other = self._line(line.start_s, line.length_s, line.frequency_hz, line.level)
+        if other is None or not other.converged():
+            return None
+        rows = self.run.rows(line.start_s, line.start_s + line.length_s)
+        return replace(self._with_beside(other, limit_s), freed=self.run.value[rows])
 
     def _act_within(self, event: Event) -> Act | None:
         """An act of the driver that reaches into the first window by more than EIGHTH cycle."""

@@ -278,18 +278,37 @@ def signal_figure(found: Found) -> go.Figure:
                        showlegend=False), row=row, col=1,
         )  # fmt: skip
         figure.update_yaxes(title_text=_axis_title(name, unit), row=row, col=1)
-    for number, event in enumerate(found.events):
-        kind = kind_of(found, number)
-        if kind == "not one damped line":
-            figure.add_vline(x=event.peak_s, line={"color": "#9ca3af", "width": 1})
-        for window in event.windows:
-            figure.add_vrect(
-                x0=window.line.start_s, x1=window.line.start_s + window.line.length_s, line_width=0,
-                fillcolor=_COLOURS[0] if kind == "free" else _COLOURS[4], opacity=0.18,
-            )  # fmt: skip
+    figure.update_layout(shapes=_marks(found, len(shown)))
     figure.update_xaxes(title_text="time [s]", row=len(shown), col=1)
     figure.update_layout(
         height=max(240, _ROW_PX * len(shown)), margin={"l": 92, "r": 24, "t": 20, "b": 52},
         hovermode="x unified",
     )  # fmt: skip
     return figure
+
+
+def _marks(found: Found, rows: int) -> list[dict[str, object]]:
+    """Windows and other events as shapes of every row.
+
+    All at once: added one by one each copies all before it, minutes for a long flight.
+    """
+    marks: list[dict[str, object]] = []
+
+    def mark(x0: float, x1: float, **looks: object) -> None:
+        for row in range(1, rows + 1):
+            axis = "" if row == 1 else str(row)
+            marks.append(
+                {"x0": x0, "x1": x1, "y0": 0, "y1": 1, "xref": f"x{axis}",
+                 "yref": f"y{axis} domain", **looks}
+            )  # fmt: skip
+
+    for number, event in enumerate(found.events):
+        kind = kind_of(found, number)
+        if kind == "not one damped line":
+            grey = {"color": "#9ca3af", "width": 1}
+            mark(event.peak_s, event.peak_s, type="line", line=grey)
+        for window in event.windows:
+            begin, end = window.line.start_s, window.line.start_s + window.line.length_s
+            colour = _COLOURS[0] if kind == "free" else _COLOURS[4]
+            mark(begin, end, type="rect", line={"width": 0}, fillcolor=colour, opacity=0.18)
+    return marks

@@ -80,8 +80,9 @@ def _none(study: Study) -> str:
 def sentences(study: Study) -> list[str]:
     """What else is to be said."""
     texts = [
-        _counts(study), _forced(study), _followed(study), _unquiet(study), _zero(study),
-        _iso9815(study), _weak(study), _later(study),
+        _counts(study), _forced(study), _followed(study), _others(study), _unquiet(study),
+        _zero(study),
+        _iso9815(study), _weak(study), *_sizes(study), _later(study),
     ]  # fmt: skip
     if study.groups is not None:
         texts += comparison_words(study, study.groups, model=False)
@@ -148,6 +149,23 @@ def _followed(study: Study) -> str:
     return (
         f"Follows the swing and dies out with it: {which}. A damper, a controller or the driver's "
         "own answer does so; the damping is that of the vehicle with it."
+    )
+
+
+def _others(study: Study) -> str:
+    """Windows that are not like the rest."""
+    if not study.others:
+        return ""
+    which = ", ".join(
+        f"{point.run} at {point.start_s:.1f} s ({point.frequency_hz.value:.2f} Hz, damping ratio "
+        f"{point.damping_ratio.value:.2f})"
+        for point in study.others[:3]
+    )
+    more = f" and {len(study.others) - 3} more" if len(study.others) > 3 else ""
+    return (
+        f"Another motion than the other swings at that {study.against_name or 'place'}, by "
+        f"frequency or damping, and left out of the means: {which}{more}. A hand, a gust or "
+        "another mode does so."
     )
 
 
@@ -237,6 +255,37 @@ def _weak(study: Study) -> str:
 
 def _has_point(study: Study, name: str) -> bool:
     return any(point.run == name for point in study.points)
+
+
+def _sizes(study: Study) -> list[str]:
+    """Damping that depends on the size of the swing, and what it is at small ones."""
+    texts = []
+    for place in study.places:
+        small = place.small
+        if small is None or not small.depends:
+            continue
+        where = "" if math.isnan(place.against) else f" at {_at(study, place.against)}"
+        run = study.found[0].run
+        unit, to_unit = run.units[small.channel], 1.0
+        if unit in ("rad/s", "rad"):
+            unit, to_unit = unit.replace("rad", "deg"), math.degrees(1.0)
+        sizes = f"{to_unit * small.smallest:.2g} to {to_unit * small.largest:.2g} {unit}".rstrip()
+        head = (
+            f"The damping{where} depends on the size of the swing ({probability(small.p_value)}; "
+            f"{run.channels[small.channel]} {sizes})"
+        )
+        if small.damping_ratio is None:
+            texts.append(
+                f"{head}: it rises towards small swings as dry friction makes it, so there is no "
+                "value for small ones; the values here are those of the swings that were seen."
+            )
+        else:
+            texts.append(
+                f"{head}: damping ratio {interval(small.damping_ratio)} at small amplitude, "
+                f"{abs(small.change.value):.3f} {'less' if small.change.value < 0 else 'more'} at "
+                "the largest; the values here are means over each swing."
+            )
+    return texts
 
 
 def _later(study: Study) -> str:

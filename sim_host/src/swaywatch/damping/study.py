@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from swaywatch import __version__
+from swaywatch.damping.alike import parted
 from swaywatch.damping.compare import Comparison, Difference, compare_groups, compare_model
 from swaywatch.damping.course import (
     TOWED_POWER,
@@ -26,6 +27,7 @@ from swaywatch.damping.data import Choice, DampingRun, load_runs
 from swaywatch.damping.doubt import QUANTITIES, IntervalValue, Point, points_of, sure
 from swaywatch.damping.find import Found, find
 from swaywatch.damping.model import LinearModel
+from swaywatch.damping.size import SmallSwing, small_swing
 from swaywatch.damping.window import Estimator
 from swaywatch.errors import RecordingError, SignalError
 
@@ -59,7 +61,13 @@ class StudyPlan:
 
 @dataclass(frozen=True)
 class SpeedGroup:
-    """The points at one speed: number of them, means of damping ratio, frequency and growth."""
+    """The points at one speed: number of them, means of damping ratio, frequency and growth.
+
+    Attributes
+    ----------
+    small
+        The damping by the size of the swing; None where the swings are too few or of one size.
+    """
 
     against: float
     count: int
@@ -67,6 +75,7 @@ class SpeedGroup:
     damping_ratio: IntervalValue
     frequency_hz: IntervalValue
     growth_1_s: IntervalValue
+    small: SmallSwing | None = None
 
     @property
     def determinable(self) -> bool:
@@ -76,7 +85,13 @@ class SpeedGroup:
 
 @dataclass(frozen=True)
 class Study:
-    """The result; `compared` is the second group's, `line` the straight one of ISO 9815."""
+    """The result; `compared` is the second group's, `line` the straight one of ISO 9815.
+
+    Attributes
+    ----------
+    others
+        Windows of another motion than the rest at their speed, left out.
+    """
 
     plan: StudyPlan
     found: tuple[Found, ...]
@@ -90,6 +105,7 @@ class Study:
     groups: Comparison | None = None
     model: LinearModel | None = None
     against_model: Comparison | None = None
+    others: tuple[Point, ...] = ()
 
     @property
     def against_name(self) -> str:
@@ -176,7 +192,7 @@ def study_of(
         if progress:
             progress(f"evaluating {run.name}", number, len(runs))
         found.append(sure(find(run, _band(run, plan.band_hz), estimator)))
-    points = tuple(point for one in found for point in points_of(one))
+    points, others = parted([point for one in found for point in points_of(one)])
     course = fit_course(points, bend=Bend.TOWED if plan.iso9815 else Bend.ANY)
     return Study(
         plan,
@@ -187,6 +203,7 @@ def study_of(
         course.zero() if course else None,
         course.zero(LIMIT_RATIO) if course else None,
         fit_course(points, bend=Bend.NONE) if plan.iso9815 else None,
+        others=others,
     )
 
 
@@ -213,7 +230,8 @@ def _places(points: Sequence[Point]) -> tuple[SpeedGroup, ...]:
         part = [points[i] for i in group]
         mean = {name: mean_of([getattr(point, name) for point in part]) for name in QUANTITIES}
         runs = tuple(dict.fromkeys(point.run for point in part))
-        places.append(SpeedGroup(float(np.mean(x[group])), len(part), runs, **mean))
+        small = small_swing(part)
+        places.append(SpeedGroup(float(np.mean(x[group])), len(part), runs, **mean, small=small))
     return tuple(places)
 
 
@@ -243,6 +261,7 @@ def as_json(study: Study) -> dict[str, Any]:
         "recordings": [_run_json(found) for found in study.found],
         "against": {"signal": study.against_name, "unit": study.against_unit},
         "windows": [_point_json(point) for point in study.points],
+        "other_motion": [_point_json(point) for point in study.others],
         "places": [
             {
                 "against": _number(place.against),
@@ -250,6 +269,7 @@ def as_json(study: Study) -> dict[str, Any]:
                 "recordings": list(place.runs),
                 "determinable": place.determinable,
                 **{name: _value_json(getattr(place, name)) for name in QUANTITIES},
+                "by_size": _size_json(study, place.small),
             }
             for place in study.places
         ],
@@ -281,6 +301,19 @@ def _value_json(value: IntervalValue) -> dict[str, float | None]:
         "standard_error": _number(value.error),
         "low_95": _number(value.low),
         "high_95": _number(value.high),
+    }
+
+
+def _size_json(study: Study, small: SmallSwing | None) -> dict[str, Any] | None:
+    if small is None:
+        return None
+    ratio = small.damping_ratio
+    return {
+        "damping_ratio_at_small_amplitude": None if ratio is None else _value_json(ratio),
+        "change_to_the_largest": _value_json(small.change),
+        "amplitudes": [small.smallest, small.largest],
+        "amplitude_of": study.found[0].run.channels[small.channel],
+        "p_value_of_no_change": _number(small.p_value),
     }
 
 

@@ -2,7 +2,9 @@
 
 Written: one variable for each signal, a structure with ``time`` (s since ``start_unix_ns``),
 ``value``, ``unit`` and ``name``. Read: such structures, and plain vectors beside one vector of time
-(``time``, ``t``, also with ``_s``, ``_ms``, ``_us``) of the same length, as most scripts save them.
+(``time``, ``t``, also with ``_s``, ``_ms``, ``_us``) of the same length, as most scripts save them;
+also one structure that holds them all, each a vector or a structure with ``data`` and ``units``, as
+data acquisition systems do.
 """
 
 from __future__ import annotations
@@ -38,12 +40,22 @@ def read(path: Path) -> Recording:
         content = loadmat(path, squeeze_me=True, struct_as_record=False)
     start_ns = _start(path, content)
     signals = {**_structures(path, content, start_ns), **_vectors(path, content, start_ns)}
+    for key, item in content.items():
+        fields = getattr(item, "_fieldnames", ())
+        if fields and not {"time", "value"} <= set(fields):
+            signals |= _vectors(path, {name: getattr(item, name) for name in fields}, start_ns, key)
     if not signals:
         raise RecordingError(
             f"{path}: no signal in it; expected structures with time and value, or vectors beside "
-            f"one named time. Variables there: {', '.join(name for name, *_ in sizes[:8]) or '-'}"
+            "one named time (as variables, or together in one structure). Variables there: "
+            f"{', '.join(_described(name, shape) for name, shape, _ in sizes[:8]) or '-'}"
         )
     return Recording(path, "MATLAB", signals=signals)
+
+
+def _described(name: str, shape: tuple[int, ...]) -> str:
+    """``y (2000x3)``: a matrix does not say what its columns are."""
+    return f"{name} ({'x'.join(map(str, shape))})" if min(shape, default=1) > 1 else name
 
 
 def _start(path: Path, content: dict[str, Any]) -> int:
@@ -67,24 +79,31 @@ def _structures(path: Path, content: dict[str, Any], start_ns: int) -> dict[str,
     return found
 
 
-def _vectors(path: Path, content: dict[str, Any], start_ns: int) -> dict[str, Series]:
-    plain = {
-        name: np.atleast_1d(item).astype(np.float64)
-        for name, item in content.items()
-        if isinstance(item, np.ndarray) and item.ndim == 1 and item.dtype.kind in "iufb"
-    }
+def _vectors(
+    path: Path, content: dict[str, Any], start_ns: int, within: str = ""
+) -> dict[str, Series]:
+    """Vectors beside one of time; `within`: the structure that holds them."""
+    plain: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
+    for name, item in content.items():
+        value = getattr(item, "data", None) if hasattr(item, "_fieldnames") else item
+        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "iufb":
+            plain[name] = np.atleast_1d(value).astype(np.float64)
+            units[name] = str(getattr(item, "units", "") or getattr(item, "unit", ""))
     clocks = [(name, match) for name in plain if (match := _TIME.match(name))]
     if not clocks:
         return {}
     if len(clocks) > 1:
         raise RecordingError(
-            f"{path}: several vectors of time ({', '.join(name for name, _ in clocks)}); keep one, "
-            "or save structures with time and value"
+            f"{path}: {within}{': ' * bool(within)}several vectors of time "
+            f"({', '.join(name for name, _ in clocks)}); keep one, or save structures with time "
+            "and value"
         )
     name, match = clocks[0]
-    time = plain.pop(name) / _PER_S[(match["unit"] or "s").lower()]
+    own = units[name].lower()
+    time = plain.pop(name) / _PER_S[match["unit"] or (own if own in _PER_S else "s")]
     return {
-        key: _series(path, key, time, value, start_ns, "")
+        key: _series(path, key, time, value, start_ns, units[key])
         for key, value in plain.items()
         if len(value) == len(time)
     }
