@@ -34,10 +34,10 @@ from swaywatch.damping.data import Choice, DampingRun, load_runs, run_of
 from swaywatch.damping.doubt import IntervalValue, Point, points_of
 from swaywatch.damping.find import Found, find
 from swaywatch.damping.model import load_model
+from swaywatch.damping.sentences import interval
 from swaywatch.damping.size import small_swing
 from swaywatch.damping.study import Study, StudyPlan, study_of
 from swaywatch.damping.window import Estimator
-from swaywatch.damping.words import interval
 
 BAND = (0.2, 10.0)
 ROLES = Path(__file__).resolve().parents[1] / "data" / "real"
