@@ -163,13 +163,13 @@ def outcome(cause: str, seed: int) -> Outcome:
     """Runs one drive and reads what the core reports."""
     recording, vehicle, _, channel, begin_s = drive(cause, seed)
     status, _ = Core(vehicle, positions_of(recording)).feed(recording)
-    said = (status["doubted_inputs"] | status["refuted_inputs"]) != 0
+    said = (status["suspect_inputs"] | status["rejected_inputs"]) != 0
     said |= status["finding"] != 0
     time_s = status["time_us"] * 1e-6
     before = time_s < begin_s
     after = np.flatnonzero(said & ~before)
     last = status[-1]
-    finding, refuted = int(last["finding"]), int(last["refuted_inputs"])
+    finding, refuted = int(last["finding"]), int(last["rejected_inputs"])
     reported_before = bool(np.any((status["finding"] != 0) & before))
     if cause in SENSOR_FAULTS:
         right = finding >= 16 and finding % 16 == channel and refuted & ~(1 << channel) == 0
