@@ -11,7 +11,7 @@
 ///
 /// Everything is driven by the timestamps of the frames, so the same frames give the same status
 /// frames on every machine, live or replayed. A port that can see the bus go silent calls
-/// sway_node_time() now and then, so that timeouts are told even if no frame comes.
+/// sway_node_time() now and then, so that timeouts are reported even if no frame comes.
 ///
 /// A frame is used only if its length, CRC and counter are right. What is wrong is counted by kind
 /// (`sway_frame_fault_t`), never silently dropped, and the next good frame is used again.
@@ -134,8 +134,8 @@ uint32_t sway_node_fault(const sway_node_t *node, sway_frame_fault_t fault);
 sway_message_state_t sway_node_message_state(const sway_node_t *node, sway_message_t message);
 
 /// True where a message that the judgement wants (speed, car motion, and trailer motion if there is
-/// a trailer) is not good. The alarm goes on with what is left, and is off only where no motion
-/// comes.
+/// a trailer) is not good. The alarm continues with the remaining inputs, and is off only where no
+/// motion comes.
 bool sway_node_inputs_lost(const sway_node_t *node);
 
 SWAY_C_END

@@ -49,7 +49,7 @@ typedef enum {
     SWAY_QUALITY_USER_INERTIA = 1 << 12,    ///< a yaw inertia in the model is the user's
     SWAY_QUALITY_MISFIT = 1 << 13,          ///< not one damped line: a step, an onset, a gust
     SWAY_QUALITY_HITCH = 1 << 14, ///< something rubs at the ball: v_crit is that of a large swing
-    SWAY_QUALITY_SMALL_SWING = 1 << 15, ///< v_crit stands on smaller swings than the limit
+    SWAY_QUALITY_SMALL_SWING = 1 << 15, ///< v_crit is based on smaller swings than the limit
     SWAY_QUALITY_UNEXPLAINED = 1 << 16, ///< an inertia is complex: its error was made larger
     SWAY_QUALITY_BITS = 17
 } sway_quality_t;
@@ -224,10 +224,10 @@ typedef struct {
     int32_t car_yaw_inertia_argument_urad;
     int32_t trailer_yaw_inertia_argument_urad;
 
-    uint32_t missing_inputs; ///< SWAY_CHANNEL_BIT: came before, missing in this judgement
-    uint32_t doubted_inputs; ///< one of these is wrong, or what they say of the vehicle is
-    uint32_t refuted_inputs; ///< found wrong, left out
-    int32_t finding;         ///< sway_finding_t: the last one
+    uint32_t missing_inputs;  ///< SWAY_CHANNEL_BIT: received before, missing in this judgement
+    uint32_t suspect_inputs;  ///< one of these is wrong, or the vehicle differs
+    uint32_t rejected_inputs; ///< found wrong, excluded
+    int32_t finding;          ///< sway_finding_t: the last one
     int32_t finding_size_micro;
     int32_t finding_se_micro;
 #if SWAY_SUPERVISION

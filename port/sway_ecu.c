@@ -121,8 +121,8 @@ static void send(sway_ecu_t *ecu, sway_port_frame_t *frame)
     }
 }
 
-/* Two senders of one message have two counters. A stuck counter looks the same; either is told in
- * the second in which it happens. */
+/* Two senders of one message have two counters. A stuck counter looks the same; either is reported
+ * in the second in which it happens. */
 static bool is_doubled(sway_ecu_t *ecu)
 {
     const uint32_t before = ecu->doubled;

@@ -69,7 +69,7 @@ typedef struct {
     uint16_t last_request; ///< CRC and counter of the request before
     sway_ecu_state_t state;
     sway_ecu_cause_t cause;  ///< of the safe state
-    sway_ecu_cause_t notice; ///< told while running, if there is one
+    sway_ecu_cause_t notice; ///< reported while running, if there is one
     sway_ecu_retained_t *retained;
     uint32_t block_sequence;
     uint32_t frames_received; ///< never go down, any of the three

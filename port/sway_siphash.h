@@ -1,5 +1,5 @@
 /// sway_siphash: SipHash-2-4 (Aumasson and Bernstein, INDOCRYPT 2012), a keyed 64-bit checksum for
-/// short messages: without the 128-bit key nobody can make or foretell it.
+/// short messages: without the 128-bit key nobody can make or predict it.
 #ifndef SWAY_SIPHASH_H
 #define SWAY_SIPHASH_H
 

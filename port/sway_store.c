@@ -9,7 +9,7 @@ typedef struct {
     uint32_t sequence;
 } slot_t;
 
-/* What the memory itself calls damaged is not believed, even where it looks whole. */
+/* A page that the memory itself reports as damaged is not used, even where it looks intact. */
 static slot_t look(const sway_store_t *store, uint32_t number, uint8_t *block)
 {
     slot_t slot = {SWAY_BLOCK_EMPTY, 0U};

@@ -3,7 +3,7 @@
 ///
 /// A new block always goes into the page that does not hold the newest good one. After a cut
 /// between erasing and writing, or in the middle of writing, the old block is still there; it is
-/// used, and the next start is told that a store was interrupted.
+/// used, and the next start reports that a store was interrupted.
 #ifndef SWAY_STORE_H
 #define SWAY_STORE_H
 

@@ -52,9 +52,10 @@ bool sway_e2e_check(uint32_t can_id, const uint8_t *data);
 /// periods, picks the number that fits best, so up to `limit_us` of silence every missing frame is
 /// counted even over several turns of the counter. A frame that is next by its counter is taken for
 /// the next one whenever it comes: senders pause, and a loss of exactly 16 looks the same. Of two
-/// numbers that fit equally well the larger is told. Before the period is known the steps nearest
-/// to 0 are told; beyond `limit_us` the smallest positive number that fits the counter, and 1 for
-/// an equal counter, as its sender was silent, not stuck. Time that goes back counts as no time.
+/// numbers that fit equally well the larger is reported. Before the period is known the steps
+/// nearest to 0 are reported; beyond `limit_us` the smallest positive number that fits the counter,
+/// and 1 for an equal counter, as its sender was silent, not stuck. Time that goes back counts as
+/// no time.
 int32_t sway_e2e_step(sway_e2e_t *e2e, uint8_t counter, int64_t time_us, int32_t limit_us);
 
 #endif

@@ -257,7 +257,7 @@ static void encode_alarm(const sway_frames_source_t *source, uint8_t *data)
     const sway_status_t *s = source->status;
     const bool off = source->blind;
     const uint32_t reasons = off ? 0U : s->reasons;
-    const uint32_t lacking = s->missing_inputs | s->doubted_inputs | s->refuted_inputs;
+    const uint32_t lacking = s->missing_inputs | s->suspect_inputs | s->rejected_inputs;
     const bool timed = !off && valid(s, SWAY_VALID_TIME_TO_LIMIT);
     const struct swaywatch_dbc_sway_alarm_t m = {
         .alarm_estimate = estimate(s),
@@ -326,8 +326,8 @@ static const word_t WORDS[][3] = {
      {SWAY_VALID_TRAILER_INERTIA, OF(trailer_yaw_inertia_gm2), PER_20000, false},
      {SWAY_VALID_TRAILER_INERTIA, OF(trailer_yaw_inertia_se_gm2), PER_20000, false}},
     {{0U, OF(missing_inputs), PER_1, false},
-     {0U, OF(doubted_inputs), PER_1, false},
-     {0U, OF(refuted_inputs), PER_1, false}},
+     {0U, OF(suspect_inputs), PER_1, false},
+     {0U, OF(rejected_inputs), PER_1, false}},
 #if SWAY_SUPERVISION
     {{0U, OF(finding), PER_1, false},
      {0U, OF(finding_size_micro), PER_1000, true},

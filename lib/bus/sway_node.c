@@ -111,7 +111,7 @@ static bool is_good(const sway_node_t *node, sway_message_t message)
     return node->message[message].state == (uint8_t)SWAY_MESSAGE_GOOD;
 }
 
-/* The core judges by what is left, as long as any motion comes. */
+/* The core judges from the remaining inputs, as long as any motion signal arrives. */
 static bool is_blind(const sway_node_t *node)
 {
     return !is_good(node, SWAY_MESSAGE_CAR_MOTION) && !is_good(node, SWAY_MESSAGE_TRAILER_MOTION) &&

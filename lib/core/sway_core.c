@@ -82,7 +82,7 @@ static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
 #if SWAY_SUPERVISION
 static void supervise_row(sway_core_t *core, sway_row_t *row)
 {
-    row->valid_mask &= ~core->supervise.refuted_mask;
+    row->valid_mask &= ~core->supervise.rejected_mask;
     sway_supervise_row(&core->supervise, row);
 }
 
@@ -90,9 +90,9 @@ static void supervise_publish(sway_core_t *core)
 {
     const sway_supervise_t *const supervise = &core->supervise;
     sway_status_t *const status = &core->status;
-    status->doubted_inputs = supervise->doubted_mask | supervise->offset_mask;
-    status->refuted_inputs = supervise->refuted_mask;
-    status->missing_inputs &= ~supervise->refuted_mask;
+    status->suspect_inputs = supervise->suspect_mask | supervise->offset_mask;
+    status->rejected_inputs = supervise->rejected_mask;
+    status->missing_inputs &= ~supervise->rejected_mask;
     status->finding = supervise->finding.code;
     status->finding_size_micro = supervise->finding.size_micro;
     status->finding_se_micro = supervise->finding.se_micro;
@@ -334,7 +334,7 @@ static void publish_part(sway_core_t *core)
 static uint32_t publish_cost(const sway_core_t *core)
 {
     if (core->part == 0U && core->slices_due < SWAY_PUBLISH_PARTS) {
-        return 0; // not in what is left of this row
+        return 0; // not in the remaining channels of this row
     }
     return core->part < SWAY_PUBLISH_PARTS ? (core->identified ? COST_PART : 1U) : COST_PUBLISH;
 }

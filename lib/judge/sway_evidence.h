@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// sway_evidence: what the signals and the model say of the damping ratio, weighed by their errors.
+/// sway_evidence: damping ratio from signals and model, weighted by their errors.
 ///
 /// The growth of the free oscillation needs no model, but steering or gusts look like damping to
 /// it. The combination believes

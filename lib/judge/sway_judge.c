@@ -5,8 +5,8 @@
 
 #include "arithmetic/sway_real_ops.h"
 
-/* Without a held line, a speed that is gone for longer than this says nothing any more. With one,
- * the combination still moves: nothing sways that stands. */
+/* Without a held line, a speed that is gone for longer than this has no information any more. With
+ * one, the combination still moves: nothing sways that stands. */
 #define SPEED_MEMORY_US 10000000
 
 /* A forced line tells of the free one only if the hand explains little of it: a standard error of

@@ -8,7 +8,8 @@
 ///     the model                 filtered stiffnesses and inertias       no speed, too little known
 ///
 /// Nothing vetoes: an input that is gone, a gap, a hand on the wheel make errors larger, and the
-/// two are weighed by their errors (sway_evidence). The combination goes to the alarm (sway_alarm).
+/// two are weighted by their errors (sway_evidence). The combination goes to the alarm
+/// (sway_alarm).
 ///
 /// How large the swing is, is said by the trailer's yaw rate. Where that is gone, it is what the
 /// car's motion says of it (sway_trailer), else any other motion says it: how much yaw rate of the

@@ -7,7 +7,7 @@
 
 enum { STAGE_IDLE, STAGE_TERMS, STAGE_HOLD, STAGE_REAL, STAGE_IMAGINARY, STAGE_FADE, STAGE_WEIGH };
 
-/* How well things are believed: ratios in ppm, lengths in micrometres, friction in 100 uNm. */
+/* Tolerances of the values: ratios in ppm, lengths in micrometres, friction in 100 uNm. */
 static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
     30000,  50000, // steering wheel: gain; 10 ms of delay, as the phase of 0.8 Hz
     10000,  50000, // yaw rate of the car
@@ -38,11 +38,12 @@ static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
 #define EXPLAIN_SPEED SWAY_SUPERVISE_SENSORS
 #define EXPLAIN_TRAILER_TYRES (SWAY_SUPERVISE_SENSORS + 3)
 
-/* From here on the user's values as a whole, which are never told: in hours of driving what wind
- * and road cause makes them look wrong. They only keep a sensor from being blamed for them. */
+/* From here on the user's values as a whole, which are never reported: in hours of driving the
+ * effects of wind and road make them look wrong. They only keep a sensor from being blamed for
+ * them. */
 #define EXPLAIN_CAR (SWAY_SUPERVISE_SENSORS + 6)
 
-/* Tolerance of what is found to differ, at the least ten times of what is believed. */
+/* Tolerance of a value found to differ, at least ten times the assumed one. */
 #define LIFTED_PPM 250000
 
 /* Explanations by the vehicle. */
@@ -87,7 +88,7 @@ static void reset_numbers(sway_supervise_t *su)
     memcpy(su->tolerance_ppm, TOLERANCE, sizeof TOLERANCE);
     sway_gauss_reset(&su->numbers);
     su->candidate = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
-    su->told = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
+    su->reported = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
     su->in_a_row = 0;
     su->unresolved = false;
     su->rounds = 0;
@@ -185,7 +186,7 @@ static void weigh_offsets(sway_supervise_t *su)
             sway_real_scale(sway_gauss_covariance(all, which, late), 1));
         const sway_real_t before = ADD(sway_real_square(sway_real_micro(OFFSET_TOLERANCE[which])),
                                        sway_real_square(sway_real_micro(OFFSET_TOLERANCE[late])));
-        const sway_real_t free = DIV(before, SUB(before, variance)); // as if nothing were believed
+        const sway_real_t free = DIV(before, SUB(before, variance)); // with a flat prior
         const sway_real_t offset = ADD(su->offset_value[which], su->offset_value[late]);
         su->offset_mask = SWAY_CHANNEL_BIT(MOTION[which]);
         su->finding.code = SWAY_FINDING_OFFSET + (int32_t)MOTION[which];
@@ -256,7 +257,7 @@ static void fold(sway_real_t *mean, sway_real_t now, bool first)
     *mean = first ? now : ADD(*mean, sway_real_scale(SUB(now, *mean), -4));
 }
 
-/* How the relation holds that is complete, by what was believed before the drive. */
+/* State of the completed relation, by the tolerances before the drive. */
 static void follow_relation(sway_supervise_t *su)
 {
     const sway_relations_t *const re = &su->relations;
@@ -373,12 +374,12 @@ static void tell_sensor(sway_supervise_t *su, uint32_t sensor)
         su->finding.size_micro = integer(SUB(gain, sway_real_int(1)), 1000000);
         su->finding.se_micro = integer(MUL(se, sway_real_square(gain)), 1000000);
     }
-    su->refuted_mask |= SWAY_CHANNEL_BIT(channel);
-    su->doubted_mask = 0;
+    su->rejected_mask |= SWAY_CHANNEL_BIT(channel);
+    su->suspect_mask = 0;
     reset_numbers(su);
 }
 
-/* What differs of the vehicle is estimated from now on as if nothing had been believed of it, and
+/* A differing value of the vehicle is estimated from now on with a flat prior, and
  * all numbers anew: the others had been bent to take its place. */
 static void tell_vehicle(sway_supervise_t *su, uint32_t explanation)
 {
@@ -390,28 +391,28 @@ static void tell_vehicle(sway_supervise_t *su, uint32_t explanation)
         su->tolerance_ppm[group[k]] = ten_times > LIFTED_PPM ? ten_times : LIFTED_PPM;
     }
     sway_gauss_reset(&su->numbers);
-    su->told = (uint8_t)explanation;
+    su->reported = (uint8_t)explanation;
     su->in_a_row = 0;
-    su->doubted_mask = 0;
+    su->suspect_mask = 0;
 }
 
-/* Numbers whose sum over `parts` is the size of what is told: what has changed on the way and what
+/* Numbers whose sum over `parts` is the reported size: the change during the drive and what
  * the belief was off by are one to the user; of a trailer's two axles it is the mean. */
 static uint32_t numbers_of_size(const sway_supervise_t *su, uint8_t number[4], uint32_t *parts)
 {
-    static const uint8_t believed[] = {0,
-                                       SWAY_NUMBER_STIFFNESS,
-                                       SWAY_NUMBER_STIFFNESS + 1,
-                                       SWAY_NUMBER_STIFFNESS + 3,
-                                       SWAY_NUMBER_TRAILER_PLACE,
-                                       0};
+    static const uint8_t configured[] = {0,
+                                         SWAY_NUMBER_STIFFNESS,
+                                         SWAY_NUMBER_STIFFNESS + 1,
+                                         SWAY_NUMBER_STIFFNESS + 3,
+                                         SWAY_NUMBER_TRAILER_PLACE,
+                                         0};
     uint8_t group[SWAY_GAUSS_GROUP];
-    (void)group_of(su->told, group);
+    (void)group_of(su->reported, group);
     const bool axles =
-        su->told == (uint8_t)EXPLAIN_TRAILER_TYRES && su->vehicle->trailer.axles == 2;
+        su->reported == (uint8_t)EXPLAIN_TRAILER_TYRES && su->vehicle->trailer.axles == 2;
     *parts = axles ? 2U : 1U;
     number[0] = group[0];
-    number[1] = believed[su->told - SWAY_SUPERVISE_SENSORS];
+    number[1] = configured[su->reported - SWAY_SUPERVISE_SENSORS];
     number[2] = group[1];
     number[3] = SWAY_NUMBER_STIFFNESS + 2;
     return axles ? 4U : (number[1] != 0U ? 2U : 1U);
@@ -423,7 +424,7 @@ static void follow_vehicle(sway_supervise_t *su)
     uint32_t parts;
     sway_real_t value = sway_real_zero();
     sway_real_t variance = sway_real_zero();
-    if (su->told >= SWAY_SUPERVISE_EXPLANATIONS) {
+    if (su->reported >= SWAY_SUPERVISE_EXPLANATIONS) {
         return;
     }
     const uint32_t count = numbers_of_size(su, number, &parts);
@@ -435,12 +436,12 @@ static void follow_vehicle(sway_supervise_t *su)
     }
     sway_real_t share = sway_real_ratio(1, (int32_t)parts);
     value = MUL(value, share);
-    if (su->told == (uint8_t)EXPLAIN_SPEED) { // relations are linear in 1 / speed
+    if (su->reported == (uint8_t)EXPLAIN_SPEED) { // relations are linear in 1 / speed
         const sway_real_t rest = SUB(sway_real_int(1), value);
         value = DIV(value, rest);
         share = DIV(sway_real_int(1), sway_real_square(rest));
     }
-    su->finding.code = BY_VEHICLE[su->told - SWAY_SUPERVISE_SENSORS].finding;
+    su->finding.code = BY_VEHICLE[su->reported - SWAY_SUPERVISE_SENSORS].finding;
     su->finding.size_micro = integer(value, 1000000);
     su->finding.se_micro = integer(MUL(sway_real_sqrt(variance), share), 1000000);
 }
@@ -450,7 +451,7 @@ static void weigh_one(sway_supervise_t *su)
     uint8_t group[SWAY_GAUSS_GROUP];
     const uint32_t size = group_of(su->explanation, group);
     su->score_milli[su->explanation] =
-        su->explanation == su->told
+        su->explanation == su->reported
             ? 0
             : sway_real_to_int(sway_gauss_worth(&su->numbers, group, size), 1000, 0, 1000000000) -
                   3000 * (int32_t)size;
@@ -458,7 +459,7 @@ static void weigh_one(sway_supervise_t *su)
 }
 
 /* Sensors among the explanations that are as good as the best one. */
-static uint32_t doubtful_sensors(const sway_supervise_t *su, int32_t best_milli)
+static uint32_t suspect_sensors(const sway_supervise_t *su, int32_t best_milli)
 {
     uint32_t mask = 0;
     for (uint32_t i = 0; i < SWAY_SUPERVISE_SENSORS; i++) {
@@ -483,7 +484,7 @@ static void judge_explanations(sway_supervise_t *su)
     }
     su->in_a_row = (uint8_t)(ahead && su->candidate == best ? su->in_a_row + 1U : 0U);
     su->candidate = (uint8_t)(ahead ? best : SWAY_SUPERVISE_EXPLANATIONS);
-    su->doubted_mask = finding && su->unresolved ? doubtful_sensors(su, most) : 0U;
+    su->suspect_mask = finding && su->unresolved ? suspect_sensors(su, most) : 0U;
     su->unresolved = finding;
     su->rounds++;
     if (su->in_a_row > 0U && best < SWAY_SUPERVISE_SENSORS) {

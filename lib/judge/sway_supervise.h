@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
-/// sway_supervise: is a sensor broken, has the vehicle changed, or is it not the configured one?
+/// sway_supervise: detects a broken sensor, a changed vehicle or a wrong configuration.
 ///
 /// While driving, every relation that the inputs allow (sway_relations) is taken as a measurement
-/// of all numbers that may be wrong (sway_gauss): gain and phase of every sensor, the speed, what
-/// the user believes of the vehicle, what may change on the way. Which relations break together
+/// of all numbers that may be wrong (sway_gauss): gain and phase of every sensor, the speed, the
+/// user's values of the vehicle, changes during the drive. Which relations are violated together
 /// decides which explanation is worth most; each costs 3 for every number in it.
 ///
 /// An explanation worth more than SWAY_SUPERVISE_LIMIT is a finding; one that is ahead of all
-/// others by SWAY_SUPERVISE_LEAD, twice in a row, is told: a sensor is refuted and leaves the
-/// estimate for the rest of the drive; of a vehicle it is said what differs, by how much, with
-/// which error. Until then the sensors among the best explanations are doubted. Offsets of yaw
+/// others by SWAY_SUPERVISE_LEAD, twice in a row, is reported: a sensor is rejected and leaves the
+/// estimate for the rest of the drive; of a vehicle the differing value is reported, with size and
+/// error. Until then the sensors among the best explanations are suspect. Offsets of yaw
 /// rates and accelerations are found from their means over 2.5 s (r1 = r2, a = v r, a bank for both
-/// bodies) and told; they do not touch the sway, so nothing is left out.
+/// bodies) and reported; they do not affect the sway, so nothing is excluded.
 ///
-/// False alarms: if the beliefs hold within their tolerances, worth is chi-square and looked at
+/// False alarms: if the values are right within their tolerances, worth is chi-square and tested
 /// anew about every minute of driving with steering; 19 explanations at 3e-7, twice in a row, are
 /// less than one false finding in 1,000 hours. That is arithmetic; what was simulated is in
 /// README.md.
 ///
-/// Seen in simulation: gains, signs, delays and offsets of sensors are told, mostly within a minute
-/// of swerves. Changes of the vehicle are not told with motion sensors alone; they keep a sensor
-/// from being blamed for them. That the whole car or trailer is not the configured one is never
-/// told.
+/// In simulation gains, signs, delays and offsets of sensors are reported, mostly within a minute
+/// of swerves. Changes of the vehicle are not reported with motion sensors alone; they keep a
+/// sensor from being blamed for them. A car or trailer other than the configured one is never
+/// reported.
 #ifndef SWAY_SUPERVISE_H
 #define SWAY_SUPERVISE_H
 
@@ -59,13 +59,13 @@ typedef struct {
     uint8_t stage;
     uint8_t relation;
     uint8_t harmonic;
-    uint8_t explanation; ///< that is weighed next
+    uint8_t explanation; ///< evaluated next
     uint8_t candidate;   ///< the best one of the last round
     uint8_t in_a_row;    ///< rounds that it was ahead
-    bool unresolved;     ///< the last round had a finding that could not be told
-    uint8_t told; ///< explanation of the vehicle that is told, or SWAY_SUPERVISE_EXPLANATIONS
-    uint32_t doubted_mask;
-    uint32_t refuted_mask;
+    bool unresolved;     ///< the last round had a finding that was ambiguous
+    uint8_t reported;    ///< explanation by the vehicle, or SWAY_SUPERVISE_EXPLANATIONS for none
+    uint32_t suspect_mask;
+    uint32_t rejected_mask;
     uint32_t offset_mask; ///< channels with an offset
     uint32_t rounds;
     sway_finding_report_t finding;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// sway_gauss: numbers believed within tolerances, and what measured relations make of them.
+/// sway_gauss: values with tolerances, updated by measured relations.
 ///
 /// Each number is 0 where the user's belief is right, with a tolerance (its prior standard
 /// deviation). A relation says residual + slope . numbers = noise; taking it moves the numbers and

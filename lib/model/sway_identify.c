@@ -404,7 +404,7 @@ static void car_forces(sway_identify_t *id)
 
 /* --- stiffness, loads ------------------------------------------------------------------------- */
 
-/* Known well enough to be believed: error below a half. */
+/* Known well enough to be used: error below a half. */
 static bool is_certain(const sway_estimate_t *stiffness)
 {
     return sway_real_compare(sway_real_scale(stiffness->se, 1),

@@ -22,9 +22,9 @@ static uint32_t part_end(const sway_fit_basis_t *basis, uint32_t part)
 void sway_break_add(sway_break_sums_t *sums, const sway_fit_basis_t *basis, sway_complex_t line,
                     sway_real_t variance, const int32_t *residual)
 {
-    const sway_complex_t weighed =
+    const sway_complex_t weighted =
         sway_complex_scale(line, sway_real_div(sway_real_int(1), variance));
-    sums->weight = mac(mac(sums->weight, line.re, weighed.re), line.im, weighed.im);
+    sums->weight = mac(mac(sums->weight, line.re, weighted.re), line.im, weighted.im);
     for (uint32_t place = 0; place < SWAY_BREAK_PLACES; place++) {
         sway_complex_t *const sum = &sums->part[place];
         const uint32_t b = part_end(basis, place);
@@ -34,12 +34,13 @@ void sway_break_add(sway_break_sums_t *sums, const sway_fit_basis_t *basis, sway
         const int64_t im = sway_int64_dot(residual + b, basis->column[1] + b, n);
         const sway_real_t by_re = sway_real(re, -SWAY_FIT_BITS);
         const sway_real_t by_im = sway_real(im, -SWAY_FIT_BITS);
-        sum->re = mac(mac(sum->re, weighed.re, by_re), weighed.im, by_im);
-        sum->im = sway_real_sub(mac(sum->im, weighed.re, by_im), sway_real_mul(weighed.im, by_re));
+        sum->re = mac(mac(sum->re, weighted.re, by_re), weighted.im, by_im);
+        sum->im =
+            sway_real_sub(mac(sum->im, weighted.re, by_im), sway_real_mul(weighted.im, by_re));
     }
 }
 
-/* Moments about the middle of the window, each block weighed by |z|^2: sums of weight, weight tau
+/* Moments about the middle of the window, each block weighted by |z|^2: sums of weight, weight tau
  * in Q24 more, weight tau^2 in Q24 more. */
 typedef struct {
     int64_t sum[3];

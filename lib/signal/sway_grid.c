@@ -5,7 +5,7 @@
 
 #include "arithmetic/sway_int64.h"
 
-/* A stamp this far ahead of everything else is believed only when a second one agrees. */
+/* A stamp this far ahead of everything else is accepted only when a second one agrees. */
 #define JUMP_US 500000
 /* A jump this long starts the grid anew instead of handing out empty rows. */
 #define RESTART_US 2000000
@@ -131,7 +131,7 @@ static bool accept_old(sway_grid_t *grid, int64_t time_us)
     return true;
 }
 
-/* A stamp far ahead of all others: believed when a second one is near it. */
+/* A stamp far ahead of all others: accepted when a second one is near it. */
 static bool accept_jump(sway_grid_t *grid, int64_t time_us)
 {
     const int64_t apart = time_us - grid->suspect_us;
@@ -146,7 +146,7 @@ static bool accept_jump(sway_grid_t *grid, int64_t time_us)
     return true;
 }
 
-/* Whether the stamp can be believed; keeps the clock of the grid. */
+/* Whether the stamp can be accepted; keeps the clock of the grid. */
 static bool accept_time(sway_grid_t *grid, const sway_grid_input_t *in, int64_t time_us)
 {
     if (!grid->running) {
@@ -212,7 +212,8 @@ static void fill_rows(sway_grid_t *grid, uint32_t place, const sway_grid_input_t
     for (uint32_t i = 0; i < SWAY_GRID_ROWS && row <= now->time_us; i++) {
         const uint32_t slot = (grid->next_slot + i) & (SWAY_GRID_ROWS - 1U);
         if (row == now->time_us) {
-            put_row(grid, slot, place, now->value, span_valid || (now->usable && !last->doubted));
+            put_row(grid, slot, place, now->value,
+                    span_valid || (now->usable && !last->stamp_refused));
         } else if (last->timed && row > last->time_us) {
             put_row(grid, slot, place, interpolate(last, now->time_us, now->value, row),
                     span_valid);
@@ -273,7 +274,7 @@ static void take(sway_grid_t *grid, uint32_t place, int64_t time_us, int32_t val
     now.value = value;
     now.timed = true;
     now.usable = usable && !in->off_rate;
-    now.doubted = false;
+    now.stamp_refused = false;
     now.silent = false;
     fill_rows(grid, place, &now, now.usable && in->timed && in->usable && !gap);
     *in = now;
@@ -307,7 +308,7 @@ sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time
     const int64_t measured_us = time_us - grid->config.delay_us[place];
     if (!accept_time(grid, in, measured_us)) {
         in->usable = false;
-        in->doubted = true;
+        in->stamp_refused = true;
         return SWAY_ERROR_TIME;
     }
     take(grid, place, measured_us, value, true);

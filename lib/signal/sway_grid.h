@@ -69,12 +69,12 @@ typedef struct {
 typedef struct {
     int64_t time_us;
     int32_t value;
-    int16_t drift;    ///< mean deviation from input_period_us or its multiples, 2 us
-    bool seen : 1;    ///< has had a sample ever
-    bool timed : 1;   ///< the value is of time_us; else the grid started then
-    bool usable : 1;  ///< the value is one to interpolate from
-    bool doubted : 1; ///< the last stamp was refused: the next row is not data yet
-    bool silent : 1;  ///< this gap has been counted
+    int16_t drift;          ///< mean deviation from input_period_us or its multiples, 2 us
+    bool seen : 1;          ///< has had a sample ever
+    bool timed : 1;         ///< the value is of time_us; else the grid started then
+    bool usable : 1;        ///< the value is one to interpolate from
+    bool stamp_refused : 1; ///< the last stamp was refused: the next row is not data yet
+    bool silent : 1;        ///< this gap has been counted
     bool off_rate : 1;
 } sway_grid_input_t;
 

@@ -6,7 +6,7 @@
 ///     omega
 ///              with their own amplitudes where those stand out of the noise] + white noise
 /// omega and growth are common; amplitudes, mean, slope and noise are each channel's own. Least
-/// squares weighed by each channel's noise: the maximum-likelihood estimate, found by Gauss-Newton
+/// squares weighted by each channel's noise: the maximum-likelihood estimate, found by Gauss-Newton
 /// steps with the linear parameters projected out. The window is summed to at most
 /// SWAY_FIT_BLOCKS blocks first: a block sum of a damped line is the same line times a known
 /// factor, so that costs no bias and, at 10 blocks per oscillation, 1.5 % of precision.

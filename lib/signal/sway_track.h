@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 /// sway_track: holds the dominant line: ring, sliding spectrum, search and estimates in one loop.
 ///
-/// Push every row of the grid, then call sway_track_run() for work of a fixed cost per row, told by
-/// sway_track_cost(): each call is one bounded slice. Every window/16 rows an estimate starts, or
-/// when the last one is done; its result replaces the last one and `sequence` counts up.
+/// Push every row of the grid, then call sway_track_run() for work of a fixed cost per row,
+/// reported by sway_track_cost(): each call is one bounded slice. Every window/16 rows an estimate
+/// starts, or when the last one is done; its result replaces the last one and `sequence` counts up.
 /// A break of the line (a step, an onset) that one window has shown clearly is in all windows until
 /// it has left them, though a damped line may fit some of them well: they are all flagged.
 /// Where the frequency has changed over the last window by more than 4 standard errors, the

@@ -70,7 +70,7 @@ bool candump_parse(const char *line, sway_port_frame_t *frame)
     if (*at != '(' || (at = parse_time(at + 1, &result.time_us)) == NULL || *at != ' ') {
         return false;
     }
-    at = strchr(at + 1, ' '); // the interface's name says nothing here
+    at = strchr(at + 1, ' '); // the interface's name is not needed here
     if (at == NULL || (at = parse_id(at + 1, &result.id)) == NULL || !parse_data(at, &result)) {
         return false;
     }

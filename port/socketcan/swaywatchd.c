@@ -37,26 +37,27 @@ static const char usage[] =
     "Reads the messages of swaywatch.dbc, watches the stability of the car-trailer\n"
     "combination, and sends its status frames.\n"
     "\n"
-    "  --vehicle FILE      what is known of the combination (SI units)\n"
-    "  --set KEY=VALUE     a value that wins over the file, any number of times, for example\n"
+    "  --vehicle FILE      known values of the combination (SI units)\n"
+    "  --set KEY=VALUE     overrides a value of the file, any number of times, for example\n"
     "                      car.lateral_acceleration_position=-1.383 (m ahead of the centre\n"
     "                      of gravity), or core.window_oscillations=2.0 (1.5 to 6, else 1.7):\n"
-    "                      longer windows are less noisy, and later\n"
-    "  --map FILE          read a car's own bus, as `swaywatch map` says of it; frames of\n"
+    "                      longer windows are less noisy, but respond later\n"
+    "  --map FILE          read a car's own bus by a map of `swaywatch map`; frames of\n"
     "                      swaywatch.dbc are still read\n"
     "  --replay LOG        read a candump log instead of a bus (- : standard input);\n"
     "                      status frames go to the standard output\n"
     "  --candump-out FILE  write the status frames there, as candump lines (- : standard\n"
     "                      output)\n"
-    "  --key FILE          16 bytes: who has them may change parameters over CAN\n"
+    "  --key FILE          16 bytes, required for changing parameters over CAN\n"
     "  --xcp               measured and calibrated by XCP on CAN, identifiers 0x6E4 and 0x6E5;\n"
     "                      changes need the key. Its A2L file: make build/swaywatchd.a2l\n"
     "  --version           its version\n"
     "\n"
-    "SIGTERM or SIGINT end it, SIGUSR1 makes it print its counters. When its terminal goes\n"
-    "(SIGHUP) or nobody reads its output any more, it goes on watching.\n"
+    "SIGTERM or SIGINT end it, SIGUSR1 makes it print its counters. When its terminal closes\n"
+
+    "(SIGHUP) or its output is no longer read, it continues.\n"
     "Exit status: 0 done, 1 an error of files or interface, 2 wrong arguments,\n"
-    "3 the log was read but has lines that are not candump's, or stamps that cannot be right.\n";
+    "3 the log was read but has lines that are not candump's, or implausible time stamps.\n";
 
 typedef struct {
     const char *vehicle;
@@ -165,7 +166,7 @@ static void print_replay_counts(void)
 static void lose_output(void)
 {
     if (output_lost == 0U) {
-        fprintf(stderr, "swaywatchd: the status frames cannot be written any more: %s\n",
+        fprintf(stderr, "swaywatchd: the status frames can no longer be written: %s\n",
                 strerror(errno));
     }
     output_lost++;

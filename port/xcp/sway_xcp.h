@@ -16,7 +16,7 @@
 ///
 /// **Measuring.** All of sway_ecu_t can be read, and nothing else: polled, or by DAQ lists at each
 /// new estimate, every 10 ms or every 100 ms, with time stamps if asked for. What a list sends was
-/// read at one moment. A sample for which the queue has no room is left out whole and told
+/// read at one moment. A sample for which the queue has no room is left out whole and reported
 /// (EV_DAQ_OVERLOAD).
 ///
 /// **Calibrating.** The parameters are one segment with two pages: 0 holds what the ECU was started
@@ -28,7 +28,7 @@
 ///
 /// **Locked.** Whatever changes something wants seed and key first: the key is the lowest six bytes
 /// of SipHash-2-4(key of the port, seed, 0xF7, 0). It lasts SWAY_ACCESS_SESSION_US. A port without
-/// a key cannot be calibrated. What is refused is counted and told in SwayAccess.
+/// a key cannot be calibrated. Refusals are counted and reported in SwayAccess.
 ///
 /// Numbers are in the byte order of the processor, as CONNECT says.
 #ifndef SWAY_XCP_H

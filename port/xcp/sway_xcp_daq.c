@@ -317,10 +317,10 @@ void sway_xcp_daq_sample(sway_xcp_daq_t *daq, uint32_t sequence, int64_t now_us)
         }
     }
     if (daq->is_overloaded && daq->queue_length < SWAY_XCP_QUEUE) {
-        sway_xcp_packet_t *const told = enqueue(daq);
-        told->size = 2U;
-        told->data[0] = EVENT_PACKET;
-        told->data[1] = EV_DAQ_OVERLOAD;
+        sway_xcp_packet_t *const packet = enqueue(daq);
+        packet->size = 2U;
+        packet->data[0] = EVENT_PACKET;
+        packet->data[1] = EV_DAQ_OVERLOAD;
         daq->is_overloaded = false;
     }
 }

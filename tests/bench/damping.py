@@ -90,7 +90,7 @@ def coverage(row: Row) -> str:
 
 HEADS = (
     "method", "damping ratio off, median", "RMS", "RMS of the means", "frequency off, median",
-    "95 % intervals hold", "no answer", "ms a window",
+    "95 % intervals with the true value", "no answer", "ms a window",
 )  # fmt: skip
 
 

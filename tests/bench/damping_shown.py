@@ -76,7 +76,7 @@ def bicycle(folder: Path) -> Iterator[Row]:
     yield _controllers(of_pushes["normal", 5.0], of_pushes["mm", 5.0], "the authors' pushes")
     for mode in ("normal", "mm"):
         own = {speed: points for (m, speed), points in of_pushes.items() if m == mode}
-        yield _foretold(own, f"{mode}, the authors' pushes")
+        yield _predicted(own, f"{mode}, the authors' pushes")
     yield from _as_commanded(folder)
     yield from _model(
         folder, [p for place in fast if place.mode == "normal" for p in place.of_pushes]
@@ -122,7 +122,7 @@ def _found(places: Sequence[bicycle_free.Place]) -> Iterator[Row]:
     count = bicycle_free.count(places)
     share = count.pushes_found / count.pushes
     yield Row(
-        "bicycle: pushes found without being told",
+        "bicycle: pushes found without a given list",
         ">= 95 %",
         f"{count.pushes_found} of {count.pushes} ({100 * share:.1f} %)",
         share >= 0.95,
@@ -156,27 +156,27 @@ def _controllers(normal: Sequence[Point], other: Sequence[Point], which: str) ->
     total = None if both is None else both.total("damping_ratio")
     p_value = math.nan if both is None or total is None else both.p_value
     return Row(
-        f"bicycle: the two controllers told apart at 5 m/s ({which})",
+        f"bicycle: the two controllers distinguished at 5 m/s ({which})",
         "p < 0.05",
         f"p = {p_value:.1g}",
         p_value < 0.05,
     )
 
 
-def _foretold(points: dict[float, list[Point]], which: str) -> Row:
+def _predicted(points: dict[float, list[Point]], which: str) -> Row:
     slow = [p for speed, own in points.items() if 2.0 <= speed <= 4.0 for p in own]
     fast = points[5.0]
     course = fit_course(slow)
     mean = mean_of([point.damping_ratio for point in fast])
     if course is None:
-        return Row(f"bicycle: 2 to 4 m/s foretells 5 m/s ({which})", "inside", "no course", False)
-    foretold = course.value(float(np.mean([point.against for point in fast])))
+        return Row(f"bicycle: 2 to 4 m/s predicts 5 m/s ({which})", "inside", "no course", False)
+    predicted = course.value(float(np.mean([point.against for point in fast])))
     return Row(
-        f"bicycle: fitted on 2 to 4 m/s it foretells 5 m/s ({which})",
-        "mean inside the foretold interval",
-        f"{foretold.value:.3f} ({foretold.low:.3f} to {foretold.high:.3f}), measured "
+        f"bicycle: fitted on 2 to 4 m/s it predicts 5 m/s ({which})",
+        "mean inside the predicted interval",
+        f"{predicted.value:.3f} ({predicted.low:.3f} to {predicted.high:.3f}), measured "
         f"{mean.value:.3f}",
-        inside(foretold, mean.value),
+        inside(predicted, mean.value),
     )
 
 
@@ -197,7 +197,7 @@ def _as_commanded(folder: Path) -> Iterator[Row]:
         by_mode[mode] = points
     yield _controllers(by_mode["normal"][5.0], by_mode["mm"][5.0], "all that is found")
     for mode, points in by_mode.items():
-        yield _foretold(points, f"{mode}, all that is found")
+        yield _predicted(points, f"{mode}, all that is found")
 
 
 def _model(folder: Path, normal: list[Point]) -> Iterator[Row]:
@@ -408,7 +408,7 @@ def solo(folder: Path, car: str) -> Row:
     return Row(
         f"solo car {car} (real, {seconds:.0f} s): windows of two cycles with a stated damping",
         "<= 1 %",
-        f"{stated} of {windows:.0f} ({any_} more or less, said to be not determinable)"
+        f"{stated} of {windows:.0f} ({any_} more or less, reported as not determinable)"
         if any_
         else f"0 of {windows:.0f}",
         stated <= 0.01 * windows,
@@ -482,7 +482,7 @@ def overlapping(drives: int) -> Row:
         "0.3 to 1 Hz): windows with a stated damping that is too low",
         "none",
         f"{low} of {overlap} that overlap with the steering by more than a quarter ({forced} "
-        f"swings called forced; of {len(held)} windows behind the steering "
+        f"swings reported as forced; of {len(held)} windows behind the steering "
         f"{100 * float(np.mean(held)):.0f} % hold the linear plant's damping ratio)",
         low == 0,
     )

@@ -67,7 +67,7 @@ def table(costs: list[Cost]) -> str:
     lines = [
         f"**`make bench-diagnosis`: {len(costs)} cases of two runs, whole command, "
         f"{os.cpu_count()} cores**", "",
-        "| figure | median | most | asked |", "|---|---|---|---|",
+        "| figure | median | most | required |", "|---|---|---|---|",
     ]  # fmt: skip
     for title, key, asked in (
         ("wall-clock seconds", "wall_s", "60"),

@@ -121,7 +121,7 @@ def _distorted(scene: Scene) -> Array:
     return scene.base + 0.1 * AMPLITUDE * (second + third)
 
 
-#: No line is held any more. (An estimate that has not converged or shows no oscillation is doubted,
+#: No line is held any more. (An estimate that has not converged or shows no oscillation is flagged,
 #: and the line is held on to for some more.)
 LOST = SEEKING
 BROKEN = MISFIT | UNUSABLE
@@ -137,7 +137,7 @@ DISTURBANCES = (
 )  # fmt: skip
 
 
-def is_doubted(estimate: Estimate) -> bool:
+def is_flagged(estimate: Estimate) -> bool:
     """Whether the flags say that frequency and growth may be wrong beyond their standard errors."""
     driven = estimate.flags & FORCED and not estimate.flags & APART
     return bool(driven or estimate.flags & BROKEN)
@@ -149,7 +149,7 @@ class Tally:
 
     outside: int = 0
     lost_outside: int = 0
-    doubted_outside: int = 0
+    flagged_outside: int = 0
     inside: int = 0
     lost_inside: int = 0
     flagged: int = 0
@@ -174,12 +174,12 @@ class Tally:
             late = estimate.mid_time - 1.6 * estimate.half_s < after
             self.outside += 1
             self.lost_outside += lost
-            self.doubted_outside += is_doubted(estimate) and not (late and case.span is not None)
+            self.flagged_outside += is_flagged(estimate) and not (late and case.span is not None)
             self.error_outside = max(self.error_outside, error)
             return
         self.inside += 1
         self.lost_inside += lost
-        self.flagged += is_doubted(estimate) or bool(estimate.flags & case.must_flag)
+        self.flagged += is_flagged(estimate) or bool(estimate.flags & case.must_flag)
         if case.span is not None and case.must_flag:
             entered = -before > 2 / 3 * estimate.half_s * (0.5 if case.must_flag == GAP else 1.0)
             leaving = after - (estimate.mid_time - estimate.half_s) < 0.2 * estimate.half_s
@@ -188,7 +188,7 @@ class Tally:
         if estimate.flags & UNUSABLE:
             return
         self.error_usable = max(self.error_usable, error)
-        if not is_doubted(estimate):
+        if not is_flagged(estimate):
             self.error_trusted = max(self.error_trusted, error)
             z_omega = 2 * np.pi * error / estimate.omega_se
             self.wrong += max(z_omega, abs(estimate.growth) / estimate.growth_se) > WRONG
@@ -216,8 +216,8 @@ def disturbances(core: Core, report: Report, scenes: int) -> None:
     )
     report.table(
         [
-            "", "worst outside", "no line outside", "doubted outside", "worst inside",
-            "worst inside, not doubted", f"off by > {WRONG:.0f} SE, not doubted",
+            "", "worst outside", "no line outside", "flagged outside", "worst inside",
+            "worst inside, not flagged", f"off by > {WRONG:.0f} SE, not flagged",
             "no line inside", "flagged inside", "not flagged where due",
         ],
         rows,
@@ -230,7 +230,7 @@ def _row(case: Disturbance, tally: Tally) -> list[str]:
         case.name,
         f"{tally.error_outside:.4f}" if out else "-",
         f"{tally.lost_outside} of {tally.outside}" if out else "-",
-        f"{tally.doubted_outside}" if out else "-",
+        f"{tally.flagged_outside}" if out else "-",
         f"{tally.error_usable:.4f}" if tally.inside else "-",
         f"{tally.error_trusted:.4f}" if tally.inside else "-",
         f"{tally.wrong} of {tally.inside}" if tally.inside else "-",
@@ -244,7 +244,7 @@ def _goals(report: Report, case: Disturbance, tally: Tally) -> None:
     name = case.name
     report.goal(f"{name}: line lost outside", tally.lost_outside, 0)
     report.goal(
-        f"{name}: doubted outside, share", tally.doubted_outside / max(tally.outside, 1), 0.001
+        f"{name}: flagged outside, share", tally.flagged_outside / max(tally.outside, 1), 0.001
     )
     if case.holds:
         report.goal(f"{name}: line lost inside", tally.lost_inside, 0)
@@ -252,16 +252,16 @@ def _goals(report: Report, case: Disturbance, tally: Tally) -> None:
         missing = tally.due_missing / max(tally.due, 1)
         report.goal(f"{name}: not flagged where due, share", missing, 0.01)
         report.goal(f"{name}: estimates where a flag is due", tally.due, np.inf, 10)
-    report.goal(f"{name}: wrong and not doubted, share", tally.wrong / max(tally.inside, 1), 0.02)
+    report.goal(f"{name}: wrong and not flagged, share", tally.wrong / max(tally.inside, 1), 0.02)
     if case.span is None:
-        report.goal(f"{name}: doubted, share", tally.flagged / max(tally.inside, 1), 0.02)
+        report.goal(f"{name}: flagged, share", tally.flagged / max(tally.inside, 1), 0.02)
     seen = [f"line lost wrongly {tally.lost_outside + case.holds * tally.lost_inside}"]
     if case.must_flag:
         seen.append(f"not flagged where due {tally.due_missing} of {tally.due}")
     elif tally.inside:
-        seen.append(f"doubted {tally.flagged} of {tally.inside}")
+        seen.append(f"flagged {tally.flagged} of {tally.inside}")
     else:
-        seen.append(f"doubted {tally.doubted_outside} of {tally.outside}")
+        seen.append(f"flagged {tally.flagged_outside} of {tally.outside}")
     if tally.inside:
-        seen.append(f"off by > {WRONG:.0f} SE and not doubted {tally.wrong} of {tally.inside}")
+        seen.append(f"off by > {WRONG:.0f} SE and not flagged {tally.wrong} of {tally.inside}")
     report.show(f"disturbance: {name}", "0; <= 1 %; <= 2 %", "; ".join(seen))

@@ -1,4 +1,4 @@
-"""``make bench-plan``: errors that a plan foretells beside those of simulated tests.
+"""``make bench-plan``: errors that a plan predicts beside those of simulated tests.
 
 Each repeat draws a combination within the tolerances, drives the plan with sensor noise, road and
 wind, and estimates the unknowns from what the sensors show (maximum likelihood with the belief as
@@ -110,8 +110,8 @@ def followed(
             lines_of(known, drives, sensors, at, scatter=False), shown, model, strict=True
         ):
             rest = spectrum(seen - said)
-            told, weight = own.weights()
-            normal = normal + trust * told
+            informed, weight = own.weights()
+            normal = normal + trust * informed
             right = right + trust * right_side(weight, rest)
             covariance = own.covariance()
             solved = np.linalg.solve(covariance, rest[:, :, None])[:, :, 0]
@@ -126,7 +126,7 @@ def followed(
 
 
 def ratios(known: Knowledge, design: Design, repeats: int, seed: int) -> tuple[Array, Array, float]:
-    """Of every unknown: foretold error, error obtained; and the ratio for the critical speed."""
+    """Of every unknown: predicted error, error obtained; and the ratio for the critical speed."""
     random = np.random.default_rng(seed)
     sensors = sensors_of(design.sensors)
     drives = [block.drive() for block in design.blocks]
@@ -139,10 +139,10 @@ def ratios(known: Knowledge, design: Design, repeats: int, seed: int) -> tuple[A
         shown = measured(known, drives, truth, sensors, random)
         errors.append(estimated(known, drives, shown, sensors) - drawn)
         speeds.append(float(critical.slopes @ errors[-1]))
-    foretold = np.sqrt(np.diag(design.covariance))
+    predicted = np.sqrt(np.diag(design.covariance))
     obtained = np.sqrt(np.mean(np.square(errors), axis=0))
     speed = critical.error(design.covariance) / float(np.sqrt(np.mean(np.square(speeds))))
-    return foretold, np.asarray(obtained), speed
+    return predicted, np.asarray(obtained), speed
 
 
 def main() -> int:
@@ -153,7 +153,7 @@ def main() -> int:
     args = parser.parse_args()
     data = Path(__file__).resolve().parent.parent / "data" / "practice"
     lines = [
-        f"**`make bench-plan`**: errors that `plan` foretells over those of {args.repeats} "
+        f"**`make bench-plan`**: errors that `plan` predicts over those of {args.repeats} "
         "simulated tests each",
         "",
         "| vehicle | sensors | goal | blocks of 20 s | critical speed | unknowns | slalom for it |",
@@ -173,12 +173,12 @@ def main() -> int:
         known = known_of(replace(base, trailer=trailer))
         for goal, error in (("critical-speed", 1.0), ("parameters", 2.5)):
             design = make_design(known, sensors, goal=goal, error=error)
-            foretold, obtained, speed = ratios(known, design, args.repeats, 5)
-            told = foretold < 0.7
-            part = foretold[told] / obtained[told]
+            predicted, obtained, speed = ratios(known, design, args.repeats, 5)
+            informed = predicted < 0.7
+            part = predicted[informed] / obtained[informed]
             lines.append(
                 f"| {name} | {sensors} | {goal} | {len(design.blocks)} | {speed:.2f} | "
-                f"{part.min():.2f} to {part.max():.2f} ({int(told.sum())} of {len(told)}) | "
+                f"{part.min():.2f} to {part.max():.2f} ({informed.sum():d} of {len(informed)}) | "
                 f"{design.slalom_blocks:.0f} blocks |"
             )
     return written(lines, args.report)

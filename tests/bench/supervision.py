@@ -1,16 +1,17 @@
-"""Supervision campaign: how soon a broken sensor or another vehicle is found, and told right.
+"""Supervision campaign: how soon a broken sensor or another vehicle is found and correctly named.
 
 ``make bench-supervision`` simulates drives of 180 s with a swerve about every eight seconds, in
 wind and on a road as in the warning campaign, and breaks something after 60 s (or has the vehicle
 configured wrongly from the start). The core hears steering, speed, yaw rate and lateral
-acceleration of both bodies; the vehicle is configured as its user believes it (masses 2 %, inertias
+acceleration of both bodies; the vehicle is configured as its user knows it (masses 2 %, inertias
 6 %, stiffnesses 10 % off). Words of the table:
 
-- found: something is doubted, refuted or told after the fault began; seconds from there (median).
-- right: what is told at the end of the drive is the true cause (for a sensor: this sensor; its kind
-  of fault may have another name).
-- wrong: something else is told, or another sensor is refuted.
-- false: something is told or refuted before the fault, or in a drive without any.
+- found: something becomes suspect, is rejected or reported after the fault began; seconds from
+  there (median).
+- right: the cause reported at the end of the drive is the true one (for a sensor: this sensor; its
+  kind of fault may have another name).
+- wrong: something else is reported, or another sensor is rejected.
+- false: something is reported or rejected before the fault, or in a drive without any.
 
 Seeds up to 3300 were used to choose tolerances and limits; the table starts at 10001.
 """
@@ -66,7 +67,7 @@ RIGHT = {
 
 
 @dataclass(frozen=True)
-class Told:
+class Outcome:
     """What was said in one drive."""
 
     cause: str
@@ -158,39 +159,41 @@ def drive(cause: str, seed: int) -> tuple[Any, Any, str, int, float]:
     return warning.as_drive(samples, c), vehicle, name, SENSORS[name], begin_s
 
 
-def told(cause: str, seed: int) -> Told:
-    """Runs one drive and reads what the core says."""
+def outcome(cause: str, seed: int) -> Outcome:
+    """Runs one drive and reads what the core reports."""
     recording, vehicle, _, channel, begin_s = drive(cause, seed)
     status, _ = Core(vehicle, positions_of(recording)).feed(recording)
-    said = (status["doubted_inputs"] | status["refuted_inputs"]) != 0
+    said = (status["suspect_inputs"] | status["rejected_inputs"]) != 0
     said |= status["finding"] != 0
     time_s = status["time_us"] * 1e-6
     before = time_s < begin_s
     after = np.flatnonzero(said & ~before)
     last = status[-1]
-    finding, refuted = int(last["finding"]), int(last["refuted_inputs"])
-    told_before = bool(np.any((status["finding"] != 0) & before))
+    finding, refuted = int(last["finding"]), int(last["rejected_inputs"])
+    reported_before = bool(np.any((status["finding"] != 0) & before))
     if cause in SENSOR_FAULTS:
         right = finding >= 16 and finding % 16 == channel and refuted & ~(1 << channel) == 0
     else:
         right = refuted == 0 and finding in RIGHT.get(cause, (0,))
     something = finding != 0 or refuted != 0
     harmless = cause in ("nothing", "accelerometers roll")
-    return Told(
+    return Outcome(
         cause, seed, float(time_s[after[0]] - begin_s) if len(after) else None,
-        right and not told_before, something and not right,
-        told_before or (harmless and something), finding,
+        right and not reported_before, something and not right,
+        reported_before or (harmless and something), finding,
         int(last["finding_size_micro"]) * 1e-6, int(last["finding_se_micro"]) * 1e-6,
     )  # fmt: skip
 
 
-def rows(causes: tuple[str, ...], first_seed: int, each: int) -> Iterator[tuple[str, list[Told]]]:
+def rows(
+    causes: tuple[str, ...], first_seed: int, each: int
+) -> Iterator[tuple[str, list[Outcome]]]:
     """Every cause with its drives."""
     for cause in causes:
-        yield cause, [told(cause, first_seed + k) for k in range(each)]
+        yield cause, [outcome(cause, first_seed + k) for k in range(each)]
 
 
-def line(cause: str, every: list[Told]) -> str:
+def line(cause: str, every: list[Outcome]) -> str:
     """A row of the table."""
     found = [t.found_s for t in every if t.found_s is not None]
     sizes = [t.size for t in every if t.right and t.finding]
@@ -215,7 +218,7 @@ def main() -> int:
         f"**`make bench-supervision`, seeds from {args.first_seed}: steering, speed, yaw rate and "
         "acceleration of both bodies**",
         "",
-        "| cause | drives | found | after | told right | wrong | false | size told |",
+        "| cause | drives | found | after | correctly named | wrong | false | reported size |",
         "|---|---|---|---|---|---|---|---|",
     ]
     print("\n".join(lines), flush=True)

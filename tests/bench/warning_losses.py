@@ -9,7 +9,7 @@ missed) and withholds inputs from the core:
 
 A drive counts as missed where no warning is on at any moment from the onset to its end, as in the
 campaign; only drives that end 3 oscillations or more after their onset are asked. A warning that
-the remaining inputs do not allow is not told apart from a missed one: all are counted.
+the remaining inputs do not allow is not distinguished from a missed one: all are counted.
 """
 
 from __future__ import annotations

@@ -121,14 +121,14 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     for row in REPORT.rows:
         terminalreporter.write_line(
             f"{row['scenario']}: {row['said']}; counted: {row['counted']}; "
-            f"right again: {row['right again']}"
+            f"recovered: {row['right again']}"
         )
     is_bench = "HIL_SECONDS" in os.environ
     lines = [
         f"**`make {'hil-bench' if is_bench else 'hil'}`, Linux {platform.release()}"
         f"{', User Mode Linux on one core' if 'HIL_GUEST' in os.environ else ''}**",
         "",
-        "| scenario | what the ECU said | what it counted | right again |",
+        "| scenario | ECU status | counters | recovered |",
         "|---|---|---|---|",
         *(f"| {' | '.join(row.values())} |" for row in REPORT.rows),
     ]

@@ -520,7 +520,7 @@ def run(table: Table, folder: Path, truth: Content) -> Ending:
         except Exception as error:
             return Ending("traceback", repr(error))
     told = err.getvalue().strip() or out.getvalue().strip()
-    if "Traceback" in told or "nobody foresaw" in told:
+    if "Traceback" in told or "unexpected internal error" in told:
         return Ending("traceback", told)
     if code not in (0, 3):
         return Ending("refused" if told else "wrong", told)

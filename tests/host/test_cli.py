@@ -98,7 +98,7 @@ def test_no_limit_found_but_little_damping_measured_is_not_good(result: DriveRes
     kind, text = verdict(odd)
     assert kind == "bad"
     assert "0.012 ± 0.012" in text
-    assert "it misses something" in text
+    assert "physics is missing from it" in text
 
 
 def test_a_verdict_on_signals_that_do_not_fit_says_so(result: DriveResult) -> None:
@@ -283,7 +283,7 @@ def test_monitor_plays_a_recording(
 
 def test_monitor_of_nothing_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["monitor", "--vehicle", str(VEHICLE)]) == 1
-    assert "Give --interface and --channel" in capsys.readouterr().err
+    assert "give --interface and --channel" in capsys.readouterr().err
     assert main(["monitor", str(RUN), "--vehicle", str(VEHICLE), "--send"]) == 1
     assert "needs a bus" in capsys.readouterr().err
 

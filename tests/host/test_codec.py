@@ -88,8 +88,8 @@ ALWAYS = ("WindowLength", "FindingSize", "FindingError", "RelationSize", "Relati
 
 MASKS = {
     "MissingInputs": "missing_inputs",
-    "DoubtedInputs": "doubted_inputs",
-    "RefutedInputs": "refuted_inputs",
+    "SuspectInputs": "suspect_inputs",
+    "RejectedInputs": "rejected_inputs",
 }
 """Signals that hold a bit for each channel, and their fields of the status."""
 

@@ -253,7 +253,7 @@ def test_the_input_is_not_written_over(good_log: Path, tmp_path: Path) -> None:
 def test_a_full_disk_is_told_and_ends_a_replay(good_log: Path) -> None:
     done, _ = replay(good_log, "p01", "--candump-out", "/dev/full")
     assert done.returncode == 1
-    assert "cannot be written any more: No space left" in done.stderr
+    assert "can no longer be written: No space left" in done.stderr
 
 
 def test_a_reader_that_leaves_is_told(good_log: Path) -> None:

@@ -1,4 +1,4 @@
-"""``swaywatch plan``: errors foretold are those obtained, speeds are safe, files can be driven."""
+"""``swaywatch plan``: errors predicted are those obtained, speeds are safe, files can be driven."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ LIMITS = limits_of(KNOWN, critical_of(KNOWN), 110.0, 3.0)
 def test_errors_are_those_of_simulated_tests() -> None:
     """`make bench-plan` does 100 of three vehicles; a dozen together here."""
     design = make_design(KNOWN, "trailer", goal="parameters", error=2.5)
-    foretold, obtained, speed = ratios(KNOWN, design, 12, 3)
-    told = foretold < 0.7
-    together = float(np.sqrt(np.mean((obtained[told] / foretold[told]) ** 2)))
-    assert told.sum() >= 6
+    predicted, obtained, speed = ratios(KNOWN, design, 12, 3)
+    informed = predicted < 0.7
+    together = float(np.sqrt(np.mean((obtained[informed] / predicted[informed]) ** 2)))
+    assert informed.sum() >= 6
     assert 0.7 <= together <= 1.4
     assert 0.5 <= speed <= 2.0
 
@@ -58,8 +58,8 @@ def test_one_tone_does_not_separate_the_steering_ratio() -> None:
 
     def left(words: str) -> float:
         blocks = [b for b in pool if b.words == words][1:2]
-        (told,) = information(KNOWN, [b.drive() for b in blocks], own)
-        return float(np.sqrt(errors(told)[ratio, ratio]))
+        (informed,) = information(KNOWN, [b.drive() for b in blocks], own)
+        return float(np.sqrt(errors(informed)[ratio, ratio]))
 
     assert left("two tones, slow and fast") < 0.5 * left(SLALOM)
 
@@ -137,5 +137,5 @@ def test_what_cannot_be_planned_is_refused(
     assert main([*arguments, "--error", "0"]) != 0
     assert "--error 0: expected" in capsys.readouterr().err
     assert main([*arguments, "--error", "50"]) != 0
-    assert "good enough already" in capsys.readouterr().err
+    assert "already accurate enough" in capsys.readouterr().err
     assert not (tmp_path / "p").exists()

@@ -71,7 +71,7 @@ def test_doubts_of_the_vehicle_are_those_of_the_fit_and_never_more_than_believed
     known = stability(problem, _found(()), 1.0)
     believed, calibrated = known["believed_v_crit_km_h"], known["calibrated"]["v_crit_km_h"][1]
     assert 0.15 < calibrated["standard_error"] / believed["standard_error"] < 0.4
-    blind = replace(_found(()), doubt=np.eye(len(BELIEFS)))  # a recording that says nothing
+    blind = replace(_found(()), shift_covariance=np.eye(len(BELIEFS)))  # an uninformative recording
     same = stability(problem, blind, 50.0)["calibrated"]["v_crit_km_h"][1]
     assert abs(same["standard_error"] / believed["standard_error"] - 1.0) < 0.05
     assert known["causes"] == []
@@ -87,7 +87,7 @@ def test_a_value_said_as_an_effect_is_known_together_with_what_is_left_of_it() -
     known = np.diag(np.full(count, 0.1**2))
     shift = np.zeros(count)
     shift[front] = -3.0
-    whole = Fit((), np.zeros((1, 5)), shift, 1.0, 1, doubt=known)
+    whole = Fit((), np.zeros((1, 5)), shift, 1.0, 1, shift_covariance=known)
     joint = _Joint(whole)
     stiffness = float(BODY_VALUES[BODY.index("car.front_cornering_stiffness")])
     factor = 1.0 - 3.0 * BELIEFS.items[front].tolerance

@@ -123,7 +123,7 @@ def test_what_does_not_fit_is_searched_and_else_reported(problem: Problem) -> No
     assert said.endswith("5 other stretches agree (reduced chi-square up to 1.00)")
     first, second = pieces.contradictions(1.0)
     assert first == (
-        f"{pieces.others[4].name} does not fit what was found in the other stretches (reduced "
+        f"{pieces.others[4].name} does not fit the findings of the other stretches (reduced "
         "chi-square 9.0): diagnose this part alone"
     )
     assert second.startswith(pieces.others[1].name)

@@ -63,7 +63,7 @@ def test_analyze_needs_no_sensor_on_the_trailer(own: Path) -> None:
     critical = result.values["v_crit_m_s"]
     assert abs(3.6 * critical.value - TRUE_KMH) < 2.0 * 3.6 * critical.error < 8.0
     assert {alarm.state for alarm in result.alarms} - {"off"}
-    assert "A trailer hangs on the car" in presence_sentence(result.estimates.trailer)
+    assert "A trailer is attached" in presence_sentence(result.estimates.trailer)
     assert presence_sentence(full.estimates.trailer) == ""
 
 
@@ -100,7 +100,7 @@ def test_command(own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     arguments = ["trailer", *map(str, RUNS), "--vehicle", str(FOLDER / "vehicle.toml")]
     assert main([*arguments, "--signals", str(FOLDER / "signals.toml"), "--out", str(out)]) == 0
     text = capsys.readouterr().out
-    assert "A trailer hangs on the car" in text
+    assert "A trailer is attached" in text
     assert "Critical speed 123." in text or "Critical speed 124." in text
     content = json.loads(out.read_text())
     assert content["presence"] == "there"

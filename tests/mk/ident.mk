@@ -14,7 +14,7 @@ bench-warning: setup-test
 bench-losses: setup-test
 	@$(PY) tests/bench/warning_losses.py --output $(B)/bench/losses.md
 
-# Broken sensors and other vehicles: how soon they are found, and told right.
+# Broken sensors and other vehicles: how soon they are found and correctly named.
 .PHONY: bench-supervision
 bench-supervision: setup-test
 	@$(PY) tests/bench/supervision.py --output $(B)/bench/supervision.md

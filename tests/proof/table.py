@@ -37,27 +37,28 @@ def concealed(effect: Json) -> str:
 
 
 def known(recordings: Path, group: str, found: dict[str, Json]) -> list[str]:
-    """Rows of the cases whose truth is handed out."""
+    """Rows of the cases whose true values are published."""
     lines = []
     for name, verdict in found.items():
         truth = recordings / group / name / "truth.json"
         if not truth.exists():
             continue
         effects = json.loads(truth.read_text())["effects"]
-        told = "; ".join(concealed(e) for e in effects) or "nothing"
+        true = "; ".join(concealed(e) for e in effects) or "nothing"
         said = "; ".join(claim(e) for e in verdict["effects"]) or verdict["verdict"]
         fit = verdict["effects"][0]["fit"] if verdict["effects"] else {}
         before, after = fit.get("held_out_baseline_nrmse"), fit.get("held_out_diagnosed_nrmse")
         held = f"{before:.3f} -> {after:.3f}" if before is not None and after is not None else "-"
-        lines.append(f"| {name} | {told} | {said} | {held} |")
+        lines.append(f"| {name} | {true} | {said} | {held} |")
     return lines
 
 
 def page(recordings: Path, folder: Path) -> str:
     """Practice in full, the others counted by verdict."""
     lines = [
-        "**`make proof`: practice cases, whose truth is handed out**", "",
-        "| case | concealed | said [confidence] | NRMSE of the run left out |", "|---|---|---|---|",
+        "**`make proof`: practice cases, whose true values are published**", "",
+        "| case | concealed | diagnosis [confidence] | NRMSE of the run left out |",
+        "|---|---|---|---|",
     ]  # fmt: skip
     for group in GROUPS:
         lines += known(recordings, group, verdicts(folder, group))

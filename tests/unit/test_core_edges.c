@@ -416,7 +416,7 @@ static void an_estimate_is_told_in_a_slice_that_has_room_for_it(void)
     TEST_ASSERT_TRUE(told > 10);
 }
 
-/* --- what is missing, wrong, doubted -----------------------------------------------------------
+/* --- what is missing, wrong, suspect -----------------------------------------------------------
  */
 
 static void what_has_come_and_is_gone_is_missing_until_it_is_back(void)
@@ -456,15 +456,15 @@ static void a_fault_of_an_estimate_is_counted_with_it(void)
     TEST_ASSERT_EQUAL_UINT32(1, sway_core_status(&core)->fault_count[SWAY_FAULT_OVERRUN]);
 }
 
-static void a_refuted_sensor_is_left_out_and_is_not_missing(void)
+static void a_rejected_sensor_is_left_out_and_is_not_missing(void)
 {
     drive(&core, 0, 6, YAW | BIT(SPEED));
     const double trailer = sway_core_status(&core)->amplitude_urad_s;
     drive(&core, 6, 6.01, YAW | BIT(SPEED));
-    core.supervise.refuted_mask = BIT(TRAILER_YAW_RATE);
+    core.supervise.rejected_mask = BIT(TRAILER_YAW_RATE);
     drive(&core, 6.01, 9.5, YAW | BIT(SPEED)); // until it has left the window
     const sway_status_t *const status = sway_core_status(&core);
-    TEST_ASSERT_EQUAL_HEX32(BIT(TRAILER_YAW_RATE), status->refuted_inputs);
+    TEST_ASSERT_EQUAL_HEX32(BIT(TRAILER_YAW_RATE), status->rejected_inputs);
     TEST_ASSERT_EQUAL_HEX32(0, status->missing_inputs);
     TEST_ASSERT_BITS_HIGH(SWAY_VALID_LINE, status->valid);
     TEST_ASSERT_EQUAL_HEX32(BIT(CAR_YAW_RATE), sway_track_line(&core.track)->valid_mask);
@@ -475,14 +475,14 @@ static void what_the_supervision_says_is_told(void)
 {
     double at_s = 1;
     drive(&core, 0, at_s, YAW);
-    core.supervise.doubted_mask = BIT(CAR_YAW_RATE) | BIT(HITCH_FY);
+    core.supervise.suspect_mask = BIT(CAR_YAW_RATE) | BIT(HITCH_FY);
     core.supervise.offset_mask = BIT(HITCH_FY) | BIT(TRAILER_YAW_RATE);
     core.supervise.finding.code = SWAY_FINDING_FRICTION;
     core.supervise.finding.size_micro = 12345;
     core.supervise.finding.se_micro = 678;
     const sway_status_t *const status = next_estimate(&at_s, YAW);
-    TEST_ASSERT_EQUAL_HEX32(YAW | BIT(HITCH_FY), status->doubted_inputs);
-    TEST_ASSERT_EQUAL_HEX32(0, status->refuted_inputs);
+    TEST_ASSERT_EQUAL_HEX32(YAW | BIT(HITCH_FY), status->suspect_inputs);
+    TEST_ASSERT_EQUAL_HEX32(0, status->rejected_inputs);
     TEST_ASSERT_EQUAL_INT32(SWAY_FINDING_FRICTION, status->finding);
     TEST_ASSERT_EQUAL_INT32(12345, status->finding_size_micro);
     TEST_ASSERT_EQUAL_INT32(678, status->finding_se_micro);
@@ -530,8 +530,8 @@ static void an_offset_is_found_on_the_way(void)
     TEST_ASSERT_EQUAL_INT32(SWAY_FINDING_OFFSET + (int32_t)SWAY_CHANNEL_CAR_LATERAL_ACC,
                             status->finding);
     TEST_ASSERT_INT_WITHIN(600000, 2000000, status->finding_size_micro);
-    TEST_ASSERT_EQUAL_HEX32(BIT(CAR_LATERAL_ACC), status->doubted_inputs);
-    TEST_ASSERT_EQUAL_HEX32(0, status->refuted_inputs);
+    TEST_ASSERT_EQUAL_HEX32(BIT(CAR_LATERAL_ACC), status->suspect_inputs);
+    TEST_ASSERT_EQUAL_HEX32(0, status->rejected_inputs);
 }
 
 /* --- whose model it is -------------------------------------------------------------------------
@@ -637,7 +637,7 @@ int main(void)
     RUN_TEST(an_estimate_is_told_in_a_slice_that_has_room_for_it);
     RUN_TEST(what_has_come_and_is_gone_is_missing_until_it_is_back);
     RUN_TEST(a_fault_of_an_estimate_is_counted_with_it);
-    RUN_TEST(a_refuted_sensor_is_left_out_and_is_not_missing);
+    RUN_TEST(a_rejected_sensor_is_left_out_and_is_not_missing);
     RUN_TEST(what_the_supervision_says_is_told);
     RUN_TEST(one_relation_after_the_other_is_told);
     RUN_TEST(an_offset_is_found_on_the_way);

@@ -462,17 +462,17 @@ static void what_the_judgement_lacks_is_told(void)
     TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_JUDGEMENT));
     status.sequence = 5;
     status.missing_inputs = 0x8001;
-    status.doubted_inputs = 0x0102;
-    status.refuted_inputs = 0x1000;
+    status.suspect_inputs = 0x0102;
+    status.rejected_inputs = 0x1000;
     TEST_ASSERT_EQUAL_HEX64(UINT64_C(0x1000010280010000) | 5U << 12,
                             word_of(SWAY_OUTPUT_JUDGEMENT));
     const uint64_t degraded = UINT64_C(1) << 34;
     TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
     status.missing_inputs = 0;
     TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
-    status.doubted_inputs = 0;
+    status.suspect_inputs = 0;
     TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
-    status.refuted_inputs = 0;
+    status.rejected_inputs = 0;
     TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_ALARM) & degraded);
 }
 

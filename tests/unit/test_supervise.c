@@ -283,12 +283,12 @@ static void a_healthy_drive_says_nothing(void)
 {
     drive(NOTHING, SWAY_CHANNEL_CAR_YAW_RATE);
     TEST_ASSERT_EQUAL(0, supervise.finding.code);
-    TEST_ASSERT_EQUAL_HEX32(0, supervise.doubted_mask);
-    TEST_ASSERT_EQUAL_HEX32(0, supervise.refuted_mask);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.suspect_mask);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.rejected_mask);
     TEST_ASSERT_TRUE(supervise.rounds > 30);
 }
 
-static void a_wrong_gain_is_refuted_with_its_size(void)
+static void a_wrong_gain_is_rejected_with_its_size(void)
 {
     static const sway_channel_t channels[] = {
         SWAY_CHANNEL_CAR_YAW_RATE, SWAY_CHANNEL_CAR_LATERAL_ACC, SWAY_CHANNEL_TRAILER_YAW_RATE,
@@ -296,19 +296,19 @@ static void a_wrong_gain_is_refuted_with_its_size(void)
     for (int i = 0; i < 4; i++) {
         drive(GAIN, channels[i]);
         TEST_ASSERT_EQUAL(SWAY_FINDING_GAIN + (int32_t)channels[i], supervise.finding.code);
-        TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(channels[i]), supervise.refuted_mask);
+        TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(channels[i]), supervise.rejected_mask);
         TEST_ASSERT_INT_WITHIN(250000, 500000, supervise.finding.size_micro);
     }
 }
 
-static void a_wrong_sign_is_refuted(void)
+static void a_wrong_sign_is_rejected(void)
 {
     drive(INVERTED, SWAY_CHANNEL_TRAILER_YAW_RATE);
     TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE),
-                            supervise.refuted_mask);
+                            supervise.rejected_mask);
 }
 
-static void a_delay_is_refuted_with_its_size(void)
+static void a_delay_is_rejected_with_its_size(void)
 {
     drive(DELAYED, SWAY_CHANNEL_CAR_YAW_RATE);
     TEST_ASSERT_EQUAL(SWAY_FINDING_DELAY + (int32_t)SWAY_CHANNEL_CAR_YAW_RATE,
@@ -322,7 +322,7 @@ static void an_offset_is_told_and_nothing_left_out(void)
     TEST_ASSERT_EQUAL(SWAY_FINDING_OFFSET + (int32_t)SWAY_CHANNEL_CAR_LATERAL_ACC,
                       supervise.finding.code);
     TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_LATERAL_ACC), supervise.offset_mask);
-    TEST_ASSERT_EQUAL_HEX32(0, supervise.refuted_mask);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.rejected_mask);
     TEST_ASSERT_INT_WITHIN(600000, 2000000, supervise.finding.size_micro);
 }
 
@@ -345,7 +345,7 @@ static void changed_tyres_are_told_with_their_size_and_no_sensor_blamed(void)
     vehicle = reference_vehicle();
     drive_with(MOTIONS | FORCES, TYRES, SWAY_CHANNEL_SPEED, 20000);
     TEST_ASSERT_EQUAL(SWAY_FINDING_TRAILER_TYRES, supervise.finding.code);
-    TEST_ASSERT_EQUAL_HEX32(0, supervise.refuted_mask);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.rejected_mask);
     expect_tyres_lost();
 }
 
@@ -368,7 +368,7 @@ static void a_wrong_speed_is_told_with_its_size(void)
     begins = 0;
     drive_with(MOTIONS | FORCES, SLOW, SWAY_CHANNEL_SPEED, 20000);
     TEST_ASSERT_EQUAL(SWAY_FINDING_SPEED, supervise.finding.code);
-    TEST_ASSERT_EQUAL_HEX32(0, supervise.refuted_mask);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.rejected_mask);
     TEST_ASSERT_INT_WITHIN(2 * supervise.finding.se_micro, 250000, supervise.finding.size_micro);
     TEST_ASSERT_TRUE(supervise.finding.se_micro < 80000);
 }
@@ -466,9 +466,9 @@ int main(void)
     RUN_TEST(what_fades_returns_to_its_tolerance_and_not_beyond);
     RUN_TEST(relations_break_that_have_the_broken_sensor_in_them);
     RUN_TEST(a_healthy_drive_says_nothing);
-    RUN_TEST(a_wrong_gain_is_refuted_with_its_size);
-    RUN_TEST(a_wrong_sign_is_refuted);
-    RUN_TEST(a_delay_is_refuted_with_its_size);
+    RUN_TEST(a_wrong_gain_is_rejected_with_its_size);
+    RUN_TEST(a_wrong_sign_is_rejected);
+    RUN_TEST(a_delay_is_rejected_with_its_size);
     RUN_TEST(an_offset_is_told_and_nothing_left_out);
     RUN_TEST(offsets_that_cannot_be_told_apart_are_not_told);
     RUN_TEST(changed_tyres_are_told_with_their_size_and_no_sensor_blamed);

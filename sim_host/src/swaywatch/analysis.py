@@ -58,7 +58,7 @@ FASTEST_TOWING_M_S, FASTEST_ALONE_M_S = 180.0 / 3.6, 360.0 / 3.6
 """Tests of stability with a trailer end below 150 km/h."""
 
 UNLIKE = 0.3
-"""Part by which a stiffness may differ from the believed one without a word: tyres of another
+"""Share by which a stiffness may differ from the assumed one without a finding: tyres of another
 load, pressure or temperature do by 10 to 20 %."""
 
 SEARCHED_M_S = (10.0 / 3.6, 250.0 / 3.6)
@@ -76,7 +76,7 @@ def _trailer(names: tuple[str, ...]) -> tuple[str, ...]:
 
 NEEDS: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("frequency and damping of the oscillation", "line", ("car_yaw_rate",)),
-    ("telling free from steered oscillations", "", ("steering_wheel_angle",)),
+    ("distinguishing free from steered oscillations", "", ("steering_wheel_angle",)),
     (
         "cornering stiffness of the car's front axle",
         "car_front",
@@ -245,7 +245,7 @@ def _refuse_wrong(drive: Drive, findings: list[Finding]) -> None:
         listed = "\n  ".join(finding.text for finding in wrong)
         raise SignalError(
             f"{', '.join(map(str, drive.files))}: the signals do not fit together:\n  "
-            f"{listed}\n(--ignore-quality analyses it all the same)"
+            f"{listed}\n(--ignore-quality analyses it anyway)"
         )
 
 
@@ -259,7 +259,7 @@ def _must_have(drive: Drive, signals_path: Path) -> None:
         if name in drive.absent:
             raise SignalError(
                 f"{', '.join(map(str, drive.files))}: no samples of {name}: {signals_path} names "
-                f"{drive.absent[name]}. Without it nothing can be said about stability"
+                f"{drive.absent[name]}. Without it stability cannot be assessed"
             )
     if missing:
         raise SignalError(
@@ -519,7 +519,7 @@ def alarm_intervals(estimates: Estimates, end_s: float) -> list[AlarmInterval]:
     if not len(estimates):
         return []
     state, reasons = estimates.status["alarm"], estimates.status["reasons"]
-    time = estimates["time_s"]  # when the state was told, not the middle of the window
+    time = estimates["time_s"]  # when the state was reported, not the middle of the window
     edges = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), len(state)]
     intervals = []
     for start, stop in itertools.pairwise(edges):
@@ -568,7 +568,7 @@ def flag_share(estimates: Estimates) -> dict[str, float]:
 
 
 def believed_value(vehicle: Vehicle, name: str) -> float | None:
-    """What ``vehicle.toml`` says of a measured value, in its unit; None where it says nothing."""
+    """What ``vehicle.toml`` states for a measured value, in its unit; None where it has none."""
     if name == "v_crit_m_s":
         return _believed_critical_m_s(vehicle)
     body, _, inertia = name.partition("_yaw_inertia")
@@ -583,7 +583,7 @@ def believed_value(vehicle: Vehicle, name: str) -> float | None:
 
 
 def _believed_critical_m_s(vehicle: Vehicle) -> float | None:
-    """Speed at which the damping of the vehicle as believed first falls below zero."""
+    """Speed at which the damping of the vehicle in the file first falls below zero."""
     speed = np.linspace(*SEARCHED_M_S, 241)
     damping, _ = model_damping(vehicle, speed)
     after = np.flatnonzero((damping[1:] <= 0.0) & (damping[:-1] > 0.0))

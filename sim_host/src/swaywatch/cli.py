@@ -1,7 +1,7 @@
 """``swaywatch COMMAND``: finds the commands, runs one, turns bad input into a message.
 
 Exit code 0: done; 1: the input is at fault (one message on stderr says what and where), or
-something went wrong that nobody foresaw (one line says where a report of it is);
+unexpected internal error (one line says where a report of it is);
 2: wrong usage of the command line; 3: done, but the logger says that it lost frames;
 130: interrupted.
 """
@@ -120,7 +120,7 @@ def _run(words: list[str], only: str | None) -> int:
     name = f"swaywatch {only or ''}".strip()
     try:
         args = build_parser(only).parse_args(words)
-        with output.told(args):
+        with output.text_output(args):
             return int(args.run(args))
     except SwaywatchError as error:
         print(f"{name}: {error}", file=sys.stderr)
@@ -146,8 +146,8 @@ def _crashed(name: str, words: list[str], error: Exception) -> None:
     where = f"a report of it is in {path}" if path else "no report of it could be written"
     text = " ".join(str(error).split())[:200]
     print(
-        f"{name}: something went wrong that nobody foresaw ({type(error).__name__}: {text}); "
-        f"{where}; please send it to those who look after swaywatch",
+        f"{name}: unexpected internal error ({type(error).__name__}: {text}); "
+        f"{where}; please send it to the maintainers of swaywatch",
         file=sys.stderr,
     )
 

@@ -352,7 +352,7 @@ def _read_piece(
     if recording.frames is not None:
         if database is None:
             raise SignalError(
-                f"{signals}: {path} holds CAN frames, and no DBC is named to decode them; add e.g. "
+                f"{signals}: {path} holds CAN frames, but no DBC to decode them is named; add e.g. "
                 'dbc = "measurement.dbc" above [signals]'
             )
         source = _FrameSource(path, signals, recording.frames, database)
@@ -497,7 +497,7 @@ class _FrameSource(_Source):
             self._bus_chosen.add(message.name)
             self.remarks.append(
                 f"{self.path.name}: message {message.name} comes from {len(found)} sources; the "
-                "one that sends most is used"
+                "one that sends most often is used"
             )
         return max(found, key=len)
 
@@ -527,7 +527,7 @@ class _FrameSource(_Source):
         if decoded.out_of_range > count // 2:
             raise SignalError(
                 f"{self.path}: {dbcs} does not fit: {decoded.out_of_range} of {count} samples of "
-                f"{name!r} lie outside its range {decoded.low:g} to {decoded.high:g} "
+                f"{name!r} are outside its range {decoded.low:g} to {decoded.high:g} "
                 f"{decoded.series.unit}"
             )
         for number, what in (
@@ -671,7 +671,7 @@ def _must_run(signal: str, time_s: FloatArray, count: int, path: Path) -> None:
     """Refuse a clock that stands, or is too slow for any motion of a vehicle: another unit."""
     if len(time_s) < STANDS * count:
         raise SignalError(
-            f"{path}: the clock stands: of the {count} samples of signal {signal!r} only "
+            f"{path}: the clock stopped: of the {count} samples of signal {signal!r} only "
             f"{len(time_s)} have a time of their own"
         )
     step_s = float(np.median(np.diff(time_s))) if len(time_s) > 2 else 0.0
@@ -710,10 +710,10 @@ def unit_factor(name: str, unit: str, signal: str, path: Path, signals: Path) ->
     options = ", ".join(known)
     if not text:
         raise SignalError(
-            f"{path}: signal {signal!r} ({name}) has no unit; say it in {signals}: "
+            f"{path}: signal {signal!r} ({name}) has no unit; add it in {signals}: "
             f'{name} = {{ signal = "{signal}", unit = "{next(iter(known))}" }} (known: {options})'
         )
     raise SignalError(
         f"{path}: signal {signal!r} has the unit {unit!r}, but {name} needs one of: {options}. "
-        f"Is it the right signal? Else say `unit = ...` in {signals}"
+        f"Is it the right signal? Otherwise set `unit = ...` in {signals}"
     )

@@ -46,9 +46,9 @@ class Quantity:
     value, low, high
         Identified value and its 90 % interval.
     believed
-        Of the ``vehicle.toml``; None where nobody knows it.
+        Of the ``vehicle.toml``; None where unknown.
     gained
-        Part of the doubt at the start that is gone, 0 to 1.
+        Share of the initial uncertainty that is removed, 0 to 1.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """What the doubt would be after 30 s of a manoeuvre (90 % half widths, simulated)."""
+    """Uncertainty after 30 s of a manoeuvre (90 % half widths, simulated)."""
 
     name: str
     critical_speed_m_s: float | None
@@ -71,7 +71,7 @@ class Manoeuvre:
 
 @dataclass(frozen=True)
 class TrailerResult:
-    """What the car's own sensors say of what hangs on its ball.
+    """The attached trailer, identified from the car's own sensors.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class TrailerResult:
     quantities
         Of the trailer; empty where there is none.
     critical_speed_m_s, critical_speed_error_m_s
-        With its standard error; None where it cannot be told.
+        With its standard error; None where it cannot be determined.
     manoeuvres
         Those that would sharpen it, the best first.
     """
@@ -111,12 +111,10 @@ def presence_sentence(report: dict[str, Any]) -> str:
         return ""
     sure = min(100.0 * certainty(report), 99.9)
     if what == "none":
-        return f"No trailer hangs on the car, by the car's own sensors ({sure:.1f} % certain)."
+        return f"No trailer is attached, according to the car's own sensors ({sure:.1f} % certain)."
     if what == "there":
-        return f"A trailer hangs on the car, by the car's own sensors ({sure:.1f} % certain)."
-    return (
-        "Whether a trailer hangs on the car cannot be decided: too little steering in this drive."
-    )
+        return f"A trailer is attached, according to the car's own sensors ({sure:.1f} % certain)."
+    return "Whether a trailer is attached cannot be decided: too little steering in this drive."
 
 
 def chained(drives: Sequence[Drive]) -> Drive:
@@ -194,7 +192,7 @@ def _watch(core: Core) -> Any:
 
 
 def _model(watch: Any, speed_m_s: float) -> tuple[float, float] | None:
-    """Critical speed and its standard error, m/s; None where it cannot be told."""
+    """Critical speed and its standard error, m/s; None where it cannot be determined."""
     watch.complete = False  # all derivatives anew
     speed = lib.sway_real_ratio(round(speed_m_s * 1e3), 1000)
     lib.sway_trailer_model_start(watch, speed)

@@ -52,7 +52,9 @@ def load_vehicle(path: Path | str) -> Vehicle:
     if "trailer" in content:
         trailer = _trailer(path, content["trailer"], car)
         if car.hitch_to_cog is None:
-            raise VehicleError(f"{path}: [car] hitch_to_cog is missing; a trailer hangs on it (m)")
+            raise VehicleError(
+                f"{path}: [car] hitch_to_cog is missing; it is required with a trailer (m)"
+            )
     vehicle = Vehicle(car, trailer, path, _tolerances(path, content.get("tolerance", {})))
     _check_sense(path, vehicle)
     core_vehicle(vehicle)  # refuses what the core and the daemon would

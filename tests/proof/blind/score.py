@@ -247,7 +247,7 @@ def held_out(secret: Path, result: Path) -> Json | None:
     after = find(tree, ("diagnosed_nrmse", "nrmse_diagnosed"))
     if before is None or after is None:
         return None
-    # an effect in windows cannot be foretold; scored apart where the run shows it
+    # an effect in windows cannot be predicted; scored apart where the run shows it
     shown = find(tree, ("diagnosed_with_windows_nrmse",))
     return {"before": before, "after": after, "with_windows": shown}
 
@@ -331,7 +331,7 @@ def summarise(rows: list[Json], limits: Json) -> Json:
     pairs = [r for r in rows if r["kind"] == "pair"]
     held = [r["held_out"] for r in rows if r.get("held_out") and "before" in r["held_out"]
             and r["first"] and r["claims"]]  # fmt: skip
-    foretold = [h for h in held if h["after"] != h["before"]]
+    predicted = [h for h in held if h["after"] != h["before"]]
     shown = [h for h in held if h["after"] == h["before"] and h.get("with_windows") is not None]
     matches = [m for r in rows for m in r.get("matches", []) if m["named"]]
     values = [p for m in matches for p in m.get("parameters", [])]
@@ -362,11 +362,11 @@ def summarise(rows: list[Json], limits: Json) -> Json:
         ),
         "parameter_within_25_percent": share([p["error"] <= 0.25 for p in values]),
         "interval_coverage": share([p["inside"] for p in values if "inside" in p]),
-        "held_out_improved": share([h["after"] < h["before"] for h in foretold]),
-        "held_out_same": len(held) - len(foretold),
+        "held_out_improved": share([h["after"] < h["before"] for h in predicted]),
+        "held_out_same": len(held) - len(predicted),
         "held_out_windows_improved": share([h["with_windows"] < h["before"] for h in shown]),
-        "held_out_before_median": median([h["before"] for h in foretold]),
-        "held_out_after_median": median([h["after"] for h in foretold]),
+        "held_out_before_median": median([h["before"] for h in predicted]),
+        "held_out_after_median": median([h["after"] for h in predicted]),
         "seconds_median": median([r["seconds"] for r in rows if r.get("seconds")]),
         "seconds_max": max([r["seconds"] for r in rows if r.get("seconds")], default=None),
         "calibration": calibration(rows),

@@ -17,12 +17,12 @@ SUMMARY = (
     ("false_claims_on_clean", "claims where nothing is concealed", "at most 2 %"),
     ("pair_first", "two effects: the first is one of them", ""),
     ("pair_both", "two effects: both named", ""),
-    ("outside", "cause outside the library: said to be unexplained", ""),
+    ("outside", "cause outside the library: reported as unexplained", ""),
     ("fault_outside", "fault of a sensor that is on no list: recognised", ""),
-    ("location", "place right, of rightly named effects", ""),
+    ("location", "place right, of correctly named effects", ""),
     ("windows_overlap_half", "windows overlap by at least half", ""),
     ("parameter_within_25_percent", "parameters within 25 %", ""),
-    ("interval_coverage", "truth inside the 90 % intervals", "80-97 %"),
+    ("interval_coverage", "true value inside the 90 % intervals", "80-97 %"),
     ("held_out_improved", "prediction of a run that was kept back is better", ""),
     ("held_out_windows_improved", "the same, effects in windows, where that run shows them", ""),
 )
@@ -45,14 +45,14 @@ def cell(value: Any) -> str:
 
 def summary(total: Json) -> list[str]:
     """The figures of the whole set."""
-    lines = ["| figure | reached | asked |", "|---|---|---|"]
+    lines = ["| figure | reached | required |", "|---|---|---|"]
     for key, words, asked in SUMMARY:
         value = total[key]
         if value["of"]:
             lines.append(f"| {words} | {cell(value)} ({100.0 * value['share']:.0f} %) | {asked} |")
     if total.get("held_out_before_median") is not None:
         lines.append(
-            "| NRMSE of the run kept back (where something can be foretold), median | "
+            "| NRMSE of the run kept back (where a prediction is possible), median | "
             f"{total['held_out_before_median']:.3f} -> {total['held_out_after_median']:.3f} | |"
         )
     for row in total["calibration"]:

@@ -18,7 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 CYCLES_S = np.array([1, 2, 4, 5, 8, 10, 16, 20, 25, 40, 50, 80, 100, 200, 250, 500, 1000]) * 1e-3
 """Cycles that messages are sent in."""
 LEAST_OFF = 0.004
-"""A clock so far off is told: a quartz is right to a twentieth of it."""
+"""A clock so far off is reported: a quartz is right to a twentieth of it."""
 MOST_OFF = 0.04
 """Beyond it another cycle may be meant."""
 ALIKE = 0.0005
@@ -78,7 +78,7 @@ def check_steps(drive: Drive) -> list[Finding]:
             "clock",
             tuple(channel.signal for channel in messages),
             f"all messages are silent together ({listed(common)}), at most {longest * 1e3:.0f} ms: "
-            "the logger's clock was set, or it lost frames; what lies across is not to be trusted",
+            "the logger's clock was set, or it lost frames; windows across it are unreliable",
             common[0][0],
             (),
             tuple(common),

@@ -37,7 +37,7 @@ FloatArray = npt.NDArray[np.float64]
 RATE_HZ = 100.0
 CLEAR = 0.1
 """Rest of the balances that values of the vehicle within their tolerances seldom make; below it a
-delay must explain more to be believed."""
+delay must explain more to be accepted."""
 LATEST_S = 0.4
 """A delay is looked for within so much."""
 SURE = 0.995
@@ -75,7 +75,7 @@ def check_drive(drive: Drive, vehicle: Vehicle) -> list[Finding]:
                 "loss",
                 (),
                 f"the logger lost {drive.lost_frames} frames ({', '.join(drive_files(drive))}); "
-                "estimates are from what is there",
+                "estimates use the remaining ones",
             )
         )
     findings += [Finding("info", "remark", (), remark) for remark in drive.remarks]
@@ -173,8 +173,8 @@ def _check_speed(drive: Drive) -> list[Finding]:
                 "sign_or_unit",
                 (channel.signal,),
                 f"{channel.signal}: speed reaches {fastest:.1f} m/s = {fastest * 3.6:.0f} km/h, "
-                "which no car with a trailer drives; is it in km/h, though the recording says "
-                f"{channel.unit_in_file}? Say `unit = ...` in the signals.toml",
+                "which no car with a trailer reaches; is it in km/h, although the recording states "
+                f"{channel.unit_in_file}? Set `unit = ...` in the signals.toml",
                 channels=("speed",),
                 windows=(whole_of(drive, "speed"),),
                 amount=1 / 3.6,
@@ -213,8 +213,8 @@ def _check_wheel_speeds(drive: Drive) -> list[Finding]:
             "sign_or_unit",
             (speed.signal, *(wheel.signal for wheel in wheels)),
             f"{speed.signal}: {factor_text(factor, 'speed')}. It is {own:.1f} m/s where the "
-            f"wheels ({', '.join(wheel.signal for wheel in wheels)}) say {mean:.1f} m/s; say the "
-            "right `unit = ...` of the one that is wrong in the signals.toml",
+            f"wheels ({', '.join(wheel.signal for wheel in wheels)}) say {mean:.1f} m/s; correct "
+            "the `unit = ...` of the wrong one in the signals.toml",
             channels=("speed",),
             windows=(whole_of(drive, "speed"),),
             amount=factor,
@@ -266,7 +266,7 @@ def _check_steering(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding]
             (signal,),
             f"{signal}: {factor_text(factors[best], name)}. With it as it is, the slip of the "
             f"front axle leaves {left} of the axle's lateral force unexplained, put right "
-            f"{100 * rests[best]:.0f} %; say so in the signals.toml, e.g. "
+            f"{100 * rests[best]:.0f} %; correct it in the signals.toml, e.g. "
             f'{name} = {{ signal = "{signal}", '
             + ("sign = -1 }" if factors[best] == -1.0 else 'unit = "..." }'),
             channels=(name,),
@@ -359,10 +359,10 @@ def _check_delays(
             f"{channel.signal} comes {abs(delay_s) * 1e3:.0f} ms too {word} against the other "
             f"signals (residual of the balances {100 * now:.0f} %, shifted {100 * score:.0f} %); "
             + (
-                f"put it right with `delay = {delay_s:.3f}` in the signals.toml"
+                f"correct it with `delay = {delay_s:.3f}` in the signals.toml"
                 if sure
-                else "or accelerometers roll with their bodies and see gravity, which explains "
-                f"as much ({100 * healthy:.0f} %)"
+                else "or accelerometers roll with their bodies and measure gravity, which "
+                f"explains as much ({100 * healthy:.0f} %)"
             ),
             channels=(name,) if sure else (),
             windows=(whole_of(drive, name),) if sure else (),
@@ -427,7 +427,7 @@ def _check_own_clock(
             f"{', '.join(signals)}: a clock of its own, {100 * abs(slope):.2f} % "
             f"{'slow' if slope > 0 else 'fast'}: the delay against the other signals changes by "
             f"{change * 1e3:.0f} ms over the run (residual of the balances {100 * now:.0f} %, "
-            f"{100 * score:.0f} % when put right)",
+            f"{100 * score:.0f} % when corrected)",
             channels=tuple(chosen),
             windows=(whole_of(drive, chosen[0]),),
             amount=slope,

@@ -413,7 +413,7 @@ class RelationBuilder:
         Front force against front slip without drift (both sides through s/(s+a), a = 2.5 rad/s),
         with a stiffness of its own for each factor: the free factor itself would not be
         determined by a slalom of one frequency, in which two columns fit any phasor. Parts of the
-        force; infinite where the stiffness is negative. None where it cannot be told.
+        force; infinite where the stiffness is negative. None where it cannot be determined.
         """
         axle = self.axle("", "f")
         names = ("steering_wheel_angle", "speed", "car_yaw_rate", "car_lateral_acceleration")

@@ -82,7 +82,7 @@ class Finding:
 
 
 def check_samples(drive: Drive) -> list[Finding]:
-    """Findings on each channel of a drive, the others told about frozen ones."""
+    """Findings on each channel of a drive, the others informed about frozen ones."""
     findings: list[Finding] = []
     for channel in drive.channels.values():
         runs = _runs(channel.value)

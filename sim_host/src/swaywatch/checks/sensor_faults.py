@@ -33,14 +33,14 @@ IDS = {
 }
 LINES = {"spike": "broadband", "drift": "mean", "clipped": "f", "stuck": "f"}
 EQUATIONS = {
-    "sensor_spikes": "single samples leave their surroundings and come back; left out",
+    "sensor_spikes": "isolated samples far from their neighbours; left out",
     "sensor_frozen": "measured(t) = measured(start); left out",
     "sensor_clipped": "measured = min(max(true, low), high); left out at the ends",
-    "sensor_drift": "measured(t) = true(t) + rate t; taken off",
+    "sensor_drift": "measured(t) = true(t) + rate t; removed",
     "sensor_swapped": "measured of one = true of the other; swapped back",
-    "sensor_clock": "measured(t) = true(t - delay(t)), delay growing evenly; put right",
-    "sensor_unit": "measured = true / factor; put right",
-    "sensor_sign": "measured = -true; put right",
+    "sensor_clock": "measured(t) = true(t - delay(t)), delay growing evenly; corrected",
+    "sensor_unit": "measured = true / factor; corrected",
+    "sensor_sign": "measured = -true; corrected",
 }
 SURE = 0.98
 SHARED = 0.55  # where another channel explains the balances as well
@@ -59,7 +59,7 @@ class SensorFaults:
     found
         Name of the run and finding.
     lost
-        Name of the run to windows of each channel in which it says nothing.
+        Name of the run to windows of each channel in which it is unusable.
     checks
         Sentences for the report.
     right
@@ -94,7 +94,7 @@ class SensorFaults:
             return [finding]
         if left:
             return [replace(finding, channels=left)]
-        self.checks.append(f"{run}: {finding.text}; but the model that was found shows no drift")
+        self.checks.append(f"{run}: {finding.text}; but the fitted model shows no drift")
         return []
 
     def masks(
@@ -197,7 +197,7 @@ def _sentence(finding: Finding) -> str:
         return f"{finding.text}; left out of the fit"
     if finding.kind == "gap":
         return f"{finding.signals[0]}: no sample {listed(finding.windows)}; left out of the fit"
-    return f"{finding.text}; put right before the fit"
+    return f"{finding.text}; corrected before the fit"
 
 
 def _repaired(drive: Drive, finding: Finding) -> Drive:

@@ -1,4 +1,4 @@
-"""Two swapped channels, and an offset that drifts: told by what the other channels say.
+"""Two swapped channels, and an offset that drifts: identified from the other channels.
 
 Swapped channels of one quantity break the relations of :mod:`swaywatch.checks.relations`, and
 swapped back they hold; left and right wheel of an axle enter those as a sum, but the outer wheel

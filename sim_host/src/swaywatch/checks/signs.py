@@ -98,7 +98,7 @@ def check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list[
         f"{drive.channels[name].signal}: {factor_text(factor, name)}" for _, name, factor in equal
     ]
     names = "; ".join(relation.name for relation in broken)
-    advice = f'say so in the signals.toml, e.g. {best[1]} = {{ signal = "{signals[0]}", ' + (
+    advice = f'correct it in the signals.toml, e.g. {best[1]} = {{ signal = "{signals[0]}", ' + (
         "sign = -1 }" if best[2] == -1.0 else 'unit = "..." }'
     )
     tight = [relation.rest(best[1], best[2]) for relation in relations if relation.tight]
@@ -108,7 +108,7 @@ def check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list[
             "sign_or_unit",
             signals,
             f"{' - or '.join(parts)}. Does not hold: {names} "
-            f"(residual {100 * max(relation.rest() for relation in broken):.0f} %, when put right "
+            f"(residual {100 * max(relation.rest() for relation in broken):.0f} %, when corrected "
             f"{100 * max(relation.rest(best[1], best[2]) for relation in broken):.0f} %); {advice}",
             channels=tuple(dict.fromkeys(c[1] for c in equal)),
             windows=(whole_of(drive, best[1]),),
@@ -316,8 +316,8 @@ def _several_wrong(
                 (signal,),
                 f"{signal}: {factor_text(factor, name)}, beside {' and '.join(others)}. "
                 f"{len(broken)} relations between signals do not hold (residual "
-                f"{100 * before:.0f} %, when all are put right {100 * after:.0f} %); "
-                "say so in the signals.toml, e.g. "
+                f"{100 * before:.0f} %, when all are corrected {100 * after:.0f} %); "
+                "correct it in the signals.toml, e.g. "
                 f'{name} = {{ signal = "{signal}", {setting}',
                 channels=(name,),
                 windows=(whole_of(drive, name),),

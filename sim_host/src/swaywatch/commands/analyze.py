@@ -54,8 +54,8 @@ def add_parser(subparsers: Any) -> None:
         "--window", type=_window, metavar="OSCILLATIONS",
         help=f"length of the window, {WINDOW[0]:g} to {WINDOW[1]:g} oscillations (default: "
         f"{USUAL_WINDOW:g}; the reference dissertation: 2). In an undisturbed swing a window of "
-        "twice the length has about a third of the error; it answers half a window later, and "
-        "what changes within it makes it err more",
+        "twice the length has about a third of the error; it responds half a window later and "
+        "is affected more by changes within it",
     )  # fmt: skip
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--one-drive", action="store_true", help="all files are one drive")
@@ -66,7 +66,7 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--accept-losses", action="store_true",
-        help="exit code 0 even if the logger says that it lost frames",
+        help="exit code 0 even if the logger reports lost frames",
     )  # fmt: skip
     parser.add_argument("--no-report", action="store_true", help="no HTML report")
 

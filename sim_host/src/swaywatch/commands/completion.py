@@ -41,7 +41,7 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "completion",
         help="script that completes commands and options in bash, zsh or fish",
-        description="Print a completion script; its first line says where to put it.",
+        description="Print a completion script; its first line shows where to put it.",
     )
     parser.add_argument("shell", choices=("bash", "zsh", "fish"))
 

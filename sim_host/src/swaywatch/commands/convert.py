@@ -32,9 +32,7 @@ def add_parser(subparsers: Any) -> None:
         "daemon, the firmware and `swaywatch monitor` read; without, the content stays as it is.",
     )
     parser.add_argument("recording", type=Path, help="the recording to read")
-    parser.add_argument(
-        "--signals", type=Path, metavar="TOML", help="which signal plays which role"
-    )
+    parser.add_argument("--signals", type=Path, metavar="TOML", help="roles of the signals")
     parser.add_argument(
         "--to",
         type=Path,

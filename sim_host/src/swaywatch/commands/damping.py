@@ -38,16 +38,17 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--channel", action="append", default=[], metavar="NAME",
         help="a signal that swings; repeat it for several, which share the line. Without: the "
-        "signals that are called yaw rate, roll rate, lateral acceleration, articulation ...",
+        "signals named yaw rate, roll rate, lateral acceleration, articulation ...",
     )  # fmt: skip
     parser.add_argument(
         "--input", action="append", default=[], metavar="NAME",
-        help="what the driver or pilot does (not what a damper or controller does): swings that "
-        "it drives are called forced",
+        help="input of the driver or pilot (not output of a damper or controller): swings that "
+        "it drives are reported as forced",
     )  # fmt: skip
     parser.add_argument(
         "--against", metavar="NAME",
-        help="signal that damping is drawn over (without: the speed, if one is called so)",
+        help="signal on the horizontal axis of the damping plot (without: the speed, if one has "
+            "that name)",
     )  # fmt: skip
     parser.add_argument(
         "--against-values", type=float, nargs="+", default=[], metavar="X",
@@ -63,7 +64,7 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--compare", type=Path, nargs="+", default=[], metavar="RECORDING",
-        help="a second group of recordings: is it the same?",
+        help="a second group of recordings to compare",
     )  # fmt: skip
     parser.add_argument(
         "--names", nargs=2, default=("first", "second"), metavar="NAME", help="of the two groups"

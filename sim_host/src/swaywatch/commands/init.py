@@ -19,15 +19,15 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "init",
         help="start here: list a recording's signals, write signals.toml and vehicle.toml",
-        description="List the signals of recordings with rate, range and unit; propose which "
-        "plays which role, by name, unit and the physics between them; ask what no recording can "
-        "know; write signals.toml and vehicle.toml with comments and tolerances; and say what can "
-        "be answered with them. Files that are there are kept.",
+        description="List the signals of recordings with rate, range and unit; propose their "
+        "roles, from name, unit and the physics between them; ask for what no recording contains; "
+        "write signals.toml and vehicle.toml with comments and tolerances; and list which results "
+        "they allow. Existing files are kept.",
     )
     parser.add_argument("recording", type=Path, nargs="+", help="recordings of one vehicle")
     parser.add_argument(
         "--dbc", type=Path, nargs="*", default=[], metavar="FILE",
-        help="for CAN frames (default: the one beside the recording that knows most of them)",
+        help="for CAN frames (default: the one beside the recording that decodes most of them)",
     )  # fmt: skip
     parser.add_argument(
         "--out", type=Path, default=Path(), metavar="DIR",
@@ -39,13 +39,13 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--no-questions", action="store_true",
-        help="ask nothing: what is not answered by --set is left open in the files",
+        help="ask nothing: questions not answered by --set stay open in the files",
     )  # fmt: skip
     parser.add_argument(
         "--typical", action="store_true",
-        help="what is not known of the vehicle is that of a typical one, and marked so",
+        help="unknown values of the vehicle are those of a typical one, marked as guesses",
     )  # fmt: skip
-    parser.add_argument("--force", action="store_true", help="write over files that are there")
+    parser.add_argument("--force", action="store_true", help="overwrite existing files")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         path = args.out / name
         if path.exists() and not args.force:
             console.print(
-                f"{path}: kept as it is (--force writes it anew)", markup=False, soft_wrap=True
+                f"{path}: kept as it is (--force overwrites it)", markup=False, soft_wrap=True
             )
             continue
         try:
@@ -88,9 +88,9 @@ def run(args: argparse.Namespace) -> int:
             raise SwaywatchError(f"{path}: cannot be written: {error.strerror}") from None
         written.append(str(path))
         console.print(f"{path}: written", markup=False, soft_wrap=True)
-    told = write.what_can_be_answered(chosen, answers)
+    answerable = write.what_can_be_answered(chosen, answers)
     checked = write.check(args.recording, args.out)
-    for line in [*told, *checked]:
+    for line in [*answerable, *checked]:
         console.print(line, markup=False, soft_wrap=True)
     output.result(
         args,
@@ -102,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
             "roles": {c: p.__dict__ for c, p in chosen.items()},
             "perhaps": {p.channel: p.__dict__ for p in perhaps},
             "written": written,
-            "answers": told,
+            "answers": answerable,
             "checks": checked,
         },
     )  # fmt: skip

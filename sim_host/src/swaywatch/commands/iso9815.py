@@ -23,8 +23,8 @@ def add_parser(subparsers: Any) -> None:
         help="damping of a car with a trailer against speed; zero-damping speed",
         description="Evaluate the free oscillations of several runs of a car with a trailer after "
         "ISO 9815, as `damping` does: damping ratio against speed, zero-damping speed and the "
-        "speed of damping ratio 0.05, with 95 % intervals that hold when they lie beyond the "
-        "speeds driven; the standard's straight line (Eq. 3.43 of the reference) beside it.",
+        "speed of damping ratio 0.05, with 95 % intervals that are valid beyond the speeds "
+        "driven; the standard's straight line (Eq. 3.43 of the reference) beside it.",
     )
     parser.add_argument("run_files", type=Path, nargs="+", metavar="RUN")
     parser.add_argument("--signals", type=Path, required=True, metavar="TOML")

@@ -11,7 +11,7 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``map`` command."""
     parser = subparsers.add_parser(
         "map",
-        help="let the ECU read a car's own bus: a map from its DBC and signals.toml",
+        help="map of a car's own bus for the ECU, from its DBC and signals.toml",
         description="Write the map by which swaywatchd (--map) or an ECU finds its inputs in the "
         "frames of a car's own bus: identifier, place, scale, sign, range of each, with or without "
         "CRC and counter. It is checked by the ECU's own code.",

@@ -31,7 +31,7 @@ from swaywatch.ecu.core import (
     positions_of,
 )
 from swaywatch.ecu.live import NodeFeed, Playback, RoleFeed
-from swaywatch.ecu.supervised import told
+from swaywatch.ecu.supervised import findings_text
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording import read_recording
 from swaywatch.vehicle import Vehicle
@@ -49,8 +49,8 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "monitor",
         help="live view of a bus, or of a recording as it was driven: margin, damping, alarm",
-        description="Live view over any interface of python-can, or of a recording, played in its "
-        "own time. Without --signals the frames are taken to be those of dbc/swaywatch.dbc; with "
+        description="Live view over any interface of python-can, or of a recording, played in real "
+        "time. Without --signals the frames are assumed to be those of dbc/swaywatch.dbc; with "
         "it, any bus is decoded by its DBC and roles.",
     )
     parser.add_argument("recording", type=Path, nargs="?", help="play this instead of a bus")
@@ -73,7 +73,8 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--page", type=int, nargs="?", const=0, metavar="PORT",
-        help="also as a page in a browser of this machine, the report's figures as they grow; the "
+        help="also as a page in a browser of this machine, the report's figures, updated while "
+            "driving; the "
         "address is printed (PORT: a free one)",
     )  # fmt: skip
     parser.add_argument(
@@ -88,7 +89,8 @@ def run(args: argparse.Namespace) -> int:
         raise SwaywatchError(f"{args.recording} and --interface: give one of them")
     if args.recording is None and not (args.interface and args.channel):
         raise SwaywatchError(
-            "what to watch? Give --interface and --channel of a bus (such as socketcan can0), or a "
+            "no source given: give --interface and --channel of a bus (such as socketcan can0), "
+            "or a "
             "recording"
         )
     positions = {
@@ -166,7 +168,7 @@ def _recorded(
         return RoleFeed(vehicle, args.signals), Playback(frames, args.speed)
     if args.signals is None:
         raise SwaywatchError(
-            f"{args.recording}: holds decoded signals; --signals says which plays which role"
+            f"{args.recording}: holds decoded signals; --signals assigns them to roles"
         )
     drive = load_drive([args.recording], args.signals)
     return NodeFeed(vehicle, positions_of(drive)), Playback(encode_drive(drive), args.speed)
@@ -326,10 +328,10 @@ def picture(feed: NodeFeed | RoleFeed, args: argparse.Namespace) -> Panel:
         )
     flags = [name.replace("_", " ") for name, bit in QUALITY.items() if status["quality"] & bit]
     faults = [f"{name} {count}" for name, count in feed.faults().items() if count]
-    supervision = told(feed.status())
+    supervision = findings_text(feed.status())
     foot = Text(
         f"quality: {', '.join(flags) or 'good'}\n"
-        f"inputs and vehicle: {supervision or 'nothing found wrong'}\n"
+        f"inputs and vehicle: {supervision or 'no fault found'}\n"
         f"frames: {feed.counts.used} used, {feed.counts.other} other, {feed.counts.errors} error "
         f"frames, {feed.counts.rate_hz:.0f}/s; faults: {', '.join(faults) or 'none'}",
         style="dim",

@@ -16,7 +16,7 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``physics`` command."""
     parser = subparsers.add_parser(
         "physics",
-        help="list what a diagnosis can name and a scenario can switch on",
+        help="list everything that a diagnosis can identify and a scenario can switch on",
         description="Every id that `swaywatch diagnose` can report (missing physics, faults of "
         "sensors, wrong values) and that a scenario of `swaywatch simulate` can switch on: "
         "equation, source, where each enters, parameters with bounds and units.",

@@ -1,4 +1,4 @@
-"""``swaywatch plan``: what to drive, how fast and with which sensors, before it is driven."""
+"""``swaywatch plan``: plan a test: manoeuvres, speeds and sensors."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``plan`` command."""
     parser = subparsers.add_parser(
         "plan",
-        help="what to drive, how fast and with which sensors, before it is driven",
-        description="Choose manoeuvres and speeds that tell most of a combination, at a safe "
-        "distance from its critical speed as believed: the errors that are left, what other "
-        "sensors would tell, how long a plain slalom would take; a scenario for `simulate` and a "
+        help="plan a test: manoeuvres, speeds and sensors",
+        description="Choose the most informative manoeuvres and speeds for a combination, at "
+        "a safe distance from its expected critical speed: the remaining errors, the gain "
+        "from other sensors, the time a plain slalom would take; a scenario for `simulate` and a "
         "steering robot's CSV.",
     )
     parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
@@ -35,7 +35,7 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--goal", choices=("critical-speed", "parameters"), default="critical-speed",
-        help="what shall be known (default: %(default)s)",
+        help="quantity to determine (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--error", type=float, metavar="X",
@@ -44,12 +44,13 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--preset", choices=("iso9815", "j2664"),
-        help="instead of a choice: impulses at five speeds (ISO 9815), or pulses up to 100 km/h as "
+        help="instead of an optimised choice: impulses at five speeds (ISO 9815), or pulses up to "
+            "100 km/h as "
         "in SAE J2664",
     )  # fmt: skip
     parser.add_argument(
         "--fastest", type=float, default=110.0, metavar="KMH",
-        help="what road and tyres allow (default: %(default)s)",
+        help="limit set by road and tyres (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--acceleration", type=float, default=3.0, metavar="M_S2",
@@ -84,7 +85,8 @@ def run(args: argparse.Namespace) -> int:
         )  # fmt: skip
     if not design.blocks:
         raise SwaywatchError(
-            f"{args.vehicle}: what is believed is good enough already (--error {error:g}); nothing "
+            f"{args.vehicle}: the values of the file are already accurate enough (--error "
+            f"{error:g}); nothing "
             "to drive"
         )
     title = {"iso9815": "Test plan after ISO 9815", "j2664": "Test plan as in SAE J2664"}.get(

@@ -17,7 +17,7 @@ def add_parser(subparsers: Any) -> None:
         "predict",
         help="run a diagnosed model on another run and score it",
         description="Drive the baseline and the diagnosed model with the steering and speed of a "
-        "run and score both against what was recorded.",
+        "run and score both against the recording.",
     )
     parser.add_argument("--model", required=True, type=Path, help="diagnosis.json")
     parser.add_argument("--recording", required=True, type=Path, help="the run to predict")

@@ -17,8 +17,8 @@ def add_parser(subparsers: Any) -> None:
         help="reproduce chapters 3, 5 and 6 of the reference dissertation as a report",
         description="Simulate the drives of chapters 3, 5 and 6 of the reference, identify them "
         "with the C core, and write DIR/reproduce.html: figures and tables of chapters 1 and 3 to "
-        "6, each number beside the text's, hit or missed; a miss says which computed experiment "
-        "explains it. Exit code 1 if one does not.",
+        "6, each number beside the reference's, hit or missed; a miss names the computed "
+        "experiment that explains it. Exit code 1 if one has no explanation.",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write to")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")

@@ -15,8 +15,8 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``roles`` command."""
     subparsers.add_parser(
         "roles",
-        help="list the roles a signals.toml can map, with units and signs",
-        description="The roles a signals.toml can map, with units and signs.",
+        help="list the roles that a signals.toml can assign, with units and signs",
+        description="The roles that a signals.toml can assign, with units and signs.",
     )
 
 

@@ -76,7 +76,7 @@ def _campaign(args: argparse.Namespace) -> int:
     write_table(args.out / "drives.csv", outcomes)
     left = sum(not outcome.whole for outcome in outcomes)
     end = f"; {left} left all bounds and end early" if left else ""
-    print(f"{args.out}: {len(outcomes)} drives{end}; drives.csv says which is which")
+    print(f"{args.out}: {len(outcomes)} drives{end}; drives.csv lists them")
     return 0
 
 

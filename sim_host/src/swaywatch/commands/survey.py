@@ -13,17 +13,21 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``survey`` command."""
     parser = subparsers.add_parser(
         "survey",
-        help="over night: which recordings of a folder disagree with the model, where, why",
+        help="overnight: which recordings of a folder disagree with the model, where, why",
         description="Analyse and diagnose every recording below a folder, and those of a "
         "combination that disagree together. A vehicle.toml and a signals.toml beside a recording "
-        "(or above it) are taken before those given here. Started again, it goes on where it "
-        "was. survey.parquet has a row for each run, survey.html the worst first and what is "
-        "unlike the rest of the fleet. Exit code 1: done, but some runs failed; the page says "
-        "why.",
+        "(or above it) take precedence over those given here. Started again, it resumes where "
+        "it stopped. survey.parquet has a row for each run, survey.html the worst first and "
+        "the outliers of the fleet. Exit code 1: done, but some runs failed; the page gives "
+        "the reasons.",
     )
     parser.add_argument("folder", type=Path, help="folder with recordings, at any depth")
-    parser.add_argument("--vehicle", type=Path, metavar="TOML", help="where none is nearer")
-    parser.add_argument("--signals", type=Path, metavar="TOML", help="where none is nearer")
+    parser.add_argument(
+        "--vehicle", type=Path, metavar="TOML", help="used where no nearer one exists"
+    )
+    parser.add_argument(
+        "--signals", type=Path, metavar="TOML", help="used where no nearer one exists"
+    )
     parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-survey"), metavar="DIR",
         help="folder for survey.html, survey.parquet, survey.jsonl and the pages "
@@ -44,8 +48,8 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--diagnose", choices=("all", "outliers", "none"), default="all",
-        help="which runs; outliers: for a fleet, analyse all of them and diagnose those that are "
-        "unlike the others (default: %(default)s)",
+        help="which runs; outliers: for a fleet, analyse all of them and diagnose the outliers "
+            "(default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--limit", type=float, default=1800.0, metavar="S",
@@ -75,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
     runs = find_runs(folder, given[0], given[1], exclude, out)
     start, done = time.monotonic(), 0
 
-    def told(outcome: SurveyOutcome) -> None:
+    def report(outcome: SurveyOutcome) -> None:
         nonlocal done
         done += 1
         reason = f": {outcome.line()}" if outcome.why else ""
@@ -84,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 
     with workers(args.jobs, args.scheduler, folder, out) as executor:
         alone, together = survey(
-            runs, out, executor, diagnose=args.diagnose, limit_s=args.limit, told=told
+            runs, out, executor, diagnose=args.diagnose, limit_s=args.limit, report=report
         )
     took = f"{(time.monotonic() - start) / 60.0:.0f} min"
     page = args.out / "survey.html"

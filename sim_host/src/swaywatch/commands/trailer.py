@@ -26,8 +26,9 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``trailer`` command."""
     parser = subparsers.add_parser(
         "trailer",
-        help="what trailer is this: mass, length, inertia, stiffness from the car's own sensors",
-        description="Identify what hangs on the ball from steering, speed, yaw rate and lateral "
+        help="identify the attached trailer: mass, length, inertia, stiffness from the car's own "
+        "sensors",
+        description="Identify the attached trailer from steering, speed, yaw rate and lateral "
         "acceleration of the car alone. [trailer] of the vehicle.toml may be complete, partly "
         "known (mass, hitch_to_axle) or absent. Several recordings of the same combination, best "
         "at different speeds, are taken together.",
@@ -73,10 +74,10 @@ def sentences(result: TrailerResult) -> list[str]:
     sure = f"{min(100.0 * result.certainty, 99.9):.1f} % certain"
     after = f"after {result.learnt_s:.0f} s of driving"
     if result.presence == "none":
-        return [f"No trailer hangs on the car ({sure}, {after})."]
+        return [f"No trailer is attached ({sure}, {after})."]
     found = {
-        "there": f"A trailer hangs on the car ({sure}, {after}).",
-        "undecided": f"Whether a trailer hangs on the car cannot be decided {after}: steer more.",
+        "there": f"A trailer is attached ({sure}, {after}).",
+        "undecided": f"Whether a trailer is attached cannot be decided {after}: steer more.",
     }[result.presence]
     if result.critical_speed_m_s is None or result.critical_speed_error_m_s is None:
         return [found, "Its critical speed cannot be stated yet."]

@@ -201,7 +201,8 @@ class _VariableFinder:
         said = f"has the unit {name!r}" if name else "has no unit"
         raise FmuError(
             f"{self._fmu}: variable {variable.name!r} {said}, but {role} needs one of: "
-            f"{', '.join(UNITS[wanted])}. Is it the right variable? Else say the unit in the file "
+            f"{', '.join(UNITS[wanted])}. Is it the right variable? Otherwise set the unit in the "
+            "file "
             f'of --simulation-signals: {role} = {{ signal = "{variable.name}", '
             f'unit = "{wanted}" }}'
         )
@@ -216,7 +217,7 @@ class _VariableFinder:
             if variable is None or variable.causality not in ("parameter", "input", "local"):
                 close = difflib.get_close_matches(name, list(self.by_name), n=1, cutoff=0.6)
                 raise FmuError(
-                    f"{self._toml}: [parameters] {name!r} is no parameter of {self._fmu}"
+                    f"{self._toml}: [parameters] {name!r} is not a parameter of {self._fmu}"
                     + (f"; did you mean {close[0]!r}?" if close else "")
                 )
             if isinstance(value, str) and value not in INPUT_UNITS:

@@ -113,7 +113,9 @@ class FmuPlant:
         names = [f"wheel_lateral_force_{side}" for side in (("fl", "fr"), ("rl", "rr"))[axle]]
         missing = [name for name in names if name not in self._now]
         if missing:
-            raise FmuError(f"{self._fmu.path}: no output for {missing[0]}; this driver feels it")
+            raise FmuError(
+                f"{self._fmu.path}: no output for {missing[0]}; this driver model uses it"
+            )
         return sum(self._now[name] for name in names)
 
     def brake(self, body: str, force_n: float) -> None:

@@ -65,7 +65,7 @@ class IntervalValue:
 
 
 @dataclass(frozen=True)
-class Part:
+class SwingPart:
     """A part of a window: its damping ratio and the size of the swing in it.
 
     Attributes
@@ -121,7 +121,7 @@ class Point:
     share: float
     later: FloatArray
     quiet_known: bool = True
-    parts: tuple[Part, ...] = ()
+    parts: tuple[SwingPart, ...] = ()
 
     @property
     def determinable(self) -> bool:
@@ -225,7 +225,7 @@ def _samples(found: Found, window: SwingWindow) -> FloatArray:
     return run.value[first : first + rows]
 
 
-def _part(found: Found, event: Event, window: SwingWindow, line: Line) -> Part:
+def _part(found: Found, event: Event, window: SwingWindow, line: Line) -> SwingPart:
     """A part of a window with its doubt."""
     step = found.run.step_s
     samples = _samples(found, window)
@@ -233,7 +233,7 @@ def _part(found: Found, event: Event, window: SwingWindow, line: Line) -> Part:
     first = max(0, min(round((line.start_s - window.line.start_s) / step), len(samples) - rows))
     covariance, freedom = _covariance(found, line, samples[first : first + rows])
     error = math.sqrt(damping_error(line, covariance) ** 2 + _pushed(event, line))
-    return Part(
+    return SwingPart(
         IntervalValue(line.damping_ratio, error, freedom), line.size(line.mid_s), line.noise,
         line.growth_1_s * line.length_s,
     )  # fmt: skip

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from swaywatch.damping.course import OWN_FREEDOM, extra_scatter
-from swaywatch.damping.doubt import IntervalValue, Part, Point
+from swaywatch.damping.doubt import IntervalValue, Point, SwingPart
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -105,7 +105,7 @@ def small_swing(points: Sequence[Point]) -> SmallSwing | None:
     )
 
 
-def _clear(part: Part) -> bool:
+def _clear(part: SwingPart) -> bool:
     return bool(np.max(part.amplitude / np.maximum(part.noise, 1e-300)) >= CLEAR)
 
 
@@ -156,7 +156,7 @@ def _laws(smallest: float, largest: float) -> tuple[list[Law], FloatArray]:
     return laws, np.array([1.0, 1.0, *([1.0 / max(1, len(knees))] * len(knees))])
 
 
-def _design(parts: Sequence[Part], size: FloatArray, law: Law) -> FloatArray:
+def _design(parts: Sequence[SwingPart], size: FloatArray, law: Law) -> FloatArray:
     """One, and the mean of a law as each part's growth sees it, over the largest of them."""
     mean = np.array([_seen(part.fall, one, law) for part, one in zip(parts, size, strict=True)])
     return np.stack([np.ones(len(mean)), mean / max(float(np.abs(mean).max()), 1e-300)], axis=1)

@@ -185,7 +185,7 @@ def signals_for(
         return
     raise SignalError(
         f"{recording}: no role mapping: none inside the model, no signals.toml beside the "
-        "recording; say --signals signals.toml"
+        "recording; add --signals signals.toml"
     )
 
 

@@ -48,7 +48,7 @@ class BusMap:
     protection : message -> its CRC and counter, words of `sway_map_message_t` after the length
     signals : words of `sway_map_signal_t`
     lines : what is in it, for the user
-    positions : channel -> m ahead of the COG, what the ECU is to be told beside the map
+    positions : channel -> m ahead of the COG, that the ECU needs beside the map
     """
 
     messages: list[Any] = field(default_factory=list)

@@ -29,7 +29,7 @@ CHANNELS: dict[int, tuple[str, str]] = {
     12: ("trailer_front_fy", "the lateral force of the trailer's front axle"),
     13: ("trailer_rear_fy", "the lateral force of the trailer's rear axle"),
 }
-"""Role and name of the channels that can be refuted, by ``sway_channel_t``."""
+"""Role and name of the channels that can be rejected, by ``sway_channel_t``."""
 
 VEHICLE: dict[int, tuple[str, float, str]] = {
     2: ("stiffness of the car's front tyres", 100.0, "%"),
@@ -79,9 +79,9 @@ def words(code: int, size: float, error: float) -> str:
         base = max(b for b in (GAIN, DELAY, OFFSET) if b <= code)
         _, name = CHANNELS[code - base]
         if base == GAIN:
-            return f"{name} is wrong by {amount(100.0, '%')} of what is true"
+            return f"{name} is wrong by {amount(100.0, '%')} of the true value"
         if base == DELAY:
-            return f"{name} comes late by {amount(1000.0, 'ms')}"
+            return f"{name} is late by {amount(1000.0, 'ms')}"
         turns = code - base in (1, 3)
         return f"{name} has an offset of " + (
             amount(180.0 / np.pi, "deg/s") if turns else amount(1.0, "m/s2")
@@ -89,10 +89,10 @@ def words(code: int, size: float, error: float) -> str:
     if code in VEHICLE:
         name, factor, unit = VEHICLE[code]
         return f"the vehicle is not the one configured: {name} {amount(factor, unit)}"
-    return f"the true speed is off the measured one by {amount(100.0, '%')}"
+    return f"the true speed differs from the measured one by {amount(100.0, '%')}"
 
 
-def told(status: npt.NDArray[Any]) -> str:
+def findings_text(status: npt.NDArray[Any]) -> str:
     """The last finding of statuses (structured, shape (n,)) in words; empty where there is none."""
     if not len(status) or status["finding"][-1] == 0:
         return ""
@@ -102,8 +102,8 @@ def told(status: npt.NDArray[Any]) -> str:
         float(last["finding_size_micro"]) * 1e-6,
         float(last["finding_se_micro"]) * 1e-6,
     )
-    left_out = [n for c, (_, n) in CHANNELS.items() if int(last["refuted_inputs"]) >> c & 1]
-    return text + (f"; left out since it was found: {', '.join(left_out)}" if left_out else "")
+    left_out = [n for c, (_, n) in CHANNELS.items() if int(last["rejected_inputs"]) >> c & 1]
+    return text + (f"; rejected since the finding: {', '.join(left_out)}" if left_out else "")
 
 
 def broken(status: npt.NDArray[Any]) -> list[str]:
@@ -123,13 +123,13 @@ def broken(status: npt.NDArray[Any]) -> list[str]:
 
 def findings_of(estimates: Estimates) -> list[Finding]:
     """What the supervision found in a drive, as a finding of its page."""
-    text = told(estimates.status)
+    text = findings_text(estimates.status)
     if not text:
         return []
     breaks = broken(estimates.status)
-    text += f"; relations that break: {', '.join(breaks)}" if breaks else ""
-    refuted = int(estimates.status["refuted_inputs"][-1])
-    roles = tuple(role for c, (role, _) in CHANNELS.items() if refuted >> c & 1)
+    text += f"; violated relations: {', '.join(breaks)}" if breaks else ""
+    rejected = int(estimates.status["rejected_inputs"][-1])
+    roles = tuple(role for c, (role, _) in CHANNELS.items() if rejected >> c & 1)
     first = int(np.flatnonzero(estimates.status["finding"])[0])
     return [
         Finding(

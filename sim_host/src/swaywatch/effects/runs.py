@@ -131,7 +131,7 @@ class Run:
         return found
 
     def _filled(self, name: str) -> Array:
-        """A channel, where its sensor says nothing told by the others. Shape (n,)."""
+        """A channel, estimated from the others where its sensor is silent. Shape (n,)."""
         value = self.channels[name]
         silent = self.silent.get(name)
         if silent is None:
@@ -144,8 +144,8 @@ class Run:
                 columns += [smooth, np.gradient(smooth) * RATE_HZ]
         a = np.stack(columns, axis=1)
         a = a / (np.sqrt(np.mean(a**2, axis=0)) + 1e-12)
-        told = a @ np.linalg.lstsq(a[good], value[good], rcond=None)[0]
-        return np.where(good, value, told)
+        estimated = a @ np.linalg.lstsq(a[good], value[good], rcond=None)[0]
+        return np.where(good, value, estimated)
 
     def prepare(self) -> Run:
         """Drop dead channels, measure noise, smooth the inputs."""

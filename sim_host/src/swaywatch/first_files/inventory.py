@@ -115,7 +115,7 @@ def _best(path: Path, frames: Frames) -> list[Path]:
     if best is None:
         where = f"; tried {', '.join(p.name for p in near)}" if near else ""
         raise RecordingError(
-            f"{path}: holds CAN frames, and no DBC near it knows them{where}; give the logger's "
+            f"{path}: holds CAN frames, but no DBC near it contains them{where}; give the logger's "
             "DBC: --dbc FILE"
         )
     return [best]

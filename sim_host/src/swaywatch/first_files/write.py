@@ -46,10 +46,10 @@ class Question:
 
 
 QUESTIONS: dict[str, Question] = {
-    "trailer": Question("did a trailer hang on it, 1 yes, 0 no", "", 0, 1, 0),
+    "trailer": Question("was a trailer attached, 1 yes, 0 no", "", 0, 1, 0),
     "car.mass": Question("mass of the car as driven", "kg", 300, 20e3, 1700),
     "car.wheelbase": Question("its wheelbase", "m", 1.2, 8, 2.75),
-    "car.front_share": Question("part of its weight on the front axle", "%", 25, 80, 54),
+    "car.front_share": Question("share of its weight on the front axle", "%", 25, 80, 54),
     "car.overhang": Question("ball behind its rear axle", "m", 0.2, 4, 1.1),
     "car.steering_ratio": Question("steering wheel angle over road wheel angle", "", 0.5, 40, 15.5),
     "car.accelerometer": Question(
@@ -136,7 +136,7 @@ def confirm(proposal: Proposal, signals: Sequence[Signal], ask: Ask) -> Proposal
     if answer != proposal.signal:
         proposal = replace(
             proposal, signal=answer, unit=None, sign=1.0, confidence=1.0, also=(),
-            reasons=("you said so",),
+            reasons=("your answer",),
         )  # fmt: skip
     return _with_unit(proposal, by_name[answer], ask)
 
@@ -148,7 +148,7 @@ def _with_unit(proposal: Proposal, signal: Signal, ask: Ask) -> Proposal | None:
     if canonical_unit(unit) in known:
         return proposal
     name = f"role.{proposal.channel}.unit"
-    said = f"the file says {signal.unit!r}" if signal.unit else "the file does not say it"
+    said = f"stated in the file: {signal.unit!r}" if signal.unit else "not stated in the file"
     answer = ask(name, f"unit of {signal.name}, {said}: {', '.join(known)}; - leaves it out", "-")
     if canonical_unit(answer) in known:
         return replace(proposal, unit=canonical_unit(answer))
@@ -214,8 +214,8 @@ def signals_toml(
 ) -> str:
     """Content of ``signals.toml`` in `folder`."""
     lines = [
-        "# Which signal plays which role (`swaywatch roles` lists them). Axes: ISO 8855,",
-        "# everything positive to the left; { signal = ..., sign = -1 } turns one round.",
+        "# Roles of the signals (`swaywatch roles` lists them). Axes: ISO 8855,",
+        "# everything positive to the left; { signal = ..., sign = -1 } inverts one.",
     ]
     if dbcs:
         names = [_quoted(os.path.relpath(dbc.resolve(), folder.resolve())) for dbc in dbcs]
@@ -241,7 +241,7 @@ def signals_toml(
     for proposal in perhaps:
         lines.append(
             f"# {proposal.channel} = {_entry(proposal, answers)}  # perhaps; not taken: "
-            f"{'; '.join(proposal.reasons) or 'no sign of it but its unit'}"
+            f"{'; '.join(proposal.reasons) or 'its unit is the only indication'}"
         )
     return "\n".join(lines) + "\n"
 
@@ -339,8 +339,9 @@ def _trailer_rows(answers: Answers) -> list[tuple[str, float | None, str, str]]:
 def vehicle_toml(answers: Answers) -> str:
     """Content of ``vehicle.toml``; what is not known is left as a comment."""
     lines = [
-        "# What you believe of the vehicle, SI units. The tolerances in the comments are what such",
-        "# values are usually known to; the nearer to the truth, the less the critical speed errs.",
+        "# Known values of the vehicle, SI units. The tolerances in the comments are what such",
+        "# values usually have; the closer to the truth, the smaller the error of the critical "
+        "speed.",
     ]
     for table, rows in (
         ("car", _car_rows(answers)),
@@ -375,7 +376,7 @@ def what_can_be_answered(chosen: dict[str, Proposal], answers: Answers) -> list[
     if never:
         return [
             *lines,
-            f"  nothing can be said about stability: no signal for {', '.join(sorted(never))}",
+            f"  stability cannot be assessed: no signal for {', '.join(sorted(never))}",
         ]
     for result, _, needed in NEEDS:
         if not answers.has_trailer and "trailer" in result:
@@ -392,14 +393,14 @@ def what_can_be_answered(chosen: dict[str, Proposal], answers: Answers) -> list[
         chosen
     )
     lines.append(
-        "  yes      diagnose: what a simulation lacks, which sensor is at fault" if not able
+        "  yes      diagnose: missing physics of a simulation, faulty sensors" if not able
         else f"  perhaps  diagnose (better with {_short(sorted(able))})"
     )  # fmt: skip
     guessed = [n for n in answers.guessed if n in QUESTIONS]
     if guessed:
         lines.append(
             f"  {len(guessed)} values are guesses of a typical vehicle ({', '.join(guessed)}): the "
-            "critical speed is worth no more than they are"
+            "critical speed is no more accurate than they are"
         )
     open_ones = [name for name, value in answers.value.items() if value is None]
     if open_ones:

@@ -160,7 +160,7 @@ def limits_of(
         top -= 2.0
     if top < SLOWEST_KMH:
         raise VehicleError(
-            f"the combination as believed has a critical speed of {critical.speed_m_s * KMH:.0f} "
+            f"the combination of the file has a critical speed of {critical.speed_m_s * KMH:.0f} "
             f"km/h, known to {believed * KMH:.0f} km/h: no test at {SLOWEST_KMH:g} km/h or more is "
             "safe"
         )
@@ -283,7 +283,7 @@ def _figure(known: Knowledge, critical: Critical, covariance: Array, goal: str) 
 
 
 def choose(
-    known: Knowledge, critical: Critical, told: Sequence[Array], goal: str, error: float
+    known: Knowledge, critical: Critical, informed: Sequence[Array], goal: str, error: float
 ) -> list[int]:
     """Numbers of the candidates to drive; one may be driven several times."""
     size = len(known.unknowns)
@@ -291,12 +291,12 @@ def choose(
     chosen: list[int] = []
     now = _figure(known, critical, errors(total), goal)
     while now > error and len(chosen) < MOST_BLOCKS:
-        after = [_figure(known, critical, errors(total + one), goal) for one in told]
+        after = [_figure(known, critical, errors(total + one), goal) for one in informed]
         best = int(np.argmin(after))
         if after[best] > (1.0 - GAIN) * now:
             break
         chosen.append(best)
-        total = total + told[best]
+        total = total + informed[best]
         now = after[best]
     return chosen
 
@@ -331,7 +331,7 @@ def make_design(
     critical = critical_of(known)
     limits = limits_of(known, critical, fastest_kmh, acceleration_m_s2)
     pool = candidates(known, limits)
-    told = information(known, [block.drive() for block in pool], sensors_of(sensors))
+    informed = information(known, [block.drive() for block in pool], sensors_of(sensors))
     if preset is not None:
         blocks = PRESETS[preset](known, limits)
         expected = _expected(known, blocks)
@@ -340,18 +340,20 @@ def make_design(
     else:
         aim = error
         for _ in range(ROUNDS):
-            chosen = choose(known, critical, told, goal, aim)
+            chosen = choose(known, critical, informed, goal, aim)
             blocks = sorted((pool[k] for k in chosen), key=lambda b: (b.speed_kmh, b.words))
             expected = _expected(known, blocks)
             figure = _figure(known, critical, expected[sensors], goal)
             if figure <= error or len(blocks) == MOST_BLOCKS:
                 break
             aim *= CLOSER * error / figure
-        believed = errors(np.sum([np.zeros_like(told[0]), *(told[k] for k in chosen)], axis=0))
+        believed = errors(
+            np.sum([np.zeros_like(informed[0]), *(informed[k] for k in chosen)], axis=0)
+        )
     by_sensors = {
         name: (critical.error(one), np.sqrt(np.diag(one))) for name, one in expected.items()
     }
-    slaloms = [own for block, own in zip(pool, told, strict=True) if block.words == SLALOM]
+    slaloms = [own for block, own in zip(pool, informed, strict=True) if block.words == SLALOM]
     wanted = _figure(known, critical, believed, goal)
     needed = min(
         (_blocks_for(known, critical, own, wanted, goal) for own in slaloms), default=math.inf
@@ -372,20 +374,20 @@ def _expected(known: Knowledge, blocks: Sequence[Block]) -> dict[str, Array]:
         found = lines_of(known, drives, every, at, turn=turn)
         for name, own in columns.items():
             nothing = np.zeros((2, *2 * known.values.shape))
-            total[name].append(sum((one.of(own).told() for one in found), nothing))
-    return {name: errors(np.stack(told)) for name, told in total.items()}
+            total[name].append(sum((one.of(own).information() for one in found), nothing))
+    return {name: errors(np.stack(informed)) for name, informed in total.items()}
 
 
 def _blocks_for(
-    known: Knowledge, critical: Critical, told: Array, wanted: float, goal: str
+    known: Knowledge, critical: Critical, informed: Array, wanted: float, goal: str
 ) -> float:
     """Times that one block has to be driven for an error."""
     low, high = 0.0, 1000.0
-    if _figure(known, critical, errors(high * told), goal) > wanted:
+    if _figure(known, critical, errors(high * informed), goal) > wanted:
         return math.inf
     for _ in range(30):
         middle = 0.5 * (low + high)
-        if _figure(known, critical, errors(middle * told), goal) > wanted:
+        if _figure(known, critical, errors(middle * informed), goal) > wanted:
             low = middle
         else:
             high = middle

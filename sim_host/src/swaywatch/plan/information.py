@@ -150,10 +150,10 @@ class Lines:
         size = np.sqrt(np.maximum(np.diag(matrix)[k:], 1e-300))
         inner = np.linalg.pinv(matrix[k:, k:] / np.outer(size, size), rcond=1e-9)
         out = inner @ (matrix[k:, :k] / size[:, None]) / size[:, None]
-        told = matrix[:k, :k] - matrix[:k, k:] @ out
-        return np.asarray(told), np.asarray(weight[:, :, :k] - weight[:, :, k:] @ out)
+        informed = matrix[:k, :k] - matrix[:k, k:] @ out
+        return np.asarray(informed), np.asarray(weight[:, :, :k] - weight[:, :, k:] @ out)
 
-    def told(self) -> Array:
+    def information(self) -> Array:
         """Information and the scatter of its right side; (2, k, k)."""
         matrix, weight = self.weights()
         noise = 2.0 * np.einsum("fmi,m,fmj->ij", weight.conj(), self.noise, weight).real
@@ -271,18 +271,18 @@ def drawn(known: Knowledge) -> list[Array]:
 def information(
     known: Knowledge, drives: Sequence[PlannedDrive], sensors: Sequence[KnownSensor]
 ) -> list[Array]:
-    """What each drive tells of the combination as believed; (2, k, k), see :meth:`Lines.told`."""
-    return [own.told() for own in lines_of(known, drives, sensors, known.values)]
+    """Information of each drive; (2, k, k), see :meth:`Lines.information`."""
+    return [own.information() for own in lines_of(known, drives, sensors, known.values)]
 
 
-def errors(told: Array) -> Array:
-    """Covariance of the unknowns, in units of their tolerances, from what was told and the belief.
+def errors(informed: Array) -> Array:
+    """Covariance of the unknowns, in units of their tolerances, from the drives and the tolerances.
 
-    `told`: sum over the drives, (2, k, k); or of several combinations, (n, 2, k, k): their mean.
+    `informed`: sum over the drives, (2, k, k); of several combinations, (n, 2, k, k), their mean.
     """
-    one = np.eye(told.shape[-1])
-    inverse = np.linalg.inv(told[..., 0, :, :] + one)
-    found = inverse @ (told[..., 1, :, :] + one) @ inverse
+    one = np.eye(informed.shape[-1])
+    inverse = np.linalg.inv(informed[..., 0, :, :] + one)
+    found = inverse @ (informed[..., 1, :, :] + one) @ inverse
     return np.asarray(found.reshape(-1, *one.shape).mean(axis=0), dtype=np.float64)
 
 

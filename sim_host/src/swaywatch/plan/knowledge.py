@@ -1,8 +1,8 @@
-"""What is believed of a combination before a test: values, tolerances, sensors.
+"""Assumed properties of a combination before a test: values, tolerances, sensors.
 
 The unknowns are the plant's own (`plant.lanes`): values of ``vehicle.toml`` with the tolerances
 that such values usually have, and what such a file does not say: how late the tyres' forces come,
-and how much the steering gives way. All but these are told relative to the value.
+and how much the steering gives way. All but these are relative to the value.
 """
 
 from __future__ import annotations

@@ -199,7 +199,7 @@ def defaults(body: Array, known: Mapping[str, float] | None = None) -> Values:
 
 
 def tolerances(values: Mapping[str, float]) -> Values:
-    """Standard deviation of every belief around its value, in its unit; 0: not in doubt."""
+    """Standard deviation of every belief around its value, in its unit; 0: exact."""
     return {belief.name: belief.deviation(values[belief.name]) for belief in BELIEFS}
 
 

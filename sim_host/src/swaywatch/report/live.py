@@ -45,11 +45,11 @@ FIGURES: dict[str, tuple[str, Callable[[DriveResult], go.Figure | None]]] = {
 
 
 class LivePage:
-    """What a drive has told so far, and its page.
+    """Results of a drive so far, and its page.
 
     Parameters
     ----------
-    vehicle : as believed
+    vehicle : of the file
     title : what is watched
     """
 
@@ -138,7 +138,7 @@ class Server:
             self._server = ThreadingHTTPServer((HERE, port), _handler(page))
         except OSError as error:
             raise SwaywatchError(
-                f"--page {port}: cannot be listened to: {error.strerror}; 0 takes a free port"
+                f"--page {port}: cannot be opened: {error.strerror}; 0 takes a free port"
             ) from None
         self._server.daemon_threads = True
         self.port = int(self._server.server_address[1])

@@ -66,9 +66,9 @@ FLAG_WORDS = {
     "model_disagrees": "model and signals disagree about the damping",
     "equal_split": "trailer forces divided in the ratio of the vehicle.toml's stiffnesses",
     "user_inertia": "yaw inertia of the trailer taken from the vehicle.toml",
-    "hitch": "friction or damping at the ball, taken out of the critical speed",
+    "hitch": "friction or damping at the ball, removed from the critical speed",
     "small_swing": "the critical speed comes from smaller swings than the alarm's limit",
-    "unexplained": "an inertia has a part that no inertia has: its error is larger",
+    "unexplained": "an inertia has an implausible imaginary part: its error is larger",
 }
 
 
@@ -94,7 +94,7 @@ def verdict(result: DriveResult) -> tuple[str, str]:
     if critical is None:
         return _no_critical(result, speed, thing)
     if damping_gap(result.values) is not None:
-        return _doubted(result, *_disagreement(result, speed, thing, critical))
+        return _qualified(result, *_disagreement(result, speed, thing, critical))
     margin = critical.value - speed
     side = "below" if margin >= 0.0 else "above"
     distance = Value(abs(margin), critical.error, critical.count)
@@ -104,14 +104,14 @@ def verdict(result: DriveResult) -> tuple[str, str]:
     )
     if abs(margin) < 2.0 * critical.error:
         text += "; within two standard errors it may be on either side"
-        return _doubted(result, "near" if margin > 0.0 else "bad", f"{text}.")
+        return _qualified(result, "near" if margin > 0.0 else "bad", f"{text}.")
     if margin < 0.0:
-        return _doubted(result, "bad", f"{text}: yaw oscillations grow.")
-    return _doubted(result, "near" if margin * KMH < NEAR_KMH else "good", f"{text}.")
+        return _qualified(result, "bad", f"{text}: yaw oscillations grow.")
+    return _qualified(result, "near" if margin * KMH < NEAR_KMH else "good", f"{text}.")
 
 
-def _doubted(result: DriveResult, kind: str, text: str) -> tuple[str, str]:
-    """The verdict with the doubt that belongs into the same breath."""
+def _qualified(result: DriveResult, kind: str, text: str) -> tuple[str, str]:
+    """The verdict, qualified where few estimates or inconsistent signals limit it."""
     broken = any(f.severity != "info" and f.kind in NOT_FITTING for f in result.findings)
     few = len(result.estimates) and usable(result.estimates).mean() < FEW
     if not broken and not few:
@@ -137,15 +137,15 @@ def _no_critical(result: DriveResult, speed_m_s: float, thing: str) -> tuple[str
     if result.critical_kind == "beyond_range" and damping_gap(result.values) is not None:
         measured, model = result.values["damping_ratio"], result.values["model_damping_ratio"]
         kind = "near" if measured.value > 2.0 * measured.error else "bad"
-        return _doubted(
+        return _qualified(
             result,
             kind,
             f"At {speed_m_s * KMH:.1f} km/h the sway of {thing} has a measured damping ratio of "
             f"{plus_minus(measured, 1.0, 3)}; the single-track model says {model.value:.3f} and "
-            f"no critical speed up to {high:.0f} km/h: it misses something.",
+            f"no critical speed up to {high:.0f} km/h: physics is missing from it.",
         )
     if result.critical_kind == "beyond_range":
-        return _doubted(
+        return _qualified(
             result,
             "good",
             f"At {speed_m_s * KMH:.1f} km/h {thing} is stable: it has no critical speed up to "
@@ -217,8 +217,8 @@ def _missing_physics(result: DriveResult) -> str:
     if damping_gap(result.values) is None:
         return ""
     text = (
-        "The model misses something that damps or excites the real vehicle (`swaywatch diagnose` "
-        "looks for what); where they differ, the measured damping is what the vehicle did"
+        "The model lacks something that damps or excites the real vehicle (`swaywatch diagnose` "
+        "searches for it); where they differ, the measured damping is that of the vehicle"
     )
     shifted = shifted_critical_speed(result, speed_used_m_s(result))
     if shifted is None:
@@ -236,7 +236,7 @@ def _damping(result: DriveResult) -> str:
             "free one whose damping could be measured."
         )
     if frequency is None:
-        return "No yaw oscillation stood out of the noise, so nothing was measured of the damping."
+        return "No yaw oscillation exceeded the noise, so no damping was measured."
     thing = "combination" if result.vehicle.trailer is not None else "car"
     text = f"The {thing} sways at {plus_minus(frequency, 1.0, 3)} Hz"
     if damping is None:
@@ -249,7 +249,10 @@ def _damping(result: DriveResult) -> str:
         if per_cycle >= 0.0
         else f"gaining {-100 * per_cycle:.0f} % of amplitude each swing"
     )
-    text += f"; left alone it has a damping ratio of {plus_minus(damping, 1.0, 3)}, {motion}"
+    text += (
+        "; with the wheel held still it has a damping ratio of "
+        f"{plus_minus(damping, 1.0, 3)}, {motion}"
+    )
     model = result.values.get("model_damping_ratio")
     if model is not None and abs(model.value) <= 1.0:
         said = f"{model.value:.3f}".replace("-0.000", "0.000")
@@ -273,10 +276,10 @@ def _source(result: DriveResult) -> str:
         )
     if kind == 2:
         return (
-            "The critical speed rests partly on measured cornering stiffnesses, partly on those "
-            "of the vehicle.toml."
+            "The critical speed is based partly on measured cornering stiffnesses, partly on "
+            "those of the vehicle.toml."
         )
-    return "The critical speed rests on the vehicle.toml alone: no tyre could be identified."
+    return "The critical speed is based on the vehicle.toml alone: no tyre could be identified."
 
 
 def _swing(result: DriveResult) -> str:
@@ -288,13 +291,14 @@ def _swing(result: DriveResult) -> str:
     seen = math.degrees(float(estimates["v_crit_swing_rad_s"][mask].max()))
     body = "car" if result.vehicle.trailer is None else "trailer"
     text = (
-        f"The tyres were seen in swings of the {body} up to {seen:.1f} deg/s; in larger ones they "
+        f"The tyres were observed in swings of the {body} up to {seen:.1f} deg/s; in larger ones "
+        "they "
         "may hold less, and the critical speed be lower."
     )
     if flag_share(estimates).get("hitch", 0.0) > 0.1:
         text += (
-            " Something at the ball rubs or damps. It holds small swings and lets large ones go: "
-            "the critical speed is given without it."
+            " There is friction or damping at the ball. It holds small swings and lets large ones "
+            "go: the critical speed is given without it."
         )
     return text
 
@@ -433,7 +437,8 @@ def _trust(result: DriveResult) -> str:
         return (
             f"None of the {count} estimates was usable"
             + (f" ({flags})" if flags else "")
-            + ": nothing is said about this vehicle. A drive above 30 km/h with a steering impulse "
+            + ": no statement about this vehicle is possible. A drive above 30 km/h with a "
+            "steering impulse "
             "or a slalom, the wheel then held still, gives estimates."
         )
     text = f"{good} of {count} estimates were usable"

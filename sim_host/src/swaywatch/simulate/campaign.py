@@ -95,7 +95,7 @@ def run_campaign(
     workers: int | None = None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> list[DriveOutcome]:
-    """Simulate all drives, on all cores unless told otherwise; outcomes in order."""
+    """Simulate all drives, on all cores by default; outcomes in order."""
     count = min(workers or os.cpu_count() or 1, len(jobs))
     outcomes = [run_job(jobs[0])]  # meets bad input before any process starts
     progress(1)

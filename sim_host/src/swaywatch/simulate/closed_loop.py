@@ -84,10 +84,10 @@ class LoopResult:
     def summary(self) -> str:
         """A few lines for the user."""
         deg = np.degrees(self.swing_rad_s) if self.swing_rad_s else np.zeros(1)
-        told = ", ".join(f"{ALARM[state]} at {at:.1f} s" for at, state in self.alarms)
+        alarms = ", ".join(f"{ALARM[state]} at {at:.1f} s" for at, state in self.alarms)
         lines = [
             self.feed.summary(),
-            f"ECU: {self.status_frames} alarm frames; {told or 'no alarm'}",
+            f"ECU: {self.status_frames} alarm frames; {alarms or 'no alarm'}",
             f"reaction: {'none' if self.reacted_s is None else f'from {self.reacted_s:.1f} s on'}",
             f"largest yaw rate {deg.max():.1f} deg/s, in the last second {deg[-1]:.1f} deg/s; "
             f"{self.speed_m_s * 3.6:.0f} km/h at the end",
@@ -160,7 +160,9 @@ class Sensors:
         self.sensors = read_sensors(Table(scenario.sensors, place), available(first))
         for name, sensor in self.sensors.items():
             if sensor.roll_gravity and f"{name.partition('_')[0]}_roll" not in first:
-                raise ScenarioError(f"{place}: {name}: this plant tells no roll for roll_gravity")
+                raise ScenarioError(
+                    f"{place}: {name}: this plant provides no roll for roll_gravity"
+                )
         self._random = np.random.default_rng(scenario.seed)
         self._past: dict[str, deque[tuple[float, float]]] = {
             name: deque() for name, sensor in self.sensors.items() if _remembers(sensor)

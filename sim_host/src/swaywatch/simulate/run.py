@@ -35,7 +35,7 @@ def simulate_scenario(scenario: Scenario) -> tuple[Drive, Trace]:
     trace = simulate_plant(scenario)
     whole = np.isfinite(trace["car_yaw_rate"])
     if not whole[1:].any():
-        raise ScenarioError(f"{scenario.name}: the motion leaves all bounds at once")
+        raise ScenarioError(f"{scenario.name}: the motion diverges at once")
     end = float(trace.time_s[whole][-1])
     return _drive(scenario, trace, min(end, scenario.duration_s)), trace
 
@@ -44,7 +44,7 @@ def simulate_plant(scenario: Scenario) -> Trace:
     """The plant with its driver, without sensors."""
     if scenario.reaction:
         raise ScenarioError(
-            f"{scenario.name} [reaction]: no ECU is here to react to; `swaywatch hil` has one"
+            f"{scenario.name} [reaction]: no ECU here to react to; `swaywatch hil` has one"
         )
     ratio = scenario.vehicle.car.steering_ratio
     driver = make_driver(

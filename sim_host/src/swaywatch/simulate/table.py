@@ -83,7 +83,7 @@ class Table:
         return left
 
     def done(self) -> None:
-        """Refuse what is left over.
+        """Refuse unknown keys.
 
         Raises
         ------

@@ -51,7 +51,7 @@ def survey(
     *,
     diagnose: str = "all",
     limit_s: float,
-    told: Callable[[SurveyOutcome], None] = lambda outcome: None,
+    report: Callable[[SurveyOutcome], None] = lambda outcome: None,
 ) -> tuple[list[SurveyOutcome], list[SurveyOutcome]]:
     """Survey runs.
 
@@ -62,7 +62,7 @@ def survey(
     executor : runs functions of this module, here or on other machines that have the same files
     diagnose : one of :data:`DIAGNOSED`; ``outliers``: those that are unlike the others
     limit_s : of one analysis or diagnosis
-    told : called with each outcome as it comes
+    report : called with each outcome as it comes
 
     Returns
     -------
@@ -83,14 +83,14 @@ def survey(
                 outcome = future.result()
             except CancelledError:
                 raise SwaywatchError(
-                    "the workers are gone; started again, the survey goes on where it was"
+                    "the workers are gone; started again, the survey resumes where it stopped"
                 ) from None
             except Exception as error:
                 outcome = _broken(name, error)
             done[name] = outcome
             if outcome is not journal.kept.get(name):
                 journal.add(outcome)
-            told(outcome)
+            report(outcome)
         return [done[name] for name in left.values()]
 
     def each(of: Sequence[SurveyRun], whole: bool) -> None:

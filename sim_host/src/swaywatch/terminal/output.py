@@ -21,8 +21,8 @@ verbose = False
 def add_common(parser: argparse.ArgumentParser, *, as_json: bool) -> None:
     """``-q``, ``-v`` and, where the command has a result, ``--json``."""
     group = parser.add_mutually_exclusive_group()
-    group.add_argument("-q", "--quiet", action="store_true", help="say nothing but errors")
-    group.add_argument("-v", "--verbose", action="store_true", help="tell each step and its time")
+    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    group.add_argument("-v", "--verbose", action="store_true", help="print each step and its time")
     if as_json:
         parser.add_argument(
             "--json", action="store_true",
@@ -31,7 +31,7 @@ def add_common(parser: argparse.ArgumentParser, *, as_json: bool) -> None:
 
 
 @contextlib.contextmanager
-def told(args: argparse.Namespace) -> Iterator[None]:
+def text_output(args: argparse.Namespace) -> Iterator[None]:
     """Run a command with its text shown or silenced, as `args` says."""
     global _stream, verbose
     _stream, verbose = sys.stdout, bool(getattr(args, "verbose", False))

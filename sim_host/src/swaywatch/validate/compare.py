@@ -72,13 +72,13 @@ class ComparedLine:
 
     @property
     def outcome(self) -> Outcome:
-        """Within or beyond the criterion, and whether the errors leave doubt."""
+        """Within or beyond the criterion, and whether that is certain."""
         if not (math.isfinite(self.difference) and self.allowed > 0.0):
             return "not compared"
-        size, doubt = abs(self.difference), SURE * self.error
+        size, half_width = abs(self.difference), SURE * self.error
         if size <= self.allowed:
-            return "within" if size + doubt <= self.allowed else "perhaps within"
-        return "beyond" if size - doubt > self.allowed else "perhaps beyond"
+            return "within" if size + half_width <= self.allowed else "perhaps within"
+        return "beyond" if size - half_width > self.allowed else "perhaps beyond"
 
     @property
     def passed(self) -> bool:

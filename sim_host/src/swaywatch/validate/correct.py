@@ -13,7 +13,7 @@ from swaywatch.validate.compare import SURE, ComparedLine
 from swaywatch.vehicle import Vehicle
 
 WORTH = 0.005
-"""Relative change below which a value is left alone."""
+"""Relative change below which a value is not changed."""
 MOST = 2.0
 """Largest factor of one correction: beyond it the belief was of another vehicle."""
 

@@ -75,7 +75,7 @@ def twin_inputs(drive: Drive) -> tuple[Array, dict[str, Array]]:
     if missing:
         raise SignalError(
             f"{drive.name}: no signal for the role(s) {', '.join(missing)}; a simulation of the "
-            "same drive cannot be driven without"
+            "same drive cannot run without it"
         )
     count = int(np.floor(drive.duration_s * PLANT_RATE_HZ)) + 1
     time_s = np.arange(count) / PLANT_RATE_HZ

@@ -127,7 +127,7 @@ def _run(drive: Drive, name: str) -> CarRun:
     channels = {k: (c.time_s, c.value) for k, c in drive.channels.items() if c.time_s.size > 1}
     for need in (STEER, "speed"):
         if need not in channels:
-            raise SignalError(f"{name}: no {need}; the model cannot be driven without it")
+            raise SignalError(f"{name}: no {need}; the model cannot run without it")
     time, values = on_grid(channels)
     position = drive.channels[ACC].position_m if ACC in drive.channels else 0.0
     run = CarRun(name, time, values, position)
@@ -174,7 +174,7 @@ def _signs(data: CarData) -> None:
             run.channels[STEER] = -run.channels[STEER]
         data.checks.append(
             f"{data.signals.get(STEER, STEER)} is positive to the right in the recording (the yaw "
-            "rate to the left): taken with the opposite sign; say sign = -1 in signals.toml"
+            "rate to the left): taken with the opposite sign; set sign = -1 in signals.toml"
         )
 
 

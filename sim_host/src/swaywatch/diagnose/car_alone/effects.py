@@ -292,7 +292,7 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[CarEffect]:
             ),
             CarEffect(
                 "parameter_error", f"{ACC}.position", "parameter",
-                "the accelerometer sits shift_m ahead of where signals.toml says",
+                "the accelerometer sits shift_m ahead of its position in signals.toml",
                 "the user's file", (Number("shift_m", "m", 0.0, -2.5, 2.5, 0.3, (0.0, 0.6)),),
                 observe=_position, rank=3, decided_by="a tape measure", lines=("f",), usual=True,
             ),

@@ -421,7 +421,7 @@ def _quantities(fitter: CarFitter, verdict: CarVerdict) -> dict[str, Any]:
         }  # fmt: skip
         found[ROLL_QUANTITY] = {
             "value": known, "low": known - 1.645 * left, "high": known + 1.645 * left,
-            "how": "the same weighed with what is usual of cars, 0.56 +- 0.18 (sports car 0.31, "
+            "how": "the same combined with typical values of cars, 0.56 +- 0.18 (sports car 0.31, "
             "soft family car 0.87): a gain of the acceleration would look alike",
         }  # fmt: skip
     for number, (run_number, start, stop) in enumerate(banks, start=1):

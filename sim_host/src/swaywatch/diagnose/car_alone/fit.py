@@ -232,12 +232,12 @@ class CarFitter:
             order = sorted(range(len(x)), key=lambda c: c >= k or moves[c])
             steps = [_step(x[c], low[c], high[c]) for c in range(len(x))]
             for part in parts:
-                told = [c for c in order if c < k or runs[c - k] == part.run]
-                moved = {c: x + steps[c] * (np.arange(len(x)) == c) for c in told}
+                affected = [c for c in order if c < k or runs[c - k] == part.run]
+                moved = {c: x + steps[c] * (np.arange(len(x)) == c) for c in affected}
                 self.prepare([(build(at), part) for at in (x, *moved.values())])
                 base = rest(x, part)
                 block = np.zeros((base.size, len(x)))
-                for c in told:
+                for c in affected:
                     block[:, c] = (rest(moved[c], part) - base) / steps[c]
                 columns.append(block)
             sure = np.diag([10.0 / b[1] if b else 0.0 for b in known] + [0.0] * len(runs))

@@ -137,7 +137,7 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     A softer front axle and an elastic steering are the same in every planar signal; vehicles have
     the second, unless the rear axle is softer than believed as well.
     """
-    if not fit.doubt.size:
+    if not fit.shift_covariance.size:
         return fit
     taken = {t.effect.name for t in fit.terms}
     rear = search.problem.beliefs.at.get(("vehicle", "car.rear_cornering_stiffness"))
@@ -147,7 +147,7 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     joint = _Joint(fit)
     for index, belief in enumerate(search.problem.beliefs.items):
         z = float(fit.shift[index])
-        error = math.sqrt(abs(float(fit.doubt[index, index])) * search.noise)
+        error = math.sqrt(abs(float(fit.shift_covariance[index, index])) * search.noise)
         if not belief.scaled or abs(z) - BOUND < max(
             2.0 * error, _said_from(search, belief.tolerance)
         ):
@@ -172,7 +172,7 @@ class _Joint:
     def __init__(self, fit: Fit) -> None:
         self.values, shifts = sum(len(t.values) for t in fit.terms), fit.shift.size
         self.matrix = np.zeros((self.values + shifts, self.values + shifts))
-        self.matrix[self.values :, self.values :] = fit.doubt
+        self.matrix[self.values :, self.values :] = fit.shift_covariance
         if fit.covariance.shape[0] == self.values:
             self.matrix[: self.values, : self.values] = fit.covariance
         if fit.cross.shape == (self.values, shifts):
@@ -203,7 +203,8 @@ class _Joint:
         shifts = list(range(self.values, size - more))
         return replace(
             fit, covariance=self.matrix[np.ix_(values, values)],
-            cross=self.matrix[np.ix_(values, shifts)], doubt=self.matrix[np.ix_(shifts, shifts)],
+            cross=self.matrix[np.ix_(values, shifts)],
+            shift_covariance=self.matrix[np.ix_(shifts, shifts)],
         )  # fmt: skip
 
 

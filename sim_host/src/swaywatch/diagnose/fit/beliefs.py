@@ -28,14 +28,14 @@ VEHICLE: dict[str, tuple[float, str]] = {
     "yaw_inertia": (0.06, "estimated from mass and lengths: within 10 %"),
     "cornering_stiffness": (0.05, "tyre data of another pressure and wear: within 8 %"),
     "cog": (0.025, "from axle loads of 1 %: within 3 to 5 cm"),
-    "hitch_to_cog": (0.03, "ball to a centre of gravity that nobody sees: within 5 cm"),
+    "hitch_to_cog": (0.03, "ball to a centre of gravity that is not visible: within 5 cm"),
     "steering_ratio": (0.01, "gear and compliance of the linkage about the centre"),
 }
 SENSOR: dict[str, tuple[float, str]] = {
     "gain": (0.005, "data sheets of inertial units and wheel force sensors: 0.5 to 1 %"),
     "delay_s": (0.002, "a fifth of a message period of 10 ms"),
     "position_m": (0.02, "tape measure to a centre of gravity"),
-    "speed": (0.003, "rolling radius over the speed range, after the gain is put right"),
+    "speed": (0.003, "rolling radius over the speed range, after the gain is corrected"),
 }
 #: What no file says, about the typical values of the plant.
 TYPICAL: dict[str, tuple[float, str]] = {

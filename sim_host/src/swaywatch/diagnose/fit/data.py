@@ -79,7 +79,7 @@ def run_of(drive: Drive, steering_ratio: float, name: str) -> Run:
     }
     for need in INPUTS:
         if need not in channels:
-            raise SignalError(f"{name}: no {need}; the model cannot be driven without it")
+            raise SignalError(f"{name}: no {need}; the model cannot run without it")
     time, values = on_grid(channels)
     positions = {key: channel.position_m for key, channel in drive.channels.items()}
     return Run(name, time, values, positions, steering_ratio)
@@ -152,10 +152,10 @@ def _without_lost(run: Run, loaded: Loaded) -> str:
             continue
         signal = loaded.signals.get(name, name)
         if name in INPUTS:
-            return f"cannot say: {signal} says nothing for {100 * share:.0f} % of the run"
+            return f"cannot decide: {signal} is unusable for {100 * share:.0f} % of the run"
         run.channels.pop(name, None)
         loaded.checks.append(
-            f"{run.name}: {signal} says nothing for {100 * share:.0f} % of the run: left out"
+            f"{run.name}: {signal} is unusable for {100 * share:.0f} % of the run: left out"
         )
     return ""
 
@@ -188,7 +188,7 @@ def _foreign(runs: Sequence[Run], body: np.ndarray) -> list[str]:
         loads.append(load)
         if abs(load / believed - 1.0) > 0.1:
             found.append(
-                f"{run.name}: axle loads sum to {load:.0f} N, the file says {believed:.0f} N: "
+                f"{run.name}: axle loads sum to {load:.0f} N, the file has {believed:.0f} N: "
                 "another vehicle or another loading?"
             )
     if len(loads) > 1 and max(loads) / min(loads) > 1.1:

@@ -86,7 +86,7 @@ class Fit:
         Number of residuals.
     covariance
         Of the effect values, order of `terms`, shape (k, k).
-    doubt
+    shift_covariance
         Covariance of the shifts, shape (beliefs, beliefs).
     cross
         Covariance of effect values and shifts, shape (k, beliefs).
@@ -100,7 +100,7 @@ class Fit:
     chi2: float = np.inf
     count: int = 0
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    doubt: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    shift_covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
     volume: float = 0.0
     cross: Array = field(default_factory=lambda: np.zeros((0, 0)))
 

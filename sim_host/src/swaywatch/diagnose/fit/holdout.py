@@ -100,8 +100,8 @@ def carried(
             )
         elif spans:
             notes.add(
-                f"{term.effect.name} acts in windows of {problem.runs[index].name} only: nothing "
-                "to value them by, left out when that run is predicted"
+                f"{term.effect.name} acts in windows of {problem.runs[index].name} only: no other "
+                "window gives their values, left out when that run is predicted"
             )
     return terms
 
@@ -123,7 +123,7 @@ def held_out(problem: Problem, fit: Fit) -> dict[str, Any]:
         return empty | {"held_out_how": ["no effect is claimed"]}
     if len(problem.runs) < 2:
         return empty | {"held_out_how": ["one run only: nothing can be left out"]}
-    notes = {"each run is predicted by what is fitted to the others"}
+    notes = {"each run is predicted by the model fitted to the others"}
     scores = []
     used = 0
     for index, run in enumerate(problem.runs):

@@ -34,7 +34,7 @@ TYRES: dict[str, tuple[float, float, str]] = {
 _HUCHO = "Hucho, Aerodynamics of Road Vehicles, 4th ed.: 0.6 to 0.8 m2"
 _TOWED = "low box trailers 0.7 m2, caravans in the wake of the car 1.5 to 3 m2"
 _STATICS = "1 by statics; lift, and simulators whose axle loads do not follow the drive"
-_DRIVEN = "front, rear or all wheels: not said by vehicle.toml"
+_DRIVEN = "front, rear or all wheels: not stated in vehicle.toml"
 #: Drag and drive: value, tolerance in its unit, source; simulators leave them out.
 ALONG: dict[str, tuple[float, float, str]] = {
     "drag_area_car": (0.7, 0.15, _HUCHO),
@@ -142,7 +142,7 @@ def pushing(problem: Problem, shift: Array) -> set[str]:
 
 
 def without(problem: Problem, names: set[str]) -> Problem:
-    """The same with slots that are nothing, and not in doubt."""
+    """The same with slots that are nothing, and exact."""
     items = tuple(b for b in problem.beliefs.items if b.name not in names)
     given = tuple((name, 0.0 if name in names else value) for name, value in problem.given)
     return replace(problem, beliefs=replace(problem.beliefs, items=items), given=given)

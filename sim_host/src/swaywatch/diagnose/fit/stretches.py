@@ -93,7 +93,7 @@ class Stretches:
     def contradictions(self, reference: float) -> list[str]:
         """A sentence on each stretch that does not fit what was found."""
         return [
-            f"{self.others[i].name} does not fit what was found in the other stretches (reduced "
+            f"{self.others[i].name} does not fit the findings of the other stretches (reduced "
             f"chi-square {self.misfit[i]:.1f}): diagnose this part alone"
             for i in self.apart(reference)
         ]

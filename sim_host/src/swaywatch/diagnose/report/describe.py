@@ -179,7 +179,11 @@ def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
 def calibrated(verdict: Verdict, problem: Problem) -> list[dict[str, Any]]:
     """`calibrated` of diagnosis.json: each value of vehicle.toml before and after, SI."""
     fit, beliefs = verdict.fit, problem.beliefs
-    errors_ = np.sqrt(np.abs(np.diag(fit.doubt)) * verdict.noise) if fit.doubt.size else fit.shift
+    errors_ = (
+        np.sqrt(np.abs(np.diag(fit.shift_covariance)) * verdict.noise)
+        if fit.shift_covariance.size
+        else fit.shift
+    )
     rows = []
     for index, belief in enumerate(beliefs.items):
         if belief.kind != "vehicle":

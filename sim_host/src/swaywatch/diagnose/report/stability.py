@@ -156,7 +156,7 @@ def _covariance(problem: Problem, fit: Fit, fewer: float) -> Array:
         (fit.covariance, own[:values], own[:values]),
         (fit.cross, own[:values], own[values:]),
         (fit.cross.T, own[values:], own[:values]),
-        (fit.doubt, own[values:], own[values:]),
+        (fit.shift_covariance, own[values:], own[values:]),
     ):
         if block.shape == (rows.size, columns.size):
             joint[np.ix_(rows, columns)] = block
