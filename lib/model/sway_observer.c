@@ -357,7 +357,7 @@ static void rates(const sway_observer_t *observer, const sway_observer_body_t *b
                              ADD(car->hitch_m, b->cog_m)};
     const sway_real_t late_s = MUL(b->relaxation_m, m->by_speed);
     sideways_t from = {m->lateral, m->yaw, m->trailer_yaw, m->steer, m->articulation};
-    slips_t slips;
+    slips_t slips = {{sway_real_zero(), sway_real_zero(), sway_real_zero()}};
     for (uint32_t round = 0; round < 2U; round++) {
         slips_t found;
         slips_of(observer, b, &levers, &from, m->by_speed, &found);

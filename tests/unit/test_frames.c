@@ -545,8 +545,8 @@ static void states_of_the_inputs_are_told_in_their_order(void)
 /* Any of the three is enough to degrade a judgement, and the last input is one as well. */
 static void each_kind_of_lack_degrades(void)
 {
-    uint32_t *const lacks[] = {&status.missing_inputs, &status.doubted_inputs,
-                               &status.refuted_inputs};
+    uint32_t *const lacks[] = {&status.missing_inputs, &status.suspect_inputs,
+                               &status.rejected_inputs};
     const uint64_t degraded = UINT64_C(1) << 34;
     for (unsigned i = 0; i < 3U; i++) {
         *lacks[i] = 0xC000;

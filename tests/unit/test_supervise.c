@@ -413,7 +413,7 @@ static void a_load_that_was_left_behind_is_told(void)
     vehicle = reference_vehicle();
     drive_with(MOTIONS | FORCES, LOAD, SWAY_CHANNEL_SPEED, 20000);
     TEST_ASSERT_EQUAL(SWAY_FINDING_LOAD, supervise.finding.code);
-    TEST_ASSERT_EQUAL_HEX32(0, supervise.refuted_mask);
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.rejected_mask);
     TEST_ASSERT_TRUE(supervise.finding.se_micro < 400000);
     TEST_ASSERT_INT_WITHIN(2 * supervise.finding.se_micro, 0, supervise.finding.size_micro);
 }
