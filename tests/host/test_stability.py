@@ -16,6 +16,7 @@ from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.library.axle_load_harmonic import generator_effect
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import BODY
+from swaywatch.report.shell import fill
 
 BELIEFS = beliefs_of(BODY_VALUES, ["car_yaw_rate"])
 
@@ -60,8 +61,8 @@ def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
     each = [w["gives_back_km_h"]["value"] for w in load["windows"]]
     assert max(each) - min(each) > 6.0  # two phases of one load
     assert [w["counts"] for w in load["windows"]] == [v == max(each) for v in each]
-    page = costs_part({"stability": block})
-    assert "<h2>What it costs</h2>" in page
+    page = fill("diagnose/report/costs_page.html", costs=costs_part({"stability": block}))
+    assert "What it costs</h2>" in page
     assert "(the one that counts)" in page
     assert SENSOR in page
 
@@ -75,7 +76,9 @@ def test_doubts_of_the_vehicle_are_those_of_the_fit_and_never_more_than_believed
     same = stability(problem, blind, 50.0)["calibrated"]["v_crit_km_h"][1]
     assert abs(same["standard_error"] / believed["standard_error"] - 1.0) < 0.05
     assert known["causes"] == []
-    assert "Critical speed of a swing of 4 deg/s" in costs_part({"stability": known})
+    part = costs_part({"stability": known})
+    assert part is not None
+    assert "Critical speed of a swing of 4 deg/s" in part["summary"]
 
 
 def test_a_value_said_as_an_effect_is_known_together_with_what_is_left_of_it() -> None:
