@@ -134,7 +134,9 @@ def test_missing_roles_say_what_cannot_be_tested(
 
 def test_without_steering_nothing_can_be_driven(tmp_path: Path) -> None:
     files, vehicle, signals = _case(tmp_path, without=("steering",))
-    with pytest.raises(SignalError, match="no steering_wheel_angle; the model cannot run without it"):
+    with pytest.raises(
+        SignalError, match="no steering_wheel_angle; the model cannot run without it"
+    ):
         load(files, vehicle, signals)
 
 
