@@ -44,7 +44,6 @@ static bool read_key(void)
 static bool store_erase(void *context, uint32_t slot)
 {
     (void)context;
-    board_serve_watchdog();
     return flash_erase(slot);
 }
 

@@ -7,7 +7,6 @@
 
 enum {
     SRR = 0x00,
-    MSR = 0x04,
     BRPR = 0x08,
     BTR = 0x0C,
     ECR = 0x10,
@@ -90,11 +89,11 @@ static bool set_timing(const can_t *can)
     return true;
 }
 
-/* A filter is changed while it is off. The masks ask for plain data frames with 11-bit ids. */
+/* A filter is changed while it is off, as all are after a reset. The masks ask for plain data
+ * frames with 11-bit ids. */
 static void set_filters(const can_t *can)
 {
-    put(can, AFR, 0U);
-    for (uint32_t i = 0; i < can->config.filters && i < CAN_FILTERS; i++) {
+    for (uint32_t i = 0; i < can->config.filters; i++) {
         const can_filter_t *filter = &can->config.filter[i];
         put(can, AFMR1 + 8U * i, (uint32_t)filter->mask << ID_SHIFT | ID_REMOTE | ID_EXTENDED);
         put(can, AFIR1 + 8U * i, (uint32_t)filter->wanted << ID_SHIFT);
@@ -112,15 +111,14 @@ static void restart_stamps(can_t *can)
     put(can, IER, enabled);
 }
 
+/* The reset has left normal mode and no old causes. */
 static bool join(can_t *can)
 {
     if (!reset_controller(can) || !set_timing(can)) {
         return false;
     }
     set_filters(can);
-    put(can, ICR, UINT32_MAX);
     put(can, IER, INT_HANDLED);
-    put(can, MSR, 0U);
     put(can, SRR, SRR_ENABLE);
     restart_stamps(can);
     can->bus_off = false;

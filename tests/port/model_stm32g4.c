@@ -17,6 +17,12 @@ bool model_dead_crystal;
 bool model_dead_can;
 bool model_dead_flash;
 bool model_dead_noise;
+bool model_dead_pll;
+bool model_dead_hsi48;
+bool model_dead_wait_states;
+bool model_stuck_standby;
+bool model_other_nmi;
+unsigned model_bus_babbles;
 bool model_write_protected;
 int32_t model_cut_after = -1;
 bool model_bus_is_busy;
@@ -41,10 +47,14 @@ static bool watchdog_open;
 static bool watchdog_has_bit;
 static uint32_t watchdog_prescaler;
 static uint32_t watchdog_reload;
+static unsigned watchdog_updates; /* readings of IWDG_SR until the last write is taken over */
+static unsigned flash_busy;       /* readings of FLASH_SR until the last operation has ended */
 static bool restart_wanted;
 static uint32_t keys;
 static uint32_t half_word;
 static uintptr_t half_at;
+static uint32_t cache[MODEL_FLASH_SIZE / 4U]; /* the data cache, as large as can be */
+static bool is_cached[MODEL_FLASH_SIZE / 4U];
 static bool power_off;
 static bool torn[MODEL_FLASH_SIZE / 8U];
 static bool nmi_restarts;
@@ -85,6 +95,9 @@ bool model_watchdog_bit(void)
 static void write_watchdog(uintptr_t offset, uint32_t value)
 {
     if (offset == IWDG_KR) {
+        if (value == IWDG_KEY_RELOAD && watchdog_updates > 0U) {
+            forbidden("watchdog served before it has taken its new values over", offset);
+        }
         watchdog_runs = watchdog_runs || value == IWDG_KEY_START;
         watchdog_open = value == IWDG_KEY_ACCESS;
         served_us = value == IWDG_KEY_RELOAD || value == IWDG_KEY_START ? now_us : served_us;
@@ -92,8 +105,10 @@ static void write_watchdog(uintptr_t offset, uint32_t value)
         forbidden("write to the locked watchdog", offset);
     } else if (offset == IWDG_PR) {
         watchdog_prescaler = value;
+        watchdog_updates = 3U;
     } else if (offset == IWDG_RLR) {
         watchdog_reload = value;
+        watchdog_updates = 3U;
     }
 }
 
@@ -146,10 +161,12 @@ static void write_rcc(uintptr_t offset, uint32_t value)
     if (offset == RCC_CR) {
         *cr &= ~(RCC_CR_HSERDY | RCC_CR_PLLRDY);
         *cr |= (*cr & RCC_CR_HSEON) != 0U && !model_dead_crystal ? RCC_CR_HSERDY : 0U;
-        *cr |= (*cr & RCC_CR_PLLON) != 0U && (*cr & RCC_CR_HSERDY) != 0U ? RCC_CR_PLLRDY : 0U;
+        const bool pll = (*cr & RCC_CR_PLLON) != 0U && (*cr & RCC_CR_HSERDY) != 0U;
+        *cr |= pll && !model_dead_pll ? RCC_CR_PLLRDY : 0U;
     }
     if (offset == RCC_CRRCR) {
-        rcc[RCC_CRRCR / 4U] |= (value & RCC_CRRCR_HSI48ON) != 0U ? RCC_CRRCR_HSI48RDY : 0U;
+        const bool is_on = (value & RCC_CRRCR_HSI48ON) != 0U && !model_dead_hsi48;
+        rcc[RCC_CRRCR / 4U] |= is_on ? RCC_CRRCR_HSI48RDY : 0U;
     }
     if (offset == RCC_CFGR) {
         if ((value & 3U) == RCC_CFGR_SW_PLL && (*cr & RCC_CR_PLLRDY) == 0U) {
@@ -185,6 +202,10 @@ bool model_nmi_restarts(void)
 static uint32_t load_flash(uintptr_t at)
 {
     uint32_t word = 0;
+    if (model_other_nmi) {
+        model_other_nmi = false;
+        nmi_restarts = nmi_restarts || model_nmi == NULL || !model_nmi();
+    }
     if (torn[at / 8U]) {
         flash[FLASH_ECCR / 4U] |= FLASH_ECCR_ECCD;
         nmi_restarts = nmi_restarts || model_nmi == NULL || !model_nmi() ||
@@ -192,7 +213,23 @@ static uint32_t load_flash(uintptr_t at)
         flash[FLASH_ECCR / 4U] &= ~FLASH_ECCR_ECCD;
     }
     memcpy(&word, model_flash + at, sizeof word);
-    return word;
+    if ((flash[FLASH_ACR / 4U] & FLASH_ACR_DCEN) == 0U) {
+        return word;
+    }
+    cache[at / 4U] = is_cached[at / 4U] ? cache[at / 4U] : word;
+    is_cached[at / 4U] = true;
+    return cache[at / 4U];
+}
+
+static void write_access_control(uint32_t value)
+{
+    if ((value & FLASH_ACR_DCRST) != 0U) {
+        if ((flash[FLASH_ACR / 4U] & FLASH_ACR_DCEN) != 0U) {
+            forbidden("data cache reset while it is on", FLASH_ACR);
+        }
+        memset(is_cached, 0, sizeof is_cached);
+    }
+    flash[FLASH_ACR / 4U] = value & ~(model_dead_wait_states ? FLASH_ACR_LATENCY_MASK : 0U);
 }
 
 /* True: the operation is not carried out; what is left of it is for the caller to make. */
@@ -222,7 +259,7 @@ static void write_flash_control(uint32_t value)
     }
     if (model_write_protected || (flash[FLASH_SR / 4U] & FLASH_SR_ERRORS) != 0U) {
         flash[FLASH_SR / 4U] |= 1U << 4;
-    } else if (!power_goes()) {
+    } else if (flash_busy = 2U, !power_goes()) {
         memset(model_flash + page * STM32_FLASH_PAGE, 0xFF, STM32_FLASH_PAGE);
         memset(torn + page * STM32_FLASH_PAGE / 8U, 0, STM32_FLASH_PAGE / 8U);
     } else if (tears_now) {
@@ -244,6 +281,8 @@ static void write_flash(uintptr_t offset, uint32_t value)
         flash[FLASH_ECCR / 4U] &= ~(value & FLASH_ECCR_ECCD);
     } else if (offset == FLASH_CR) {
         write_flash_control(value);
+    } else if (offset == FLASH_ACR) {
+        write_access_control(value);
     } else {
         flash[offset / 4U] = value;
     }
@@ -256,6 +295,9 @@ static void program_flash(uintptr_t address, uint32_t value)
     if ((flash[FLASH_CR / 4U] & (FLASH_CR_PG | FLASH_CR_LOCK)) != FLASH_CR_PG) {
         forbidden("write to flash that is not open", address);
     }
+    if (flash_busy > 0U) {
+        forbidden("write to flash that is busy", address);
+    }
     if (at % 8U == 0U) {
         half_at = at;
         half_word = value;
@@ -266,6 +308,7 @@ static void program_flash(uintptr_t address, uint32_t value)
         return;
     }
     const uint32_t word[2] = {half_word, value};
+    flash_busy = 2U;
     for (unsigned i = 0; i < 8U; i++) {
         if (model_flash[half_at + i] != 0xFFU) {
             flash[FLASH_SR / 4U] |= 1U << 3;
@@ -298,9 +341,11 @@ static void write_can(uintptr_t offset, uint32_t value)
 {
     const uintptr_t index = offset / 4U;
     if (index == CCCR) {
-        can[CCCR] = model_dead_can ? 0U : value;
-        if ((value & 1U) == 0U) {
+        can[CCCR] = model_dead_can ? 0U : value & ~8U;
+        can[CCCR] |= (value & 16U) != 0U || model_stuck_standby ? 8U : 0U;
+        if ((value & 1U) == 0U && (can[PSR] & 1U << 7) != 0U) {
             can[PSR] &= ~(1U << 7); /* back on the bus after 129 times 11 bits: here at once */
+            can[IR] |= 1U << 19;    /* tells of the change, whichever it is */
         }
         return;
     }
@@ -317,6 +362,11 @@ static void write_can(uintptr_t offset, uint32_t value)
         }
         rx_get = (rx_get + 1U) % FIFO;
         rx_fill--;
+        if (model_bus_babbles > 0U) {
+            static const sway_port_frame_t noise = {.id = 0x120, .dlc = 8};
+            model_bus_babbles--;
+            (void)model_bus_frame(&noise, false, false);
+        }
         break;
     case 0xCC: /* TXBAR */
         if (value != 1U << tx_put || tx_fill == FIFO || (can[CCCR] & 1U) != 0U) {
@@ -377,7 +427,7 @@ bool model_bus_frame(const sway_port_frame_t *frame, bool extended, bool remote)
     }
     uint32_t *element = &ram[(0xB0U + 72U * ((rx_get + rx_fill) % FIFO)) / 4U];
     element[0] = (uint32_t)frame->id << 18 | (extended ? 1U << 30 : 0U) | (remote ? 1U << 29 : 0U);
-    element[1] = (uint32_t)frame->dlc << 16 | timer_count(1U);
+    element[1] = 1U << 31 | (uint32_t)frame->dlc << 16 | timer_count(1U); /* 31: no filter's own */
     memcpy(&element[2], frame->data, 8);
     rx_fill++;
     can[IR] |= 1U;
@@ -396,6 +446,7 @@ bool model_bus_sent(sway_port_frame_t *frame)
     memcpy(frame->data, &element[2], 8);
     tx_get = (tx_get + 1U) % FIFO;
     tx_fill--;
+    can[IR] |= 1U << 7; /* sent, which nobody has to be told */
     return true;
 }
 
@@ -474,6 +525,24 @@ uint32_t model_read(uintptr_t address)
     return part->plain == NULL ? 0U : part->plain[(address - part->base) / 4U];
 }
 
+static uint32_t read_flash(uintptr_t offset)
+{
+    if (offset == FLASH_SR && (model_dead_flash || flash_busy > 0U)) {
+        flash_busy -= flash_busy > 0U ? 1U : 0U;
+        return FLASH_SR_BSY;
+    }
+    return model_read(STM32_FLASH + offset);
+}
+
+static uint32_t read_watchdog(uintptr_t offset)
+{
+    if (offset != IWDG_SR || watchdog_updates == 0U) {
+        return 0U;
+    }
+    watchdog_updates--;
+    return 7U;
+}
+
 /* A number a reading, as long as it is on. */
 static uint32_t read_rng(uintptr_t offset)
 {
@@ -501,8 +570,11 @@ uint32_t sway_register_read(uintptr_t address)
     if (part->base == STM32_RNG) {
         return read_rng(offset);
     }
-    if (part->base == STM32_FLASH && offset == FLASH_SR && model_dead_flash) {
-        return FLASH_SR_BSY;
+    if (part->base == STM32_FLASH) {
+        return read_flash(offset);
+    }
+    if (part->base == STM32_IWDG) {
+        return read_watchdog(offset);
     }
     return model_read(address);
 }
@@ -569,13 +641,17 @@ void model_restart(void)
     rx_get = rx_fill = tx_put = tx_get = tx_fill = 0U;
     watchdog_runs = watchdog_open = watchdog_has_bit = restart_wanted = power_off = false;
     tears_now = false;
+    watchdog_updates = flash_busy = 0U;
+    memset(is_cached, 0, sizeof is_cached);
     model_cut_after = -1;
 }
 
 void model_power_on(void)
 {
     model_dead_crystal = model_dead_can = model_dead_flash = model_write_protected = false;
-    model_bus_is_busy = false;
+    model_dead_pll = model_dead_hsi48 = model_dead_wait_states = model_dead_noise = false;
+    model_bus_is_busy = model_stuck_standby = model_other_nmi = false;
+    model_bus_babbles = 0U;
     watchdog_has_bit = false;
     nmi_restarts = false;
     model_cut_leaves = MODEL_CUT_BEFORE;

@@ -21,6 +21,10 @@ extern bool model_dead_crystal;
 extern bool model_dead_can;
 extern bool model_dead_flash;
 extern bool model_dead_noise;
+extern bool model_dead_pll;
+extern bool model_dead_hsi48;
+extern bool model_dead_wait_states; /* the flash does not take them over */
+extern bool model_stuck_standby;    /* the CAN controller does not wake up */
 extern bool model_write_protected;
 extern int32_t model_cut_after; /* flash operations until the power goes; -1: never */
 bool model_power_is_off(void);
@@ -32,13 +36,15 @@ void model_flash_new(void);         /* erased, nothing torn */
 void model_flash_tear(uint32_t at); /* the double word there */
 extern bool (*model_nmi)(void);     /* the program's; false: it restarts the processor */
 bool model_nmi_restarts(void);      /* it did since power came on */
+extern bool model_other_nmi;        /* the next load from flash meets one of another part */
 
 /* The bus. */
 bool model_bus_frame(const sway_port_frame_t *frame, bool extended,
                      bool remote);             /* was it taken? */
 bool model_bus_sent(sway_port_frame_t *frame); /* next frame that left */
 extern bool model_bus_is_busy;                 /* nothing leaves */
-void model_bus_error(uint32_t code);           /* 1 stuff 2 form 3 ack 4 bit1 5 bit0 6 crc */
+extern unsigned model_bus_babbles;   /* frames that come, each as one is read from the FIFO */
+void model_bus_error(uint32_t code); /* 1 stuff 2 form 3 ack 4 bit1 5 bit0 6 crc */
 void model_bus_counters(uint32_t transmit, uint32_t receive);
 bool model_wants_interrupt(void);
 

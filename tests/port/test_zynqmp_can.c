@@ -44,6 +44,9 @@ static int64_t now_ns;
 static int64_t stamp_zero_ns;
 static bool is_dead;
 static unsigned enabled_in_stamp_restart;
+static unsigned stamp_restarts;
+static uint32_t late_cause; // comes between the driver's first look at ISR and its answer
+static unsigned babbled;    // frames that come while the handler runs
 
 static can_t can;
 
@@ -70,6 +73,12 @@ uint32_t sway_register_read(uintptr_t address)
     if (at == SR) {
         const uint32_t full = tx_count == FIFO ? 1U << 10 : 0U;
         return is_dead ? 0U : plain[SR / 4] | full;
+    }
+    if (at == ISR) {
+        const uint32_t seen = plain[ISR / 4];
+        plain[ISR / 4] |= late_cause;
+        late_cause = 0U;
+        return seen;
     }
     if (at == RXFIFO) {
         TEST_ASSERT_TRUE_MESSAGE(rx_count > 0U, "read from an empty FIFO");
@@ -108,11 +117,16 @@ void sway_register_write(uintptr_t address, uint32_t value)
         write_enable(value);
     } else if (at == ICR) {
         plain[ISR / 4] &= ~value;
+        if (babbled > 0U && rx_count < FIFO) {
+            rx[rx_count++] = rx_held;
+            babbled--;
+        }
         plain[ISR / 4] |= rx_count > 0U ? INT_RXNEMP : 0U;
     } else if (at == ESR) {
         plain[ESR / 4] &= ~value;
     } else if (at == TSR) {
         stamp_zero_ns = now_ns;
+        stamp_restarts++;
         enabled_in_stamp_restart += plain[IER / 4] != 0U;
     } else if (at == BRPR || at == BTR || at == MSR) {
         TEST_ASSERT_FALSE_MESSAGE(is_on(), "configured while it runs");
@@ -140,7 +154,7 @@ static bool passes(uint32_t id)
     return plain[AFR / 4] == 0U;
 }
 
-static bool bus_frame(uint16_t id, uint8_t first, uint32_t flags)
+static bool bus_frame_of(uint16_t id, uint8_t first, uint32_t flags, uint32_t dlc)
 {
     const uint32_t word = (uint32_t)id << 21 | flags;
     if (!is_on() || !passes(word)) {
@@ -152,9 +166,14 @@ static bool bus_frame(uint16_t id, uint8_t first, uint32_t flags)
     }
     const uint64_t ticks = (uint64_t)(now_ns - stamp_zero_ns) * (CLOCK_HZ / 1000000U) / 1000U;
     rx[rx_count++] = (message_t){
-        {word, 8U << 28 | (ticks & 0xFFFFU), (uint32_t)first << 24 | 0x010203U, 0x04050607U}};
+        {word, dlc << 28 | (ticks & 0xFFFFU), (uint32_t)first << 24 | 0x010203U, 0x04050607U}};
     plain[ISR / 4] |= INT_RXNEMP;
     return true;
+}
+
+static bool bus_frame(uint16_t id, uint8_t first, uint32_t flags)
+{
+    return bus_frame_of(id, first, flags, 8U);
 }
 
 static void bus_error(uint32_t bits)
@@ -184,7 +203,8 @@ void setUp(void)
 {
     now_ns = INT64_C(5000000000);
     is_dead = false;
-    enabled_in_stamp_restart = 0U;
+    enabled_in_stamp_restart = stamp_restarts = 0U;
+    late_cause = babbled = 0U;
     reset_model();
 }
 
@@ -229,6 +249,33 @@ static void test_start_sets_timing_and_joins(void)
     TEST_ASSERT_EQUAL(CAN_ACTIVE, can_state(&can));
 }
 
+/* The registers whole. UG1085: BRPR is the prescaler less 1 in 8 bits, BTR the two segments less 1
+ * in 4 and 3 bits, and the jump less 1 in 2 bits from bit 7 on. */
+static void expect_timing(uint32_t clock_hz, uint32_t sample_point_milli, uint32_t prescaler,
+                          uint32_t segment1, uint32_t segment2, uint32_t jump)
+{
+    can_config_t config = config_of();
+    config.clock_hz = clock_hz;
+    config.sample_point_milli = sample_point_milli;
+    TEST_ASSERT_TRUE(can_start(&can, &config));
+    TEST_ASSERT_EQUAL_UINT32(prescaler - 1U, plain[BRPR / 4]);
+    TEST_ASSERT_EQUAL_HEX32((jump - 1U) << 7 | (segment2 - 1U) << 4 | (segment1 - 1U),
+                            plain[BTR / 4]);
+}
+
+static void test_timing_fills_the_registers_and_no_more(void)
+{
+    expect_timing(CLOCK_HZ, 875, 3, 13, 2, 2);
+    expect_timing(25U * 500000U, 680, 1, 16, 8, 4);          // the most quanta there are
+    expect_timing(26U * 500000U, 692, 2, 8, 4, 4);           // one more does not go, neither in
+    expect_timing(26U * 500000U, 654, 2, 8, 4, 4);           // the first segment nor the second
+    expect_timing(23U * 256U * 500000U, 875, 256, 16, 6, 4); // 23 is a prime
+    can_config_t config = config_of();
+    config.bit_rate = 100000;
+    config.clock_hz = 23U * 257U * config.bit_rate;
+    TEST_ASSERT_FALSE(can_start(&can, &config));
+}
+
 static void test_start_refuses_what_cannot_be(void)
 {
     can_config_t config = config_of();
@@ -253,6 +300,17 @@ static void test_filters(void)
         serve();
     }
     TEST_ASSERT_EQUAL_UINT32(33, can.counters.received);
+}
+
+/* A filter that the program does not have stays as the reset left it. */
+static void test_no_filter_too_many_is_written(void)
+{
+    start();
+    for (unsigned i = 2; i < 4U; i++) {
+        TEST_ASSERT_EQUAL_HEX32(0, plain[(AFR + 4U + 8U * i) / 4U]);
+        TEST_ASSERT_EQUAL_HEX32(0, plain[(AFR + 8U + 8U * i) / 4U]);
+    }
+    TEST_ASSERT_EQUAL_HEX32(3, plain[AFR / 4]);
 }
 
 static void test_remote_frames_are_dropped_and_counted(void)
@@ -286,6 +344,40 @@ static void test_interrupt_empties_a_full_fifo_once(void)
         TEST_ASSERT_EQUAL_HEX16(0x120U + i % 32U, frame.id);
         TEST_ASSERT_EQUAL_UINT8(8, frame.dlc);
         TEST_ASSERT_EQUAL_MEMORY(wanted, frame.data, 8);
+    }
+}
+
+/* A bus that is faster than the handler gets one FIFO full a call, not the whole processor. */
+static void test_interrupt_ends_on_a_bus_that_does_not(void)
+{
+    start();
+    TEST_ASSERT_TRUE(bus_frame(0x120, 0, 0));
+    babbled = 3U * FIFO;
+    can_interrupt(&can);
+    TEST_ASSERT_EQUAL_UINT32(FIFO, can.counters.received);
+}
+
+/* What comes after the handler has looked waits for its next call. */
+static void test_interrupt_leaves_a_later_cause_alone(void)
+{
+    start();
+    bus_error(1U);
+    late_cause = INT_RXOFLW;
+    can_interrupt(&can);
+    TEST_ASSERT_EQUAL_UINT32(0, can.counters.overflows);
+    serve();
+    TEST_ASSERT_EQUAL_UINT32(1, can.counters.overflows);
+}
+
+static void test_lengths(void)
+{
+    start();
+    for (uint32_t dlc = 0; dlc < 16U; dlc++) {
+        sway_port_frame_t frame;
+        TEST_ASSERT_TRUE(bus_frame_of(0x120, 0, 0, dlc));
+        serve();
+        TEST_ASSERT_TRUE(can_receive(&can, &frame));
+        TEST_ASSERT_EQUAL_UINT8(dlc < 8U ? dlc : 8U, frame.dlc);
     }
 }
 
@@ -332,6 +424,58 @@ static void test_stamps(void)
         TEST_ASSERT_INT64_WITHIN(1, came_ns / 1000, frame.time_us);
     }
     TEST_ASSERT_EQUAL_UINT(0, enabled_in_stamp_restart);
+}
+
+static int64_t stamp_of_a_frame(void)
+{
+    sway_port_frame_t frame = {0};
+    serve();
+    TEST_ASSERT_TRUE(can_receive(&can, &frame));
+    return frame.time_us;
+}
+
+/* From the first moment on, before anyone has called can_service(). */
+static void test_stamps_are_right_after_the_start(void)
+{
+    now_ns = INT64_C(7000123000);
+    start();
+    now_ns += 300000;
+    TEST_ASSERT_TRUE(bus_frame(0x120, 0, 0));
+    now_ns += 500000;
+    TEST_ASSERT_INT64_WITHIN(1, INT64_C(7000423), stamp_of_a_frame());
+}
+
+/* The program has not come to can_service() for a second, which is 400 turns of the 16 bits. A turn
+ * is 2730666.67 ns, of which the driver drops the fraction: 0.27 us in 400. */
+static void test_stamps_are_right_after_many_turns(void)
+{
+    start();
+    now_ns += INT64_C(400) * 65536 * 1000 / 24 + 1000000;
+    const int64_t came_ns = now_ns;
+    TEST_ASSERT_TRUE(bus_frame(0x120, 0, 0));
+    now_ns += 30000;
+    TEST_ASSERT_EQUAL_INT64((came_ns - 267) / 1000, stamp_of_a_frame());
+}
+
+/* The stamps begin anew when they are more than half a turn old, but not under a frame that still
+ * has to be timed by them. */
+static void test_stamps_begin_anew_after_half_a_turn(void)
+{
+    const int64_t half_turn_ns = INT64_C(32768) * 1000 / 24;
+    start();
+    const unsigned before = stamp_restarts;
+    now_ns += half_turn_ns;
+    can_service(&can);
+    TEST_ASSERT_EQUAL_UINT(before, stamp_restarts);
+    now_ns += 1;
+    can_service(&can);
+    TEST_ASSERT_EQUAL_UINT(before + 1U, stamp_restarts);
+    now_ns += half_turn_ns + 1;
+    const int64_t came_ns = now_ns;
+    TEST_ASSERT_TRUE(bus_frame(0x120, 0, 0));
+    can_service(&can);
+    TEST_ASSERT_EQUAL_UINT(before + 1U, stamp_restarts);
+    TEST_ASSERT_INT64_WITHIN(1, came_ns / 1000, stamp_of_a_frame());
 }
 
 static void test_sending(void)
@@ -420,6 +564,19 @@ static void test_bus_off_waits_longer_each_time_until_a_frame_comes(void)
     TEST_ASSERT_INT64_WITHIN(10000, RECOVERY_NS, recovery_ns());
 }
 
+static void test_bus_off_ends_when_its_time_has_come(void)
+{
+    start();
+    bus_counters(256, 0);
+    serve();
+    now_ns += RECOVERY_NS - 1;
+    can_service(&can);
+    TEST_ASSERT_TRUE(can.bus_off);
+    now_ns += 1;
+    can_service(&can);
+    TEST_ASSERT_FALSE(can.bus_off);
+}
+
 static void test_bus_off_with_a_dead_controller_goes_on_trying(void)
 {
     start();
@@ -438,17 +595,26 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_start_sets_timing_and_joins);
+    RUN_TEST(test_timing_fills_the_registers_and_no_more);
     RUN_TEST(test_start_refuses_what_cannot_be);
     RUN_TEST(test_filters);
+    RUN_TEST(test_no_filter_too_many_is_written);
     RUN_TEST(test_remote_frames_are_dropped_and_counted);
     RUN_TEST(test_interrupt_empties_a_full_fifo_once);
+    RUN_TEST(test_interrupt_ends_on_a_bus_that_does_not);
+    RUN_TEST(test_interrupt_leaves_a_later_cause_alone);
+    RUN_TEST(test_lengths);
     RUN_TEST(test_interrupt_without_a_cause_is_harmless);
     RUN_TEST(test_ring_that_is_full_counts_what_is_lost);
     RUN_TEST(test_stamps);
+    RUN_TEST(test_stamps_are_right_after_the_start);
+    RUN_TEST(test_stamps_are_right_after_many_turns);
+    RUN_TEST(test_stamps_begin_anew_after_half_a_turn);
     RUN_TEST(test_sending);
     RUN_TEST(test_errors_are_counted_by_kind);
     RUN_TEST(test_error_counters_and_states);
     RUN_TEST(test_bus_off_waits_longer_each_time_until_a_frame_comes);
+    RUN_TEST(test_bus_off_ends_when_its_time_has_come);
     RUN_TEST(test_bus_off_with_a_dead_controller_goes_on_trying);
     return UNITY_END();
 }
