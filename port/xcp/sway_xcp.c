@@ -221,8 +221,7 @@ static sway_xcp_result_t unlock(sway_xcp_t *xcp, exchange_t *x)
     }
     xcp->is_unlocked = true;
     xcp->unlocked_us = xcp->ecu->now_us;
-    x->out[1] = protection(xcp);
-    x->size = 2U;
+    x->size = 2U; // and a protection of 0: nothing is locked any more
     return SWAY_XCP_OK;
 }
 

@@ -422,6 +422,35 @@ static void test_who_listens_gets_every_frame(void)
 }
 #endif
 
+/* One frame in or one out, and true; nothing, and false, once there is nothing to do. What is to be
+ * sent goes first: no reply is lost to the next request. */
+static void test_a_poll_does_one_thing_and_says_so(void)
+{
+    unsigned idle = 0;
+    start_good();
+    for (unsigned round = 0; round < 300U; round++) {
+        now_us += 10000;
+        for (unsigned i = 0; i < 2U; i++) {
+            sway_port_frame_t frame = request_frame(i == 0U ? READ : APPLY, 0, 0);
+            frame.time_us = now_us;
+            inbox[inbox_count++ % QUEUE] = frame;
+        }
+        unsigned replies = 0;
+        for (bool busy = true; busy;) {
+            const unsigned in = inbox_at;
+            const unsigned out = sent_count;
+            busy = sway_ecu_poll(&ecu);
+            const unsigned done = inbox_at - in + sent_count - out;
+            TEST_ASSERT_TRUE(done <= (busy ? 1U : 0U));
+            replies +=
+                sent_count > out && sent[out].id == SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID;
+            idle += busy ? 0U : 1U;
+        }
+        TEST_ASSERT_EQUAL_UINT(2, replies);
+    }
+    TEST_ASSERT_EQUAL_UINT(300, idle);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -429,6 +458,7 @@ int main(void)
     RUN_TEST(test_endless_restarts_end_safe);
     RUN_TEST(test_retained_memory_after_power_on_is_not_believed);
     RUN_TEST(test_warning_is_told_while_running);
+    RUN_TEST(test_a_poll_does_one_thing_and_says_so);
     RUN_TEST(test_a_second_sender_is_told);
     RUN_TEST(test_overwritten_state_lets_the_watchdog_bite);
     RUN_TEST(test_safe_state_sends_nothing_but_reports);

@@ -16,7 +16,7 @@ static void test_good_block_starts(void)
 
 static void test_empty_flash_is_the_safe_state(void)
 {
-    start();
+    TEST_ASSERT_FALSE(start()); // nothing was cut
     TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
     TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BLOCK + SWAY_BLOCK_EMPTY, report().fault_cause);
     sway_core_config_t defaults;

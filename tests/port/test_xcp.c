@@ -7,12 +7,14 @@
 #define REPLY 0x6E5
 #define ECU_AT 0x20000000U
 #define WORKING_AT 0x30000000U
+#define SPEED_KNOWN_US 100000 // a frame of the speed comes at least every 100 ms
 
 static sway_xcp_t xcp;
 static sway_ecu_t ecu;
 static sway_ecu_retained_t retained;
 static sway_port_frame_t inbox;
 static bool has_inbox;
+static bool is_endless;
 static bool no_room;
 static sway_port_frame_t sent[512];
 static unsigned sent_count;
@@ -24,7 +26,7 @@ static bool receive(void *context, sway_port_frame_t *frame)
     (void)context;
     *frame = inbox;
     const bool was_there = has_inbox;
-    has_inbox = false;
+    has_inbox = is_endless;
     return was_there;
 }
 
@@ -51,7 +53,7 @@ static void begin(const uint8_t *key)
     uint8_t block[SWAY_BLOCK_SIZE];
     sway_block_write(&config, 1, block);
     memset(&retained, 0, sizeof retained);
-    has_inbox = no_room = false;
+    has_inbox = is_endless = no_room = false;
     sent_count = 0;
     now_us = 0;
     speed_counter = 0;
@@ -130,6 +132,7 @@ static void unlock(void)
     uint8_t message[8] = {0, 0, 0, 0, 0, 0, 0xF7, 0};
     const sway_port_frame_t *seed = ASK(0xF8, 0, 1);
     TEST_ASSERT_EQUAL_UINT8(6, seed->data[1]);
+    TEST_ASSERT_EQUAL_UINT8(8, seed->dlc);
     memcpy(message, seed->data + 2, 6);
     const uint64_t key = sway_siphash(test_key, message, sizeof message);
     for (unsigned i = 0; i < 6; i++) {
@@ -138,6 +141,7 @@ static void unlock(void)
     const sway_port_frame_t *told = ask(8, command);
     TEST_ASSERT_EQUAL_HEX8(0xFF, told->data[0]);
     TEST_ASSERT_EQUAL_HEX8(0, told->data[1]);
+    TEST_ASSERT_EQUAL_UINT8(2, told->dlc);
 }
 
 /* --- sessions --------------------------------------------------------------------------------- */
@@ -165,6 +169,20 @@ static void test_commands_that_are_none(void)
     REFUSED(0x22, 0xF8, 0, 2);    // no such resource
     TEST_ASSERT_NULL(ask(0, (const uint8_t *)""));
     TEST_ASSERT_EQUAL_UINT32(3, ecu.requests_refused);
+}
+
+/* A master that does not stop gets a few answers a call, and none of its commands is a frame of the
+ * car's. */
+static void test_commands_without_end_end(void)
+{
+    CONNECT();
+    inbox = (sway_port_frame_t){.id = REQUEST, .dlc = 1, .data = {0xFD}};
+    sent_count = 0;
+    has_inbox = is_endless = true;
+    const uint32_t before = ecu.frames_received;
+    (void)sway_xcp_poll(&xcp);
+    TEST_ASSERT_TRUE(sent_count > 0U && sent_count <= SWAY_XCP_FRAMES_MAX + 1U);
+    TEST_ASSERT_EQUAL_UINT32(before, ecu.frames_received);
 }
 
 static void test_a_port_without_a_key_cannot_be_calibrated(void)
@@ -218,6 +236,9 @@ static void test_what_it_says_of_itself(void)
     TEST_ASSERT_EQUAL_STRING_LEN("ch", &ASK(0xF5, 2)->data[1], 2);
     TEST_ASSERT_EQUAL_UINT8(0, ASK(0xFA, 2)->data[4]); // no path
     TEST_ASSERT_EQUAL_UINT8(5, ASK(0xD7, 0, 1, 0)->data[3]);
+    TEST_ASSERT_EQUAL_STRING_LEN("10 ms", &ASK(0xF5, 5)->data[1], 5);
+    GOOD(0xF6, 0, 0, 0, ADDRESS(ECU_AT));
+    GOOD(0xD7, 0, 1, 0);
     TEST_ASSERT_EQUAL_STRING_LEN("10 ms", &ASK(0xF5, 5)->data[1], 5);
     TEST_ASSERT_EQUAL_HEX8(0x93, ASK(0xDA)->data[1]);
     TEST_ASSERT_EQUAL_HEX8(0x34, ASK(0xD9)->data[5]);
@@ -324,6 +345,10 @@ static void test_pages(void)
     GOOD(0xEB, 0x01, 0, 1);
     TEST_ASSERT_EQUAL_INT32(2000000, used_mass());
     write_mass(2100000, 0x10); // busy: begun anew, the speed has not come yet
+    now_us = xcp.changed_us + SPEED_KNOWN_US - 20001; // each command is 10 ms later
+    write_mass(2100000, 0x10);
+    now_us = xcp.changed_us + SPEED_KNOWN_US - 20000;
+    write_mass(2100000, 0x24); // it has not come at all
     speed(0);
     write_mass(2100000, 0xFF);
     TEST_ASSERT_EQUAL_INT32(2100000, used_mass());
@@ -430,6 +455,8 @@ static void test_a_list_is_sampled_every_10_ms(void)
 {
     CONNECT();
     allocate();
+    REFUSED(0x22, 0xDF, 0, 1, 0);    // there is one list
+    allocate();                      // the old ones are given back
     GOOD(0xE0, 0, 0, 0, 1, 0, 2, 0); // event 1, every second time
     TEST_ASSERT_EQUAL_UINT8(0, ASK(0xDE, 1, 0, 0)->data[1]);
     TEST_ASSERT_EQUAL_HEX8(0x40, ASK(0xFD)->data[1]);
@@ -647,6 +674,7 @@ static void test_words_are_downloaded_one_after_the_other(void)
     TEST_ASSERT_EQUAL_INT32(1500, xcp.working.alarm.hold_ms);
     GOOD(0xF6, 0, 0, 0, ADDRESS(at));
     REFUSED(0x22, 0xF0, 2, 0, 0);
+    REFUSED(0x22, 0xF0, 2, 0xC4, 0x09); // half a word, whose number is in range
     REFUSED(0x22, 0xF0, 4, ADDRESS(0U));
     GOOD(0xF0, 4, ADDRESS(500U)); // the limits themselves are taken
     GOOD(0xF6, 0, 0, 0, ADDRESS(at));
@@ -717,8 +745,7 @@ static void test_the_reference_is_what_the_ecu_runs_with(void)
     TEST_ASSERT_EQUAL_UINT8(0, ASK(0xEA, 1, 0)->data[3]);
 }
 
-/* --- DAQ lists by themselves --------------------------------------------------------------------
- */
+/* --- DAQ lists by themselves ------------------------------------------------------------------ */
 
 static sway_xcp_daq_t daq;
 static const uint8_t bytes[] = {10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
@@ -739,6 +766,13 @@ static void enter(uint32_t list, uint32_t odt, uint32_t entry, const uint8_t *fr
 {
     OK(sway_xcp_daq_point(&daq, list, odt, entry));
     OK(sway_xcp_daq_write(&daq, from, size));
+}
+
+static void sent_all(void)
+{
+    while (daq.queue_length > 0U) {
+        sway_xcp_daq_sent(&daq);
+    }
 }
 
 /* List 0: two ODTs, of two entries and one; list 1: one of two. */
@@ -786,18 +820,48 @@ static void test_events_come_by_the_clock(void)
     OK(sway_xcp_daq_start(&daq, 1, 1));
     static const int64_t times_us[][2] = {
         /* now, sampled */
-        {5000, 1},  {9999, 0},  {10000, 1}, {14999, 0},  {18000, 0}, {26000, 1}, {29999, 0},
-        {30000, 1}, {90000, 1}, {99999, 0}, {100000, 1}, {50000, 1}, {59999, 0}, {60000, 1},
-        {60001, 0}, {70000, 1}, {89999, 1}, {90001, 1},  {99999, 0}, {100000, 1}};
+        {5000, 1},  {9999, 0},   {10000, 1},  {14999, 0},  {18000, 0},  {26000, 1},
+        {29999, 0}, {30000, 1},  {90000, 1},  {99999, 0},  {100000, 1}, {50000, 1},
+        {59999, 0}, {60000, 1},  {60001, 0},  {70000, 1},  {89999, 1},  {90001, 1},
+        {99999, 0}, {100000, 1}, {120000, 1}, {120001, 0}, {129999, 0}, {130000, 1}};
     for (unsigned i = 0; i < sizeof times_us / sizeof times_us[0]; i++) {
         sway_xcp_daq_sample(&daq, 0, times_us[i][0]);
         char text[20];
         (void)snprintf(text, sizeof text, "%d us", (int)times_us[i][0]);
         TEST_ASSERT_EQUAL_MESSAGE(times_us[i][1], daq.queue_length, text);
-        if (daq.queue_length > 0U) {
-            sway_xcp_daq_sent(&daq);
+        sent_all();
+    }
+}
+
+static void test_an_event_of_100_ms_and_a_list_that_is_stopped(void)
+{
+    two_lists();
+    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
+    OK(sway_xcp_daq_mode(&daq, 1, 0, 2, 1));
+    OK(sway_xcp_daq_start(&daq, 1, 1));
+    for (int64_t i = 0; i < 100; i++) { // more events than a countdown has numbers
+        for (int64_t part = 0; part < 10; part++) {
+            sway_xcp_daq_sample(&daq, 0, i * 100000 + part * 10000);
+            TEST_ASSERT_EQUAL_UINT32(part == 0, daq.queue_length);
+            sent_all();
         }
     }
+}
+
+static void test_every_odt_of_a_list_is_asked(void)
+{
+    two_lists();
+    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
+    enter(0, 1, 0, bytes, 8);
+    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0));
+    enter(0, 1, 0, bytes, 7);
+    OK(sway_xcp_daq_start(&daq, 1, 0));
+    sway_xcp_daq_free(&daq);
+    OK(sway_xcp_daq_lists(&daq, 1));
+    OK(sway_xcp_daq_odts(&daq, 0, 1));
+    OK(sway_xcp_daq_entries(&daq, 0, 0, 1));
+    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
+    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // nothing entered
 }
 
 static void test_an_estimate_is_an_event_when_it_is_new(void)
@@ -809,9 +873,7 @@ static void test_an_estimate_is_an_event_when_it_is_new(void)
     for (unsigned i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
         sway_xcp_daq_sample(&daq, numbers[i][0], 1000 * (int64_t)i);
         TEST_ASSERT_EQUAL_UINT32(numbers[i][1], daq.queue_length);
-        if (daq.queue_length > 0U) {
-            sway_xcp_daq_sent(&daq);
-        }
+        sent_all();
     }
     daq.left_out = 7;
     sway_xcp_daq_free(&daq); // neither what was lost nor which estimate was the last is forgotten
@@ -844,6 +906,9 @@ static void test_all_of_the_memory_can_be_used(void)
     TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // a byte too many
     enter(0, 0, 2, bytes, 2);
     OK(sway_xcp_daq_start(&daq, 1, 0));
+    sway_xcp_daq_sample(&daq, 0, 0);
+    TEST_ASSERT_EQUAL_UINT32(3, daq.queue_length);
+    OK(sway_xcp_daq_synch(&daq, 0));
     two_lists();
     TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // no prescaler
 }
@@ -908,6 +973,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_it_is_silent_until_it_is_connected);
     RUN_TEST(test_commands_that_are_none);
+    RUN_TEST(test_commands_without_end_end);
     RUN_TEST(test_a_port_without_a_key_cannot_be_calibrated);
     RUN_TEST(test_a_wrong_key_ends_the_connection_and_is_told);
     RUN_TEST(test_the_lock_closes_again_after_its_time);
@@ -931,6 +997,8 @@ int main(void)
     RUN_TEST(test_the_reference_is_what_the_ecu_runs_with);
     RUN_TEST(test_samples_hold_what_was_entered);
     RUN_TEST(test_events_come_by_the_clock);
+    RUN_TEST(test_an_event_of_100_ms_and_a_list_that_is_stopped);
+    RUN_TEST(test_every_odt_of_a_list_is_asked);
     RUN_TEST(test_an_estimate_is_an_event_when_it_is_new);
     RUN_TEST(test_all_of_the_memory_can_be_used);
     RUN_TEST(test_the_queue_keeps_its_order_and_tells_what_it_lost);
