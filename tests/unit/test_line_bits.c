@@ -231,10 +231,82 @@ static void test_all_bits_of_a_drifting_line(void)
     TEST_ASSERT_EQUAL_HEX64(UINT64_C(0x13041C24F106AB1D), sum);
 }
 
+/* One estimate of what is in the ring, with a job's memory as `before` left it. */
+static uint64_t bits_of_a_window(const sway_line_config_t *config, uint32_t window,
+                                 sway_real_t omega_rad_s, int before)
+{
+    static sway_line_job_t job;
+    static sway_line_t line;
+    sum = UINT64_C(14695981039346656037);
+    memset(&job, before, sizeof job);
+    memset(&line, before, sizeof line);
+    add((uint64_t)sway_line_start(&job, config, &track.ring, window, omega_rad_s, &line));
+    do {
+        add(sway_line_cost(&job)); // how the work is shared out is part of what is promised
+    } while (sway_line_run(&job, &track.ring));
+    add_line(&line);
+    add(sway_line_harmonics(&job));
+    estimates++;
+    return sum;
+}
+
+/* Windows of every length, with every wish, of data with gaps, steps, blows and numbers at the end
+ * of their range. What was in the job's memory before makes no difference. */
+static void test_all_bits_of_single_windows(void)
+{
+    uint64_t all = 0;
+    for (unsigned i = 0; i < 240U; i++) {
+        const part_t part = {.rows = 40,
+                             .turn_re = i % 7U < 4U ? 1072790529 : 1072025501,
+                             .turn_im = i % 7U < 4U ? 45188327 : 60686314,
+                             .scale = (int32_t)(i % 24U),
+                             .drive = i % 11U == 3U ? 30000 : 0,
+                             .second = i % 5U == 2U ? 4000 : 0,
+                             .noise = i % 3U == 0U ? 800 : (int32_t)(i % 13U * 40U),
+                             .slope = (int32_t)(i % 9U) - 4,
+                             .valid = i % 17U == 5U   ? 0xFFF0U
+                                      : i % 17U == 6U ? 0xFF77U
+                                                      : 0xFFFFU,
+                             .impulse = i % 19U == 0U ? 23U : 0U};
+        const sway_line_config_t config = {
+            .sample_period_us = i % 4U == 1U ? 20000 : 10000,
+            .channel_mask = i % 6U == 1U ? 0x0FF6U : 0xFFFEU,
+            .frequency_min_mhz = 300 + (int32_t)(i % 3U) * 100,
+            .frequency_max_mhz = 1500 - (int32_t)(i % 5U) * 150,
+            .steering_quiet_urad = 5000,
+            .speed_change_milli = 100 - (int32_t)(i % 4U) * 20,
+            .result_mask = 0xFFFFU,
+            .harmonics_mask = i % 10U < 3U ? 0x3FF2U : 0U,
+            .forced_rad_s = i % 12U == 3U ? sway_real_ratio(3142, 1000) : sway_real_zero(),
+            .chirp_rad_s2 = i % 8U == 4U ? sway_real_ratio(20, 1000) : sway_real_zero(),
+            .level = i % 14U == 7U};
+        for (int row = 0; row < part.rows; row++, next_row++) {
+            make_row(&part, row);
+            if (i % 20U == 9U && row > 35) { // at the end of what a ring can hold, and beyond
+                tick.value[1] = SWAY_SAMPLE_LIMIT - 1 + row % 3;
+                tick.value[2] = 1 - SWAY_SAMPLE_LIMIT - row % 3;
+            }
+            sway_ring_push(&track.ring, &tick);
+        }
+        if (track.ring.filled < SWAY_WINDOW_MAX) {
+            continue;
+        }
+        const uint32_t lengths = SWAY_WINDOW_MAX - SWAY_WINDOW_MIN + 1;
+        const uint32_t window = SWAY_WINDOW_MIN + (i % 3U == 0U ? i % 40U : i * 97U % lengths);
+        const sway_real_t omega = sway_real_ratio(3600 + (int32_t)(i % 16U) * 130, 1000);
+        const uint64_t bits = bits_of_a_window(&config, window, omega, 0);
+        TEST_ASSERT_EQUAL_HEX64(bits, bits_of_a_window(&config, window, omega, 0xA5));
+        all = (all ^ bits) * UINT64_C(1099511628211);
+    }
+    TEST_ASSERT_TRUE(estimates > 300);
+    TEST_ASSERT_EQUAL_HEX64(UINT64_C(0xDDFAF3CBDF1974C4), all);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_all_bits_of_a_recording);
     RUN_TEST(test_all_bits_of_a_drifting_line);
+    RUN_TEST(test_all_bits_of_single_windows);
     return UNITY_END();
 }
