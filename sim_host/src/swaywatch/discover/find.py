@@ -35,9 +35,8 @@ from swaywatch.diagnose.evidence.search import (
     Search,
     reduced_chi_square,
 )
-from swaywatch.diagnose.fit.agreement import errors, nrmse
-from swaywatch.diagnose.fit.fit import Background, Fit, Fitter, predict_run
-from swaywatch.diagnose.fit.holdout import carried, start_values
+from swaywatch.diagnose.fit.fit import Background, Fit
+from swaywatch.diagnose.fit.holdout import BETTER, left_out, typical
 from swaywatch.discover.grammar import (
     BENT_ONLY,
     BODIES,
@@ -66,13 +65,15 @@ NEAR = 1.15  # misfit under the observer, over the least, up to which a law is f
 #: springs and struts are not ours, gave laws of up to 55. A pneumatic trail every tyre has.
 FORM = 75.0
 SWING_HZ = (0.6, 0.8, 1.0, 1.4)  # where a swinging mass is looked for in the vehicle as believed
-SWING_SHARE = 0.07  # of the body's mass, to begin with
+SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
+#: What swings there: sideways, free in the middle too, and about the vertical.
+SWINGING = tuple(
+    Law(body, *kind) for kind in (("swing",), ("turn",), ("swing", "dead zone")) for body in BODIES
+)
 #: Library effects that may be one law: any, where laws are quickly tried; on springs several.
 SEVERAL = {False: 1, True: 2}
 #: Share of the misfit that is left by which a law has to lower it beside library effects.
 BESIDE_KNOWN = 0.03
-#: Error of a left-out run with the law over that with the library: better, not only as good.
-BETTER = 0.99
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,10 @@ def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
 
 def _bent(straight: ActiveEffect) -> list[ActiveEffect]:
     """A straight law in other shapes, as fits begin with them."""
+    law = law_in(straight)
+    if law.swings:  # free within a gap: the swing's own values, and a gap to begin with
+        more = [effect_of(other, straight.as_dict()["frequency_hz"]) for other in refined(law)]
+        return [ActiveEffect(e, (*straight.values, e.parameters[-1].starts[0])) for e in more]
     against = straight.values[0] < 0.0
     return [_begun(law)[against] for law in refined(law_in(straight))]
 
@@ -259,14 +264,20 @@ class Hunt:
             return []
         close = self.search.close
         start = close.start()
-        effects = [effect_of(Law(body, "swing"), hz) for body in BODIES for hz in SWING_HZ]
-        masses = {body: close.problem.body[BODY.index(f"{body}.mass")] for body in BODIES}
         starts = [
-            replace(start, terms=(ActiveEffect(e, self._at_start(e, SWING_SHARE * masses[body])),))
-            for e, body in zip(effects, np.repeat(BODIES, len(SWING_HZ)), strict=True)
+            replace(
+                start, terms=(ActiveEffect(e, self._at_start(e, SWING_SHARE * self._whole(law))),)
+            )
+            for law in SWINGING
+            for e in (effect_of(law, hz) for hz in SWING_HZ)
         ]
         fits = close.side_by_side(lambda f: close.run(f, 10), starts)
         return [Candidate(f, parent) for f in fits if f.chi2 < least]
+
+    def _whole(self, law: Law) -> float:
+        """Mass, or yaw inertia, of the body that something swings in."""
+        of = "yaw_inertia" if law.motion == "turn" else "mass"
+        return float(self.search.close.problem.body[BODY.index(f"{law.place}.{of}")])
 
     @staticmethod
     def _at_start(effect: Effect, mass_kg: float) -> tuple[float, ...]:
@@ -545,9 +556,9 @@ def _claimed(hunts: Sequence[Hunt], hunt: Hunt, candidate: Candidate) -> Discove
     base = hunt.path.base.fit
     rows = list(
         zip(
-            kept_out(hunt.search, base),
-            kept_out(from_.search, library.fit),
-            kept_out(hunt.search, candidate.fit),
+            left_out(hunt.search.problem, base),
+            left_out(from_.search.problem, library.fit),
+            left_out(hunt.search.problem, candidate.fit),
             strict=True,
         )
     )
@@ -576,29 +587,3 @@ def _others(hunts: Sequence[Hunt], best: Candidate) -> list[tuple[Law, float]]:
             if name not in found or found[name][1] < behind:
                 found[name] = other, behind
     return sorted(found.values(), key=lambda pair: -pair[1])
-
-
-def typical(rows: Sequence[tuple[float, float, float]]) -> tuple[float, float, float]:
-    """Geometric means over the left-out runs of the errors (vehicle, library, law).
-
-    Near the critical speed a run drifts away with any value that is a little off, and its errors
-    are tens of times those of the others; so each run counts by how many times better it is.
-    """
-    vehicle, library, law = np.exp(np.mean(np.log(np.array(rows) + 1e-12), axis=0)).tolist()
-    return vehicle, library, law
-
-
-def kept_out(search: Search, fit: Fit) -> list[float]:
-    """Error of each run predicted by what the others taught; empty with a single run."""
-    problem = search.problem
-    count = len(problem.runs)
-    found = []
-    for index in range(count if count > 1 else 0):
-        others = [r for r in range(count) if r != index]
-        taught = Fitter(problem).run(replace(fit), 6, runs=others)
-        constant = tuple(t for t in taught.terms if not t.effect.windowed)
-        nuisance = start_values(problem, index, constant, taught.shift)
-        terms = carried(problem, index, taught, nuisance, set())
-        outputs = predict_run(problem, index, terms, nuisance, taught.shift)
-        found.append(nrmse(errors(problem, index, outputs)))
-    return found

@@ -100,11 +100,11 @@ PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
     "force_car": {"sideslip_car": (2,), "articulation": (0, 2), "heading": (0,)},
     "force_trailer": {"articulation": (0, 2), "heading": (0,)},
     "moment_car": {
-        "yaw_rate_car": (0, 1, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
+        "yaw_rate_car": (-1, 0, 1, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2),
     },
     "moment_trailer": {
-        "yaw_rate_trailer": (0, 1, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
+        "yaw_rate_trailer": (-1, 0, 1, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "steer": (0,),
     },
     "slip_car_front": {
@@ -120,6 +120,9 @@ PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
 #: one is fitted.
 FREQUENCIES_HZ = ((0.35, 0.5, 0.65), (0.75, 0.85, 0.95, 1.1), (1.3, 1.6, 2.0, 2.6))
 BODIES = ("car", "trailer")
+SWINGS = ("swing", "turn")
+#: Where a mass has to swing so that hardly anything but its moment acts, m.
+FAR_M = 1000.0
 MOST_DAMPED = 0.7  # damping ratio of what is called swinging: 5 % overshoot
 
 
@@ -132,7 +135,7 @@ class Law:
     place
         A key of `PLACES`; of a swinging mass its body; of a lever on the side force "tyres".
     motion
-        A key of `MOTIONS`; "swing"; "side_force".
+        A key of `MOTIONS`; "swing" (sideways); "turn" (a swing about the vertical); "side_force".
     shape
         One of `SHAPES`.
     power
@@ -155,7 +158,7 @@ class Law:
     @property
     def swings(self) -> bool:
         """A mass with a frequency of its own."""
-        return self.motion == "swing"
+        return self.motion in SWINGS
 
 
 #: Laws whose straight form the library or the file has: a damper at the ball, the steering's ratio,
@@ -178,7 +181,7 @@ def law_of(spec: str) -> Law:
     except ValueError:
         raise SwaywatchError(f"{spec!r} is no law (place/motion/shape/power/lagged)") from None
     known = motion in MOTIONS and place in PLACES
-    known |= motion == "swing" and place in BODIES
+    known |= motion in SWINGS and place in BODIES
     known |= motion == "side_force" and place == "tyres"
     if not known or shape not in SHAPES:
         raise SwaywatchError(f"{spec!r}: no such place, motion or shape")
@@ -216,6 +219,7 @@ def _swings(body: str) -> Act:
         plant.scalar(f"mode_mass_{body}", mass)
         plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values["frequency_hz"])
         plant.scalar(f"mode_damping_{body}", values["damping_ratio"])
+        plant.scalar(f"mode_gap_{body}", abs(values.get("gap_m", 0.0)))
         plant.scalar(f"mode_place_{body}", place - ahead)
         plant.scalar(f"sensor_ahead_{body}", -ahead)
         plant.body[BODY.index(f"{body}.mass")] = rest
@@ -227,6 +231,21 @@ def _swings(body: str) -> Act:
         sprung = plant.get(f"sprung_mass_{body}")
         if sprung > 0.0:
             plant.scalar(f"sprung_mass_{body}", sprung - mass)
+
+    return act
+
+
+def _turns(body: str) -> Act:
+    """The turning mass is a part of the body's inertia."""
+
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del run, windows
+        inertia = values["inertia_kgm2"]
+        plant.scalar(f"mode_mass_{body}", inertia / FAR_M**2)
+        plant.scalar(f"mode_place_{body}", FAR_M)
+        plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values["frequency_hz"])
+        plant.scalar(f"mode_damping_{body}", values["damping_ratio"])
+        plant.body[BODY.index(f"{body}.yaw_inertia")] -= inertia
 
     return act
 
@@ -253,14 +272,7 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
     act: Act
     parameters: tuple[Parameter, ...]
     if law.swings:
-        at = start_hz or 0.8
-        act, parameters = _swings(law.place), (
-            Parameter("mass_kg", "kg", 0.0, 0.0, 900.0, (60.0,), 10.0, 2.0),
-            Parameter("frequency_hz", "Hz", at, 0.15, 4.0, (at,), 0.03, 1e9),
-            Parameter("damping_ratio", "1", 0.05, 0.0, 1.5, (0.05,), 0.02, 1e9),
-            Parameter("position_m", "m", 0.0, -4.0, 4.0, (0.0,), 0.05, 1e9),
-        )  # fmt: skip
-        equation = "m (q'' + 2 zeta omega q' + omega^2 q) = -m a_y of its place"
+        act, parameters, equation = _with_a_frequency(law, start_hz or 0.8)
     elif law.motion == "side_force":
         act = _lever
         parameters = (Parameter("lever_m", "m", 0.0, -0.15, 0.15, (0.03,), 0.005, 0.003),)
@@ -287,6 +299,28 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
         }
         | ({"possible": _can_swing} if law.swings else {}),
     )
+
+
+def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], str]:
+    """Act, parameters and equation of what swings, from a frequency on."""
+    swings = (
+        Parameter("frequency_hz", "Hz", at, 0.15, 4.0, (at,), 0.03, 1e9),
+        Parameter("damping_ratio", "1", 0.05, 0.0, 1.5, (0.05,), 0.02, 1e9),
+    )
+    if law.motion == "turn":
+        size = Parameter("inertia_kgm2", "kg m2", 0.0, 0.0, 3000.0, (150.0,), 25.0, 5.0)
+        equation = "I (q'' + 2 zeta omega q' + omega^2 q) = -I r'"
+        return _turns(law.place), (size, *swings), equation
+    found: tuple[Parameter, ...] = (
+        Parameter("mass_kg", "kg", 0.0, 0.0, 900.0, (60.0,), 10.0, 2.0), *swings,
+        Parameter("position_m", "m", 0.0, -4.0, 4.0, (0.0,), 0.05, 1e9),
+    )  # fmt: skip
+    held = "q"
+    if law.shape == "dead zone":
+        found = (*found, Parameter("gap_m", "m", 0.01, 0.0, 0.3, (0.01,), 0.003, 1e9))
+        held = "(q beyond +-gap)"
+    equation = f"m (q'' + 2 zeta omega q' + omega^2 {held}) = -m a_y of its place"
+    return _swings(law.place), found, equation
 
 
 def _with_limit(values: Values) -> dict[str, float]:
@@ -332,7 +366,12 @@ def formula(law: Law) -> str:
         "hysteretic": "z, dz/dt = dtheta/dt - |dtheta/dt| z / bend",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
-    speed = {0: "", 1: f" (v / {SPEED_M_S:g} m/s)", 2: f" (v / {SPEED_M_S:g} m/s)^2"}[law.power]
+    speed = {
+        -1: f" / (v / {SPEED_M_S:g} m/s)",
+        0: "",
+        1: f" (v / {SPEED_M_S:g} m/s)",
+        2: f" (v / {SPEED_M_S:g} m/s)^2",
+    }[law.power]
     return f"{left} = gain x {bent}{speed}" + (" behind a lag" if law.lagged else "")
 
 
@@ -347,7 +386,11 @@ def grammar() -> tuple[Effect, ...]:
     ]
     found.append(effect_of(Law("tyres", "side_force")))
     found += [
-        effect_of(Law(body, "swing"), hz) for body in BODIES for row in FREQUENCIES_HZ for hz in row
+        effect_of(Law(body, motion), hz)
+        for body in BODIES
+        for motion in SWINGS
+        for row in FREQUENCIES_HZ
+        for hz in row
     ]
     return tuple(found)
 
@@ -360,6 +403,8 @@ def refined(law: Law) -> list[Law]:
     """The same law with another shape, over the speed too, or behind a lag."""
     if law in BENT_ONLY:
         return [other for other in BENT_ONLY if other != law and _of_one(other, law)]
+    if law.motion == "swing" and law.shape == SHAPES[0]:
+        return [Law(law.place, "swing", "dead zone")]
     if law.swings or law.motion == "side_force":
         return []
     sticks = law.motion == "articulation" and law.place != "hitch"  # there it is the library's

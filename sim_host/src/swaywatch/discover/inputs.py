@@ -69,7 +69,7 @@ def free_input(place: str) -> Effect:
 def place_of(law: Law) -> str:
     """The place of an unknown course that shows a law best."""
     if law.place in BODIES:
-        return f"force_{law.place}"
+        return f"{'moment' if law.motion == 'turn' else 'force'}_{law.place}"
     return "moment_car" if law.place == "tyres" else law.place
 
 

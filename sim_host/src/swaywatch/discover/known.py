@@ -43,5 +43,7 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
     ),
     ("trailer", "swing"): ("a load that is not lashed, a liquid", ""),
     ("car", "swing"): ("a load in the car that is not lashed, a liquid", ""),
+    ("trailer", "turn"): ("a load that turns by itself: a boom, a boat on its cradle", ""),
+    ("car", "turn"): ("a load in the car that turns by itself", ""),
     ("tyres", "side_force"): ("aligning moments of the tyres (pneumatic trail)", ""),
 }

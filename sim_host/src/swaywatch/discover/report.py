@@ -8,7 +8,8 @@ from typing import Any
 from swaywatch.diagnose.evidence.evidence import explained
 from swaywatch.diagnose.evidence.search import reduced_chi_square
 from swaywatch.diagnose.evidence.verdict import SUREST, Verdict
-from swaywatch.discover.find import Discovery, typical
+from swaywatch.diagnose.fit.holdout import typical
+from swaywatch.discover.find import Discovery
 from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, Law
 from swaywatch.discover.inputs import missing_inputs
 from swaywatch.discover.sentences import energy, sentence, suggestion
@@ -45,6 +46,8 @@ def take_law(result: dict[str, Any], found: Discovery | None) -> None:
 
 def location(law: Law) -> str:
     """Where the law acts, in words."""
+    if law.motion == "turn":
+        return f"yaw moment in the {law.place}"
     if law.place in BODIES:
         return f"side force in the {law.place}"
     if law.place == "tyres":
@@ -54,6 +57,8 @@ def location(law: Law) -> str:
 
 def variables(law: Law) -> list[str]:
     """What it depends on, in words."""
+    if law.motion == "turn":
+        return [f"yaw acceleration of the {law.place}", "its own angle and rate"]
     if law.swings:
         return [f"lateral acceleration of the {law.place}", "its own position and rate"]
     found = ["side force of the tyre"] if law.motion == "side_force" else []

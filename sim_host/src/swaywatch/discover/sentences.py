@@ -23,6 +23,8 @@ def suggestion(law: Law, gain: float) -> str:
     names = KNOWN.get((law.place, law.motion), ("", ""))
     if law.place == "hitch" and law.shape == "dead zone":
         return "a stop: something that touches at large articulation"
+    if law.swings and law.shape == "dead zone":
+        return "a load that rolls or slides between stops"
     if law.shape == "hysteretic" and law.place == "slip_trailer":
         return "axles that give way in worn bushes"
     return names[0 if gain >= 0.0 else 1]
@@ -34,10 +36,8 @@ def energy(law: Law, gain: float) -> str:
         return "stores energy and loses it to its own damping: it cannot make any"
     if law.motion == law.place:
         return "gives way to the tyres' own force: it cannot make any"
-    if law.place not in _WORKS or law.power:
-        return "can give energy to the motion: it takes it from the speed or from a drive"
-    stores, loses, sign = _WORKS[law.place]
-    if law.motion == stores and not law.lagged:
+    stores, loses, sign = _WORKS.get(law.place, ("", "", 0.0))
+    if law.motion == stores and not law.lagged and not law.power:
         return "stores energy and gives it back: it cannot make any"
     if law.motion == loses and not law.lagged and sign * gain < 0.0:
         return "takes energy from the motion"
@@ -47,13 +47,23 @@ def energy(law: Law, gain: float) -> str:
 def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """The law in one sentence, with its numbers."""
     if law.swings:
-        mass, hz, ratio = (parameters[k] for k in ("mass_kg", "frequency_hz", "damping_ratio"))
-        x = parameters["position_m"]["value"]
+        hz, ratio = parameters["frequency_hz"], parameters["damping_ratio"]
+        much = f"{100.0 * max(ratio['value'], 0.0):.0f} % damping"
+        if law.motion == "turn":
+            size = _range(parameters["inertia_kgm2"])
+            return (
+                f"in the {law.place} something turns to and fro about the vertical at "
+                f"{_range(hz)} Hz with {much} and {size} kg m2"
+            )
+        mass, x = parameters["mass_kg"], parameters["position_m"]["value"]
         side = "ahead of" if x >= 0.0 else "behind"
         where = f", {abs(x):.1f} m {side} the centre of gravity"
+        if "gap_m" in parameters:
+            gap = 1000.0 * abs(parameters["gap_m"]["value"])
+            where += f", free within {gap:.0f} mm either way"
         return (
             f"in the {law.place} something swings sideways at {_range(hz)} Hz with "
-            f"{100.0 * max(ratio['value'], 0.0):.0f} % damping and {_range(mass)} kg{where}"
+            f"{much} and {_range(mass)} kg{where}"
         )
     if law.motion == "side_force":
         lever = parameters["lever_m"]
@@ -77,6 +87,7 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         slips = f"{abs(parameters['bend']['value']):.3g} {motion.unit}"
         words += f", slipping at {slips}, {_limit(parameters, place)} (dry friction)"
     words += {
+        -1: f", at {SPEED_M_S:g} m/s and falling as one over the speed",
         0: ", the same at every speed",
         1: f", at {SPEED_M_S:g} m/s and growing with the speed",
         2: f", at {SPEED_M_S:g} m/s and growing with the square of the speed",
