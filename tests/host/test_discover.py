@@ -325,13 +325,13 @@ def test_words() -> None:
     scrub = Law("moment_trailer", "yaw_rate_trailer", "saturating")
     limit = {"value": 188.0, "low": 184.0, "high": 192.0}
     row = {"gain": row["gain"], "bend": {"value": 0.005}, "limit": limit}
-    assert "levelling off at 188.0 +- 4.0 Nm" in sentence(scrub, row)
+    assert "saturating at 188.0 +- 4.0 Nm" in sentence(scrub, row)
     wind = Law("force_trailer", "heading")
     assert "kN per rad of the heading of the trailer" in sentence(wind, row)
     assert "wind" in suggestion(wind, 9000.0)
     assert "stores" in energy(spring, 3100.0)
-    assert "takes" in energy(Law("moment_trailer", "yaw_rate_trailer"), -500.0)
-    assert "can give" in energy(Law("moment_trailer", "yaw_rate_trailer"), 500.0)
+    assert "dissipates" in energy(Law("moment_trailer", "yaw_rate_trailer"), -500.0)
+    assert "can supply" in energy(Law("moment_trailer", "yaw_rate_trailer"), 500.0)
     assert "stop" in suggestion(replace(spring, shape="dead zone"), 3100.0)
 
 
