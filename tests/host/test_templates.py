@@ -304,7 +304,7 @@ def test_a_recording_whose_name_is_markup(tmp_path: Path) -> None:
 def test_a_law_says_what_it_is() -> None:
     [(text, remark)] = lines({"discovered": [LAW]})
     assert text == "A moment (a spring?)"
-    assert "in no library" in remark
+    assert "outside the library" in remark
     page = fill("discover/page.html", laws=section({"discovered": [LAW]}))
     assert "hitch friction" in page
     assert "0.5 to 2" in page

@@ -1,5 +1,6 @@
-"""Physics that no effect of the library is: where a force is missing, on what it depends, its law.
+"""Physics outside the library: where a force is missing, on what it depends, and by which law.
 
-`grammar.py` has the laws that are tried, `find.py` chooses among them and the library by evidence
-and by the run left out, `inputs.py` estimates the missing force itself, `sentences.py` says it.
+`grammar.py` lists the laws that are tried, `find.py` selects among them and the library by evidence
+and by prediction of the left-out run, `inputs.py` estimates the missing force itself, and
+`sentences.py` words the result.
 """

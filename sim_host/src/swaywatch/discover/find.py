@@ -1,10 +1,10 @@
-"""Which law: laws against the library, in free simulation, by evidence and by the run left out.
+"""Selection of a law: laws against the library, in free simulation, by evidence and left-out runs.
 
-A law is tried beside nothing and beside what the library found, from each baseline. All weigh alike
-(`diagnose/evidence/evidence.py`), with the price of having been chosen among all laws and effects;
-a law is claimed only where it is 150 times likelier than the best that the library can say, takes
-away more than models of this depth leave anyway, and predicts each run from the others better than
-that.
+A law is tried alone and together with the effects found in the library, from each baseline. All are
+weighed alike (`diagnose/evidence/evidence.py`), with a penalty for the choice among all laws and
+effects. A law is claimed only where its evidence exceeds that of the best explanation from the
+library, where it reduces the misfit by more than the discrepancy of models of this depth, and where
+it predicts the left-out runs better.
 """
 
 from __future__ import annotations
@@ -35,17 +35,16 @@ from swaywatch.diagnose.evidence.search import (
     Search,
     reduced_chi_square,
 )
-from swaywatch.diagnose.fit.agreement import errors, nrmse
-from swaywatch.diagnose.fit.fit import Background, Fit, Fitter, predict_run
-from swaywatch.diagnose.fit.holdout import carried, start_values
+from swaywatch.diagnose.fit.fit import Background, Fit
+from swaywatch.diagnose.fit.holdout import BETTER, left_out, typical
 from swaywatch.discover.grammar import (
-    BENT_ONLY,
     BODIES,
     FREQUENCIES_HZ,
     ID,
+    NONLINEAR_ONLY,
     SHAPES,
     Law,
-    bendable,
+    all_laws,
     effect_of,
     grammar,
     refined,
@@ -57,22 +56,29 @@ from swaywatch.plant.lanes import BODY
 Array = NDArray[np.float64]
 
 SHORT_LIST = 12  # laws that are fitted under the observer
-BEGUN = 3  # steps of the fits of all shapes; the best of them are fitted on
-MOST_OPEN = 40  # laws that are begun in another search than the quickest one
+BEGUN = 3  # iterations of the fits of all shapes; the best of them are continued
+MOST_OPEN = 40  # laws that are started in another search than the quickest one
 POLISHED = 2  # of them in free simulation, beside each parent, ...
 MOST_POLISHED = 4  # ... and of all
-NEAR = 1.15  # misfit under the observer, over the least, up to which a law is followed
-#: Logarithm of the odds from which a law is said: clean vehicles of another simulator, whose
-#: springs and struts are not ours, gave laws of up to 55. A pneumatic trail every tyre has.
+NEAR = 1.15  # misfit under the observer, over the smallest, up to which a law is kept
+#: Logarithm of the odds from which a law is claimed: clean vehicles of another simulator, with
+#: other suspension models, gave laws of up to 55. Every tyre has a pneumatic trail.
 FORM = 75.0
-SWING_HZ = (0.6, 0.8, 1.0, 1.4)  # where a swinging mass is looked for in the vehicle as believed
-SWING_SHARE = 0.07  # of the body's mass, to begin with
-#: Library effects that may be one law: any, where laws are quickly tried; on springs several.
+SWING_HZ = (
+    0.6,
+    0.8,
+    1.0,
+    1.4,
+)  # initial frequencies of an oscillating mass in the vehicle of the file
+SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
+#: How it oscillates: laterally, about the vertical axis, laterally with a gap.
+SWINGING = tuple(
+    Law(body, *kind) for kind in (("swing",), ("turn",), ("swing", "dead zone")) for body in BODIES
+)
+#: Library effects from which on one law may replace them: one, with suspension two.
 SEVERAL = {False: 1, True: 2}
-#: Share of the misfit that is left by which a law has to lower it beside library effects.
+#: Share by which a law has to reduce the misfit that the library effects leave.
 BESIDE_KNOWN = 0.03
-#: Error of a left-out run with the law over that with the library: better, not only as good.
-BETTER = 0.99
 
 
 @dataclass(frozen=True)
@@ -84,14 +90,14 @@ class Discovery:
     search
         Where it was found; its noise is that of the best model.
     base, library, fit
-        Calibrated vehicle, the best that the library says from any baseline, and with the law.
+        Calibrated vehicle, best explanation from the library of any baseline, and with the law.
     evidence
-        Logarithm of the Bayes factor to the best that the library says.
+        Logarithm of the Bayes factor to the best explanation from the library.
     others
-        Laws that do as well, within a Bayes factor of 20: names and their logarithm.
+        Laws that fit equally well, within a Bayes factor of 20: names and its logarithm.
     kept_out
         Error (NRMSE) of each run predicted from the others: vehicle, library, law; empty with one
-        run. What is said of several is `typical`.
+        run. `typical` combines several.
     """
 
     search: Search
@@ -104,17 +110,17 @@ class Discovery:
 
     @cached_property
     def index(self) -> int:
-        """Place of the law among the terms."""
+        """Index of the law among the terms."""
         return next(i for i, t in enumerate(self.fit.terms) if t.effect.id == ID)
 
     @property
     def term(self) -> ActiveEffect:
-        """The law with its values."""
+        """The term of the law, with its values."""
         return self.fit.terms[self.index]
 
     @property
     def law(self) -> Law:
-        """What it is."""
+        """The law itself."""
         return law_in(self.term)
 
 
@@ -126,9 +132,9 @@ def law_in(term: ActiveEffect) -> Law:
 
 
 def _promising(course: Linear) -> list[ActiveEffect]:
-    """The straight laws, and swinging masses, that promise most in the linear answer."""
+    """The linear laws and oscillating masses with the largest gain in the linearised fit."""
     best: dict[tuple[str, int], tuple[float, tuple[float, ...], Effect]] = {}
-    # a frequency is not to be extrapolated: each start keeps its own
+    # a frequency must not be extrapolated: each start keeps its own
     for row in course.best(grammar(), shaped=False):
         best.setdefault((row[2].component, _band(row[2])), row)
     ranked = sorted(best.values(), key=lambda row: -row[0])[:SHORT_LIST]
@@ -143,35 +149,39 @@ def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
     return list(kept.values())
 
 
-def _bent(straight: ActiveEffect) -> list[ActiveEffect]:
-    """A straight law in other shapes, as fits begin with them."""
+def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
+    """A linear law in other shapes, with initial values."""
+    law = law_in(straight)
+    if law.swings:  # with a gap: the values of the oscillation, and an initial gap
+        more = [effect_of(other, straight.as_dict()["frequency_hz"]) for other in refined(law)]
+        return [ActiveEffect(e, (*straight.values, e.parameters[-1].starts[0])) for e in more]
     against = straight.values[0] < 0.0
     return [_begun(law)[against] for law in refined(law_in(straight))]
 
 
 def _begun(law: Law) -> tuple[ActiveEffect, ...]:
-    """A law with the values that a fit begins with, with a positive gain and a negative one."""
+    """A law with its initial values, with a positive and a negative gain."""
     effect = effect_of(law)
     gain, *rest = (p.starts[0] for p in effect.parameters)
-    if effect.parameters[0].high == 0.0:  # only one sense is possible
+    if effect.parameters[0].high == 0.0:  # only one sign is possible
         return (ActiveEffect(effect, (gain, *rest)),)
     return ActiveEffect(effect, (gain, *rest)), ActiveEffect(effect, (-gain, *rest))
 
 
 def _band(effect: Effect) -> int:
-    """Where on the scale of frequencies the fit of a swinging mass begins."""
+    """Band of the initial frequency of an oscillating mass."""
     at = effect.extra["start_hz"]
     return next((i for i, row in enumerate(FREQUENCIES_HZ) if at in row), 0)
 
 
 @dataclass
-class Hunt:
+class LawSearch:
     """Laws tried on one path of the diagnosis."""
 
     path: Path
     tried: list[Candidate] = field(default_factory=list)
-    alone: bool = False  # laws were tried beside nothing
-    open: Sequence[Law] = field(default_factory=bendable)  # begun from the vehicle as believed
+    alone: bool = False  # laws were tried without other effects
+    open: Sequence[Law] = field(default_factory=all_laws)  # started from the vehicle of the file
     ranked: list[Law] = field(default_factory=list)  # of those, the best first
 
     @property
@@ -181,19 +191,19 @@ class Hunt:
 
     @property
     def _plain(self) -> bool:
-        """The library leaves only noise, and needs nothing that may be a law."""
+        """The library leaves only noise, without effects that one law may replace."""
         return _plain(self.path)
 
     def weighed(self, candidate: Candidate) -> Candidate:
-        """With its evidence: a law was chosen among all laws too, and its shape among shapes."""
+        """With its evidence, including the choice among all laws and shapes."""
         found = self.search.weighed(candidate)
         laws = [law_in(t) for t in found.fit.terms if t.effect.id == ID]
-        bent = sum(law.shape != SHAPES[0] for law in laws)
-        price = len(laws) * math.log(len(grammar())) + bent * math.log(len(SHAPES))
+        nonlinear = sum(law.shape != SHAPES[0] for law in laws)
+        price = len(laws) * math.log(len(grammar())) + nonlinear * math.log(len(SHAPES))
         return replace(found, evidence=found.evidence - price)
 
     def beside(self, parent: Fit) -> list[Candidate]:
-        """The most promising laws beside what a parent has, under the observer."""
+        """The most promising laws together with the effects of a parent, under the observer."""
         close = self.search.close
         near = close.run(parent, 6)
         course = Linear(close, near)
@@ -210,27 +220,28 @@ class Hunt:
     def _in_other_shapes(
         self, near: Fit, straight: Sequence[Fit], background: Background
     ) -> list[Fit]:
-        """The straight laws in other shapes: a stop or a cube is hardly a straight line.
+        """The linear laws in other shapes: a linear law hardly imitates a stop or a cubic law.
 
-        Only where the library is not plain. Beside nothing every open law, in both
-        senses, also from the vehicle as believed: the calibrated one is bent to make up for the
-        law, and what a small one would do says little of one that holds the swing. A shape has to
-        do clearly better than the straight line.
+        Only where the library alone does not suffice. Without other effects all open laws are
+        also started, with both signs, from the vehicle of the file: the values of the calibrated
+        one are distorted to compensate for the law, and the response to a small law says little
+        about one that limits the oscillation. A shape has to fit clearly better than the
+        linear law.
         """
         close = self.search.close
-        terms = [bent for fit in straight for bent in _bent(fit.terms[-1])]
-        terms += [term for law in BENT_ONLY for term in _begun(law)]
+        terms = [nonlinear for fit in straight for nonlinear in _nonlinear(fit.terms[-1])]
+        terms += [term for law in NONLINEAR_ONLY for term in _begun(law)]
         starts = [replace(near, terms=(*near.terms, term)) for term in terms]
         begun = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=background), starts)
         begun = _best_of_each_law(begun)[:SHORT_LIST]
         if not near.terms:
-            believed = close.start()
-            starts = [replace(believed, terms=(t,)) for law in self.open for t in _begun(law)]
-            rest = Linear(close, believed).background
+            of_file = close.start()
+            starts = [replace(of_file, terms=(t,)) for law in self.open for t in _begun(law)]
+            rest = Linear(close, of_file).background
             far = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=rest), starts)
             far = _best_of_each_law(far)
             self.ranked = [law_in(f.terms[-1]) for f in far]
-            # a vehicle that is not bent yet leaves more: the best of each start go on
+            # the vehicle of the file leaves a larger misfit: the best of each start are kept
             begun = _best_of_each_law([*begun, *far[:SHORT_LIST]])
         found = close.side_by_side(lambda f: close.run(f, 10), begun)
         lines: dict[str, float] = {}
@@ -239,10 +250,10 @@ class Hunt:
             if law_in(term).shape == SHAPES[0]:
                 name = term.effect.component
                 lines[name] = min(lines.get(name, fit.chi2), fit.chi2)
-        return [f for f in found if self._bends(f, lines)]
+        return [f for f in found if self._fits_better(f, lines)]
 
-    def _bends(self, fit: Fit, lines: Mapping[str, float]) -> bool:
-        """A straight line, or clearly better than the same law as one."""
+    def _fits_better(self, fit: Fit, lines: Mapping[str, float]) -> bool:
+        """A linear law, or clearly better than the same law in linear form."""
         term = fit.terms[-1]
         line = lines.get(term.effect.component, math.inf)
         if law_in(term).shape == SHAPES[0] or not math.isfinite(line):
@@ -250,33 +261,39 @@ class Hunt:
         return fit.chi2 < line - max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * line)
 
     def _swinging(self, parent: Fit, least: float) -> list[Candidate]:
-        """Swinging masses in the vehicle as believed, where the library is not plain.
+        """Oscillating masses in the vehicle of the file, where the library alone does not suffice.
 
-        Near the frequency of the sway such a mass changes the whole motion; a vehicle bent to make
-        up for it is too far from the true one for the mass to be found beside it.
+        Near the frequency of the sway such a mass changes the whole motion; a vehicle whose values
+        compensate for it is too far from the true one for the mass to be found from there.
         """
         if self._plain:
             return []
         close = self.search.close
         start = close.start()
-        effects = [effect_of(Law(body, "swing"), hz) for body in BODIES for hz in SWING_HZ]
-        masses = {body: close.problem.body[BODY.index(f"{body}.mass")] for body in BODIES}
         starts = [
-            replace(start, terms=(ActiveEffect(e, self._at_start(e, SWING_SHARE * masses[body])),))
-            for e, body in zip(effects, np.repeat(BODIES, len(SWING_HZ)), strict=True)
+            replace(
+                start, terms=(ActiveEffect(e, self._at_start(e, SWING_SHARE * self._whole(law))),)
+            )
+            for law in SWINGING
+            for e in (effect_of(law, hz) for hz in SWING_HZ)
         ]
         fits = close.side_by_side(lambda f: close.run(f, 10), starts)
         return [Candidate(f, parent) for f in fits if f.chi2 < least]
 
+    def _whole(self, law: Law) -> float:
+        """Mass, or yaw inertia, of the body that contains the oscillating mass."""
+        of = "yaw_inertia" if law.motion == "turn" else "mass"
+        return float(self.search.close.problem.body[BODY.index(f"{law.place}.{of}")])
+
     @staticmethod
     def _at_start(effect: Effect, mass_kg: float) -> tuple[float, ...]:
-        """Values of a swinging mass of a size."""
+        """Initial values of an oscillating mass."""
         return (mass_kg, *(p.starts[0] for p in effect.parameters[1:]))
 
     def polish(self, candidates: Sequence[Candidate]) -> None:
-        """Fits in free simulation, from the parent's values or from the vehicle as believed.
+        """Fits in free simulation, from the values of the parent or from the vehicle of the file.
 
-        A parent that lacks the law has bent the believed values to make up for it.
+        In a parent that lacks the law the values of the file are distorted to compensate for it.
         """
         search = self.search
         start = search.close.start()
@@ -293,14 +310,14 @@ class Hunt:
         self.quieten(kept)
 
     def quieten(self, candidates: Sequence[Candidate]) -> None:
-        """The size of an independent sample is what the best model leaves."""
+        """The variance of an independent sample is that of the residuals of the best model."""
         if candidates:
             least = min(candidates, key=lambda c: c.fit.chi2)
             noise = inflation(residuals(self.search.judge, least.fit))
             self.search.noise = min(self.search.noise, noise)
 
     def shaped(self, candidate: Candidate) -> Candidate:
-        """With its law in another shape, or behind a lag, where that does clearly better."""
+        """With its law in another shape, or with a lag, where that fits clearly better."""
         fit = candidate.fit
         term = fit.terms[-1]
         starts = []
@@ -327,73 +344,73 @@ class Hunt:
 
 
 class Laws:
-    """Laws of one diagnosis: tried while the library is searched, and after it.
+    """Laws of one diagnosis, tried while the library is searched and after it.
 
-    The library goes more effects deep where one is not enough; where one law alone leaves only
-    noise that would be time lost. So laws are tried before, beside nothing.
+    The library is searched for further effects where one does not suffice; where a single law
+    leaves only noise that is unnecessary. So laws alone are tried before.
     """
 
     def __init__(self, searches: Sequence[Search]) -> None:
         """Searches of baselines, the quickest first."""
         self.searches = searches
-        self._alone: dict[int, Hunt] = {}
+        self._alone: dict[int, LawSearch] = {}
 
     def alone(self, search: Search) -> float | None:
-        """What the library has to reach against a law that leaves only noise; None without one.
+        """Evidence that the library has to reach against a law that leaves only noise, or None.
 
         Parameters
         ----------
         search
-            Where the library is searched; laws are tried in the quickest one before. Asked again
-            it answers from what it has tried.
+            Where the library is searched; laws are tried in the quickest one before. Results are
+            kept for further calls.
         """
         for where in dict.fromkeys((self.searches[0], search)):
-            hunt = self._begun(where)
+            law_search = self._begun(where)
             search.noise = where.noise = min(search.noise, where.noise)
-            best = _best([hunt])
+            best = _best([law_search])
             if best is not None and _leaves_noise(*best):
                 return best[1].evidence - _least_ahead(best[1])
         return None
 
     def tried_alone(self) -> tuple[Search, Fit] | None:
-        """The law beside nothing that leaves least, claimed or not, and where it was tried."""
+        """The single law with the smallest misfit, claimed or not, and its search."""
         found = [(h.search, c.fit) for h in self._alone.values() for c in h.tried]
         return min(found, key=lambda pair: pair[1].chi2, default=None)
 
-    def _going_on(self, path: Path) -> Hunt:
-        """A hunt on a path, with what was tried beside nothing before."""
+    def _going_on(self, path: Path) -> LawSearch:
+        """The laws of a path, with the single laws tried before."""
         begun = self._alone.get(id(path.search))
         if begun is None:
-            return Hunt(path, open=self._open(path.search))
-        return Hunt(path, [*begun.tried], alone=True)
+            return LawSearch(path, open=self._open(path.search))
+        return LawSearch(path, [*begun.tried], alone=True)
 
     def _open(self, search: Search) -> Sequence[Law]:
-        """Every law in the quickest search, the best of those in the others: springs take long."""
+        """All laws in the quickest search, the best of them in the others, which are slow."""
         if not search.on_springs:
-            return bendable()
+            return all_laws()
         return self._begun(self.searches[0]).ranked[:MOST_OPEN]
 
-    def _begun(self, search: Search) -> Hunt:
-        """Laws beside nothing, tried once."""
+    def _begun(self, search: Search) -> LawSearch:
+        """Single laws, tried once."""
         if id(search) not in self._alone:
             base = search.baseline()
-            hunt = Hunt(Path(search, base, base), open=self._open(search))
-            self._alone[id(search)] = hunt
-            _polish_best([hunt])
+            law_search = LawSearch(Path(search, base, base), open=self._open(search))
+            self._alone[id(search)] = law_search
+            _polish_best([law_search])
         return self._alone[id(search)]
 
     def discover(self, paths: Sequence[Path], progress: Progress) -> Discovery | None:
         """The law that explains the runs better than the library does, or None.
 
-        Laws are tried beside a rigid vehicle in any case, beside one on springs where it explains
-        the runs best or no path leaves only noise.
+        Laws are always tried on a rigid vehicle, and on one with suspension where it explains the
+        runs best or no path leaves only noise.
 
         Parameters
         ----------
         paths
-            What the diagnosis tried, from each baseline.
+            Models tried by the diagnosis, from each baseline.
         progress
-            Called with a stage and the share done.
+            Called with a stage and the completed share.
         """
         progress("laws beyond the library", 0.93)
         clean = any(path.clean for path in paths)
@@ -403,65 +420,67 @@ class Laws:
             best_of_each = [
                 p for p in best_of_each if p is best_of_each[0] or not p.search.on_springs
             ]
-        hunts = [self._going_on(path) for path in best_of_each]
+        law_searches = [self._going_on(path) for path in best_of_each]
         for search in self.searches:
             wanted = id(search) in self._alone or not (search.on_springs and clean)
             if wanted and search.on_springs not in tried:
                 base = search.baseline()
-                hunts.append(self._going_on(Path(search, base, base)))
-        _share_noise(hunts)
-        best = _best(hunts)
-        if best is None or not _leaves_noise(*best) or not _ahead(hunts, best[1]):
-            _polish_best(hunts)
-            _share_noise(hunts)
-            best = _best(hunts)
-        if best is None or not _ahead(hunts, best[1]):
+                law_searches.append(self._going_on(Path(search, base, base)))
+        _share_noise(law_searches)
+        best = _best(law_searches)
+        if best is None or not _leaves_noise(*best) or not _ahead(law_searches, best[1]):
+            _polish_best(law_searches)
+            _share_noise(law_searches)
+            best = _best(law_searches)
+        if best is None or not _ahead(law_searches, best[1]):
             return None
-        hunt, candidate = best
+        law_search, candidate = best
         progress("shape of the law", 0.95)
-        candidate = hunt.shaped(candidate)
-        _share_noise(hunts)
-        candidate = _completed(hunt, candidate)
-        return _claimed(hunts, hunt, candidate)
+        candidate = law_search.shaped(candidate)
+        _share_noise(law_searches)
+        candidate = _completed(law_search, candidate)
+        return _claimed(law_searches, law_search, candidate)
 
 
-def _polish_best(hunts: Sequence[Hunt]) -> None:
+def _polish_best(law_searches: Sequence[LawSearch]) -> None:
     """The best laws of all parents and baselines in free simulation."""
-    near = [(h, c) for h in hunts for parent in _parents(h) for c in h.beside(parent)]
+    near = [(h, c) for h in law_searches for parent in _parents(h) for c in h.beside(parent)]
     if not near:
         return
     near.sort(key=lambda pair: pair[1].fit.chi2)
     near = [pair for pair in near if pair[1].fit.chi2 < NEAR * near[0][1].fit.chi2]
-    fewest: list[tuple[Hunt, Candidate]] = []
-    for hunt, candidate in near:
-        alone = sum(h is hunt and len(c.fit.terms) == len(candidate.fit.terms) for h, c in fewest)
+    fewest: list[tuple[LawSearch, Candidate]] = []
+    for law_search, candidate in near:
+        alone = sum(
+            h is law_search and len(c.fit.terms) == len(candidate.fit.terms) for h, c in fewest
+        )
         if alone < POLISHED and len(fewest) < MOST_POLISHED:
-            fewest.append((hunt, candidate))
-    for hunt in hunts:
-        own = [c for h, c in fewest if h is hunt]
+            fewest.append((law_search, candidate))
+    for law_search in law_searches:
+        own = [c for h, c in fewest if h is law_search]
         if own:
-            hunt.polish(own)
+            law_search.polish(own)
 
 
-def _ahead(hunts: Sequence[Hunt], candidate: Candidate) -> bool:
-    """The law is likelier than the best of the library, by more than the plant's own form."""
-    return candidate.evidence > _library(hunts)[1].evidence + _least_ahead(candidate)
+def _ahead(law_searches: Sequence[LawSearch], candidate: Candidate) -> bool:
+    """The law is likelier than the best of the library by more than the model error allows."""
+    return candidate.evidence > _library(law_searches)[1].evidence + _least_ahead(candidate)
 
 
 def _least_ahead(candidate: Candidate) -> float:
-    """Logarithm of the odds from which a law is said."""
+    """Logarithm of the odds from which a law is claimed."""
     every_tyre = law_in(candidate.fit.terms[-1]).motion == "side_force"
     return CLAIMED if every_tyre else FORM
 
 
-def _library(hunts: Sequence[Hunt]) -> tuple[Hunt, Candidate]:
+def _library(law_searches: Sequence[LawSearch]) -> tuple[LawSearch, Candidate]:
     """The best without a law."""
-    found = [(h, h.weighed(c)) for h in hunts for c in (h.path.base, h.path.best)]
+    found = [(h, h.weighed(c)) for h in law_searches for c in (h.path.base, h.path.best)]
     return max(found, key=lambda pair: pair[1].evidence)
 
 
 def _one_of_each(paths: Sequence[Path]) -> list[Path]:
-    """The likeliest path of those with a rigid vehicle, and of those with one on springs."""
+    """The likeliest path of those with a rigid vehicle, and of those with suspension."""
     found: dict[bool, Path] = {}
     for path in sorted(paths, key=lambda p: -p.search.weighed(p.best).evidence):
         found.setdefault(path.search.on_springs, path)
@@ -472,54 +491,54 @@ def _plain(path: Path) -> bool:
     return path.clean and len(path.best.fit.terms) < SEVERAL[path.search.on_springs]
 
 
-def _parents(hunt: Hunt) -> list[Fit]:
-    """What laws are tried beside: nothing, and what the library found.
+def _parents(law_search: LawSearch) -> list[Fit]:
+    """Models that laws are added to: the vehicle alone, and with the effects from the library.
 
-    On springs one effect that leaves only noise is not asked to make room: a law that would do
-    without it is found beside it, and takes it out then (`_completed`).
+    With suspension a single effect that leaves only noise is not removed first: a law that makes it
+    unnecessary is found together with it, and the effect is removed later (`_completed`).
     """
-    path, known = hunt.path, hunt.path.best.fit
-    alone = [] if hunt.alone or (_plain(path) and known.terms) else [path.base.fit]
+    path, known = law_search.path, law_search.path.best.fit
+    alone = [] if law_search.alone or (_plain(path) and known.terms) else [path.base.fit]
     return [*alone, known] if known.terms else alone
 
 
-def _share_noise(hunts: Sequence[Hunt]) -> None:
-    noise = min(h.search.noise for h in hunts)
-    for hunt in hunts:
-        hunt.search.noise = noise
+def _share_noise(law_searches: Sequence[LawSearch]) -> None:
+    noise = min(h.search.noise for h in law_searches)
+    for law_search in law_searches:
+        law_search.search.noise = noise
 
 
-def _best(hunts: Sequence[Hunt]) -> tuple[Hunt, Candidate] | None:
-    """The likeliest law that takes away enough."""
-    found = [(h, h.weighed(c)) for h in hunts for c in h.tried if _enough(h, c)]
+def _best(law_searches: Sequence[LawSearch]) -> tuple[LawSearch, Candidate] | None:
+    """The likeliest law that reduces the misfit enough."""
+    found = [(h, h.weighed(c)) for h in law_searches for c in h.tried if _enough(h, c)]
     return max(found, key=lambda pair: pair[1].evidence, default=None)
 
 
-def _leaves_noise(hunt: Hunt, candidate: Candidate) -> bool:
-    """The law leaves only noise of what the calibrated vehicle leaves."""
-    return explained(hunt.path.base.fit, candidate.fit)
+def _leaves_noise(law_search: LawSearch, candidate: Candidate) -> bool:
+    """The law explains the residuals of the calibrated vehicle down to noise."""
+    return explained(law_search.path.base.fit, candidate.fit)
 
 
-def _enough(hunt: Hunt, candidate: Candidate) -> bool:
+def _enough(law_search: LawSearch, candidate: Candidate) -> bool:
     fit, parent = candidate.fit, candidate.parent
-    springs = hunt.search.on_springs
-    enough = worth(hunt.path.base.fit, parent, fit, on_springs=springs)
+    springs = law_search.search.on_springs
+    enough = worth(law_search.path.base.fit, parent, fit, on_springs=springs)
     if not noticeable(fit.terms[-1]) or not enough:
         return False
     return not parent.terms or fit.chi2 < (1.0 - BESIDE_KNOWN) * parent.chi2
 
 
-def _completed(hunt: Hunt, candidate: Candidate) -> Candidate:
-    """Without library effects that the law makes needless, to the very end of the fit.
+def _completed(law_search: LawSearch, candidate: Candidate) -> Candidate:
+    """Without library effects that the law makes unnecessary, and fitted to convergence.
 
-    Beside it one has to be worth what it would have to be worth beside another effect.
+    An effect beside the law has to contribute as much as beside another effect.
     """
-    search, base = hunt.search, hunt.path.base.fit
+    search, base = law_search.search, law_search.path.base.fit
     while len(candidate.fit.terms) > 1:
-        candidate = hunt.weighed(candidate)
+        candidate = law_search.weighed(candidate)
         terms = candidate.fit.terms
         fewer = [
-            hunt.weighed(Candidate(search.without(candidate.fit, i), candidate.parent))
+            law_search.weighed(Candidate(search.without(candidate.fit, i), candidate.parent))
             for i in range(len(terms) - 1)
         ]
         first = max(range(len(fewer)), key=lambda i: fewer[i].evidence)
@@ -530,24 +549,26 @@ def _completed(hunt: Hunt, candidate: Candidate) -> Candidate:
             break
         candidate = fewer[first]
     fit = search.judge.run(candidate.fit, 20, tolerance=1e-6)
-    return hunt.weighed(replace(candidate, fit=fit))
+    return law_search.weighed(replace(candidate, fit=fit))
 
 
-def _claimed(hunts: Sequence[Hunt], hunt: Hunt, candidate: Candidate) -> Discovery | None:
-    """The law as a claim, if the library does not do as well."""
-    from_, library = _library(hunts)
-    if not _ahead(hunts, candidate) or not noticeable(candidate.fit.terms[-1]):
+def _claimed(
+    law_searches: Sequence[LawSearch], law_search: LawSearch, candidate: Candidate
+) -> Discovery | None:
+    """The law as a claim, if the library does not explain the runs equally well."""
+    from_, library = _library(law_searches)
+    if not _ahead(law_searches, candidate) or not noticeable(candidate.fit.terms[-1]):
         return None
     if (
         reduced_chi_square(candidate.fit) > UNEXPLAINED_ABOVE
-    ):  # a vehicle bent to fit a wrong law: not even a share counts
+    ):  # distorted vehicle values that fit a wrong law: a share of the misfit does not count
         return None
-    base = hunt.path.base.fit
+    base = law_search.path.base.fit
     rows = list(
         zip(
-            kept_out(hunt.search, base),
-            kept_out(from_.search, library.fit),
-            kept_out(hunt.search, candidate.fit),
+            left_out(law_search.search.problem, base),
+            left_out(from_.search.problem, library.fit),
+            left_out(law_search.search.problem, candidate.fit),
             strict=True,
         )
     )
@@ -556,49 +577,23 @@ def _claimed(hunts: Sequence[Hunt], hunt: Hunt, candidate: Candidate) -> Discove
         if by_law > BETTER * by_library:
             return None
     return Discovery(
-        hunt.search, base, library.fit, candidate.fit, candidate.evidence - library.evidence,
-        _others(hunts, candidate), rows,
+        law_search.search, base, library.fit, candidate.fit, candidate.evidence - library.evidence,
+        _others(law_searches, candidate), rows,
     )  # fmt: skip
 
 
-def _others(hunts: Sequence[Hunt], best: Candidate) -> list[tuple[Law, float]]:
-    """Other laws that cannot be told from the best."""
+def _others(law_searches: Sequence[LawSearch], best: Candidate) -> list[tuple[Law, float]]:
+    """Other laws that cannot be distinguished from the best."""
     law = law_in(best.fit.terms[-1])
     found: dict[str, tuple[Law, float]] = {}
-    for hunt in hunts:
-        for candidate in map(hunt.weighed, hunt.tried):
+    for law_search in law_searches:
+        for candidate in map(law_search.weighed, law_search.tried):
             other = law_in(candidate.fit.terms[-1])
             behind = candidate.evidence - best.evidence
             same = (other.place, other.motion) == (law.place, law.motion)
-            if same or behind < -APART or not _enough(hunt, candidate):
+            if same or behind < -APART or not _enough(law_search, candidate):
                 continue
             name = candidate.fit.terms[-1].effect.component
             if name not in found or found[name][1] < behind:
                 found[name] = other, behind
     return sorted(found.values(), key=lambda pair: -pair[1])
-
-
-def typical(rows: Sequence[tuple[float, float, float]]) -> tuple[float, float, float]:
-    """Geometric means over the left-out runs of the errors (vehicle, library, law).
-
-    Near the critical speed a run drifts away with any value that is a little off, and its errors
-    are tens of times those of the others; so each run counts by how many times better it is.
-    """
-    vehicle, library, law = np.exp(np.mean(np.log(np.array(rows) + 1e-12), axis=0)).tolist()
-    return vehicle, library, law
-
-
-def kept_out(search: Search, fit: Fit) -> list[float]:
-    """Error of each run predicted by what the others taught; empty with a single run."""
-    problem = search.problem
-    count = len(problem.runs)
-    found = []
-    for index in range(count if count > 1 else 0):
-        others = [r for r in range(count) if r != index]
-        taught = Fitter(problem).run(replace(fit), 6, runs=others)
-        constant = tuple(t for t in taught.terms if not t.effect.windowed)
-        nuisance = start_values(problem, index, constant, taught.shift)
-        terms = carried(problem, index, taught, nuisance, set())
-        outputs = predict_run(problem, index, terms, nuisance, taught.shift)
-        found.append(nrmse(errors(problem, index, outputs)))
-    return found

@@ -1,9 +1,9 @@
-"""Laws that are tried: a place, what it depends on, and a shape, each with its dimension.
+"""The laws that are tried: a place, a variable and a shape, with their dimensions.
 
-A law is no effect of the library: it has no name, only a place where it acts, one motion that makes
-it and the gain between them (plant slots `law_*`); or it swings by itself (`mode_*`); or it is a
-lever on the tyres' side force (`trail_*`). What the library has under a name is left out here, and
-so is what a value of the vehicle's file would do alike.
+A law has no name, only a place where it acts, one motion variable on which it depends and the gain
+between them (plant slots `law_*`); or it is a mass that oscillates (`mode_*`); or a lever of the
+tyre side force (`trail_*`). Effects of the library are excluded, and so is everything that is
+equivalent to a value of the vehicle file.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from swaywatch.errors import SwaywatchError
 from swaywatch.plant.lanes import BODY, LAW_TO, PlantInput
 
 ID = "law"
-SPEED_M_S = 25.0  # at which the gain of a law is said
+SPEED_M_S = 25.0  # at which the gain of a law is stated
 #: In the plant's numbering. Hysteretic: dry friction behind an elastic part, after Dahl; it follows
 #: the articulation only, whose rate is a state too.
 SHAPES = (
@@ -32,7 +32,7 @@ LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times be
 
 @dataclass(frozen=True)
 class Place:
-    """Where a law can act: slot, words, unit, and a size that is noticed."""
+    """Where a law can act: slot, words, unit, and a noticeable amplitude."""
 
     slot: str
     words: str
@@ -42,7 +42,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Dependence:
-    """What a law can depend on: slot, words, symbol, unit, usual size in a test drive."""
+    """A variable of a law: slot, words, symbol, unit, usual amplitude in a test drive."""
 
     slot: str
     words: str
@@ -51,7 +51,7 @@ class Dependence:
     usual: float
 
 
-#: Half the log prior weight of a law that nothing known makes, as of `Effect.plausibility`.
+#: Half the log prior weight of a law without a known cause, see `Effect.plausibility`.
 UNHEARD_OF = -1.0
 
 PLACES = {
@@ -92,19 +92,19 @@ MADE_OF = {"heading_car": {"heading": 1.0, "articulation": -1.0}}
 HEADINGS = ("heading", "heading_car")
 SLIPS = ("slip_car_front", "slip_car_rear", "slip_trailer")
 
-#: Pairs of place and motion, and the powers of the speed that are tried with each. Left out are
-#: library effects (hitch damping, air on the trailer, roll steer) and what a value of the file
-#: does alike (a force of a body's own sideslip is its tyres' stiffness, of its yaw rate its mass).
+#: Pairs of place and motion, and the powers of the speed that are tried with each. Excluded are
+#: library effects (hitch damping, air on the trailer, roll steer) and equivalents of a value of the
+#: file (a force with a body's own sideslip is its cornering stiffness, with its yaw rate its mass).
 PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
     "hitch": {"articulation": (0, 2)},
     "force_car": {"sideslip_car": (2,), "articulation": (0, 2), "heading": (0,)},
     "force_trailer": {"articulation": (0, 2), "heading": (0,)},
     "moment_car": {
-        "yaw_rate_car": (0, 1, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
+        "yaw_rate_car": (-1, 0, 1, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2),
     },
     "moment_trailer": {
-        "yaw_rate_trailer": (0, 1, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
+        "yaw_rate_trailer": (-1, 0, 1, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "steer": (0,),
     },
     "slip_car_front": {
@@ -116,11 +116,14 @@ PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
         "steer": (0, 2),
     },
 }  # fmt: skip
-#: Natural frequencies from which a swinging mass is looked for, Hz; of each row the most promising
-#: one is fitted.
+#: Initial natural frequencies of an oscillating mass, Hz; the most promising one of each row is
+#: fitted.
 FREQUENCIES_HZ = ((0.35, 0.5, 0.65), (0.75, 0.85, 0.95, 1.1), (1.3, 1.6, 2.0, 2.6))
 BODIES = ("car", "trailer")
-MOST_DAMPED = 0.7  # damping ratio of what is called swinging: 5 % overshoot
+SWINGS = ("swing", "turn")
+#: Lever at which an oscillating mass acts by its moment only, m.
+FAR_M = 1000.0
+MOST_DAMPED = 0.7  # damping ratio up to which it counts as oscillating: 5 % overshoot
 
 
 @dataclass(frozen=True)
@@ -130,15 +133,16 @@ class Law:
     Attributes
     ----------
     place
-        A key of `PLACES`; of a swinging mass its body; of a lever on the side force "tyres".
+        A key of `PLACES`; for an oscillating mass its body; for a lever of the side force "tyres".
     motion
-        A key of `MOTIONS`; "swing"; "side_force".
+        A key of `MOTIONS`; "side_force"; of an oscillation "swing" (lateral) or "turn" (about the
+        vertical axis).
     shape
         One of `SHAPES`.
     power
         Of the speed.
     lagged
-        Whether it follows with a lag.
+        Whether it acts with a lag.
     """
 
     place: str
@@ -149,36 +153,39 @@ class Law:
 
     @property
     def spec(self) -> str:
-        """The law in one word, as a model block keeps it."""
+        """The law as one string, as stored in a model block."""
         return "/".join((self.place, self.motion, self.shape, str(self.power), str(self.lagged)))
 
     @property
     def swings(self) -> bool:
-        """A mass with a frequency of its own."""
-        return self.motion == "swing"
+        """An oscillating mass, with a natural frequency."""
+        return self.motion in SWINGS
 
 
-#: Laws whose straight form the library or the file has: a damper at the ball, the steering's ratio,
-#: roll steer, a softer tyre. A friction at the ball and a play of the steering are the library's,
-#: too. An axle whose wheels give way within a play holds less at small slip.
-BENT_ONLY = (
-    *(Law("hitch", "articulation_rate", bent) for bent in ("odd square", "cube", "dead zone")),
-    *(Law("slip_car_front", "steer", bent) for bent in ("odd square", "cube")),
-    *(Law("slip_car_rear", "roll_car", bent) for bent in ("odd square", "cube")),
-    *(Law("slip_trailer", "roll_trailer", bent) for bent in ("odd square", "cube")),
+#: Laws whose linear form is in the library or the file: a damper at the ball, the steering ratio,
+#: roll steer, a softer tyre. Friction at the ball and free play of the steering are library effects
+#: too. An axle with play in its wheel bearings is softer at small slip.
+NONLINEAR_ONLY = (
+    *(
+        Law("hitch", "articulation_rate", nonlinear)
+        for nonlinear in ("odd square", "cube", "dead zone")
+    ),
+    *(Law("slip_car_front", "steer", nonlinear) for nonlinear in ("odd square", "cube")),
+    *(Law("slip_car_rear", "roll_car", nonlinear) for nonlinear in ("odd square", "cube")),
+    *(Law("slip_trailer", "roll_trailer", nonlinear) for nonlinear in ("odd square", "cube")),
     *(Law(slip, slip, "saturating") for slip in SLIPS),
 )
 
 
 def law_of(spec: str) -> Law:
-    """The law of a word that `Law.spec` made."""
+    """The law of a string written by `Law.spec`."""
     try:
         place, motion, shape, power, lagged = spec.partition("@")[0].split("/")
         found = Law(place, motion, shape, int(power), lagged == "True")
     except ValueError:
         raise SwaywatchError(f"{spec!r} is no law (place/motion/shape/power/lagged)") from None
     known = motion in MOTIONS and place in PLACES
-    known |= motion == "swing" and place in BODIES
+    known |= motion in SWINGS and place in BODIES
     known |= motion == "side_force" and place == "tyres"
     if not known or shape not in SHAPES:
         raise SwaywatchError(f"{spec!r}: no such place, motion or shape")
@@ -204,7 +211,7 @@ def _moves(law: Law) -> Act:
 
 
 def _swings(body: str) -> Act:
-    """The swinging mass is a part of the body's own: what the scales show stays."""
+    """The oscillating mass is a part of the mass of its body: the total stays as weighed."""
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del run, windows
@@ -216,6 +223,7 @@ def _swings(body: str) -> Act:
         plant.scalar(f"mode_mass_{body}", mass)
         plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values["frequency_hz"])
         plant.scalar(f"mode_damping_{body}", values["damping_ratio"])
+        plant.scalar(f"mode_gap_{body}", abs(values.get("gap_m", 0.0)))
         plant.scalar(f"mode_place_{body}", place - ahead)
         plant.scalar(f"sensor_ahead_{body}", -ahead)
         plant.body[BODY.index(f"{body}.mass")] = rest
@@ -231,6 +239,21 @@ def _swings(body: str) -> Act:
     return act
 
 
+def _turns(body: str) -> Act:
+    """The oscillating inertia is a part of the yaw inertia of its body."""
+
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del run, windows
+        inertia = values["inertia_kgm2"]
+        plant.scalar(f"mode_mass_{body}", inertia / FAR_M**2)
+        plant.scalar(f"mode_place_{body}", FAR_M)
+        plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values["frequency_hz"])
+        plant.scalar(f"mode_damping_{body}", values["damping_ratio"])
+        plant.body[BODY.index(f"{body}.yaw_inertia")] -= inertia
+
+    return act
+
+
 def _lever(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
     del run, windows
     for axle in ("car_front", "car_rear", "trailer"):
@@ -238,12 +261,12 @@ def _lever(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window
 
 
 def effect_of(law: Law, start_hz: float | None = None) -> Effect:
-    """The law as an effect of the plant: fitted and judged like any other.
+    """The law as an effect of the plant, fitted and judged like any other.
 
     Parameters
     ----------
     start_hz
-        Of a swinging mass: the frequency that the fit begins with.
+        For an oscillating mass: the initial frequency of the fit.
     """
     return _effect(law, start_hz)
 
@@ -253,14 +276,7 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
     act: Act
     parameters: tuple[Parameter, ...]
     if law.swings:
-        at = start_hz or 0.8
-        act, parameters = _swings(law.place), (
-            Parameter("mass_kg", "kg", 0.0, 0.0, 900.0, (60.0,), 10.0, 2.0),
-            Parameter("frequency_hz", "Hz", at, 0.15, 4.0, (at,), 0.03, 1e9),
-            Parameter("damping_ratio", "1", 0.05, 0.0, 1.5, (0.05,), 0.02, 1e9),
-            Parameter("position_m", "m", 0.0, -4.0, 4.0, (0.0,), 0.05, 1e9),
-        )  # fmt: skip
-        equation = "m (q'' + 2 zeta omega q' + omega^2 q) = -m a_y of its place"
+        act, parameters, equation = _with_a_frequency(law, start_hz or 0.8)
     elif law.motion == "side_force":
         act = _lever
         parameters = (Parameter("lever_m", "m", 0.0, -0.15, 0.15, (0.03,), 0.005, 0.003),)
@@ -273,7 +289,7 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
         component=f"{law.place} of {law.motion}",
         kind="physics",
         equation=equation,
-        source="found in the recording",
+        source="identified from the recording",
         parameters=parameters,
         act=act,
         report=_with_limit if law.shape in LIMITED else dict,
@@ -289,25 +305,47 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
     )
 
 
+def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], str]:
+    """Act, parameters and equation of an oscillating mass, with its initial frequency."""
+    swings = (
+        Parameter("frequency_hz", "Hz", at, 0.15, 4.0, (at,), 0.03, 1e9),
+        Parameter("damping_ratio", "1", 0.05, 0.0, 1.5, (0.05,), 0.02, 1e9),
+    )
+    if law.motion == "turn":
+        size = Parameter("inertia_kgm2", "kg m2", 0.0, 0.0, 3000.0, (150.0,), 25.0, 5.0)
+        equation = "I (q'' + 2 zeta omega q' + omega^2 q) = -I r'"
+        return _turns(law.place), (size, *swings), equation
+    found: tuple[Parameter, ...] = (
+        Parameter("mass_kg", "kg", 0.0, 0.0, 900.0, (60.0,), 10.0, 2.0), *swings,
+        Parameter("position_m", "m", 0.0, -4.0, 4.0, (0.0,), 0.05, 1e9),
+    )  # fmt: skip
+    held = "q"
+    if law.shape == "dead zone":
+        found = (*found, Parameter("gap_m", "m", 0.01, 0.0, 0.3, (0.01,), 0.003, 1e9))
+        held = "(q beyond +-gap)"
+    equation = f"m (q'' + 2 zeta omega q' + omega^2 {held}) = -m a_y of its place"
+    return _swings(law.place), found, equation
+
+
 def _with_limit(values: Values) -> dict[str, float]:
-    """Also the size that the law levels off at."""
+    """Values with the one at which the law saturates."""
     return dict(values) | {"limit": abs(values["gain"] * values["bend"])}
 
 
 def _can_swing(values: Values) -> bool:
-    """What creeps back does not swing: a load or a liquid passes its rest position."""
+    """Overdamped is not oscillating: a load or a liquid passes its rest position."""
     return values["damping_ratio"] < MOST_DAMPED
 
 
 def _numbers(law: Law) -> tuple[Parameter, ...]:
-    """Gain, bend and lag of a law, with the sizes that its dimensions give them."""
+    """Gain, bend and lag of a law, scaled by its dimensions."""
     place, motion = PLACES[law.place], MOTIONS[law.motion]
     curve = {"cube": 3, "odd square": 2, "even square": 2}.get(law.shape, 1)
     start = place.level / motion.usual**curve
     unit = f"{place.unit} per {motion.unit}" + (f"^{curve}" if curve > 1 else "")
     high = 100.0 * start
     found = [Parameter("gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start)]
-    if law.motion in SLIPS:  # a wheel gives way by no more than its slip
+    if law.motion in SLIPS:  # the compliance of a wheel is at most its slip
         found = [Parameter("gain", unit, 0.0, -1.0, 0.0, (-0.5,), 0.1, 0.1)]
     if SHAPES.index(law.shape) in BENDS:
         bend = (0.5 if law.shape == "saturating" else 0.3) * motion.usual
@@ -322,7 +360,7 @@ def _numbers(law: Law) -> tuple[Parameter, ...]:
 def formula(law: Law) -> str:
     """The law in symbols."""
     symbol = MOTIONS[law.motion].symbol
-    bent = {
+    nonlinear = {
         "straight": symbol,
         "saturating": f"bend tanh({symbol} / bend)",
         "dead zone": f"({symbol} beyond +-bend)",
@@ -332,13 +370,18 @@ def formula(law: Law) -> str:
         "hysteretic": "z, dz/dt = dtheta/dt - |dtheta/dt| z / bend",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
-    speed = {0: "", 1: f" (v / {SPEED_M_S:g} m/s)", 2: f" (v / {SPEED_M_S:g} m/s)^2"}[law.power]
-    return f"{left} = gain x {bent}{speed}" + (" behind a lag" if law.lagged else "")
+    speed = {
+        -1: f" / (v / {SPEED_M_S:g} m/s)",
+        0: "",
+        1: f" (v / {SPEED_M_S:g} m/s)",
+        2: f" (v / {SPEED_M_S:g} m/s)^2",
+    }[law.power]
+    return f"{left} = gain x {nonlinear}{speed}" + (" with a lag" if law.lagged else "")
 
 
 @cache
 def grammar() -> tuple[Effect, ...]:
-    """Every straight law, and swinging masses from every start."""
+    """All linear laws, and oscillating masses with every initial frequency."""
     found = [
         effect_of(Law(place, motion, power=power))
         for place, motions in PAIRS.items()
@@ -347,7 +390,11 @@ def grammar() -> tuple[Effect, ...]:
     ]
     found.append(effect_of(Law("tyres", "side_force")))
     found += [
-        effect_of(Law(body, "swing"), hz) for body in BODIES for row in FREQUENCIES_HZ for hz in row
+        effect_of(Law(body, motion), hz)
+        for body in BODIES
+        for motion in SWINGS
+        for row in FREQUENCIES_HZ
+        for hz in row
     ]
     return tuple(found)
 
@@ -357,14 +404,18 @@ def _of_one(one: Law, other: Law) -> bool:
 
 
 def refined(law: Law) -> list[Law]:
-    """The same law with another shape, over the speed too, or behind a lag."""
-    if law in BENT_ONLY:
-        return [other for other in BENT_ONLY if other != law and _of_one(other, law)]
+    """The same law with another shape or power of the speed, or with a lag."""
+    if law in NONLINEAR_ONLY:
+        return [other for other in NONLINEAR_ONLY if other != law and _of_one(other, law)]
+    if law.motion == "swing" and law.shape == SHAPES[0]:
+        return [Law(law.place, "swing", "dead zone")]
     if law.swings or law.motion == "side_force":
         return []
-    sticks = law.motion == "articulation" and law.place != "hitch"  # there it is the library's
+    sticks = (
+        law.motion == "articulation" and law.place != "hitch"
+    )  # at the hitch it is a library effect
     shapes = SHAPES if sticks else SHAPES[:-1]
-    # which power of the speed the straight law has says little of a bent one
+    # the power of the speed of the linear law says little about a nonlinear one
     powers = PAIRS[law.place][law.motion]
     found = [Law(law.place, law.motion, shape, power) for shape in shapes for power in powers]
     found = [other for other in found if (other.shape, other.power) != (law.shape, law.power)]
@@ -373,11 +424,11 @@ def refined(law: Law) -> list[Law]:
 
 
 @cache
-def bendable() -> tuple[Law, ...]:
-    """Every law that one motion makes, in every shape, straight ones behind a lag too."""
+def all_laws() -> tuple[Law, ...]:
+    """All laws in one variable, in every shape, linear ones with a lag too."""
     straight = [Law(p, m, power=w) for p, ms in PAIRS.items() for m, ws in ms.items() for w in ws]
-    bent = [law for one in straight for law in refined(one)]
-    return tuple(dict.fromkeys((*straight, *bent, *BENT_ONLY)))
+    nonlinear = [law for one in straight for law in refined(one)]
+    return tuple(dict.fromkeys((*straight, *nonlinear, *NONLINEAR_ONLY)))
 
 
 assert set(PLACES) == set(LAW_TO)

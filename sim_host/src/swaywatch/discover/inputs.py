@@ -1,9 +1,9 @@
-"""The missing force itself: what has to act at a place to explain the runs, with its error in time.
+"""The missing force itself: the input at a place that explains the runs, with its error over time.
 
 Linear least squares of pulses under the observer (`diagnose/evidence/locate.py`): the channels'
-answers to a pulse at the place are simulated, and the amplitudes of all pulses, of the believed
-values and of the start are solved for together, each against its prior. Nothing of a law goes into
-it, so a law can be held against it.
+responses to a pulse at the place are simulated, and the amplitudes of all pulses, the values of the
+file and the initial state are solved for together, each with its prior. No law enters into it, so
+that a law can be compared with it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 PULSE_S = 0.25
 RIDGE = 1e-2
-#: Series slots that make up a force at a place, with their sign.
+#: Series slots that represent a force at a place, with their sign.
 SLOTS: dict[str, tuple[tuple[str, float], ...]] = {
     "hitch": (("moment_car", 1.0), ("moment_trailer", -1.0)),
     "force_car": (("force_car", 1.0),),
@@ -52,13 +52,13 @@ def _act(place: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], No
 
 
 def free_input(place: str) -> Effect:
-    """An unknown course at a place, in pulses."""
+    """An unknown input at a place, in pulses."""
     size = PLACES[place]
     return Effect(
         id="_input",
         component=place,
         kind="physics",
-        equation="an unknown course",
+        equation="an unknown input",
         source="none",
         parameters=(Parameter("size", size.unit, 0.0, -1e6, 1e6, (1.0,), 0.2 * size.level),),
         act=_act(place),
@@ -67,14 +67,14 @@ def free_input(place: str) -> Effect:
 
 
 def place_of(law: Law) -> str:
-    """The place of an unknown course that shows a law best."""
+    """The place at which an unknown input shows a law best."""
     if law.place in BODIES:
-        return f"force_{law.place}"
+        return f"{'moment' if law.motion == 'turn' else 'force'}_{law.place}"
     return "moment_car" if law.place == "tyres" else law.place
 
 
 def missing_inputs(found: Discovery) -> dict[str, Any]:
-    """Course of the unknown input at the law's place, and what it depends on at those times."""
+    """The unknown input over time at the place of the law, and the variable of the law."""
     law = found.law
     place = place_of(law)
     without = tuple(t for t in found.fit.terms if t.effect.id != ID)
@@ -116,7 +116,7 @@ _COLUMNS = {
 
 
 def motion(found: Discovery, index: int, law: Law) -> Array | None:
-    """What a law depends on in a run as the model has it, shape (n,); None: a state of its own."""
+    """The variable of a law in a run of the model, shape (n,); None: a state of its own."""
     problem, fit = found.search.problem, found.fit
     if law.swings or law.motion == "side_force":
         return None
@@ -163,7 +163,7 @@ def _steered(name: str, plant: PlantInput) -> Array:
 
 
 def dragged(z: Array, bend: float) -> Array:
-    """What follows `z` behind dry friction and slips at `bend` (Dahl), shape (n,)."""
+    """Deflection of an element with dry friction that slides at `bend` (Dahl), shape (n,)."""
     state = np.zeros_like(z)
     for i, step in enumerate(np.diff(z)):
         kept = math.exp(-abs(step) / bend)  # exact while z goes one way
@@ -172,11 +172,11 @@ def dragged(z: Array, bend: float) -> Array:
 
 
 def valued(found: Discovery, z: Array, speed: Array) -> Array:
-    """The law (without its lag) at values of what it depends on, shape (n,)."""
+    """The law (without its lag) at given values of its variable, shape (n,)."""
     law = found.law
     values = found.term.as_dict()
     bend = max(values.get("bend", 1.0), 1e-9)
-    bent = {
+    shaped = {
         "straight": z,
         "saturating": bend * np.tanh(z / bend),
         "dead zone": z - np.clip(z, -bend, bend),
@@ -185,5 +185,5 @@ def valued(found: Discovery, z: Array, speed: Array) -> Array:
         "even square": z**2,
         "hysteretic": dragged(z, bend),
     }
-    assert set(bent) == set(SHAPES)
-    return np.asarray(values["gain"] * bent[law.shape] * (speed / SPEED_M_S) ** law.power)
+    assert set(shaped) == set(SHAPES)
+    return np.asarray(values["gain"] * shaped[law.shape] * (speed / SPEED_M_S) ** law.power)

@@ -1,47 +1,61 @@
-"""What is known to act like a law: a hint for its name, and prior weight for the law."""
+"""Devices known to act like a law: a hint for its name, and prior weight for the law."""
 
 from __future__ import annotations
 
 #: What is known to act in this way, by place and motion, for a positive and a negative gain.
 KNOWN: dict[tuple[str, str], tuple[str, str]] = {
     ("hitch", "articulation"): (
-        "a spring: a weight-distributing hitch, a coupling that pulls straight",
-        "a moment that folds the combination: a tilted or worn coupling",
+        "a spring: a weight-distributing hitch, a self-centring coupling",
+        "a negative spring, which folds the combination: a tilted or worn coupling",
     ),
     ("hitch", "articulation_rate"): ("a hydraulic damper", ""),
     ("moment_car", "yaw_rate_car"): (
-        "a controller that turns the car in",
-        "a stability controller that brakes against the yaw",
+        "a controller that increases the yaw rate (torque vectoring)",
+        "yaw damping by a stability controller",
     ),
     ("moment_car", "yaw_rate_trailer"): (
-        "a controller that follows the trailer's yaw",
-        "a trailer-stability controller of the car",
+        "a controller that acts with the trailer yaw rate",
+        "trailer stability control of the car",
     ),
-    ("moment_car", "steer"): ("torque vectoring into the bend", "a differential that resists"),
-    ("moment_car", "sideslip_car"): ("air that turns the car in", "air that turns the car out"),
-    ("force_car", "sideslip_car"): ("", "air side force on the car"),
+    ("moment_car", "steer"): (
+        "torque vectoring into the bend",
+        "a locked or limited-slip differential",
+    ),
+    ("moment_car", "sideslip_car"): ("aerodynamic yaw moment",) * 2,
+    ("force_car", "sideslip_car"): ("", "aerodynamic side force on the car"),
     ("moment_trailer", "yaw_rate_trailer"): (
         "",
         "scrub of axles close together, or trailer brakes under a stability controller",
     ),
     ("moment_trailer", "articulation_rate"): ("", "trailer brakes under a stability controller"),
-    ("force_trailer", "heading"): ("a steady wind over a road that turns",) * 2,
-    ("force_car", "heading"): ("a steady wind over a road that turns",) * 2,
-    ("slip_trailer", "articulation"): ("a steered trailer axle", "a steered trailer axle"),
-    ("slip_car_front", "steer"): ("steering whose ratio changes over its angle",) * 2,
-    ("slip_car_front", "heading_car"): ("", "steering that keeps the lane beside the driver"),
+    ("force_trailer", "heading"): ("a steady wind on a curved road",) * 2,
+    ("force_car", "heading"): ("a steady wind on a curved road",) * 2,
+    ("slip_trailer", "articulation"): ("a steered trailer axle",) * 2,
+    ("slip_car_front", "steer"): ("a variable steering ratio",) * 2,
+    ("slip_car_front", "heading_car"): ("", "lane keeping assistance"),
     ("slip_car_front", "slip_car_front"): (
         "",
-        "front wheels that give way: worn bearings or bushes",
+        "compliance of the front wheels: worn bearings or bushes",
     ),
-    ("slip_car_rear", "slip_car_rear"): ("", "rear wheels that give way: worn bearings or bushes"),
-    ("slip_trailer", "slip_trailer"): ("", "wheels that give way: worn bearings or bushes"),
-    ("slip_car_rear", "steer"): ("rear-wheel steering, same sense", "rear-wheel steering"),
+    ("slip_car_rear", "slip_car_rear"): (
+        "",
+        "compliance of the rear wheels: worn bearings or bushes",
+    ),
+    ("slip_trailer", "slip_trailer"): ("", "compliance of the wheels: worn bearings or bushes"),
+    ("slip_car_rear", "steer"): (
+        "rear-wheel steering, in phase",
+        "rear-wheel steering, out of phase",
+    ),
     ("slip_car_front", "yaw_rate_car"): (
-        "steering that follows the yaw",
-        "the driver's arms, or steering assistance against the yaw",
+        "steering assistance in the sense of the yaw rate",
+        "the driver's arms, or steering assistance against the yaw rate",
     ),
-    ("trailer", "swing"): ("a load that is not lashed, a liquid", ""),
-    ("car", "swing"): ("a load in the car that is not lashed, a liquid", ""),
+    ("trailer", "swing"): ("an unsecured load, a liquid", ""),
+    ("car", "swing"): ("an unsecured load in the car, a liquid", ""),
+    ("trailer", "turn"): (
+        "a load that oscillates about its vertical axis: a boom, a boat on its cradle",
+        "",
+    ),
+    ("car", "turn"): ("a load in the car that oscillates about its vertical axis", ""),
     ("tyres", "side_force"): ("aligning moments of the tyres (pneumatic trail)", ""),
 }

@@ -1,4 +1,4 @@
-"""The part of the diagnosis page about a law that is no effect of the library."""
+"""The part of the diagnosis page about a law outside the library."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ NINETY = 1.645
 
 
 def lines(result: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Lines of the verdict's box, each with its remark."""
+    """Lines of the box with the verdict, each with its remark."""
     found = []
     for law in result.get("discovered", []):
         hint = f" ({law['perhaps']}?)" if law["perhaps"] else ""
         text = f"{law['text'][:1].upper() + law['text'][1:]}{hint}"
-        found.append((text, "a law that is in no library, found in these runs"))
+        found.append((text, "a law outside the library, identified from these runs"))
     return found
 
 
 def section(result: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """What was found beyond the library, how sure it is, and the missing force itself."""
+    """What was found outside the library, its evidence, and the missing force itself."""
     return [
         {"words": _words(law), "law": law["law"], "numbers": _numbers(law), "plots": _plots(law)}
         for law in result.get("discovered", [])
@@ -40,27 +40,27 @@ def _plots(law: Mapping[str, Any]) -> list[PackedPlot]:
 
 
 def _words(law: Mapping[str, Any]) -> str:
-    said = " + ".join(law["library_would_say"]) or "nothing"
+    best = " + ".join(law["library_would_say"]) or "no effect"
     text = (
         f"{law['text'][:1].upper()}{law['text'][1:]}. It {law['energy']}. "
-        f"Against the best that the library can say ({said.replace('_', ' ')}) the logarithm of "
-        f"the Bayes factor is {law['log_bayes_factor_to_library']:.0f}; "
+        f"Compared with the best explanation from the library ({best.replace('_', ' ')}) the "
+        f"logarithm of the Bayes factor is {law['log_bayes_factor_to_library']:.0f}; "
         f"{100.0 * law['share_explained']:.0f} % of the mismatch beyond noise is explained."
     )
     if law["perhaps"]:
-        text += f" Known to act so: {law['perhaps']}."
+        text += f" Possible cause: {law['perhaps']}."
     kept = law["kept_out"]
     if kept:
         text += (
-            " Each run predicted from the others is off by "
+            " When each run is predicted from the others, the error is "
             f"{100.0 * kept['calibrated_nrmse']:.1f} % (NRMSE) with the calibrated vehicle, "
             f"{100.0 * kept['library_nrmse']:.1f} % with the library and "
             f"{100.0 * kept['with_law_nrmse']:.1f} % with the law."
         )
     else:
-        text += " One run only: it has not been held against another one."
+        text += " With only one run the law could not be tested on another one."
     for other in law["equivalent"]:
-        text += f" A law at {other['place']} of {other['depends_on']} does as well."
+        text += f" A law at {other['place']} in {other['depends_on']} fits equally well."
     return text.replace("_", " ")
 
 
@@ -75,10 +75,10 @@ def _numbers(law: Mapping[str, Any]) -> list[list[str]]:
 
 
 def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:
-    """The missing force against time, as the runs ask for it and as the law has it."""
+    """The missing force against time, as estimated from the runs and according to the law."""
     figure = go.Figure(
         go.Scatter(
-            x=run["time_s"], y=run["value"], mode="markers", name="what the run asks for",
+            x=run["time_s"], y=run["value"], mode="markers", name="estimated from the run",
             marker={"color": ESTIMATE, "size": 5},
             error_y={
                 "array": [NINETY * e for e in run["standard_error"]], "color": ESTIMATE,
@@ -87,7 +87,7 @@ def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:
         )
     )  # fmt: skip
     if run["law"] is not None:
-        figure.add_scatter(x=run["time_s"], y=run["law"], name="the law", line={"color": LAW})
+        figure.add_scatter(x=run["time_s"], y=run["law"], name="law", line={"color": LAW})
     figure.update_layout(
         title=f"{run['run']}: missing at {found['place'].replace('_', ' ')}",
         xaxis_title="time, s", yaxis_title=f"{found['place'].replace('_', ' ')}, {found['unit']}",
@@ -96,7 +96,7 @@ def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:
 
 
 def _curve(law: Mapping[str, Any]) -> go.Figure:
-    """The missing force against what it depends on."""
+    """The missing force against its variable."""
     found = law["input"]
     figure = go.Figure()
     for run in found["runs"]:
@@ -106,10 +106,10 @@ def _curve(law: Mapping[str, Any]) -> go.Figure:
         pairs = sorted(zip(run["motion"], run["law"], strict=True))
         figure.add_scatter(
             x=[p[0] for p in pairs], y=[p[1] for p in pairs], mode="markers",
-            name=f"the law, {run['run']}", marker={"color": LAW, "size": 3},
+            name=f"law, {run['run']}", marker={"color": LAW, "size": 3},
         )  # fmt: skip
     figure.update_layout(
-        title="the missing input against what it depends on",
+        title="the missing input against its variable",
         xaxis_title=f"{law['variables'][0]}, {found['motion_unit']}",
         yaxis_title=f"{found['place'].replace('_', ' ')}, {found['unit']}",
     )

@@ -1,4 +1,4 @@
-"""`discovered` of diagnosis.json, and the verdict with a law in it."""
+"""`discovered` of diagnosis.json, and the verdict that contains a law."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 from swaywatch.diagnose.evidence.evidence import explained
 from swaywatch.diagnose.evidence.search import reduced_chi_square
 from swaywatch.diagnose.evidence.verdict import SUREST, Verdict
-from swaywatch.discover.find import Discovery, typical
+from swaywatch.diagnose.fit.holdout import typical
+from swaywatch.discover.find import Discovery
 from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, Law
 from swaywatch.discover.inputs import missing_inputs
 from swaywatch.discover.sentences import energy, sentence, suggestion
@@ -17,7 +18,7 @@ NAMED_BESIDE = 0.9  # confidence in a library effect that a law is claimed besid
 
 
 def with_law(verdict: Verdict, found: Discovery) -> Verdict:
-    """The verdict with the law in the model, and what of the library is left beside it."""
+    """The verdict with the law in the model, and the library effects that stay beside it."""
     known = dict(zip((t.effect.name for t in verdict.fit.terms), verdict.confidence, strict=False))
     names = [t.effect.name for t in found.fit.terms]
     return replace(
@@ -45,18 +46,22 @@ def take_law(result: dict[str, Any], found: Discovery | None) -> None:
 
 def location(law: Law) -> str:
     """Where the law acts, in words."""
+    if law.motion == "turn":
+        return f"yaw moment in the {law.place}"
     if law.place in BODIES:
         return f"side force in the {law.place}"
     if law.place == "tyres":
-        return "yaw moment of every tyre"
+        return "yaw moment of all tyres"
     return PLACES[law.place].words
 
 
 def variables(law: Law) -> list[str]:
-    """What it depends on, in words."""
+    """Its variables, in words."""
+    if law.motion == "turn":
+        return [f"yaw acceleration of the {law.place}", "its own angle and rate"]
     if law.swings:
-        return [f"lateral acceleration of the {law.place}", "its own position and rate"]
-    found = ["side force of the tyre"] if law.motion == "side_force" else []
+        return [f"lateral acceleration of the {law.place}", "its own displacement and rate"]
+    found = ["tyre side force"] if law.motion == "side_force" else []
     found = found or [MOTIONS[law.motion].words]
     return [*found, "speed"] if law.power else found
 
@@ -67,9 +72,9 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
     Parameters
     ----------
     parameters
-        Numbers of the law with intervals, as `describe` has them.
+        Values of the law with intervals, as `describe` returns them.
     fit
-        Scores of the whole model.
+        Scores of the complete model.
     """
     law, term = found.law, found.term
     for p in term.effect.parameters:

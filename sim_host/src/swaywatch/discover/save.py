@@ -1,4 +1,4 @@
-"""A law that was found as an effect file of the user's own, and such files read back."""
+"""Writing a discovered law as an effect file, and reading such files."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from swaywatch.errors import SwaywatchError
 
 _FILE = '''"""{text}
 
-Found by `swaywatch diagnose` in {runs}. Law: {law}
+Identified by `swaywatch diagnose` from {runs}. Law: {law}
 {numbers}
-Give it a name and a place in your library: `swaywatch diagnose --physics {file}`.
+Rename it as you like; `swaywatch diagnose --physics {file}` then includes it.
 """
 
 from swaywatch.discover.save import named
@@ -33,16 +33,16 @@ EFFECTS = [
 
 
 def named(id_: str, spec: str, starts: Mapping[str, float], source: str = "a recording") -> Effect:
-    """A law under a name: from then on an effect like those of the library.
+    """A law under a name, which makes it an effect like those of the library.
 
     Parameters
     ----------
     id_
-        Its word in diagnosis.json.
+        Its name in diagnosis.json.
     spec
-        The law in one word, as `discovered` of a diagnosis.json has it.
+        The law as one string, `spec` in `discovered` of a diagnosis.json.
     starts
-        Values that a fit begins with, by parameter.
+        Initial values of a fit, by parameter.
     """
     effect = effect_of(law_of(spec))
     unknown = set(starts) - {p.name for p in effect.parameters}
@@ -88,7 +88,7 @@ def save_law(result: Mapping[str, Any], path: Path) -> bool:
 
 
 def read_physics(paths: Sequence[Path]) -> list[Effect]:
-    """Effects of a user's own files, which are run like any of his programs."""
+    """Effects from the user's own files, which are executed as Python."""
     found: list[Effect] = []
     for path in paths:
         if not path.is_file():

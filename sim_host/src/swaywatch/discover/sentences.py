@@ -1,4 +1,4 @@
-"""What a law says, in words, and what is known to act so. The law is the finding, a name a hint."""
+"""A law in words, and what is known to act in this way. The law is the finding, the name a hint."""
 
 from __future__ import annotations
 
@@ -22,43 +22,53 @@ def suggestion(law: Law, gain: float) -> str:
     """What is known to act in this way; empty if nothing is."""
     names = KNOWN.get((law.place, law.motion), ("", ""))
     if law.place == "hitch" and law.shape == "dead zone":
-        return "a stop: something that touches at large articulation"
+        return "a stop: contact at large articulation"
+    if law.swings and law.shape == "dead zone":
+        return "a load that rolls or slides between stops"
     if law.shape == "hysteretic" and law.place == "slip_trailer":
-        return "axles that give way in worn bushes"
+        return "axle compliance with friction: worn bushes"
     return names[0 if gain >= 0.0 else 1]
 
 
 def energy(law: Law, gain: float) -> str:
-    """Whether the law can give energy to the motion."""
+    """Whether the law can supply energy to the motion."""
     if law.swings:
-        return "stores energy and loses it to its own damping: it cannot make any"
+        return "stores energy and dissipates it by its own damping: passive"
     if law.motion == law.place:
-        return "gives way to the tyres' own force: it cannot make any"
-    if law.place not in _WORKS or law.power:
-        return "can give energy to the motion: it takes it from the speed or from a drive"
-    stores, loses, sign = _WORKS[law.place]
-    if law.motion == stores and not law.lagged:
-        return "stores energy and gives it back: it cannot make any"
+        return "is a compliance under the tyre side force: passive"
+    stores, loses, sign = _WORKS.get(law.place, ("", "", 0.0))
+    if law.motion == stores and not law.lagged and not law.power:
+        return "stores energy and returns it: passive"
     if law.motion == loses and not law.lagged and sign * gain < 0.0:
-        return "takes energy from the motion"
-    return "can give energy to the motion: it takes it from the speed or from a drive"
+        return "dissipates energy of the motion: passive"
+    return "can supply energy to the motion, taken from the forward motion or from an actuator"
 
 
 def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
-    """The law in one sentence, with its numbers."""
+    """The law in one sentence, with its values."""
     if law.swings:
-        mass, hz, ratio = (parameters[k] for k in ("mass_kg", "frequency_hz", "damping_ratio"))
-        x = parameters["position_m"]["value"]
+        hz, ratio = parameters["frequency_hz"], parameters["damping_ratio"]
+        much = f"a damping ratio of {100.0 * max(ratio['value'], 0.0):.0f} %"
+        if law.motion == "turn":
+            size = _range(parameters["inertia_kgm2"])
+            return (
+                f"a load with a yaw inertia of {size} kg m2 in the {law.place} oscillates about "
+                f"the vertical axis at {_range(hz)} Hz with {much}"
+            )
+        mass, x = parameters["mass_kg"], parameters["position_m"]["value"]
         side = "ahead of" if x >= 0.0 else "behind"
         where = f", {abs(x):.1f} m {side} the centre of gravity"
+        if "gap_m" in parameters:
+            gap = 1000.0 * abs(parameters["gap_m"]["value"])
+            where += f", free within {gap:.0f} mm either way"
         return (
-            f"in the {law.place} something swings sideways at {_range(hz)} Hz with "
-            f"{100.0 * max(ratio['value'], 0.0):.0f} % damping and {_range(mass)} kg{where}"
+            f"a mass of {_range(mass)} kg in the {law.place} oscillates laterally at "
+            f"{_range(hz)} Hz with {much}{where}"
         )
     if law.motion == "side_force":
         lever = parameters["lever_m"]
         side = "behind" if lever["value"] >= 0.0 else "ahead of"
-        return f"the tyres' side forces act {_range(lever, 1000.0)} mm {side} the wheel centres"
+        return f"the tyre side forces act {_range(lever, 1000.0)} mm {side} the wheel centres"
     place, motion = PLACES[law.place], MOTIONS[law.motion]
     gain = parameters["gain"]
     unit, factor = _UNITS[place.unit]
@@ -70,24 +80,25 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     per = motion.unit if not order else f"({motion.unit}){order}"
     words = f"{place.words}: {_range(gain, factor)} {unit} per {per} of the {motion.words}{shape}"
     if law.shape == "saturating":
-        words += f", levelling off at {_limit(parameters, place)}"
+        words += f", saturating at {_limit(parameters, place)}"
     if law.shape == "dead zone":
-        words += f", beyond {abs(parameters['bend']['value']):.3g} {motion.unit} only"
+        words += f", only beyond {abs(parameters['bend']['value']):.3g} {motion.unit}"
     if law.shape == "hysteretic":
         slips = f"{abs(parameters['bend']['value']):.3g} {motion.unit}"
-        words += f", slipping at {slips}, {_limit(parameters, place)} (dry friction)"
+        words += f", sliding after {slips} at {_limit(parameters, place)} (dry friction)"
     words += {
-        0: ", the same at every speed",
-        1: f", at {SPEED_M_S:g} m/s and growing with the speed",
-        2: f", at {SPEED_M_S:g} m/s and growing with the square of the speed",
+        -1: f", at {SPEED_M_S:g} m/s, inversely proportional to the speed",
+        0: ", independent of speed",
+        1: f", at {SPEED_M_S:g} m/s, proportional to the speed",
+        2: f", at {SPEED_M_S:g} m/s, proportional to the square of the speed",
     }[law.power]
     if law.lagged and "lag_s" in parameters:
-        words += f", {1000.0 * parameters['lag_s']['value']:.0f} ms late"
+        words += f", {1000.0 * parameters['lag_s']['value']:.0f} ms lag"
     return words
 
 
 def _limit(parameters: Mapping[str, Mapping[str, Any]], place: Place) -> str:
-    """The size that a law levels off at, with its unit."""
+    """The value at which a law saturates, with its unit."""
     limit = parameters["limit"]
     unit, factor = _UNITS[place.unit]
     if abs(limit["value"]) * factor < 0.5:
@@ -96,7 +107,7 @@ def _limit(parameters: Mapping[str, Mapping[str, Any]], place: Place) -> str:
 
 
 def _range(row: Mapping[str, Any], factor: float = 1.0) -> str:
-    """A value with half of its 90 % interval, to the digits that the interval leaves."""
+    """A value with half of its 90 % interval, to the digits that the interval supports."""
     value = factor * float(row["value"])
     half = 0.5 * abs(factor) * (float(row["high"]) - float(row["low"]))
     if not math.isfinite(half) or half <= 0.0:

@@ -104,13 +104,14 @@ SCALARS = (
     "law_gain",
     "law_shape",  # as in discover/grammar.py
     "law_bend",  # what it depends on, where it saturates or the dead zone ends
-    "law_speed_power",  # 0, 1 or 2
+    "law_speed_power",  # -1, 0, 1 or 2
     "law_lag",  # s
     *(f"law_of_{name}" for name in LAW_OF),  # weights of what it depends on
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass
     "mode_frequency_car", "mode_frequency_trailer",  # rad/s, the body held
     "mode_damping_car", "mode_damping_trailer",  # 1
+    "mode_gap_car", "mode_gap_trailer",  # m either way, within which nothing but damping holds it
     "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest
     "sensor_ahead_car", "sensor_ahead_trailer",  # m, "centre of gravity" of the accelerations
     "drag_area_car", "drag_area_trailer",  # m2, drag coefficient times frontal area

@@ -35,6 +35,7 @@ INLINE V NAME(law)(const V *x, const V *of, const V *e, V speed, V *dx)
     V value = e[E_LAW_GAIN] * bent;
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
+    value /= NAME(choose)(power < 0.0, faster, NAME(all)(1.0));
     const V lag = e[E_LAW_LAG];
     const V late = (value - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
     dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, of, e), NAME(where)(lag, late));
@@ -43,19 +44,25 @@ INLINE V NAME(law)(const V *x, const V *of, const V *e, V speed, V *dx)
     return NAME(choose)(lag > 0.0, x[X_LAW], value);
 }
 
-/// Side force of the mass that swings in a body, on the body.
-INLINE V NAME(swinging)(const V *x, const V *e, int body)
+/// Deceleration of the mass that swings in a body; it is free within a gap in the middle.
+INLINE V NAME(pulled_back)(const V *x, const V *e, int body)
 {
     const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
-    return e[E_MODE_MASS_CAR + body] * omega *
-           (omega * x[X_MODE + body] + 2.0 * zeta * x[X_MODE_RATE + body]);
+    const V gap = e[E_MODE_GAP_CAR + body], q = x[X_MODE + body];
+    const V held = q - NAME(most)(NAME(least)(q, gap), -gap);
+    return omega * (omega * held + 2.0 * zeta * x[X_MODE_RATE + body]);
+}
+
+/// Its side force on the body.
+INLINE V NAME(swinging)(const V *x, const V *e, int body)
+{
+    return e[E_MODE_MASS_CAR + body] * NAME(pulled_back)(x, e, body);
 }
 
 /// How it goes on where its place has the acceleration `base` sideways.
 INLINE void NAME(swing)(const V *x, const V *e, int body, V base, V *dx)
 {
-    const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
-    const V back = omega * (omega * x[X_MODE + body] + 2.0 * zeta * x[X_MODE_RATE + body]);
+    const V back = NAME(pulled_back)(x, e, body);
     dx[X_MODE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], x[X_MODE_RATE + body]);
     dx[X_MODE_RATE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], -base - back);
 }

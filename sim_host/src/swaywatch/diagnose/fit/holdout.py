@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 #: The part of a run that its start values and its steering offset are taken from.
 START_S = 5.0
+#: Error of a left-out run over that of the rival: better, not only as good.
+BETTER = 0.99
 
 
 def first_seconds(run: Run, seconds: float) -> Run:
@@ -104,6 +106,30 @@ def carried(
                 "window gives their values, left out when that run is predicted"
             )
     return terms
+
+
+def left_out(problem: Problem, fit: Fit) -> list[float]:
+    """Error (NRMSE) of each run predicted by what the others taught; empty with a single run."""
+    count = len(problem.runs)
+    found = []
+    for index in range(count if count > 1 else 0):
+        others = [r for r in range(count) if r != index]
+        taught = Fitter(problem).run(fit, 6, runs=others)
+        constant = tuple(t for t in taught.terms if not t.effect.windowed)
+        nuisance = start_values(problem, index, constant, taught.shift)
+        terms = carried(problem, index, taught, nuisance, set())
+        outputs = predict_run(problem, index, terms, nuisance, taught.shift)
+        found.append(nrmse(errors(problem, index, outputs)))
+    return found
+
+
+def typical(rows: Sequence[Sequence[float]]) -> list[float]:
+    """Geometric means over the left-out runs of the errors, one for each column.
+
+    Near the critical speed a run drifts away with any value that is a little off, and its errors
+    are tens of times those of the others; so each run counts by how many times better it is.
+    """
+    return [float(x) for x in np.exp(np.mean(np.log(np.array(rows) + 1e-12), axis=0))]
 
 
 def held_out(problem: Problem, fit: Fit) -> dict[str, Any]:
