@@ -1,5 +1,5 @@
-# Swaywatch. `make run` does the main job, `make test` runs everything that is tested; both set up
-# what they need first. The other targets: setup quick lint bench hil clean lock.
+# Swaywatch. `make run` does the main job, `make test` runs every test; both set up what they need
+# first. `make help` lists the targets.
 #
 # A part of the project adds its own recipes in tests/mk/NAME.mk or port/NAME/rules.mk:
 # double-colon rules for `quick`, `test`, `bench` and `lint`, and items for SYSTEM_TEST.
@@ -22,7 +22,27 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 
 .PHONY: help setup setup-run setup-test lib codec clean lock
 help:
-	@echo "make run | diagnosis | test | setup | quick | lint | bench | hil | firmware-test | proof | clean"
+	@echo "Start here:"
+	@echo "  make run            set up, analyse a recording of this repository (about a minute)"
+	@echo "  make diagnosis      compare it with a simulation: where they differ, what is missing"
+	@echo "  make test           set up and run every test (long)"
+	@echo "Develop:"
+	@echo "  make setup          everything that tests need"
+	@echo "  make quick          unit tests of the core, under a minute"
+	@echo "  make lint           compilers' warnings, MISRA, ruff, mypy, formats"
+	@echo "  make coverage       lines and branches of lib/ that unit tests leave out"
+	@echo "  make docs           documentation as a site in build/"
+	@echo "Hardware:"
+	@echo "  make hil            daemon and hardware in the loop on a real kernel CAN"
+	@echo "  make firmware-test  the ECU under emulation: Cortex-M, Cortex-R5, MIPS"
+	@echo "  make board-images   images for ST's NUCLEO-G474RE"
+	@echo "Figures of the README:"
+	@echo "  make bench          benchmarks; make bench-NAME for one (see README)"
+	@echo "  make proof          diagnosis of recordings with published true values"
+	@echo "  make proof-blind    the same on concealed cases"
+	@echo "Deliver:"
+	@echo "  make package dist   Python wheel; sources for CMake, Zephyr, PlatformIO, ESP-IDF"
+	@echo "  make lock clean     renew the list of Python packages; remove everything built"
 
 # --- what the machine must have -------------------------------------------------------------------
 SYSTEM_CODEC := python3=python3 py:ensurepip=python3-venv \

@@ -105,5 +105,5 @@ def test_a_diagnosis_shows_itself() -> None:
         "equivalent_details": [],
     }  # fmt: skip
     found = sway.Diagnosis({"verdict": "effects_found", "effects": [effect]})
-    assert "rubs with 130" in found.sentences[0]
+    assert "friction at the hitch: 130" in found.sentences[0]
     assert "hitch_friction" in found._repr_html_()

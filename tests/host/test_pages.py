@@ -121,7 +121,7 @@ def test_contents_lead_to_every_heading() -> None:
     page = reproduce_page(chapters, 1.0)
     for number in (1, 2, 3, 4):
         assert f"id='s{number}'" in page
-    words = ("Against the reference", "One", "Two &amp; a half", "Three")
+    words = ("Comparison with the reference", "One", "Two &amp; a half", "Three")
     first, one, two, three = (f"<a href='#s{k}'>{word}</a>" for k, word in enumerate(words, 1))
     contents = re.sub(r">\s+", ">", page.partition("<nav")[2].partition("</nav>")[0])
     assert (

@@ -62,7 +62,7 @@ def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
     assert max(each) - min(each) > 6.0  # two phases of one load
     assert [w["counts"] for w in load["windows"]] == [v == max(each) for v in each]
     page = fill("diagnose/report/costs_page.html", costs=costs_part({"stability": block}))
-    assert "What it costs</h2>" in page
+    assert "Effect on critical speed and damping</h2>" in page
     assert "(the one that counts)" in page
     assert SENSOR in page
 

@@ -31,12 +31,20 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "analyze",
         help="analyse recordings: stability margin, alarms, report",
-        description="Analyse recordings (.blf .asc .log .trc .mf4 .csv .parquet). Files that "
-        "overlap in time with the same signals are separate drives, others are joined.",
+        description="Analyse recordings (.blf .asc .log .trc .mf4 .csv .parquet .mat .mcap .db3). "
+        "Files that overlap in time with the same signals are separate drives, others are joined.",
     )
-    parser.add_argument("recording", type=Path, nargs="+")
-    parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
-    parser.add_argument("--signals", type=Path, required=True, metavar="TOML")
+    parser.add_argument("recording", type=Path, nargs="+", help="files of any supported format")
+    parser.add_argument(
+        "--vehicle",
+        type=Path,
+        required=True,
+        metavar="TOML",
+        help="vehicle.toml of the combination",
+    )
+    parser.add_argument(
+        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
+    )
     parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-report"), metavar="DIR",
         help="folder for report.html, summary.json and the estimates (default: %(default)s)",

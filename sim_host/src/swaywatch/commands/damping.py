@@ -34,7 +34,7 @@ def add_parser(subparsers: Any) -> None:
         "damping against speed and where it is zero; two groups of runs, or a linear model, "
         "compared.",
     )
-    parser.add_argument("recording", type=Path, nargs="+")
+    parser.add_argument("recording", type=Path, nargs="+", help="files of any supported format")
     parser.add_argument(
         "--channel", action="append", default=[], metavar="NAME",
         help="a signal that swings; repeat it for several, which share the line. Without: the "

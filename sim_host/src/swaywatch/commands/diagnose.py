@@ -17,11 +17,13 @@ def add_parser(subparsers: Any) -> None:
         "diagnose",
         help="find what physics a simulation lacks, or what is wrong with the measurement",
         description="Compare runs of a combination with a simulation, locate what differs, name "
-        "the missing physics, fit it and judge it on the runs it was not fitted to.",
+        "the missing physics, fit it and test it on runs that were left out of the fit.",
     )
     parser.add_argument("recording", nargs="+", type=Path, help="runs of the same combination")
-    parser.add_argument("--vehicle", required=True, type=Path, help="vehicle.toml")
-    parser.add_argument("--signals", required=True, type=Path, help="signals.toml")
+    parser.add_argument("--vehicle", required=True, type=Path, metavar="TOML",
+        help="vehicle.toml of the combination")  # fmt: skip
+    parser.add_argument("--signals", required=True, type=Path, metavar="TOML",
+        help="signals.toml of the recordings")  # fmt: skip
     parser.add_argument(
         "--simulation", nargs="*", type=Path, default=[],
         help="your own simulation of the runs, in their order, or one FMU, which is driven with "

@@ -26,8 +26,12 @@ def add_parser(subparsers: Any) -> None:
         "speed of damping ratio 0.05, with 95 % intervals that are valid beyond the speeds "
         "driven; the standard's straight line (Eq. 3.43 of the reference) beside it.",
     )
-    parser.add_argument("run_files", type=Path, nargs="+", metavar="RUN")
-    parser.add_argument("--signals", type=Path, required=True, metavar="TOML")
+    parser.add_argument(
+        "run_files", type=Path, nargs="+", metavar="RUN", help="one recording or several"
+    )
+    parser.add_argument(
+        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
+    )
     parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-iso9815"), metavar="DIR",
         help="folder for iso9815.html and iso9815.json (default: %(default)s)",

@@ -60,22 +60,38 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument("--interface", help="e.g. socketcan, pcan, vector, virtual")
     parser.add_argument("--channel", help="e.g. can0, vcan0, PCAN_USBBUS1")
-    parser.add_argument("--bitrate", type=int, metavar="BIT/S")
-    parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
-    parser.add_argument("--signals", type=Path, metavar="TOML")
+    parser.add_argument(
+        "--bitrate", type=int, metavar="BIT/S", help="for interfaces that set it, such as 500000"
+    )
+    parser.add_argument(
+        "--vehicle",
+        type=Path,
+        required=True,
+        metavar="TOML",
+        help="vehicle.toml of the combination",
+    )
+    parser.add_argument(
+        "--signals", type=Path, metavar="TOML", help="roles and DBC of the bus or of the recording"
+    )
     parser.add_argument(
         "--car-accelerometer", type=float, default=0.0, metavar="M",
-        help="its place ahead of the car's COG (negative: behind); with --signals taken from there",
+        help="position of the car's lateral accelerometer ahead of the centre of gravity "
+        "(negative: behind it); with --signals taken from there",
     )  # fmt: skip
-    parser.add_argument("--trailer-accelerometer", type=float, default=0.0, metavar="M")
+    parser.add_argument(
+        "--trailer-accelerometer",
+        type=float,
+        default=0.0,
+        metavar="M",
+        help="the same of the trailer",
+    )
     parser.add_argument(
         "--send", action="store_true", help="send the status frames to the bus, as the ECU does"
     )
     parser.add_argument(
         "--page", type=int, nargs="?", const=0, metavar="PORT",
-        help="also as a page in a browser of this machine, the report's figures, updated while "
-            "driving; the "
-        "address is printed (PORT: a free one)",
+        help="also show the report's figures, updated while driving, in a browser of this machine; "
+        "the address is printed (PORT: default a free one)",
     )  # fmt: skip
     parser.add_argument(
         "--duration", type=float, default=math.inf, metavar="S", help="end after this time"

@@ -27,7 +27,13 @@ def add_parser(subparsers: Any) -> None:
         "from other sensors, the time a plain slalom would take; a scenario for `simulate` and a "
         "steering robot's CSV.",
     )
-    parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
+    parser.add_argument(
+        "--vehicle",
+        type=Path,
+        required=True,
+        metavar="TOML",
+        help="vehicle.toml of the combination",
+    )
     parser.add_argument(
         "--sensors", choices=("own", "articulation", "trailer", "forces"), default="own",
         help="own: yaw rate and lateral acceleration of the car; each of the others has more "

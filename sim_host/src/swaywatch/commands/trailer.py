@@ -33,9 +33,17 @@ def add_parser(subparsers: Any) -> None:
         "known (mass, hitch_to_axle) or absent. Several recordings of the same combination, best "
         "at different speeds, are taken together.",
     )
-    parser.add_argument("recording", type=Path, nargs="+")
-    parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
-    parser.add_argument("--signals", type=Path, required=True, metavar="TOML")
+    parser.add_argument("recording", type=Path, nargs="+", help="drives of the same combination")
+    parser.add_argument(
+        "--vehicle",
+        type=Path,
+        required=True,
+        metavar="TOML",
+        help="vehicle.toml of the combination",
+    )
+    parser.add_argument(
+        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
+    )
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the result as JSON, too")
 
 

@@ -1,4 +1,4 @@
-"""``swaywatch validate``: does the simulation drive like the car, and what to correct in it."""
+"""``swaywatch validate``: comparison of a simulation with recordings, and its corrections."""
 
 from __future__ import annotations
 
@@ -21,15 +21,25 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``validate`` command."""
     parser = subparsers.add_parser(
         "validate",
-        help="compare a simulation with recordings line by line, correct the vehicle",
-        description="Recording and simulation go through the same core; frequency, damping, "
-        "stiffness of each axle with its argument, loads, inertias and critical speed have to "
-        "agree within 5 %%. Our own simulation is driven with the recorded steering and speed, "
-        "corrected and run again until it does.",
+        help="compare a simulation with recordings value by value, correct the vehicle",
+        description="Evaluate recording and simulation with the same core and compare frequency, "
+        "damping, stiffness of each axle with its argument, loads, inertias and critical speed; "
+        "they have to agree within 5 %. Our own simulation is driven with the recorded steering "
+        "and speed, corrected and run again until they agree.",
     )
-    parser.add_argument("recording", type=Path, nargs="+")
-    parser.add_argument("--vehicle", type=Path, required=True, metavar="TOML")
-    parser.add_argument("--signals", type=Path, required=True, metavar="TOML")
+    parser.add_argument(
+        "recording", type=Path, nargs="+", help="measured drives of the combination"
+    )
+    parser.add_argument(
+        "--vehicle",
+        type=Path,
+        required=True,
+        metavar="TOML",
+        help="vehicle.toml of the combination",
+    )
+    parser.add_argument(
+        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
+    )
     parser.add_argument(
         "--simulation", type=Path, nargs="+", default=[], metavar="FILE",
         help="your own simulation of each recording, in the same order, or one FMU, instead of "

@@ -21,50 +21,69 @@ from swaywatch.simulate.table import Table
 
 _STEP_S = 0.02
 _TOLD = 0.7
-"""An error that is no smaller than this share of the belief's has not been told by the test."""
+"""An error that the test reduces by less than this share is reported as hardly determined."""
 
 
 def critical_words(design: Design) -> str:
-    """What the test will say of the critical speed."""
+    """Error of the critical speed after the test."""
     critical = design.critical
     if not math.isfinite(critical.speed_m_s):
-        return "The combination as believed has no critical speed up to 300 km/h."
+        return "With the values of vehicle.toml there is no critical speed up to 300 km/h."
     believed = KMH * critical.error(np.eye(len(design.known.unknowns)))
     return (
-        f"The critical speed, believed to be {KMH * critical.speed_m_s:.0f} ± {believed:.0f} km/h, "
-        f"will be known to ± {design.error_kmh:.1f} km/h."
+        f"This test determines the critical speed to ± {design.error_kmh:.1f} km/h (expected from "
+        f"vehicle.toml: {KMH * critical.speed_m_s:.0f} ± {believed:.0f} km/h)."
     )
 
 
 def sentences(design: Design) -> list[str]:
-    """What else there is to say, most important first."""
+    """Further results, the most important first."""
     minutes = courses(design.blocks)[1] / 60.0 if design.blocks else 0.0
     limits = design.limits
     texts = [
         f"{len(design.blocks)} block{'s' * (len(design.blocks) != 1)} of {BLOCK_S:g} s, "
-        f"{minutes:.1f} min with the ways between; no faster than {limits.fastest_kmh:.0f} km/h"
+        f"{minutes:.1f} min including transitions; no faster than {limits.fastest_kmh:.0f} km/h"
         + (
-            f", {KMH * design.critical.speed_m_s - limits.fastest_kmh:.0f} km/h below the believed "
+            f", {KMH * design.critical.speed_m_s - limits.fastest_kmh:.0f} km/h below the expected "
             "critical speed"
             if math.isfinite(design.critical.speed_m_s)
             else ""
         )
         + f"; lateral acceleration up to {limits.acceleration_m_s2:g} m/s²."
     ]
+    worst = _worst(design)
+    if worst:
+        texts.insert(0, worst)
     blind = [
         u.words for u, e in zip(design.known.unknowns, _errors(design), strict=True) if e > _TOLD
     ]
     if blind:
         texts.append(f"Hardly determined: {', '.join(blind)}.")
     if math.isinf(design.slalom_blocks):
-        texts.append("A plain slalom at the sway frequency does not reach this in 1000 blocks.")
+        texts.append("A slalom at the sway frequency does not reach this accuracy in 1000 blocks.")
     elif design.slalom_blocks > 1.5 * max(1, len(design.blocks)):
         times = design.slalom_blocks / max(1, len(design.blocks))
         texts.append(
-            f"A plain slalom at the sway frequency, at the best of the speeds, would take "
-            f"{times:.0f} times as long for the same."
+            f"A slalom at the sway frequency, at the best of the speeds, would take "
+            f"{times:.0f} times as long for the same accuracy."
         )
     return texts
+
+
+def _worst(design: Design) -> str:
+    """The value of the vehicle that is known least after the test."""
+    known = [
+        (error * unknown.deviation / unknown.value, unknown)
+        for unknown, error in zip(design.known.unknowns, _errors(design), strict=True)
+        if "." in unknown.name
+    ]
+    if not known:
+        return ""
+    error, unknown = max(known, key=lambda one: one[0])
+    return (
+        f"Values of the vehicle: known to ± {100.0 * error:.2g} % or better (the worst is "
+        f"{unknown.words}, ± {100.0 * unknown.deviation / unknown.value:.2g} % before the test)."
+    )
 
 
 def _errors(design: Design) -> np.ndarray:
@@ -72,7 +91,7 @@ def _errors(design: Design) -> np.ndarray:
 
 
 def rows_of_unknowns(design: Design) -> list[list[str]]:
-    """Every unknown: value, believed and foretold standard error."""
+    """Every unknown: value, standard error before and predicted after the test."""
     rows = []
     for unknown, error in zip(design.known.unknowns, _errors(design), strict=True):
         before, after = unknown.deviation / unknown.value, error * unknown.deviation / unknown.value
@@ -111,7 +130,7 @@ def _steering(entry: dict[str, Any]) -> str:
 
 
 def rows_of_sensors(design: Design) -> list[list[str]]:
-    """What the same test tells with each set of sensors."""
+    """Result of the same test with each set of sensors."""
     rows = []
     for name, (error, unknowns) in design.by_sensors.items():
         worst = int(np.argmax(unknowns))
@@ -126,7 +145,7 @@ def rows_of_sensors(design: Design) -> list[list[str]]:
     return rows
 
 
-UNKNOWN_HEADS = ("unknown", "believed", "error before", "error after")
+UNKNOWN_HEADS = ("unknown", "expected value", "error before", "error after")
 BLOCK_HEADS = ("block", "km/h", "manoeuvre", "steering wheel")
 SENSOR_HEADS = ("sensors", "critical speed", "unknowns determined", "least certain")
 
@@ -150,7 +169,7 @@ def course_figure(design: Design) -> go.Figure:
     if math.isfinite(design.critical.speed_m_s):
         figure.add_hline(
             y=KMH * design.critical.speed_m_s, line={"color": "#D55E00", "dash": "dash"}, row=2,
-            col=1, annotation_text="critical speed as believed", annotation_position="top left",
+            col=1, annotation_text="expected critical speed", annotation_position="top left",
         )  # fmt: skip
     figure.update_yaxes(title_text="steering wheel [deg]", row=1, col=1)
     figure.update_yaxes(title_text="speed [km/h]", row=2, col=1, rangemode="tozero")
@@ -165,7 +184,7 @@ def error_figure(design: Design) -> go.Figure:
     share = np.array([100 * u.deviation / u.value for u in design.known.unknowns])
     figure = go.Figure()
     figure.add_trace(
-        go.Bar(y=names, x=share, orientation="h", name="believed", marker_color="#9ca3af")
+        go.Bar(y=names, x=share, orientation="h", name="before the test", marker_color="#9ca3af")
     )
     colours = ("#0072B2", "#E69F00", "#009E73", "#CC79A7")
     for colour, (name, (_, errors)) in zip(colours, design.by_sensors.items(), strict=True):

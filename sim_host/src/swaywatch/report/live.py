@@ -114,7 +114,7 @@ class LivePage:
             run = "" if name == "margin_against_speed" else "now"
             shown.append((name, heading, plot(empty, run=run, name=name)))
         return document(
-            "report/live.html", "How far from instability, now", meta=self._title, live=True,
+            "report/live.html", "Stability margin, live", meta=self._title, live=True,
             figures=shown,
         )  # fmt: skip
 

@@ -39,7 +39,7 @@ def make_report(results: list[DriveResult], signals: Path | None = None) -> str:
     vehicle = results[0].vehicle.path
     return document(
         "report/page.html",
-        "How far from instability, and why do we think so",
+        "Stability margin of the combination",
         meta=", ".join(path.name for result in results for path in result.drive.files),
         sources={
             "recording": [path for result in results for path in result.drive.files],

@@ -1,4 +1,4 @@
-"""The findings in plain English: how far from instability, and why do we think so."""
+"""The findings in plain English: how far from instability, and what this is based on."""
 
 from __future__ import annotations
 
@@ -292,13 +292,12 @@ def _swing(result: DriveResult) -> str:
     body = "car" if result.vehicle.trailer is None else "trailer"
     text = (
         f"The tyres were observed in swings of the {body} up to {seen:.1f} deg/s; in larger ones "
-        "they "
-        "may hold less, and the critical speed be lower."
+        "their force may level off, and the critical speed may be lower."
     )
     if flag_share(estimates).get("hitch", 0.0) > 0.1:
         text += (
-            " There is friction or damping at the ball. It holds small swings and lets large ones "
-            "go: the critical speed is given without it."
+            " There is friction or damping at the ball. It damps small swings more than large "
+            "ones, so the critical speed is given without it."
         )
     return text
 
@@ -313,14 +312,14 @@ def _stiffness(result: DriveResult) -> str:
         believed = getattr(getattr(result.vehicle, body), f"{which}_cornering_stiffness", None)
         text = f"{AXLE_NAMES[axle]} {plus_minus(found, 1e-3)} kN/rad"
         if believed:
-            text += f" ({100 * (found.value / believed - 1):+.1f} % against the vehicle.toml)"
+            text += f" ({100 * (found.value / believed - 1):+z.1f} % against vehicle.toml)"
         parts.append(text)
     if not parts:
         return ""
     shared = flag_share(result.estimates).get("equal_split", 0.0) > 0.3
     note = (
-        " The trailer's axles share their total force in the ratio of the vehicle.toml's "
-        "stiffnesses and the measured slips: their sum is measured, their ratio is not."
+        " The trailer's total axle force is divided in the ratio of vehicle.toml's stiffnesses "
+        "times the measured slip angles: the sum is measured, the ratio is not."
     )
     return "Cornering stiffness: " + "; ".join(parts) + "." + (note if shared else "")
 

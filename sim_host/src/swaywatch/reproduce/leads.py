@@ -121,11 +121,11 @@ def _static(chapter: Chapter) -> None:
          ("K_u,2'' [rad]", equivalent, _printed_gradient(model))),
         "Hitch angle over road-wheel angle is (L_theta + K_u,2'' v^2/g) / (L + K_u,1'' v^2/g), "
         "psi_2 - psi_1. The last term of Eq. 3.34 as printed lacks the factor (l_1 + l_hr1)/l_1; "
-        f"with it L_theta is {_printed_length(model, mended=True):.4f} m.",
+        f"with it L_theta is {_printed_length(model, corrected=True):.4f} m.",
     ))  # fmt: skip
     chapter.checks += [
-        Check("L_theta, Eq. 3.34 with its last term mended, against the steady states", own,
-              _printed_length(model, mended=True), 0.002, "m"),
+        Check("L_theta, Eq. 3.34 with its last term corrected, against the steady states", own,
+              _printed_length(model, corrected=True), 0.002, "m"),
         Check("K_u,2'' of Eq. 3.35 against the steady states", equivalent,
               _printed_gradient(model), 0.0005, "rad"),
     ]  # fmt: skip
@@ -164,10 +164,10 @@ def _printed(model: SingleTrack) -> tuple[float, ...]:
     return l1, lhr1, l2, lhf2, model.cf2 * lhf2 + model.cr2 * (l2 + lhf2)
 
 
-def _printed_length(model: SingleTrack, mended: bool = False) -> float:
+def _printed_length(model: SingleTrack, corrected: bool = False) -> float:
     l1, lhr1, l2, lhf2, below = _printed(model)
     cf2, cr1, cr2 = model.cf2, model.cr1, model.cr2
-    last = cf2 * cr2 * l2**2 * ((l1 + lhr1) / l1 if mended else 1.0)
+    last = cf2 * cr2 * l2**2 * ((l1 + lhr1) / l1 if corrected else 1.0)
     own = cf2 * (lhr1 + lhf2) * lhf2 + cr2 * (l2 + lhf2) * (l2 + lhf2 + lhr1)
     return -(cr1 * own + last) / (cr1 * below)
 
@@ -244,8 +244,8 @@ def _roll(chapter: Chapter) -> None:
         "v_crit with the car's roll stiffness times ten (text: ca. +6.0)", 6.0,
         speeds["car"] - speeds["as it is"], CA * 6.0, "km/h",
         cause=f"stiffening the trailer too gives {both:+.1f} km/h: all that roll costs, up to the "
-        f"rigid {v_crit():.1f}; which body carries it hangs on the height of the ball over its "
-        "roll axis, which the text does not give",
+        f"rigid {v_crit():.1f}; which body it comes from depends on the height of the ball above "
+        "its roll axis, which the text does not give",
     ))  # fmt: skip
 
 

@@ -23,7 +23,7 @@ class Check:
     ----------
     tolerance : largest distance that counts as met, in ``unit``
     sense : ``within`` the tolerance, or only ``above`` or ``below`` the reference
-    cause : why it is missed where it is: what a computed experiment says
+    cause : why it is missed, if it is, from a computed experiment
     """
 
     what: str
@@ -87,21 +87,43 @@ class Chapter:
 
 
 def make_page(chapters: Sequence[Chapter], seconds: float) -> str:
-    """HTML of the whole report."""
+    """HTML of the report."""
     meta = (
-        f"Simulated drives, read by the C core; made in {seconds:.0f} s. Reference: N. Zhang, "
+        f"Simulated drives, evaluated by the C core; made in {seconds:.0f} s. Reference: N. Zhang, "
         "Stability Investigation of Car-trailer Combinations based on Time-Frequency Analysis, "
         "TU Darmstadt 2015"
     )
+    checks = [check for chapter in chapters for check in chapter.checks]
     return document(
         "reproduce/page.html",
-        "Chapters 3, 5 and 6 reproduced",
+        "Dissertation reproduced: chapters 3, 5 and 6",
         meta=meta,
-        checks=[_checked(check) for chapter in chapters for check in chapter.checks],
+        verdict=_verdict(checks),
+        checks=[_checked(check) for check in checks],
         chapters=[
             (chapter, [(part, _packed(part)) for part in chapter.parts]) for chapter in chapters
         ],
     )
+
+
+def _verdict(checks: Sequence[Check]) -> dict[str, object]:
+    """How many figures meet the reference, and which do not."""
+    missed = [check.what for check in checks if not check.met]
+    unexplained = [check.what for check in checks if not check.met and not check.cause]
+    reasons = []
+    if missed:
+        reasons.append(f"Missed: {'; '.join(missed)}.")
+        reasons.append(
+            f"Without a known cause: {'; '.join(unexplained)}."
+            if unexplained
+            else "Each miss has a cause that was computed (last column of the table)."
+        )
+    sentence = f"{len(checks) - len(missed)} of {len(checks)} figures meet the reference"
+    return {
+        "kind": "bad" if unexplained else "near" if missed else "good",
+        "sentence": f"{sentence}, {len(missed)} miss it." if missed else f"{sentence}.",
+        "reasons": reasons,
+    }
 
 
 def _packed(part: Plot | PageTable) -> PackedPlot | None:

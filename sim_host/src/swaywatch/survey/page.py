@@ -54,7 +54,7 @@ def make_page(
     reasons = [f"{name}: {count} run{'s' if count > 1 else ''}" for name, count in often]
     return document(
         "survey/page.html",
-        "Which runs disagree with the model, where, and why",
+        "Survey: which runs disagree with the model, where and why",
         meta=f"{folder}, made in {took}",
         verdict={"kind": kind, "sentence": f"{count_words(alone)}.", "reasons": reasons},
         fleet=_fleet(alone),

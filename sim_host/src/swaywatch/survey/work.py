@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.diagnose.report.labels import how_much, named, part, when
+from swaywatch.diagnose.report.labels import named, part, when
+from swaywatch.diagnose.report.sentences import sentence
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording.guard import must_exist
 from swaywatch.survey.outcome import Journal, SurveyOutcome
@@ -167,7 +168,7 @@ def one(run: SurveyRun, order: Order, kept: SurveyOutcome | None) -> SurveyOutco
         outcome.state = "failed" if problem else "not diagnosed"
         outcome.why += [problem] if problem else []
         return outcome
-    # signals that allow no analysis may still be put right by the diagnosis, which says so
+    # the diagnosis may still correct signals that allow no analysis, and reports it
     words = ["diagnose", str(run.recording), *common]
     second = _noted(outcome, _command(words, place / "diagnosis", order.limit_s))
     _read_diagnosis(outcome, place / "diagnosis", f"{run.place}/diagnosis", second)
@@ -258,7 +259,7 @@ def _read_diagnosis(outcome: SurveyOutcome, place: Path, link: str, problem: str
     outcome.mismatch_after = evidence.get("reduced_chi_square_diagnosed")
     outcome.effects = [named(f"{e['id']}:{e['component']}") for e in found["effects"]]
     outcome.where = [_where(effect) for effect in found["effects"]]
-    outcome.why = [_why(effect) for effect in found["effects"]]
+    outcome.why = [_why(effect, found.get("stability") or {}) for effect in found["effects"]]
     outcome.why += [str(note.get("reason", "")) for note in found["unexplained"]]
     if not found["model"]:
         outcome.state = "cannot say"
@@ -267,15 +268,17 @@ def _read_diagnosis(outcome: SurveyOutcome, place: Path, link: str, problem: str
 
 
 def _where(effect: dict[str, Any]) -> str:
-    spans = when(effect["window_details"], "run 1") or "all along"
+    spans = when(effect["window_details"], "run 1") or "throughout"
     lines = ", ".join(effect["lines"])
     return f"{part(effect['component'])}: {spans}" + (f", at {lines}" if lines else "")
 
 
-def _why(effect: dict[str, Any]) -> str:
-    values = "; ".join(text.removeprefix("run 1: ") for text in how_much(effect))
-    what = named(f"{effect['id']}:{effect['component']}")
-    text = f"{what}: {values}; confidence {effect['confidence']:.2f}"
+def _why(effect: dict[str, Any], stability: dict[str, Any]) -> str:
+    words = sentence(effect, stability).removesuffix(".")
+    if "run 2" not in words:
+        words = words.replace("(run 1: ", "(")
+    text = f"{words}; confidence {effect['confidence']:.0%}"
     if effect["equivalent"]:
-        text += f"; cannot be distinguished from {', '.join(effect['equivalent'])}"
+        others = ", ".join(name.replace("_", " ") for name in effect["equivalent"])
+        text += f"; cannot be distinguished from {others}"
     return text

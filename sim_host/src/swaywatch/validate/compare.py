@@ -116,7 +116,7 @@ def _quantities() -> list[_Quantity]:
             _Quantity(f"{axle}.cornering_stiffness", f"cornering stiffness, {name}", "kN/rad",
                       1e-3, "parameter", f"{axle}.cornering_stiffness_n_per_rad",
                       f"{axle}.cornering_stiffness_se_n_per_rad", axle, "share"),
-            _Quantity(f"{axle}.argument", f"its argument, {name}", "deg", deg, "state",
+            _Quantity(f"{axle}.argument", f"argument of the stiffness, {name}", "deg", deg, "state",
                       f"{axle}.argument_rad", f"{axle}.argument_se_rad", axle, "angle"),
             _Quantity(f"{axle}.effective_load", f"effective load, {name}", "N", 1.0, "state",
                       f"{axle}.effective_load_n", f"{axle}.effective_load_se_n", f"{axle}_load",

@@ -23,17 +23,23 @@ RECORDED, SIMULATED = "#0072B2", "#D55E00"
 _DIGITS = {"Hz": 4, "–": 4, "km/h": 1, "kN/rad": 1, "deg": 1, "N": 0, "kg m²": 0}
 _WORDS = {
     "within": "within 5 %",
-    "perhaps within": "within 5 %, not surely",
-    "perhaps beyond": "beyond 5 %, not surely",
+    "perhaps within": "within 5 %, not certain",
+    "perhaps beyond": "beyond 5 %, not certain",
     "beyond": "beyond 5 %",
     "not compared": "one side only",
 }
 
 
 def sentences(found: Validation) -> list[str]:
-    """What came out, the answer first."""
+    """The result in sentences, the answer first."""
     last = found.rounds[-1]
     said = [_answer(found, last)]
+    if not last.failed and (widest := _widest(last)) is not None:
+        said.append(
+            f"Largest difference in relation to its limit: {widest.name}, {_difference(widest)}"
+            f"{'' if _in_percent(widest) else _unit(widest)} "
+            f"({100.0 * abs(widest.difference) / widest.allowed:.0f} % of the limit)."
+        )
     changes = found.total
     if changes and found.own:
         said.append("Corrected: " + "; ".join(map(change_text, changes)) + ".")
@@ -47,15 +53,16 @@ def sentences(found: Validation) -> list[str]:
         said.append("To correct in your simulation: " + "; ".join(map(factor_text, changes)) + ".")
     if any(change.key.endswith(RELAXATION) for change in changes):
         said.append(
-            "A relaxation length stands for any lag of an axle's force: the tyre's own, the "
-            "suspension's, a delayed sensor's. `swaywatch diagnose` says which; vehicle.toml has "
-            "no key for it."
+            "The relaxation length covers any lag of an axle's force: of the tyre, of the "
+            "suspension or of a delayed sensor. `swaywatch diagnose` finds which; vehicle.toml "
+            "has no key for it."
         )
     failed = [line for _, line in last.failed]
     if failed and any(line.kind != "parameter" for line in failed):
         said.append(
-            "What is left cannot be mended by a value of the vehicle: physics is missing, or a "
-            "sensor is at fault. `swaywatch diagnose` with the corrected vehicle names it."
+            "The remaining difference cannot be corrected by a value of the vehicle: physics is "
+            "missing, or a sensor is faulty. `swaywatch diagnose` with the corrected vehicle names "
+            "it."
         )
     return said
 
@@ -63,22 +70,34 @@ def sentences(found: Validation) -> list[str]:
 def _answer(found: Validation, last: Round) -> str:
     compared = [x for xs in last.lines for x in xs if x.outcome != "not compared"]
     if not compared:
-        return "Nothing could be compared: one of the two sides has no estimate of an oscillation."
+        return (
+            "Nothing could be compared: recording or simulation has no estimate of an oscillation."
+        )
     failed = last.failed
     turns = len(found.rounds)
     rounds = f" after {turns} rounds" if turns > 1 else ""
     if not failed:
         unsure = sum(line.outcome == "perhaps within" for line in compared)
-        doubt = f", {unsure} of them not surely" if unsure else ""
+        note = f", {unsure} of them not with certainty" if unsure else ""
         return (
-            f"The simulation agrees with the recording{rounds}: all {len(compared)} lines are "
-            f"within 5 %{doubt}."
+            f"The simulation agrees with the recording{rounds}: all {len(compared)} values are "
+            f"within 5 %{note}."
         )
     names = ", ".join(dict.fromkeys(line.name for _, line in failed))
     return (
         f"The simulation differs from the recording{rounds}: {len(failed)} of {len(compared)} "
-        f"lines are beyond 5 % ({names})."
+        f"values differ by more than 5 % ({names})."
     )
+
+
+def _widest(last: Round) -> ComparedLine | None:
+    """The value whose difference is the largest share of what its criterion allows."""
+    compared = [x for xs in last.lines for x in xs if x.outcome != "not compared"]
+    return max(compared, key=lambda x: abs(x.difference) / x.allowed, default=None)
+
+
+def _unit(line: ComparedLine) -> str:
+    return "" if line.unit == "–" else f" {line.unit}"
 
 
 def change_text(change: Correction) -> str:
@@ -99,8 +118,8 @@ def factor_text(change: Correction) -> str:
     """The same for a simulation whose own values are not known here."""
     if change.key.endswith(RELAXATION):
         return f"{_label(change.key)} longer by {change.after:.2f} ± {change.error:.2f} m"
-    doubt = change.error / change.before
-    return f"{_label(change.key)} times {1.0 + change.share:.3f} ± {doubt:.3f}"
+    error = change.error / change.before
+    return f"{_label(change.key)} times {1.0 + change.share:.3f} ± {error:.3f}"
 
 
 def _label(key: str) -> str:
@@ -141,19 +160,23 @@ def _cell(figure: MeanValue | None, line: ComparedLine) -> str:
     if figure is None:
         return "–"
     digits = _DIGITS[line.unit]
-    return f"{figure.value * line.factor:.{digits}f} ± {figure.error * line.factor:.{digits}f}"
+    return f"{figure.value * line.factor:z.{digits}f} ± {figure.error * line.factor:.{digits}f}"
+
+
+def _in_percent(line: ComparedLine) -> bool:
+    return not (line.unit in ("deg", "–") or line.key.endswith("load_harmonic"))
 
 
 def _difference(line: ComparedLine) -> str:
     if line.outcome == "not compared" or line.recording is None:
         return "–"
-    if line.unit in ("deg", "–") or line.key.endswith("load_harmonic"):
+    if not _in_percent(line):
         digits = _DIGITS[line.unit]
         return (
-            f"{line.difference * line.factor:+.{digits}f} ± {line.error * line.factor:.{digits}f}"
+            f"{line.difference * line.factor:+z.{digits}f} ± {line.error * line.factor:.{digits}f}"
         )
     share = 100.0 / abs(line.recording.value)
-    return f"{line.difference * share:+.1f} ± {line.error * share:.1f} %"
+    return f"{line.difference * share:+z.1f} ± {line.error * share:.1f} %"
 
 
 def make_page(found: Validation, sources: Mapping[str, Sequence[Path | str]]) -> str:
@@ -167,7 +190,7 @@ def make_page(found: Validation, sources: Mapping[str, Sequence[Path | str]]) ->
     ]
     return document(
         "validate/page.html",
-        "Does the simulation drive like the car",
+        "Validation: simulation against recording",
         meta=", ".join(names),
         sources=sources,
         verdict={
@@ -189,7 +212,7 @@ def _history(found: Validation) -> list[list[str]]:
         body.append([
             str(number), str(len(turn.failed)), f"{turn.worst:.2f}",
             "–" if v_crit is None else f"{v_crit * KMH:.1f} km/h",
-            "; ".join(change_text(c) for c in turn.corrections) or "nothing more to correct",
+            "; ".join(change_text(c) for c in turn.corrections) or "nothing to correct",
         ])  # fmt: skip
     return body
 

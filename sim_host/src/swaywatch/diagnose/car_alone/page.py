@@ -47,8 +47,8 @@ def before_after(
             time = data.runs[run].time[part.where]
             lines = [("measured", measured, MEASURED)]
             for label, used, colour in (
-                ("single-track model, nothing else", baseline, BEFORE),
-                ("with what is claimed", model, AFTER),
+                ("single-track model alone", baseline, BEFORE),
+                ("with the findings", model, AFTER),
             ):
                 values = fitter.outputs(used, part)[channel]
                 lines.append((label, values + float(np.mean(measured - values)), colour))
@@ -88,7 +88,7 @@ def turns(fitter: CarFitter, model: CarModel) -> go.Figure | None:
         line={"color": "#000", "dash": "dash", "width": 1},
     )  # fmt: skip
     figure.update_layout(
-        title="Lateral acceleration, measured and of the model",
+        title="Lateral acceleration: measured against model",
         xaxis_title="speed × yaw rate + dv<sub>y</sub>/dt of the model, m/s²",
         yaxis_title="measured, m/s²", height=460,
     )  # fmt: skip
@@ -132,12 +132,12 @@ def _fits(result: dict[str, Any], fitter: CarFitter, *models: CarModel) -> list[
         for c in fitter.data.channels
     ]
     left_out = result["evidence"]["held_out_nrmse"]
-    rows.append(["NRMSE of left-out parts, all channels", *(f"{v:.3f}" for v in left_out)])
+    rows.append(["NRMSE, parts left out of the fit, all channels", *(f"{v:.3f}" for v in left_out)])
     return rows
 
 
 def car_page(result: dict[str, Any], fitter: CarFitter, baseline: CarModel, model: CarModel) -> str:
-    """The whole page."""
+    """HTML of the page."""
     evidence = result["evidence"]
     cloud = turns(fitter, model)
     drawn = [

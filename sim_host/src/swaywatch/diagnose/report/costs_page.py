@@ -1,4 +1,4 @@
-"""What would give back how many km/h: the part of the page on stability."""
+"""Critical speed and damping that each finding costs: the part of the page on stability."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from swaywatch.report.shell import plot
 COLOURS = ("#93c5fd", "#2563eb", "#1e3a8a")
 FASTEST_KMH = 302  # of the search, see `models.modes`
 MIDDLE = 1
-EXACT_KMH = 0.01  # narrower, an interval says nothing: there are no doubts in it
+EXACT_KMH = 0.01  # a narrower interval is not shown
 Figures = Sequence[Mapping[str, float] | None]
 
 
 def costs_part(result: Mapping[str, Any]) -> dict[str, Any] | None:
-    """What ``costs_page.html`` shows; None where nothing is known of stability."""
+    """Data of ``costs_page.html``; None without an evaluation of stability."""
     block = result.get("stability")
     if not block:
         return None
@@ -34,13 +34,13 @@ def costs_part(result: Mapping[str, Any]) -> dict[str, Any] | None:
 def _summary(block: Mapping[str, Any]) -> str:
     swing = block["swings_deg_s"][MIDDLE]
     text = f"Critical speed of a swing of {swing:g} deg/s: "
-    calibrated = _interval(block["calibrated"]["v_crit_km_h"][MIDDLE])
+    calibrated = _speed(block["calibrated"]["v_crit_km_h"][MIDDLE])
     if block["beside_simulation"]:
         text += f"{calibrated} of the plant that was fitted to your simulation (not of that itself)"
     else:
         text += (
-            f"{_interval(block['believed_v_crit_km_h'])} as vehicle.toml and its tolerances have "
-            f"it, {calibrated} of the calibrated vehicle"
+            f"{_speed(block['believed_v_crit_km_h'])} from vehicle.toml and its tolerances, "
+            f"{calibrated} of the calibrated vehicle"
         )
     if not block["causes"]:
         return text + "."
@@ -48,9 +48,9 @@ def _summary(block: Mapping[str, Any]) -> str:
         _ratio(block[which]["damping_ratio"][MIDDLE]) for which in ("calibrated", "diagnosed")
     )
     return (
-        f"{text} without the findings, {_interval(block['diagnosed']['v_crit_km_h'][MIDDLE])} with "
-        f"them. At {block['speed_km_h']:.0f} km/h the damping ratio is {before} without them and "
-        f"{after} with them."
+        f"{text} without the findings, {_speed(block['diagnosed']['v_crit_km_h'][MIDDLE])} "
+        f"with them. At {block['speed_km_h']:.0f} km/h the damping ratio is {before} without the "
+        f"findings and {after} with them."
     )
 
 
@@ -59,7 +59,7 @@ def _ratio(value: float | None) -> str:
 
 
 def _picture(block: Mapping[str, Any]) -> go.Figure:
-    """Bars of each finding, what gives back most on top; those without an end are left out."""
+    """Bars of each finding, the largest gain on top; those without a limit are left out."""
     causes = list(reversed(block["causes"]))
     figure = go.Figure()
     for k, (swing, colour) in enumerate(zip(block["swings_deg_s"], COLOURS, strict=True)):
@@ -78,9 +78,7 @@ def _picture(block: Mapping[str, Any]) -> go.Figure:
         height=170 + 62 * len(causes), margin={"l": 20, "r": 20, "t": 80, "b": 50},
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 1.0, "xanchor": "right"},
     )  # fmt: skip
-    figure.update_xaxes(
-        title_text="gain [km/h] (below zero: the finding stabilises)", zeroline=True
-    )
+    figure.update_xaxes(title_text="gain [km/h] (negative: the finding stabilises)", zeroline=True)
     figure.update_yaxes(
         automargin=True, categoryorder="array", categoryarray=[named(c["name"]) for c in causes]
     )
@@ -89,7 +87,7 @@ def _picture(block: Mapping[str, Any]) -> go.Figure:
 
 def _head(block: Mapping[str, Any]) -> list[str]:
     swings = [f"swing of {swing:g} deg/s" for swing in block["swings_deg_s"]]
-    return ["gained without it [km/h]", *swings, "damping ratio without it"]
+    return ["gain without the finding [km/h]", *swings, "damping ratio without it"]
 
 
 def _rows(block: Mapping[str, Any]) -> list[list[str]]:
@@ -103,9 +101,9 @@ def _rows(block: Mapping[str, Any]) -> list[list[str]]:
         windows = cause["windows"]
         if len(windows) > 1:
             for w in sorted(windows, key=lambda w: (w["run"], w["start"])):
-                mark = " (the one that counts)" if w["counts"] else ""
+                mark = " (this one counts)" if w["counts"] else ""
                 value = w["gives_back_km_h"]
-                cells = ["", "none to compare" if value is None else _interval(value), "", ""]
+                cells = ["", "no critical speed" if value is None else _interval(value), "", ""]
                 rows.append([f"· {when([w])}{mark}", *cells])
     return rows
 
@@ -118,6 +116,10 @@ def _back(cause: Mapping[str, Any], block: Mapping[str, Any], k: int) -> str:
         without = cause["v_crit_without_km_h"][k]
         return "none with it" + ("" if without is None else f", {_interval(without)} without")
     return "none without it"
+
+
+def _speed(row: Mapping[str, float] | None) -> str:
+    return _interval(row) if row is None else f"{_interval(row)} km/h"
 
 
 def _interval(row: Mapping[str, float] | None) -> str:

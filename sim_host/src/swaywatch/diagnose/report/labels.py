@@ -33,7 +33,7 @@ def quantity(name: str) -> tuple[str, str]:
 
 
 def part(name: str) -> str:
-    """Where an effect sits."""
+    """Name of the place where an effect acts."""
     return COMPONENTS.get(name, name.replace("_", " ") if name.islower() else name)
 
 
@@ -73,7 +73,7 @@ def when(windows: Sequence[Mapping[str, Any]], run: str = "") -> str:
 def how_much(effect: Mapping[str, Any]) -> list[str]:
     """Parameters with 90 % intervals; of an effect in several windows a line for each window.
 
-    A mean over windows would say nothing: a phase of +56 deg here and -151 deg there is no -49 deg.
+    A mean over windows has no meaning: a phase of +56 deg here and -151 deg there is no -49 deg.
     """
     parameters = effect["parameters"]
     details = effect.get("window_details") or []
@@ -95,10 +95,10 @@ def how_much(effect: Mapping[str, Any]) -> list[str]:
 
 
 def what_is_left(note: Mapping[str, Any]) -> str:
-    """What no explanation takes away, in a sentence."""
+    """The mismatch that no explanation covers, in a sentence."""
     if note.get("reason"):
         return str(note["reason"])
     return (
-        f"an unknown force in the {note['location']} would take {note['share_of_mismatch']:.0%} "
-        f"of the rest away, strongest at {note['frequency_hz']:.2f} Hz"
+        f"an unknown force at the {note['location']} would explain {note['share_of_mismatch']:.0%} "
+        f"of the remaining mismatch; it is strongest at {note['frequency_hz']:.2f} Hz"
     )

@@ -1,6 +1,7 @@
 """The report of a diagnosis: one self-contained HTML page, in the order an engineer asks.
 
-Where does it start, what is missing, how much of it, is it better with it, what remains.
+Where measurement and model disagree, what is missing, how large it is, what it does to stability,
+how well the corrected simulation fits, and what is still unexplained.
 """
 
 from __future__ import annotations
@@ -62,11 +63,11 @@ _ESTIMATES = {
 }
 _AXLES = (("car front axle load, kN", ("fl", "fr")), ("car rear axle load, kN", ("rl", "rr")))
 _VERDICT = {
-    "consistent": ("good", "Simulation and recording agree: nothing is missing."),
-    "missing_physics": ("bad", "The simulation lacks physics"),
+    "consistent": ("good", "Simulation and recording agree: no physics is missing."),
+    "missing_physics": ("bad", "Physics is missing in the simulation"),
     "measurement_fault": ("near", "The measurement is at fault, not the simulation"),
     "parameter_error": ("near", "A value of vehicle.toml is wrong; no physics is missing"),
-    "unexplained": ("bad", "Something is missing that the library does not explain with certainty"),
+    "unexplained": ("bad", "Simulation and recording differ; no known effect surely explains it"),
 }
 
 
@@ -216,7 +217,7 @@ def _three(
 
 
 def before_after(run: Run, three: Sequence[tuple[str, dict[str, Array], str]]) -> go.Figure:
-    """Measured signals with the simulation before and after, and below each what is left."""
+    """Measured signals with the simulation before and after, and below each the difference."""
     shown = [name for name in _SHOWN if name in run.channels]
     figure = make_subplots(
         2 * len(shown), 1, shared_xaxes=True, vertical_spacing=0.018,
@@ -307,7 +308,7 @@ def estimates(
     for row in range(1, len(_ESTIMATES) + 1):
         figure.update_yaxes(range=_usual(figure, row), row=row, col=1)
     figure.update_layout(
-        title=f"{run.name}: what the estimator makes of the recording and of the simulation",
+        title=f"{run.name}: frequency, damping, stiffness from recording and simulation",
         height=640, margin={"l": 84, "r": 20, "t": 70, "b": 40},
     )  # fmt: skip
     figure.update_xaxes(title_text="time, s", row=len(_ESTIMATES), col=1)
@@ -332,16 +333,16 @@ def _usual(figure: go.Figure, row: int) -> list[float] | None:
 
 
 def _scores(result: Mapping[str, Any]) -> dict[str, Any] | None:
-    """How well all runs are reproduced, before and after, and how runs were held out."""
+    """How well all runs are reproduced, before and after, and how runs were left out."""
     fit = next((effect["fit"] for effect in result["effects"] if effect["fit"]), None)
     if fit is None:
         return None
     rows = []
     for label, keys in (
         ("NRMSE, fitted runs", ("baseline_nrmse", "diagnosed_nrmse")),
-        ("NRMSE, held out", ("held_out_baseline_nrmse", "held_out_diagnosed_nrmse")),
+        ("NRMSE, left-out runs", ("held_out_baseline_nrmse", "held_out_diagnosed_nrmse")),
         ("ISO/TS 18571, fitted runs", ("iso18571_before", "iso18571_after")),
-        ("ISO/TS 18571, held out", ("held_out_iso18571_before", "held_out_iso18571_after")),
+        ("ISO/TS 18571, left-out runs", ("held_out_iso18571_before", "held_out_iso18571_after")),
     ):
         rows.append([label, *(_number(fit.get(key)) for key in keys)])
     return {"rows": rows, "held_out": fit["held_out_how"]}
@@ -364,7 +365,7 @@ def _five_percent(
                 mark = "" if value is None else (" ✓" if value <= FIVE_PERCENT else "")
                 row.append("–" if value is None else f"{value:.1%}{mark}")
         rows.append(row)
-    head = ["channel, RMS error over its RMS"]
+    head = ["channel: RMS error / RMS of the signal"]
     for run_, three in zip(problem.runs, threes, strict=True):
         labels = [label for label, _, _ in three[1:]]
         head += [f"{run_.name}, {labels[0]}", *labels[1:]]
@@ -386,7 +387,7 @@ def _number(value: float | None) -> str:
 def page(
     result: Mapping[str, Any], problem: Problem, baseline: Fit, fit: Fit, vehicle: Vehicle
 ) -> str:
-    """The whole page."""
+    """HTML of the page."""
     evidence = result["evidence"]
     runs = range(len(problem.runs))
     threes = [_three(problem, baseline, fit, index) for index in runs]
@@ -439,24 +440,24 @@ def _signals(
 
 
 def rest_of_it(unexplained: Sequence[Mapping[str, Any]], evidence: Mapping[str, Any]) -> list[str]:
-    """What no explanation takes away, a sentence each."""
+    """The mismatch that no explanation covers, a sentence each."""
     notes = [what_is_left(note) for note in unexplained]
     return notes or [_above_clean(evidence) or "Nothing above the noise."]
 
 
 def _above_clean(evidence: Mapping[str, Any]) -> str:
-    """What a mismatch beyond that of clean recordings means, with what is claimed."""
+    """Meaning of a mismatch above that of clean recordings, with the findings applied."""
     left = evidence["reduced_chi_square_diagnosed"]
     if left <= UNEXPLAINED_ABOVE:
         return ""
     return (
-        f" {left:.2f} is above {UNEXPLAINED_ABOVE:.2f}: something remains that no explanation of "
-        "the library accounts for, and it belongs to no single place."
+        f" {left:.2f} is above {UNEXPLAINED_ABOVE:.2f}: part of the mismatch is explained by no "
+        "effect of the library, and it cannot be assigned to a single place."
     )
 
 
 def _calibrated(result: Mapping[str, Any]) -> list[list[str]]:
-    """What the file says of each value, what the recording makes of it, and its tolerance."""
+    """Each value in vehicle.toml and calibrated by the recording, with its tolerance."""
     return [
         [
             row["name"], f"{row['believed']:.6g}", *_to_error(row), _unit_of(row["name"]),
@@ -513,7 +514,7 @@ def _repaired(result: Mapping[str, Any]) -> bool:
 
 
 def write_page(text: str, path: Path) -> None:
-    """Write whole or not at all."""
+    """Write the complete file or none."""
     part = path.with_suffix(".part")
     part.write_text(text)
     part.replace(path)

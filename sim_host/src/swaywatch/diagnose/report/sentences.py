@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -11,7 +12,7 @@ Effect = Mapping[str, Any]
 MIDDLE = 1
 """Of the swings: the one by which findings are ranked."""
 BY_SIZE = 0.2
-"""Of a cost: by how much it differs in the largest swing to be told of both."""
+"""Share by which a cost has to differ in the largest swing for both to be stated."""
 LEAST_KMH = 0.05
 """A shift of the critical speed that is shown as a number."""
 
@@ -24,7 +25,7 @@ def sentence(effect: Effect, stability: Mapping[str, Any] | None = None) -> str:
     effect
         Of ``diagnosis.json``.
     stability
-        Its ``stability``: the shift of the critical speed is told where it is known.
+        Its ``stability``: the shift of the critical speed is stated where it is known.
     """
     make = _SENTENCES.get(effect["id"])
     windows = effect.get("window_details") or []
@@ -42,7 +43,7 @@ def _plain(effect: Effect) -> str:
 
 
 def _worth(effect: Effect, stability: Mapping[str, Any]) -> str:
-    """What the critical speed of the middle swing loses or gains by it."""
+    """How much it lowers or raises the critical speed of the middle swing."""
     name = f"{effect['id']}:{effect.get('role', effect['component'])}"
     cause = next((c for c in stability.get("causes", ()) if c["name"] == name), None)
     if cause is None:
@@ -50,34 +51,34 @@ def _worth(effect: Effect, stability: Mapping[str, Any]) -> str:
     with_it = stability["diagnosed"]["v_crit_km_h"][MIDDLE]
     without = cause["v_crit_without_km_h"][MIDDLE]
     if with_it is None or without is None:
-        limit = "no critical speed is found with it" if with_it is None else (
-            f"the critical speed is {with_it['value']:.1f} km/h with it, none is found without"
+        limit = "with it no critical speed is found" if with_it is None else (
+            f"with it the critical speed is {with_it['value']:.1f} km/h, without it none is found"
         )  # fmt: skip
         return f"; {limit}"
     back = cause["gives_back_km_h"][MIDDLE]
     if abs(back["value"]) < LEAST_KMH:
-        return "; it does not move the critical speed"
-    verb = "costs" if back["value"] > 0.0 else "adds"
+        return "; it does not change the critical speed"
+    verb = "lowers" if back["value"] > 0.0 else "raises"
     least, most = sorted((abs(back["low"]), abs(back["high"])))
     if back["low"] < 0.0 < back["high"]:
         least = 0.0
     windows = [w["gives_back_km_h"] for w in cause["windows"] if w["gives_back_km_h"] is not None]
     several = len(windows) > 1
     text = (
-        f"; it {verb}{', in its worst window,' if several else ''} {abs(back['value']):.1f} "
-        f"({least:.1f} to {most:.1f}) km/h of critical speed ({without['value']:.1f} to "
-        f"{with_it['value']:.1f} km/h)"
+        f"; {'in its worst window ' if several else ''}it {verb} the critical speed by "
+        f"{abs(back['value']):.1f} ({least:.1f} to {most:.1f}) km/h, "
+        f"from {without['value']:.1f} to {with_it['value']:.1f} km/h"
     )
     large = cause["gives_back_km_h"][-1]
     if large is not None and abs(large["value"] - back["value"]) > BY_SIZE * abs(back["value"]):
         small, great = (stability["swings_deg_s"][k] for k in (MIDDLE, -1))
         text += (
-            f" of a swing of {small:g} deg/s, {abs(large['value']):.1f} km/h of one of {great:g} "
-            "deg/s"
+            f" for a swing of {small:g} deg/s, and by {abs(large['value']):.1f} km/h for one of "
+            f"{great:g} deg/s"
         )
     best = min((w["value"] for w in windows), default=0.0)
     if several and back["value"] > 0.0 > best + LEAST_KMH:
-        text += f" and adds {-best:.1f} in its best"
+        text += f"; in its most favourable window it raises it by {-best:.1f} km/h"
     return text
 
 
@@ -93,18 +94,44 @@ def _value(effect: Effect, name: str) -> float | None:
     return None if found is None else float(found["value"])
 
 
+def _limits(effect: Effect, name: str) -> tuple[float, float] | None:
+    """The 90 % interval of a value; None for the largest of several windows, which has none."""
+    found = effect["parameters"].get(name)
+    if found is None or len(effect.get("window_details") or []) > 1:
+        return None
+    low, high = found.get("low"), found.get("high")
+    return None if low is None or high is None or low == high else (float(low), float(high))
+
+
 def _number(effect: Effect, name: str, unit: str, factor: float = 1.0) -> str:
-    value = _value(effect, name)
-    text = "an unknown amount" if value is None else rounded(value * factor)
-    return f"{text} {unit}".strip() if value is not None else text
-
-
-def _percent(effect: Effect, name: str = "factor") -> str:
-    """A factor as ``12 % more``."""
+    """A value with its 90 % interval and unit, such as ``130 (127 to 133) N m``."""
     value = _value(effect, name)
     if value is None:
-        return "another size"
-    return f"{abs(value - 1.0):.0%} {'more' if value > 1.0 else 'less'}"
+        return "an unknown amount"
+    limits = _limits(effect, name)
+    text = _short(value * factor)
+    if limits is not None:
+        text += f" ({_short(limits[0] * factor)} to {_short(limits[1] * factor)})"
+    return f"{text} {unit}".strip()
+
+
+def _short(number: float) -> str:
+    """Three digits; large numbers written out."""
+    size = 10.0 ** (math.floor(math.log10(abs(number))) - 2) if number else 1.0
+    return rounded(round(number / size) * size)
+
+
+def _percent(effect: Effect, more: str = "higher", less: str = "lower") -> str:
+    """A factor as ``12 % lower (-14 to -10 %)``, with its 90 % interval."""
+    value = _value(effect, "factor")
+    if value is None:
+        return "changed"
+    text = f"{abs(value - 1.0):.0%} {more if value > 1.0 else less}".replace("%", " %")
+    limits = _limits(effect, "factor")
+    if limits is not None:
+        low, high = (100.0 * (limit - 1.0) for limit in limits)
+        text += f" ({low:+.0f} to {high:+.0f} %)"
+    return text
 
 
 def _axle(effect: Effect) -> str:
@@ -126,28 +153,28 @@ _SENTENCES: dict[str, Callable[[Effect], str]] = {
         f"{_number(e, 'amplitude_n', 'N')} at twice the yaw frequency; a damper is the usual cause"
     ),
     "tyre_relaxation": lambda e: (
-        f"The lateral force of {_axle(e)} builds up late, over {_number(e, 'length_m', 'm')} of way"
+        f"The lateral force of {_axle(e)} builds up over a relaxation length of "
+        f"{_number(e, 'length_m', 'm')}"
     ),
     "tyre_saturation": lambda e: (
-        f"The tyres of {_axle(e)} saturate: their force ends at {_number(e, 'peak_friction', '')} "
-        "of the wheel load"
+        f"The tyres of {_axle(e)} saturate at a force of {_number(e, 'peak_friction', '')} "
+        "times the wheel load"
     ),
     "tyre_load_sensitivity": lambda e: (
         f"The cornering stiffness of {_axle(e)} grows less than the wheel load (degression "
         f"{_number(e, 'degression', '')})"
     ),
     "tyre_stiffness_change": lambda e: (
-        f"The cornering stiffness of {_axle(e)} is {_percent(e)} with no change of load; pressure "
-        "or the road's surface are the usual causes"
+        f"The cornering stiffness of {_axle(e)} is {_percent(e)} at unchanged wheel load; tyre "
+        "pressure or the road surface are the usual causes"
     ),
     "friction_reduction": lambda e: f"The road's peak friction is {_percent(e)}",
-    "hitch_friction": lambda e: f"The hitch rubs with {_number(e, 'moment_nm', 'N m')}",
+    "hitch_friction": lambda e: f"Dry friction at the hitch: {_number(e, 'moment_nm', 'N m')}",
     "hitch_damping": lambda e: (
-        f"The hitch damps the articulation with "
-        f"{_number(e, 'coefficient_nms_per_rad', 'N m s/rad')}"
+        f"The hitch damps the articulation by {_number(e, 'coefficient_nms_per_rad', 'N m s/rad')}"
     ),
     "trailer_aerodynamics": lambda e: (
-        "Air pushes the trailer sideways and turns it (coefficients "
+        "Air flow exerts a side force and a yaw moment on the trailer (coefficients "
         f"{_number(e, 'side_force_coefficient', '')} and "
         f"{_number(e, 'yaw_moment_coefficient', '')})"
     ),
@@ -155,30 +182,33 @@ _SENTENCES: dict[str, Callable[[Effect], str]] = {
         f"{_axle(e).capitalize()} steers by {_number(e, 'coefficient', 'rad')} for each rad of roll"
     ),
     "roll_stiffness_change": lambda e: f"The roll stiffness of {_axle(e)} is {_percent(e)}",
-    "damper_fade": lambda e: f"The dampers of {_axle(e)} give {_percent(e)} force",
+    "damper_fade": lambda e: f"The damping force of the dampers of {_axle(e)} is {_percent(e)}",
     "damper_asymmetry": lambda e: (
-        f"The dampers of {_axle(e)} are harder one way than the other and pump the axle load"
+        f"The dampers of {_axle(e)} are stiffer in one direction than in the other, which shifts "
+        "the axle load"
     ),
     "crosswind_gust": lambda e: (
-        f"A gust pushes the {part(e['component'])} sideways with {_number(e, 'force_n', 'N')}"
+        f"A gust exerts a side force of {_number(e, 'force_n', 'N')} on the {part(e['component'])}"
     ),
     "road_bank": lambda e: f"The road is banked by {_number(e, 'angle_deg', 'deg')}",
     "steering_compliance": lambda e: (
-        "The steering gives way: the front wheels turn back under their lateral force (stiffness "
+        "The steering is elastic: the front wheels yield to their lateral force (stiffness "
         f"{_number(e, 'stiffness_n_per_rad', 'N/rad')})"
     ),
     "steering_free_play": lambda e: (
         f"The steering has {_number(e, 'gap_deg', 'deg')} of play at the steering wheel"
     ),
     "sensor_delay": lambda e: (
-        f"{part(e['component'])} comes {_number(e, 'delay_s', 'ms', 1e3)} late; the vehicle is as "
-        "modelled"
+        f"The signal {part(e['component'])} is delayed by {_number(e, 'delay_s', 'ms', 1e3)}; the "
+        "vehicle is as modelled"
     ),
     "sensor_gain": lambda e: (
-        f"{part(e['component'])} reads {_percent(e)} than it should; the vehicle is as modelled"
+        f"The signal {part(e['component'])} is {_percent(e, 'too high', 'too low')}; the vehicle "
+        "is as modelled"
     ),
     "sensor_roll_gravity": lambda e: (
-        f"{part(e['component'])} rolls with the body and sees gravity; the vehicle is as modelled"
+        f"The sensor of {part(e['component'])} rolls with the body and measures a part of gravity; "
+        "the vehicle is as modelled"
     ),
     "parameter_error": lambda e: (
         f"{e['component']} of vehicle.toml should be {_percent(e)}; no physics is missing"
