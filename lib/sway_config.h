@@ -54,6 +54,15 @@
 #error "SWAY_TRAILER: 0 or 1"
 #endif
 
+/// 1: an ECU can keep the trailer that it has learnt without power and tell another one
+/// (sway_remember, sway_ecu_remember()); 0: leaves that out.
+#ifndef SWAY_REMEMBER
+#define SWAY_REMEMBER SWAY_TRAILER
+#endif
+#if SWAY_REMEMBER != 0 && (SWAY_REMEMBER != 1 || SWAY_TRAILER != 1)
+#error "SWAY_REMEMBER: 0, or 1 with SWAY_TRAILER"
+#endif
+
 /// 1: checks the relations between the inputs while driving (sway_supervise); 0: leaves that out.
 /// Its work has a slice of its own in each row, so estimates come at the same times either way.
 #ifndef SWAY_SUPERVISION

@@ -13,7 +13,11 @@
 #define ID_REPLY SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID
 #define ID_REPORT SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID
 #define ID_ACCESS SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID
+#define ID_TRAILER SWAYWATCH_DBC_SWAY_TRAILER_FRAME_ID
 #define ACCESS_US 100000
+#define TRAILER_US 1000000
+#define KEEP_US 10000000 // between two looks whether something is worth keeping
+#define KEEP_MOST 20U    // between two power-ups
 #define SPEED_AGE_US 500000
 
 enum {
@@ -197,6 +201,20 @@ bool sway_ecu_gave_up(const sway_ecu_retained_t *retained)
     return retained_is_good(retained) && retained->restarts >= SWAY_ECU_RESTARTS_MAX;
 }
 
+#if SWAY_REMEMBER
+static void remember_restart(sway_ecu_t *ecu)
+{
+    if (ecu->keep != NULL) {
+        sway_remember_restart(&ecu->remember, &ecu->node.core.watch, sway_ecu_config(ecu));
+    }
+}
+#else
+static void remember_restart(sway_ecu_t *ecu)
+{
+    (void)ecu;
+}
+#endif
+
 /* With the staged values, which must be in their ranges. */
 static void start_node(sway_ecu_t *ecu)
 {
@@ -204,7 +222,9 @@ static void start_node(sway_ecu_t *ecu)
     ecu->doubled = 0U;
     if (sway_node_init(&ecu->node, &ecu->staged) != SWAY_OK) {
         sway_ecu_fail(ecu, (sway_ecu_cause_t)(SWAY_ECU_BLOCK + SWAY_BLOCK_REFUSED));
+        return;
     }
+    remember_restart(ecu);
 }
 
 static bool is_staged_good(const sway_ecu_t *ecu)
@@ -453,6 +473,85 @@ static void answer(sway_ecu_t *ecu, const sway_port_frame_t *frame)
     ecu->reply_waits = true;
 }
 
+/* --- the trailer remembered ------------------------------------------------------------------- */
+
+#if SWAY_REMEMBER
+
+static bool remembers(const sway_ecu_t *ecu)
+{
+    return ecu->keep != NULL && ecu->state == SWAY_ECU_RUNNING;
+}
+
+void sway_ecu_remember(sway_ecu_t *ecu, sway_ecu_keep_t keep, const uint8_t *record, size_t size)
+{
+    ecu->keep = keep;
+    ecu->trailer_due_us = ecu->now_us;
+    sway_remember_begin(&ecu->remember, record, size, sway_ecu_config(ecu));
+    if (remembers(ecu)) {
+        remember_restart(ecu);
+    }
+}
+
+/* A write that fails wears, too. */
+void sway_ecu_leave(sway_ecu_t *ecu)
+{
+    uint8_t record[SWAY_REMEMBER_SIZE];
+    if (!remembers(ecu) || ecu->remember.writes >= KEEP_MOST ||
+        !sway_remember_wants(&ecu->remember, &ecu->node.core.watch, record)) {
+        return;
+    }
+    if (ecu->keep(ecu->port.context, record, sizeof record)) {
+        sway_remember_kept(&ecu->remember, &ecu->node.core.watch);
+    } else {
+        ecu->remember.writes++;
+    }
+}
+
+/* By the times of frames alone, when all work of the frames before is done. */
+static void remember(sway_ecu_t *ecu)
+{
+    if (!remembers(ecu)) {
+        return;
+    }
+    (void)sway_remember_look(&ecu->remember, &ecu->node.core.watch);
+    if (ecu->now_us >= ecu->keep_due_us && is_standing(ecu)) {
+        ecu->keep_due_us = ecu->now_us + KEEP_US;
+        sway_ecu_leave(ecu);
+    }
+}
+
+static bool give_trailer(sway_ecu_t *ecu)
+{
+    const sway_remember_t *const known = &ecu->remember;
+    const sway_trailer_watch_t *const watch = &ecu->node.core.watch;
+    sway_port_frame_t frame;
+    if (!remembers(ecu) || ecu->now_us < ecu->trailer_due_us) {
+        return false;
+    }
+    const int32_t likeness = sway_real_to_int(known->likeness, 100, -INT16_MAX, INT16_MAX);
+    compose(&frame, ID_TRAILER, &ecu->trailer_counter, (uint32_t)sway_remember_state(known, watch),
+            (uint32_t)likeness & 0xFFFFU,
+            held((uint32_t)watch->learnt_ms / 1000U) | (uint32_t)known->writes << 16);
+    ecu->trailer_due_us = ecu->now_us + TRAILER_US;
+    send(ecu, &frame);
+    return true;
+}
+
+#else
+
+static void remember(sway_ecu_t *ecu)
+{
+    (void)ecu;
+}
+
+static bool give_trailer(sway_ecu_t *ecu)
+{
+    (void)ecu;
+    return false;
+}
+
+#endif
+
 /* --- running --------------------------------------------------------------------------------- */
 
 static void take(sway_ecu_t *ecu, const sway_port_frame_t *frame)
@@ -464,6 +563,7 @@ static void take(sway_ecu_t *ecu, const sway_port_frame_t *frame)
         answer(ecu, frame);
     } else if (ecu->state == SWAY_ECU_RUNNING) {
         hear(ecu, frame);
+        remember(ecu);
     }
 }
 
@@ -494,7 +594,7 @@ static bool give(sway_ecu_t *ecu)
         send_access(ecu);
         return true;
     }
-    return false;
+    return give_trailer(ecu);
 }
 
 static bool work(sway_ecu_t *ecu)

@@ -9,7 +9,8 @@
 ///
 /// Frames of its own, in dbc/swaywatch.dbc: SwayParameterRequest is answered by SwayParameterReply;
 /// SwayFaultReport goes out at start, every second while running and every 100 ms in the safe
-/// state; SwayAccess says who tried to change parameters, at most every 100 ms.
+/// state; SwayTrailer, where the ECU remembers its trailer, every second; SwayAccess says who tried
+/// to change parameters, at most every 100 ms.
 #ifndef SWAY_ECU_H
 #define SWAY_ECU_H
 
@@ -17,6 +18,7 @@
 #include "sway_block.h"
 #include "sway_node.h"
 #include "sway_port.h"
+#include "sway_remember.h"
 
 /// In the safe state there is no estimate, no status frame and no alarm: only SwayFaultReport.
 /// While running, outputs are marked not valid by sway_node until the estimates are.
@@ -59,6 +61,9 @@ typedef struct {
 /// sway_map_receive().
 typedef void (*sway_ecu_listen_t)(void *context, sway_node_t *node, const sway_port_frame_t *frame);
 
+/// Keeps a record of SWAY_REMEMBER_SIZE bytes without power; true: it was written and read back.
+typedef bool (*sway_ecu_keep_t)(void *context, const uint8_t *record, size_t size);
+
 typedef struct {
     bool outgoing_waits;
     bool reply_waits;
@@ -90,6 +95,13 @@ typedef struct {
     sway_ecu_listen_t listen; ///< NULL: frames of dbc/swaywatch.dbc only
     void *listen_context;
 #endif
+#if SWAY_REMEMBER
+    uint8_t trailer_counter;
+    sway_ecu_keep_t keep; ///< NULL: no trailer is remembered
+    int64_t trailer_due_us;
+    int64_t keep_due_us;
+    sway_remember_t remember;
+#endif
     uint32_t canary;
 } sway_ecu_t;
 
@@ -103,6 +115,16 @@ sway_error_t sway_ecu_start(sway_ecu_t *ecu, const sway_port_t *port, sway_ecu_r
 #if SWAY_MAP
 /// Listens to a car's own bus from now on: `listen` gets every frame but the parameter requests.
 void sway_ecu_listen(sway_ecu_t *ecu, sway_ecu_listen_t listen, void *context);
+#endif
+
+#if SWAY_REMEMBER
+/// Remembers the trailer from now on: after sway_ecu_start(). `record` is what `keep` was given
+/// last, NULL or anything else: nothing is remembered. `keep` gets port.context and is called at
+/// standstill only, and by sway_ecu_leave(). SwayTrailer goes out every second.
+void sway_ecu_remember(sway_ecu_t *ecu, sway_ecu_keep_t keep, const uint8_t *record, size_t size);
+
+/// The ignition goes off: keeps what is worth it.
+void sway_ecu_leave(sway_ecu_t *ecu);
 #endif
 
 /// Enters the safe state for a fault that the port's own start-up checks found.

@@ -13,10 +13,10 @@ typedef struct {
 static slot_t look(const sway_store_t *store, uint32_t number, uint8_t *block)
 {
     slot_t slot = {SWAY_BLOCK_EMPTY, 0U};
-    const bool is_read = store->read(store->context, number, block, SWAY_BLOCK_SIZE);
-    slot.result = sway_block_check(block, SWAY_BLOCK_SIZE, &slot.sequence);
+    const bool is_read = store->read(store->context, number, block, store->size);
+    slot.result = store->check(block, store->size, &slot.sequence);
     if (!is_read && slot.result == SWAY_BLOCK_OK) {
-        block[SWAY_BLOCK_SIZE - 1U] ^= 1U;
+        block[store->size - 1U] ^= 1U;
         slot.result = SWAY_BLOCK_CRC;
     }
     return slot;
@@ -24,8 +24,8 @@ static slot_t look(const sway_store_t *store, uint32_t number, uint8_t *block)
 
 static bool is_erased(const sway_store_t *store, uint32_t number, uint8_t *block)
 {
-    bool erased = store->read(store->context, number, block, SWAY_BLOCK_SIZE);
-    for (size_t i = 0; i < SWAY_BLOCK_SIZE; i++) {
+    bool erased = store->read(store->context, number, block, store->size);
+    for (size_t i = 0; i < store->size; i++) {
         erased = erased && block[i] == 0xFFU;
     }
     return erased;
@@ -62,10 +62,10 @@ bool sway_store_find(const sway_store_t *store, uint8_t *block)
 
 bool sway_store_write(const sway_store_t *store, const uint8_t *block, size_t size)
 {
-    uint8_t found[SWAY_BLOCK_SIZE];
+    uint8_t found[SWAY_STORE_SIZE_MAX];
     const slot_t slot[SWAY_STORE_SLOTS] = {look(store, 0U, found), look(store, 1U, found)};
     const uint32_t target = (uint32_t)(newest(slot) == 0U);
-    if (size != SWAY_BLOCK_SIZE || !store->erase(store->context, target) ||
+    if (size != store->size || !store->erase(store->context, target) ||
         !is_erased(store, target, found)) {
         return false;
     }

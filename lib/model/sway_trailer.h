@@ -52,10 +52,10 @@ typedef struct {
 
 /// What a drive leaves in the memory of an ECU, so that the trailer can be known again: of the car
 /// SWAY_STATE_CAR_FRONT and the states after it, of the trailer SWAY_STATE_TRAILER_MASS and after.
-#define SWAY_TRAILER_UNKNOWNS 6
-#define SWAY_TRAILER_CAR 5
+#define SWAY_TRAILER_UNKNOWNS 6U
+#define SWAY_TRAILER_CAR 5U
 #define SWAY_TRAILER_MEMORY (SWAY_TRAILER_CAR + SWAY_TRAILER_UNKNOWNS)
-#define SWAY_TRAILER_TRIANGLE (SWAY_TRAILER_MEMORY * (SWAY_TRAILER_MEMORY + 1) / 2)
+#define SWAY_TRAILER_TRIANGLE (SWAY_TRAILER_MEMORY * (SWAY_TRAILER_MEMORY + 1U) / 2U)
 typedef struct {
     sway_real_t value[SWAY_TRAILER_MEMORY];
     sway_real_t covariance[SWAY_TRAILER_TRIANGLE];

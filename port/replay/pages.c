@@ -44,6 +44,11 @@ static bool write(void *context, uint32_t slot, const uint8_t *block, size_t siz
 
 sway_store_t pages_store(pages_t *pages)
 {
-    const sway_store_t store = {.read = read, .erase = erase, .write = write, .context = pages};
+    const sway_store_t store = {.size = SWAY_BLOCK_SIZE,
+                                .check = sway_block_check,
+                                .read = read,
+                                .erase = erase,
+                                .write = write,
+                                .context = pages};
     return store;
 }

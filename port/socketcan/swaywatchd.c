@@ -7,6 +7,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <stddef.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -48,6 +49,9 @@ static const char usage[] =
     "                      status frames go to the standard output\n"
     "  --candump-out FILE  write the status frames there, as candump lines (- : standard\n"
     "                      output)\n"
+    "  --remember FILE     keep the trailer that was learnt from the car's own sensors there,\n"
+    "                      at standstill and at the end, and compare the next drive with it\n"
+    "                      (message SwayTrailer); written anew where it is missing or damaged\n"
     "  --key FILE          16 bytes, required for changing parameters over CAN\n"
     "  --xcp               measured and calibrated by XCP on CAN, identifiers 0x6E4 and 0x6E5;\n"
     "                      changes need the key. Its A2L file: make build/swaywatchd.a2l\n"
@@ -66,6 +70,7 @@ typedef struct {
     const char *interface;
     const char *key;
     const char *map;
+    const char *remember;
     bool has_xcp;
     char *settings[SETTINGS_MAX];
     size_t setting_count;
@@ -80,6 +85,7 @@ static sway_map_t map; ///< of the car's own bus, --map
 static sway_map_listen_t listening = {.map = &map};
 static uint8_t key[SWAY_SIPHASH_KEY];
 static FILE *candump_out;
+static const char *remembered; ///< file of --remember
 static uint64_t output_lost;
 static uint64_t other_ecu;
 static volatile sig_atomic_t wants_end;
@@ -272,6 +278,63 @@ static void hear(void *context, sway_node_t *node, const sway_port_frame_t *fram
     (void)sway_map_receive(context, node, frame->time_us, frame->id, frame->dlc, frame->data);
 }
 
+/* --- the trailer remembered --------------------------------------------------------------------
+ */
+
+/* Written beside and renamed: a cut leaves the old one or the new one, whole. */
+static bool keep_trailer(void *context, const uint8_t *record, size_t size)
+{
+    (void)context;
+    char beside[PATH_MAX];
+    const int length = snprintf(beside, sizeof beside, "%s.new", remembered);
+    FILE *file = length > 0 && (size_t)length < sizeof beside ? fopen(beside, "wb") : NULL;
+    bool is_kept = file != NULL && fwrite(record, 1, size, file) == size && fflush(file) == 0 &&
+                   fsync(fileno(file)) == 0;
+    if (file != NULL) {
+        is_kept = fclose(file) == 0 && is_kept;
+    }
+    is_kept = is_kept && rename(beside, remembered) == 0;
+    if (!is_kept) {
+        fprintf(stderr, "swaywatchd: %s: %s\n", remembered, strerror(errno));
+    }
+    return is_kept;
+}
+
+static void recall_trailer(const char *path)
+{
+    uint8_t record[SWAY_REMEMBER_SIZE];
+    FILE *file = fopen(path, "rb");
+    const size_t size = file != NULL ? fread(record, 1, sizeof record, file) : 0U;
+    if (file != NULL) {
+        fclose(file);
+    }
+    uint32_t sequence = 0;
+    if (sway_remember_check(record, size, &sequence) != SWAY_BLOCK_OK) {
+        fprintf(stderr, "swaywatchd: %s: %s; begins without a remembered trailer\n", path,
+                file == NULL ? "not there" : "no trailer of this version");
+    }
+    remembered = path;
+    sway_ecu_remember(&ecu, keep_trailer, record, size);
+}
+
+static void print_trailer(void)
+{
+    static const char *const words[] = {"unknown", "no trailer", "new", "same", "another"};
+    const sway_trailer_watch_t *const watch = sway_core_trailer(&ecu.node.core);
+    if (remembered != NULL) {
+        fprintf(stderr, "swaywatchd: trailer: %s, likeness %.2f, learnt from %d s, %u written\n",
+                words[sway_remember_state(&ecu.remember, watch)],
+                sway_real_to_int(ecu.remember.likeness, 100, -INT32_MAX, INT32_MAX) / 100.0,
+                (int)(watch->learnt_ms / 1000), (unsigned)ecu.remember.writes);
+    }
+}
+
+static void leave(void)
+{
+    sway_ecu_leave(&ecu);
+    print_trailer();
+}
+
 static bool start(const options_t *options, const sway_port_t *port, const uint8_t *block)
 {
     static sway_ecu_retained_t retained;
@@ -282,6 +345,9 @@ static bool start(const options_t *options, const sway_port_t *port, const uint8
     }
     if (options->map != NULL) {
         sway_ecu_listen(&ecu, hear, &listening);
+    }
+    if (options->remember != NULL) {
+        recall_trailer(options->remember);
     }
     return true;
 }
@@ -387,10 +453,12 @@ static int run_live(const options_t *options, const uint8_t *block)
         if (wants_counts != 0) {
             wants_counts = 0;
             print_bus_counts();
+            print_trailer();
         }
         wait_for_work(&open_mask);
     }
     print_bus_counts();
+    leave();
     can_bus_close(&bus);
     return EXIT_SUCCESS;
 }
@@ -414,6 +482,7 @@ static int run_replay(const options_t *options, const uint8_t *block)
     }
     const bool is_read = log_file_close(&recording);
     print_replay_counts();
+    leave();
     if (!is_read || ecu.node.accepted == 0U) {
         fprintf(stderr, "swaywatchd: %s: %s\n", options->replay,
                 is_read ? "no frame of swaywatch.dbc in it, nor of a --map; swaywatch convert "
@@ -474,6 +543,9 @@ static bool read_option(int option, options_t *options)
     case 'm':
         options->map = optarg;
         return true;
+    case 'e':
+        options->remember = optarg;
+        return true;
     case 'x':
         options->has_xcp = true;
         return true;
@@ -496,6 +568,7 @@ static bool read_options(int argc, char **argv, options_t *options)
                                           {"set", required_argument, NULL, 's'},
                                           {"key", required_argument, NULL, 'k'},
                                           {"map", required_argument, NULL, 'm'},
+                                          {"remember", required_argument, NULL, 'e'},
                                           {"xcp", no_argument, NULL, 'x'},
                                           {"help", no_argument, NULL, 'h'},
                                           {"version", no_argument, NULL, 'V'},
@@ -515,7 +588,7 @@ static bool read_options(int argc, char **argv, options_t *options)
 /* Opening a file to write it empties it. */
 static bool is_input(const options_t *options, const char *path)
 {
-    const char *inputs[] = {options->vehicle, options->replay, options->map};
+    const char *inputs[] = {options->vehicle, options->replay, options->map, options->remember};
     struct stat output;
     for (size_t i = 0; i < sizeof inputs / sizeof inputs[0]; i++) {
         struct stat input;

@@ -11,6 +11,7 @@ static uint32_t bus_offs_told;
 static uint8_t key[SWAY_SIPHASH_KEY];
 
 #define KEY_PAGE 2U
+#define TRAILER_PAGE 3U
 
 const sway_ecu_t *program_ecu(void)
 {
@@ -22,7 +23,9 @@ const can_t *program_can(void)
     return &can;
 }
 
-/* --- parameters: the first two pages of the second bank; the key is in the third -------------- */
+/* --- parameters: the first two pages of the second bank; the key is in the third, the trailer
+ * remembered in the fourth and fifth ------------------------------------------------------------
+ */
 
 static bool store_read(void *context, uint32_t slot, uint8_t *bytes, size_t size)
 {
@@ -44,6 +47,7 @@ static bool read_key(void)
 static bool store_erase(void *context, uint32_t slot)
 {
     (void)context;
+    board_serve_watchdog(); // a page takes 25 ms to erase
     return flash_erase(slot);
 }
 
@@ -55,7 +59,36 @@ static bool store_write(void *context, uint32_t slot, const uint8_t *block, size
 
 static sway_store_t parameters(void)
 {
-    const sway_store_t store = {.read = store_read, .erase = store_erase, .write = store_write};
+    const sway_store_t store = {.size = SWAY_BLOCK_SIZE,
+                                .check = sway_block_check,
+                                .read = store_read,
+                                .erase = store_erase,
+                                .write = store_write};
+    return store;
+}
+
+static bool trailer_read(void *context, uint32_t slot, uint8_t *bytes, size_t size)
+{
+    return store_read(context, TRAILER_PAGE + slot, bytes, size);
+}
+
+static bool trailer_erase(void *context, uint32_t slot)
+{
+    return store_erase(context, TRAILER_PAGE + slot);
+}
+
+static bool trailer_write(void *context, uint32_t slot, const uint8_t *record, size_t size)
+{
+    return store_write(context, TRAILER_PAGE + slot, record, size);
+}
+
+static sway_store_t trailer(void)
+{
+    const sway_store_t store = {.size = SWAY_REMEMBER_SIZE,
+                                .check = sway_remember_check,
+                                .read = trailer_read,
+                                .erase = trailer_erase,
+                                .write = trailer_write};
     return store;
 }
 
@@ -86,6 +119,13 @@ static bool port_store(void *context, const uint8_t *block, size_t size)
     return sway_store_write(&store, block, size);
 }
 
+static bool port_keep(void *context, const uint8_t *record, size_t size)
+{
+    (void)context;
+    const sway_store_t store = trailer();
+    return sway_store_write(&store, record, size);
+}
+
 static uint32_t port_random(void *context)
 {
     (void)context;
@@ -113,6 +153,15 @@ static bool start_can(void)
     return can_start(&can, &config);
 }
 
+/* One that a power cut damaged is learnt again: no reason for a warning. */
+static void recall_trailer(void)
+{
+    uint8_t record[SWAY_REMEMBER_SIZE];
+    const sway_store_t store = trailer();
+    (void)sway_store_find(&store, record);
+    sway_ecu_remember(&ecu, port_keep, record, sizeof record);
+}
+
 bool program_start(sway_ecu_retained_t *retained, sway_ecu_cause_t check)
 {
     const sway_store_t store = parameters();
@@ -137,6 +186,9 @@ bool program_start(sway_ecu_retained_t *retained, sway_ecu_cause_t check)
         interrupted = sway_store_find(&store, block);
     }
     (void)sway_ecu_start(&ecu, &port, retained, block, sizeof block);
+    if (may_read) {
+        recall_trailer();
+    }
     if (check != SWAY_ECU_NO_CAUSE) {
         sway_ecu_fail(&ecu, check);
     }

@@ -71,7 +71,11 @@ static bool page_write(void *context, uint32_t slot, const uint8_t *block, size_
     return power_left != 0;
 }
 
-static const sway_store_t flash = {.read = page_read, .erase = page_erase, .write = page_write};
+static const sway_store_t flash = {.size = SWAY_BLOCK_SIZE,
+                                   .check = sway_block_check,
+                                   .read = page_read,
+                                   .erase = page_erase,
+                                   .write = page_write};
 
 static bool store(void *context, const uint8_t *block, size_t size)
 {

@@ -14,7 +14,7 @@ FW_INCLUDE := -Ilib -Iport -Iport/replay -Iport/semihosting -I$(B)/codec -I$(KIS
 # kissfft is never asked to allocate: without its allocator there is no heap to link.
 FW_DEFINE := -DFIXED_POINT=32 -D'KISS_FFT_MALLOC(size)=NULL' -D'KISS_FFT_FREE(pointer)=((void)(pointer))'
 FW_WARN := -std=c99 -pedantic -Wall -Wextra -Wconversion -Wshadow -Werror
-FW_ECU := $(addprefix port/sway_,ecu.c access.c siphash.c block.c checks.c store.c)
+FW_ECU := $(addprefix port/sway_,ecu.c access.c siphash.c block.c checks.c remember.c store.c)
 FW_REPLAY := port/replay/candump.c port/replay/pages.c port/replay/replay.c
 FW_EMBEDDED := -Os -g -ffunction-sections -fdata-sections -fstack-usage
 
@@ -42,9 +42,10 @@ FW_LEAN := -DSWAY_TRAILER=0 -DSWAY_SUPERVISION=0 -DSWAY_MAP=0
 FW_CPU_m0plus := -mcpu=cortex-m0plus $(FW_LEAN)
 FW_CPU_m3 := -mcpu=cortex-m3 $(FW_LEAN)
 FW_CPU_m4f := $(FW_LEAN) -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
-# With everything and XCP the M7 has little flash left: without what makes code longer.
-FW_CPU_m7 := -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard -fno-inline-small-functions -fno-ipa-cp -fno-ipa-sra \
-    -fno-tree-ch -fno-thread-jumps
+# With everything and XCP the M7 has little flash left: without what makes code longer. Like the R5 it
+# has no memory to keep a trailer in (SWAY_REMEMBER).
+FW_CPU_m7 := -DSWAY_REMEMBER=0 -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard -fno-inline-small-functions -fno-ipa-cp -fno-ipa-sra \
+    -fno-tree-ch -fno-thread-jumps -fno-tree-forwprop -fno-move-loop-invariants
 # The small one: steering, yaw rate and acceleration of the car, yaw rate of the trailer; rows at
 # 50 Hz, the last 2.5 s of them. On the host, too, to compare with.
 FW_SIZES_small := -DSWAY_TRAILER=0 -DSWAY_MAP=0 -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8
@@ -64,7 +65,7 @@ $(foreach t,$(FW_M),$(eval FW_CC_$t := arm-none-eabi-gcc)\
 
 FW_CC_r5 := arm-none-eabi-gcc
 FW_START_r5 := image_start
-FW_FLAGS_r5 := -DSWAY_SUPERVISION=0 -mcpu=cortex-r5 -mthumb -mfloat-abi=soft -Iport/zynqmp_r5 $(FW_EMBEDDED)
+FW_FLAGS_r5 := -DSWAY_SUPERVISION=0 -DSWAY_REMEMBER=0 -mcpu=cortex-r5 -mthumb -mfloat-abi=soft -Iport/zynqmp_r5 $(FW_EMBEDDED)
 FW_SOURCES_r5 := $(FW_REPLAY) port/sway_bit_timing.c port/can.c port/zynqmp_r5/startup.S port/zynqmp_r5/r5.c \
     port/zynqmp_r5/can.c port/zynqmp_r5/main.c port/semihosting/semihosting.c
 # These three can be measured and calibrated over XCP; they are of both byte orders.

@@ -5,10 +5,10 @@ PORT_INCLUDE := -Iport -Iport/cortex_m -Itests/port -Ilib -I$(B)/codec -I$(KISSF
 PORT_FLAGS := -std=c99 -Wall -Wextra -Wshadow -Werror -D_GNU_SOURCE -DUNITY_SUPPORT_64 \
     -DSWAY_REGISTER_MODEL $(CFLAGS_sanitize) $(DEFINE)
 PORT_COMMON := $(addprefix port/,sway_ecu.c sway_access.c sway_siphash.c sway_block.c \
-    sway_store.c sway_checks.c sway_bit_timing.c can.c)
+    sway_remember.c sway_store.c sway_checks.c sway_bit_timing.c can.c)
 PORT_STM32G4 := $(addprefix port/stm32g4/,board.c fdcan.c flash.c program.c)
 
-PORT_TESTS := stm32g4 zynqmp_can ecu ecu_access ecu_store common xcp
+PORT_TESTS := stm32g4 zynqmp_can ecu ecu_access ecu_store ecu_trailer common xcp
 PORT_SOURCES_xcp := port/xcp/sway_xcp.c port/xcp/sway_xcp_daq.c
 PORT_INCLUDE_xcp := -Iport/xcp
 PORT_SOURCES_stm32g4 := tests/port/model_stm32g4.c $(PORT_STM32G4)

@@ -85,7 +85,11 @@ static inline bool write(void *context, uint32_t slot, const uint8_t *block, siz
     return true;
 }
 
-static const sway_store_t flash = {.read = read, .erase = erase, .write = write};
+static const sway_store_t flash = {.size = SWAY_BLOCK_SIZE,
+                                   .check = sway_block_check,
+                                   .read = read,
+                                   .erase = erase,
+                                   .write = write};
 
 static inline bool store(void *context, const uint8_t *block, size_t size)
 {

@@ -6,9 +6,9 @@
 
 #include "sway_port.h"
 
-#define MODEL_FLASH_SIZE 6144U
+#define MODEL_FLASH_SIZE 10240U
 
-extern uint8_t model_flash[MODEL_FLASH_SIZE]; /* first three pages of bank 2 */
+extern uint8_t model_flash[MODEL_FLASH_SIZE]; /* first five pages of bank 2 */
 
 void model_power_on(void); /* everything but the flash */
 void model_restart(void);  /* a reset: clears peripherals, keeps the reason */

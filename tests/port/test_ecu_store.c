@@ -297,7 +297,11 @@ static bool erase_badly(void *context, uint32_t slot)
 static void test_a_byte_that_stays_is_found(void)
 {
     static const unsigned bytes[] = {0, 1, 2, SWAY_BLOCK_SIZE / 2U, SWAY_BLOCK_SIZE - 1U};
-    const sway_store_t bad = {.read = read, .erase = erase_badly, .write = write};
+    const sway_store_t bad = {.size = SWAY_BLOCK_SIZE,
+                              .check = sway_block_check,
+                              .read = read,
+                              .erase = erase_badly,
+                              .write = write};
     const sway_core_config_t config = good_config();
     uint8_t block[SWAY_BLOCK_SIZE];
     for (unsigned i = 0; i < sizeof bytes / sizeof bytes[0]; i++) {

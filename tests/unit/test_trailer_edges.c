@@ -329,12 +329,12 @@ static void a_likeness_by_a_covariance_that_is_none_cannot_be_told(void)
     sway_trailer_init(&watch, &vehicle, 0, 10000);
     sway_trailer_remember(&watch, &sound);
     memory = sound;
-    for (int i = 0; i < SWAY_TRAILER_TRIANGLE; i++) {
+    for (uint32_t i = 0; i < SWAY_TRAILER_TRIANGLE; i++) {
         memory.covariance[i] = sway_real_int(-1);
     }
     TEST_ASSERT_TRUE(sway_real_is_zero(sway_trailer_likeness(&watch, &memory)));
     memory = sound; // both know far less of the trailer than the start
-    for (int i = 0; i < SWAY_TRAILER_TRIANGLE; i++) {
+    for (uint32_t i = 0; i < SWAY_TRAILER_TRIANGLE; i++) {
         memory.covariance[i] = sway_real_scale(memory.covariance[i], 4);
     }
     for (int i = 0; i < SWAY_OBSERVER_TRIANGLE; i++) {

@@ -1,0 +1,348 @@
+/* The trailer remembered: what is kept and when, what the next drive says, power cuts. */
+#include "ecu_bench.h"
+
+static uint8_t slot_of[SWAY_STORE_SLOTS][SWAY_REMEMBER_SIZE]; // two pages of their own
+static unsigned writes;
+static int cut_after; // bytes until the power goes, the erasure counts as one; negative: never
+
+static bool slot_read(void *context, uint32_t slot, uint8_t *bytes, size_t size)
+{
+    (void)context;
+    memcpy(bytes, slot_of[slot], size);
+    return true;
+}
+
+static bool spend(void)
+{
+    const bool is_on = cut_after != 0;
+    cut_after -= cut_after > 0 ? 1 : 0;
+    return is_on;
+}
+
+static bool slot_erase(void *context, uint32_t slot)
+{
+    (void)context;
+    if (!spend()) {
+        return false;
+    }
+    memset(slot_of[slot], 0xFF, SWAY_REMEMBER_SIZE);
+    return true;
+}
+
+static bool slot_write(void *context, uint32_t slot, const uint8_t *record, size_t size)
+{
+    (void)context;
+    for (size_t i = 0; i < size; i++) {
+        if (!spend()) {
+            return false;
+        }
+        slot_of[slot][i] = record[i];
+    }
+    return true;
+}
+
+static const sway_store_t slots = {.size = SWAY_REMEMBER_SIZE,
+                                   .check = sway_remember_check,
+                                   .read = slot_read,
+                                   .erase = slot_erase,
+                                   .write = slot_write};
+
+static bool keep(void *context, const uint8_t *record, size_t size)
+{
+    (void)context;
+    writes++;
+    return sway_store_write(&slots, record, size);
+}
+
+static sway_trailer_watch_t *watch(void)
+{
+    return &ecu.node.core.watch;
+}
+
+/* A start with what the pages hold. */
+static void begin(void)
+{
+    uint8_t record[SWAY_REMEMBER_SIZE];
+    start_good();
+    (void)sway_store_find(&slots, record);
+    sway_ecu_remember(&ecu, keep, record, sizeof record);
+}
+
+static void begin_empty(void)
+{
+    setUp();
+    memset(slot_of, 0xFF, sizeof slot_of);
+    writes = 0U;
+    cut_after = -1;
+    begin();
+}
+
+static sway_real_t real(double value)
+{
+    return sway_real_ratio((int32_t)(value * 1e6), 1000000);
+}
+
+/* A drive that has found a trailer whose values are `off` standard errors of the start away from
+ * where they began, known ten times as well. */
+static void learn(double off, int32_t seconds)
+{
+    sway_trailer_watch_t *const w = watch();
+    w->presence = SWAY_TRAILER_THERE;
+    w->learnt_ms = seconds * 1000;
+    for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
+        const uint32_t state = SWAY_STATE_TRAILER_MASS + i;
+        w->with.x[state] = sway_real_add(w->start[i], sway_real_mul(w->doubt[i], real(off)));
+        w->with.p[state * (state + 1U) / 2U + state] =
+            sway_real_mul(sway_real_mul(w->doubt[i], w->doubt[i]), real(0.01));
+    }
+}
+
+static struct swaywatch_dbc_sway_trailer_t told(void)
+{
+    struct swaywatch_dbc_sway_trailer_t t;
+    sent_count = 0U;
+    for (int i = 0; i < 120; i++) {
+        now_us += 9000;
+        give_speed();
+    }
+    const sway_port_frame_t *frame = last_of(SWAYWATCH_DBC_SWAY_TRAILER_FRAME_ID);
+    TEST_ASSERT_NOT_NULL_MESSAGE(frame, "no SwayTrailer");
+    TEST_ASSERT_TRUE(sway_e2e_check(frame->id, frame->data));
+    swaywatch_dbc_sway_trailer_unpack(&t, frame->data, frame->dlc);
+    return t;
+}
+
+/* Moves on until the next look whether something is to be kept. */
+static void stand(void)
+{
+    speed_mm_s = 0;
+    for (int i = 0; i < 1100; i++) {
+        now_us += 9000;
+        give_speed();
+        sent_count = 0U;
+    }
+}
+
+static void test_without_keep_nothing_is_told(void)
+{
+    start_good();
+    learn(0.5, 120);
+    for (int i = 0; i < 300; i++) {
+        now_us += 9000;
+        give_speed();
+    }
+    TEST_ASSERT_NULL(last_of(SWAYWATCH_DBC_SWAY_TRAILER_FRAME_ID));
+    sway_ecu_leave(&ecu);
+    start_from(NULL); // the safe state
+    sway_ecu_remember(&ecu, keep, NULL, 0);
+    TEST_ASSERT_EQUAL(SWAY_ECU_SAFE, ecu.state);
+    sway_ecu_leave(&ecu);
+    TEST_ASSERT_EQUAL_UINT(0, writes);
+}
+
+static void test_states_of_a_first_drive(void)
+{
+    begin_empty();
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+    watch()->presence = SWAY_TRAILER_NONE;
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NONE, told().trailer_state);
+    watch()->sensed = true;
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+    watch()->presence = SWAY_TRAILER_THERE;
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+    watch()->sensed = false;
+    watch()->learnt_ms = 59000;
+    const struct swaywatch_dbc_sway_trailer_t t = told();
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, t.trailer_state);
+    TEST_ASSERT_EQUAL_UINT16(59, t.trailer_learnt);
+    stand();
+    TEST_ASSERT_EQUAL_UINT(0, writes); // not after 59 s
+}
+
+/* At standstill, once; not while driving, nor where the speed is not known. */
+static void test_a_new_trailer_is_kept_at_standstill(void)
+{
+    begin_empty();
+    learn(0.5, 120);
+    stand();
+    TEST_ASSERT_EQUAL_UINT(1, writes);
+    stand();
+    TEST_ASSERT_EQUAL_UINT(1, writes);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, told().trailer_state);
+    TEST_ASSERT_EQUAL_UINT8(1, told().trailer_writes);
+    begin_empty();
+    learn(0.5, 120);
+    speed_mm_s = 1000;
+    for (int i = 0; i < 1500; i++) {
+        now_us += 9000;
+        give_speed();
+        sent_count = 0U;
+    }
+    TEST_ASSERT_EQUAL_UINT(0, writes);
+    sway_ecu_leave(&ecu);
+    TEST_ASSERT_EQUAL_UINT(1, writes);
+}
+
+static void test_the_same_and_another_trailer(void)
+{
+    for (int another = 0; another < 2; another++) {
+        begin_empty();
+        learn(0.8, 120);
+        stand();
+        begin();
+        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+        learn(another ? -0.8 : 0.8, 19);
+        TEST_ASSERT_EQUAL_INT(0, told().trailer_likeness); // not asked yet
+        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+        watch()->learnt_ms = 20000;
+        const struct swaywatch_dbc_sway_trailer_t t = told();
+        TEST_ASSERT_EQUAL_UINT8(another ? SWAY_REMEMBER_ANOTHER : SWAY_REMEMBER_SAME,
+                                t.trailer_state);
+        TEST_ASSERT_TRUE(another ? t.trailer_likeness < -100 : t.trailer_likeness > 100);
+        /* The same is not written again, another one is, and stays another one in this drive. */
+        watch()->learnt_ms = 60000;
+        stand();
+        TEST_ASSERT_EQUAL_UINT(1U + (unsigned)another, writes);
+        learn(0.8, 100);
+        TEST_ASSERT_EQUAL_UINT8(another ? SWAY_REMEMBER_ANOTHER : SWAY_REMEMBER_SAME,
+                                told().trailer_state);
+        stand();
+        TEST_ASSERT_EQUAL_UINT(1U + (unsigned)another, writes);
+    }
+}
+
+/* The car is recalled, the trailer is not. */
+static void test_the_next_drive_begins_with_the_car(void)
+{
+    begin_empty();
+    learn(0.8, 120);
+    watch()->with.x[SWAY_STATE_CAR_FRONT] = real(0.07);
+    stand();
+    begin();
+    TEST_ASSERT_TRUE(sway_real_compare(real(0.07), watch()->alone.x[SWAY_STATE_CAR_FRONT]) == 0);
+    TEST_ASSERT_TRUE(sway_real_compare(real(0.07), watch()->with.x[SWAY_STATE_CAR_FRONT]) == 0);
+    TEST_ASSERT_TRUE(
+        sway_real_compare(watch()->start[0], watch()->with.x[SWAY_STATE_TRAILER_MASS]) == 0);
+    /* A core that begins anew with the same parameters recalls it again, with others nothing. */
+    watch()->with.x[SWAY_STATE_CAR_FRONT] = real(0.5);
+    TEST_ASSERT_EQUAL_UINT8(DONE, change(APPLY, NOTHING, 0).parameter_result);
+    TEST_ASSERT_TRUE(sway_real_compare(real(0.07), watch()->with.x[SWAY_STATE_CAR_FRONT]) == 0);
+    TEST_ASSERT_EQUAL_UINT8(DONE, change(APPLY, 0, 1800000).parameter_result);
+    TEST_ASSERT_TRUE(sway_real_is_zero(watch()->with.x[SWAY_STATE_CAR_FRONT]));
+    learn(0.8, 10);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, told().trailer_state);
+}
+
+/* Learnt with other parameters it says nothing, and is replaced. */
+static void test_a_record_of_other_parameters_is_not_used(void)
+{
+    begin_empty();
+    learn(0.8, 120);
+    stand();
+    uint8_t record[SWAY_REMEMBER_SIZE];
+    (void)sway_store_find(&slots, record);
+    sway_core_config_t config = good_config();
+    config.vehicle.car.mass_g += 50000;
+    put_block(0, &config, 2);
+    start();
+    sway_ecu_remember(&ecu, keep, record, sizeof record);
+    learn(0.8, 120);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, told().trailer_state);
+    stand();
+    TEST_ASSERT_EQUAL_UINT(2, writes);
+}
+
+static void test_the_same_is_written_again_where_it_is_known_much_better(void)
+{
+    static const struct {
+        double times; // all six variances
+        bool written;
+    } cases[] = {{0.8, false}, {0.7, true}}; // e^-2 is 0.717^6
+    for (int k = 0; k < 2; k++) {
+        begin_empty();
+        learn(0.8, 120);
+        stand();
+        begin();
+        learn(0.8, 120);
+        for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
+            const uint32_t state = SWAY_STATE_TRAILER_MASS + i;
+            sway_real_t *const p = &watch()->with.p[state * (state + 1U) / 2U + state];
+            *p = sway_real_mul(*p, real(cases[k].times));
+        }
+        stand();
+        TEST_ASSERT_EQUAL_UINT(cases[k].written ? 2 : 1, writes);
+    }
+}
+
+static void test_damage_is_found(void)
+{
+    uint32_t sequence = 0;
+    uint8_t record[SWAY_REMEMBER_SIZE];
+    begin_empty();
+    learn(0.8, 120);
+    stand();
+    (void)sway_store_find(&slots, record);
+    TEST_ASSERT_EQUAL(SWAY_BLOCK_OK, sway_remember_check(record, sizeof record, &sequence));
+    TEST_ASSERT_EQUAL_UINT32(1, sequence);
+    TEST_ASSERT_EQUAL(SWAY_BLOCK_EMPTY, sway_remember_check(NULL, sizeof record, &sequence));
+    TEST_ASSERT_EQUAL(SWAY_BLOCK_EMPTY, sway_remember_check(record, sizeof record - 1U, &sequence));
+    for (unsigned bit = 0; bit < 8U * SWAY_REMEMBER_SIZE; bit++) {
+        record[bit / 8U] ^= (uint8_t)(1U << bit % 8U);
+        const sway_block_result_t wanted = bit < 32U   ? SWAY_BLOCK_EMPTY
+                                           : bit < 64U ? SWAY_BLOCK_VERSION_UNKNOWN
+                                                       : SWAY_BLOCK_CRC;
+        TEST_ASSERT_EQUAL(wanted, sway_remember_check(record, sizeof record, &sequence));
+        record[bit / 8U] ^= (uint8_t)(1U << bit % 8U);
+    }
+}
+
+/* Whenever the power goes while another trailer is kept, the next drive knows the one before or
+ * this one, whole. */
+static void test_power_cut_at_every_byte(void)
+{
+    const int whole = 1 + (int)SWAY_REMEMBER_SIZE;
+    for (int cut = 0; cut <= whole; cut += cut < 40 || cut > whole - 10 ? 1 : 13) {
+        begin_empty();
+        learn(0.8, 120);
+        sway_ecu_leave(&ecu);
+        learn(-0.8, 120);
+        ecu.remember.kept = false;
+        cut_after = cut;
+        sway_ecu_leave(&ecu);
+        TEST_ASSERT_EQUAL_UINT(2, writes);
+        TEST_ASSERT_EQUAL_UINT8(2, ecu.remember.writes); // it wears either way
+        TEST_ASSERT_EQUAL(cut == whole, ecu.remember.kept);
+        cut_after = -1;
+        begin();
+        learn(cut == whole ? -0.8 : 0.8, 20);
+        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_SAME, told().trailer_state);
+    }
+}
+
+/* Twenty between two power-ups, whatever goes wrong. */
+static void test_flash_is_not_worn(void)
+{
+    begin_empty();
+    learn(0.8, 120);
+    for (int i = 0; i < 30; i++) {
+        cut_after = 0;
+        sway_ecu_leave(&ecu);
+    }
+    TEST_ASSERT_EQUAL_UINT(20, writes);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_without_keep_nothing_is_told);
+    RUN_TEST(test_states_of_a_first_drive);
+    RUN_TEST(test_a_new_trailer_is_kept_at_standstill);
+    RUN_TEST(test_the_same_and_another_trailer);
+    RUN_TEST(test_the_next_drive_begins_with_the_car);
+    RUN_TEST(test_a_record_of_other_parameters_is_not_used);
+    RUN_TEST(test_the_same_is_written_again_where_it_is_known_much_better);
+    RUN_TEST(test_damage_is_found);
+    RUN_TEST(test_power_cut_at_every_byte);
+    RUN_TEST(test_flash_is_not_worn);
+    return UNITY_END();
+}
