@@ -147,7 +147,12 @@ CC_clang := clang
 CC_sanitize := gcc
 CC_coverage := gcc
 
-# FLAVOUR: gcc, clang, sanitize, coverage. build/FLAVOUR/libsway.a holds lib/, the codec, kissfft.
+# Every level of optimisation of both, for `make unit-levels`: gcc-O0 to clang-Os.
+LEVELS := $(foreach c,gcc clang,$(addprefix $c-O,0 1 2 3 s))
+$(foreach l,$(LEVELS),$(eval CC_$l := $(firstword $(subst -, ,$l)))$(eval CFLAGS_$l := -$(lastword $(subst -, ,$l))))
+
+# FLAVOUR: gcc, clang, sanitize, coverage, a level. build/FLAVOUR/libsway.a holds lib/, the codec,
+# kissfft.
 define flavour
 $(B)/$(1)/lib/%.o: lib/%.c | $(KISSFFT_DIR)/kiss_fft.h $(CODEC).c
 	@mkdir -p $$(@D)
@@ -177,7 +182,7 @@ $(B)/$(1)/unit/%: tests/unit/%.c $(B)/$(1)/libsway.a $(B)/$(1)/unity.o
 	    $(B)/$(1)/libsway.a -lm -o $$@
 -include $$(wildcard $(B)/$(1)/lib/*/*.d $(B)/$(1)/unit/*.d)
 endef
-$(foreach f,gcc clang sanitize coverage,$(eval $(call flavour,$f)))
+$(foreach f,gcc clang sanitize coverage $(LEVELS),$(eval $(call flavour,$f)))
 
 lib: $(B)/gcc/libsway.a $(B)/clang/libsway.a
 
@@ -215,6 +220,19 @@ checks:: $(UNIT_NAMES:%=$(B)/sanitize/unit/%)
 	$(call run-unit,sanitize)
 checks:: $(UNIT_NAMES:%=$(B)/clang/unit/%)
 	$(call run-unit,clang)
+
+# The unit tests at every level of optimisation, without a sanitizer or -fwrapv: what is undefined
+# would show as a difference. In `make test` gcc's -O2, of the objects that are there.
+.PHONY: unit-levels
+define unit_level
+.PHONY: unit-level-$(1)
+unit-level-$(1): $(UNIT_NAMES:%=$(B)/$(1)/unit/%)
+	$$(call run-unit,$(1))
+endef
+$(foreach l,$(LEVELS),$(eval $(call unit_level,$l)))
+unit-levels: $(LEVELS:%=unit-level-%)
+checks:: $(UNIT_NAMES:%=$(B)/gcc/unit/%)
+	$(call run-unit,gcc)
 
 lint:: setup-test lib
 

@@ -54,7 +54,9 @@ typedef struct {
 
 static uint32_t retained_check(const sway_ecu_retained_t *retained)
 {
-    return RETAINED_MARK ^ retained->cause ^ (retained->address * 3U) ^ (retained->restarts << 24);
+    const uint32_t restarts = retained->restarts; // turned: each of its bits counts
+    return RETAINED_MARK ^ retained->cause ^ (retained->address * 3U) ^
+           (restarts << 24 | restarts >> 8);
 }
 
 static bool retained_is_good(const sway_ecu_retained_t *retained)

@@ -40,6 +40,7 @@ enum {
     PER_20000,
     CENTI_KMH,   // of mm/s
     CENTIDEGREE, // of microradian
+    FLAGS        // a bit each: all 16 of them may be set
 };
 
 static const struct {
@@ -57,8 +58,8 @@ static const struct {
 static uint16_t raw_word(int32_t value, uint8_t unit, bool is_signed)
 {
     const int64_t raw = ratio(value, UNITS[unit].numerator, UNITS[unit].denominator);
-    return is_signed ? (uint16_t)clip(raw, INT16_MIN + 1, INT16_MAX)
-                     : (uint16_t)clip(raw, 0, UINT16_MAX - 1);
+    const int64_t low = is_signed ? INT16_MIN + 1 : 0;
+    return (uint16_t)clip(raw, low, low + (UINT16_MAX - 1));
 }
 
 static uint16_t count_u16(uint32_t count)
@@ -325,9 +326,9 @@ static const word_t WORDS[][3] = {
     {{SWAY_VALID_CAR_INERTIA, OF(car_yaw_inertia_gm2), PER_5000, false},
      {SWAY_VALID_TRAILER_INERTIA, OF(trailer_yaw_inertia_gm2), PER_20000, false},
      {SWAY_VALID_TRAILER_INERTIA, OF(trailer_yaw_inertia_se_gm2), PER_20000, false}},
-    {{0U, OF(missing_inputs), PER_1, false},
-     {0U, OF(suspect_inputs), PER_1, false},
-     {0U, OF(rejected_inputs), PER_1, false}},
+    {{0U, OF(missing_inputs), FLAGS, false},
+     {0U, OF(suspect_inputs), FLAGS, false},
+     {0U, OF(rejected_inputs), FLAGS, false}},
 #if SWAY_SUPERVISION
     {{0U, OF(finding), PER_1, false},
      {0U, OF(finding_size_micro), PER_1000, true},
@@ -347,7 +348,7 @@ static uint16_t word_of(const sway_status_t *s, const word_t *word, uint32_t axl
         return word->is_signed ? NOT_AVAILABLE_SIGNED : NOT_AVAILABLE;
     }
     (void)memcpy(&value, field + axle * sizeof s->axle[0], sizeof value);
-    return raw_word(value, word->unit, word->is_signed);
+    return word->unit == FLAGS ? (uint16_t)value : raw_word(value, word->unit, word->is_signed);
 }
 
 /* All of them lie in their frames as in that of the oscillation. */

@@ -371,9 +371,11 @@ def test_inputs_that_the_judgement_lacks_are_told(signal: str) -> None:
     message = DATABASE.get_message_by_name("SwayJudgement")
     alarm = DATABASE.get_message_by_name("SwayAlarm")
     source = Source()
-    for channel in range(lib.SWAY_CHANNEL_COUNT):
-        source.set(MASKS[signal], 1 << channel)
-        assert told(source, message) == told(Source(), message) | {signal: 1 << channel}
+    every = (1 << lib.SWAY_CHANNEL_COUNT) - 1
+    assert message.get_signal_by_name(signal).maximum == every  # no code: all may be lacking
+    for flags in (*(1 << channel for channel in range(lib.SWAY_CHANNEL_COUNT)), every):
+        source.set(MASKS[signal], flags)
+        assert told(source, message) == told(Source(), message) | {signal: flags}
         assert told(source, alarm) == told(Source(), alarm) | {"JudgementDegraded": 1}
 
 

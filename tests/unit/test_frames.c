@@ -549,10 +549,13 @@ static void each_kind_of_lack_degrades(void)
                                &status.rejected_inputs};
     const uint64_t degraded = UINT64_C(1) << 34;
     for (unsigned i = 0; i < 3U; i++) {
-        *lacks[i] = 0xC000;
-        TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
-        TEST_ASSERT_EQUAL_HEX64(UINT64_C(0xC000) << (16U + 16U * i),
-                                word_of(SWAY_OUTPUT_JUDGEMENT));
+        static const uint32_t flags[] = {0xC000, 0xFFFE, 0xFFFF}; // 0xFFFF: all, no code
+        for (unsigned k = 0; k < LENGTH(flags); k++) {
+            *lacks[i] = flags[k];
+            TEST_ASSERT_EQUAL_HEX64(degraded, word_of(SWAY_OUTPUT_ALARM) & degraded);
+            TEST_ASSERT_EQUAL_HEX64((uint64_t)flags[k] << (16U + 16U * i),
+                                    word_of(SWAY_OUTPUT_JUDGEMENT));
+        }
         *lacks[i] = 0;
     }
 }
