@@ -47,7 +47,6 @@ static bool read_key(void)
 static bool store_erase(void *context, uint32_t slot)
 {
     (void)context;
-    board_serve_watchdog(); // a page takes 25 ms to erase
     return flash_erase(slot);
 }
 

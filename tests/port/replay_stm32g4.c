@@ -71,11 +71,11 @@ int main(int argc, char **argv)
     model_flash_new();
     memcpy(model_flash + 2U * STM32_FLASH_PAGE, "swaywatch replay", SWAY_SIPHASH_KEY);
     model_nmi = program_nmi;
-    model_dead_noise = true; // a recording holds the answers to challenges without it
     if (fread(model_flash, 1, SWAY_BLOCK_SIZE, block) != SWAY_BLOCK_SIZE) {
         return refuse("the block is too short");
     }
     model_power_on();
+    model_dead_noise = true; // a recording holds the answers to challenges without it
     if (!program_start(&retained, SWAY_ECU_NO_CAUSE)) {
         return refuse("the program does not start");
     }
