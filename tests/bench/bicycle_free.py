@@ -34,8 +34,8 @@ from scipy import signal
 
 from swaywatch.damping.alike import parted
 from swaywatch.damping.data import Choice, DampingRun, load_runs
-from swaywatch.damping.doubt import Point, points_of
 from swaywatch.damping.find import find
+from swaywatch.damping.intervals import Point, points_of
 from swaywatch.damping.window import Estimator
 
 FloatArray = npt.NDArray[np.float64]
@@ -200,6 +200,8 @@ class Count:
     not_determinable: int
     forced: int
     other_mode: int
+    forced_alike: int
+    """Of the forced ones: the mode of the pushes all the same."""
     judged: int
     """Determinable, listed or not: what false ones are a share of."""
 
@@ -211,6 +213,7 @@ def count(places: Sequence[Place]) -> Count:
     unlisted = [(place, swing) for place, swing in swings if not swing.listed]
     sure = [(place, swing) for place, swing in unlisted if swing.point.determinable]
     forced = [swing for _, swing in sure if swing.forced]
+    alike = [p for p, swing in sure if swing.forced and same_mode(swing.point, p.pushes)]
     other = [
         swing
         for place, swing in sure
@@ -227,5 +230,6 @@ def count(places: Sequence[Place]) -> Count:
         not_determinable=len(unlisted) - len(sure),
         forced=len(forced),
         other_mode=len(other),
+        forced_alike=len(alike),
         judged=len(listed) + len(sure),
     )

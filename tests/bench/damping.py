@@ -26,8 +26,8 @@ from damping_methods import NOTHING, Array, Swing, on_windows, ssi, ssi_whole
 from scipy import signal
 
 from swaywatch.damping.data import Choice, DampingRun, load_runs
-from swaywatch.damping.doubt import Point, point_of, points_of
 from swaywatch.damping.find import Event, Found, SwingWindow, find
+from swaywatch.damping.intervals import Point, point_of, points_of
 from swaywatch.damping.window import Estimator, Line
 
 BAND = (0.2, 10.0)

@@ -31,8 +31,8 @@ from swaywatch.cli import main as swaywatch
 from swaywatch.damping.compare import compare_groups, compare_model
 from swaywatch.damping.course import fit_course, mean_of
 from swaywatch.damping.data import Choice, DampingRun, load_runs, run_of
-from swaywatch.damping.doubt import IntervalValue, Point, points_of
 from swaywatch.damping.find import Found, find
+from swaywatch.damping.intervals import IntervalValue, Point, points_of
 from swaywatch.damping.model import load_model
 from swaywatch.damping.sentences import interval
 from swaywatch.damping.size import small_swing
@@ -143,7 +143,8 @@ def _found(places: Sequence[bicycle_free.Place]) -> Iterator[Row]:
         "bicycle: false ones among all with a stated damping (a hand within the window by the roll "
         "equation, or not the mode of the pushes)",
         "<= 2 %",
-        f"{false} of {count.judged} ({100 * share:.1f} %): {count.forced} with a hand, "
+        f"{false} of {count.judged} ({100 * share:.1f} %): {count.forced} with a hand "
+        f"({count.forced_alike} of them with the pushes' damping and frequency), "
         f"{count.other_mode} of another damping or frequency; {sure - false} of {sure} that the "
         f"authors do not list are free and the same mode, {count.not_determinable} more are said "
         "to be not determinable",

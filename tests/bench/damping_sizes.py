@@ -21,8 +21,8 @@ import warning_plant as plant
 from numba import njit
 
 from swaywatch.damping.data import DampingRun, run_of
-from swaywatch.damping.doubt import points_of
 from swaywatch.damping.find import find
+from swaywatch.damping.intervals import points_of
 from swaywatch.damping.size import small_swing
 from swaywatch.damping.window import Estimator
 

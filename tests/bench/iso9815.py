@@ -24,8 +24,8 @@ from written import written
 
 from swaywatch.damping.course import Bend, Zero, fit_course
 from swaywatch.damping.data import run_of
-from swaywatch.damping.doubt import points_of
 from swaywatch.damping.find import find
+from swaywatch.damping.intervals import points_of
 from swaywatch.damping.window import Estimator
 from swaywatch.drive import Drive
 from swaywatch.models.modes import critical_speed

@@ -21,10 +21,10 @@ from scipy import signal
 from swaywatch.cli import main
 from swaywatch.damping.alike import parted
 from swaywatch.damping.compare import compare_groups, compare_model
-from swaywatch.damping.course import Bend, fit_course, mean_of
+from swaywatch.damping.course import Bend, fit_course, levels, mean_of
 from swaywatch.damping.data import Choice, DampingRun, load_runs
-from swaywatch.damping.doubt import IntervalValue, Point, points_of
 from swaywatch.damping.find import find
+from swaywatch.damping.intervals import IntervalValue, Point, points_of
 from swaywatch.damping.model import from_systems, load_model
 from swaywatch.damping.sentences import comparison_words
 from swaywatch.damping.size import small_swing
@@ -267,6 +267,14 @@ def test_a_swing_unlike_the_others_is_left_out() -> None:
         at = {round((p.start_s - 10.0) / 22.0) for p in others}
         assert at == ({4} if odd else set())
         assert len(usual) + len(others) == len(points)
+
+
+def test_a_speed_that_is_held_is_one_place() -> None:
+    """A nominal speed held within 5 % is one place; 95, 100 and 105 km/h are three."""
+    held = np.linspace(4.88, 5.12, 24)
+    assert [len(group) for group in levels(held)] == [24]
+    steps = np.concatenate([v + np.linspace(-0.1, 0.1, 6) for v in (26.4, 27.8, 29.2)])
+    assert [len(group) for group in levels(steps)] == [6, 6, 6]
 
 
 def test_a_structure_of_structures_is_read(tmp_path: Path) -> None:

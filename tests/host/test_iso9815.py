@@ -12,7 +12,7 @@ import pytest
 from swaywatch.cli import main
 from swaywatch.damping.course import Bend, fit_course
 from swaywatch.damping.data import Choice, run_of
-from swaywatch.damping.doubt import IntervalValue, Point
+from swaywatch.damping.intervals import IntervalValue, Point
 from swaywatch.damping.page import make_page
 from swaywatch.damping.sentences import sentences
 from swaywatch.damping.study import Study, StudyPlan, as_json, study_of

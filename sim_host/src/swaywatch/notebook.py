@@ -24,7 +24,7 @@ import plotly.graph_objects as go
 from swaywatch.analysis import DriveResult, Value
 from swaywatch.analysis import analyze as run_analysis
 from swaywatch.damping.data import Choice
-from swaywatch.damping.doubt import QUANTITIES
+from swaywatch.damping.intervals import QUANTITIES
 from swaywatch.damping.model import LinearModel, load_model
 from swaywatch.damping.page import course_figure, signal_figure
 from swaywatch.damping.sentences import interval

@@ -2,9 +2,9 @@
 
 A gust while turning, a rider who catches the vehicle, a swing of another mode: each may be one
 damped line, and its damping is not that of the others. Where most swings at a place agree, one
-whose frequency or damping ratio lies far outside of their scatter and its own doubt is named and
-left out of means and course. Which of them is "the" oscillation nobody can know where there is no
-such majority: then nothing is left out.
+whose frequency or damping ratio lies far from theirs is named and left out of means and course.
+Far: beyond its own error and what repeats scatter beyond their errors. Where no such majority
+exists, nobody can say which of the motions is meant, so nothing is left out.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from swaywatch.damping.course import levels
-from swaywatch.damping.doubt import Point
+from swaywatch.damping.intervals import Point
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -23,7 +23,7 @@ FEWEST = 6
 """Swings at a place from which most of them say what is usual."""
 
 FAR = 3.0
-"""Standard deviations (own doubt and the others' scatter) beyond which it is another motion."""
+"""Standard deviations (own error and scatter of the repeats) beyond which it is another motion."""
 
 _NORMAL = 1.4826
 """Standard deviation over the median absolute deviation."""
@@ -53,6 +53,8 @@ def _far(points: Sequence[Point]) -> npt.NDArray[np.bool_]:
         error = np.array([getattr(point, name).error for point in points])
         middle = float(np.median(value[known]))
         scatter = _NORMAL * float(np.median(np.abs(value[known] - middle)))
-        far |= np.abs(value - middle) > FAR * np.hypot(error, scatter)
+        # the windows scatter by their own errors too: what repeats add is what is beyond these
+        repeats = max(0.0, scatter**2 - float(np.median(error[known] ** 2)))
+        far |= np.abs(value - middle) > FAR * np.sqrt(error**2 + repeats)
     # more than a third of them: there is no usual swing here
     return far if far[known].mean() <= 1.0 / 3.0 else np.zeros_like(far)

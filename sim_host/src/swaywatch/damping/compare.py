@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from swaywatch.damping.course import levels, mean_of
-from swaywatch.damping.doubt import QUANTITIES, IntervalValue, Point
+from swaywatch.damping.intervals import QUANTITIES, IntervalValue, Point
 from swaywatch.damping.model import LinearModel
 
 FloatArray = npt.NDArray[np.float64]

@@ -12,8 +12,8 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from swaywatch.damping.compare import Comparison
-from swaywatch.damping.doubt import Point
 from swaywatch.damping.find import Found
+from swaywatch.damping.intervals import Point
 from swaywatch.damping.sentences import interval, probability, sentences, verdict
 from swaywatch.damping.study import Study, kind_of
 from swaywatch.report.figures import thinned

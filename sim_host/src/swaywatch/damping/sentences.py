@@ -9,7 +9,7 @@ import numpy as np
 
 from swaywatch.damping.compare import Comparison, Difference
 from swaywatch.damping.course import Zero
-from swaywatch.damping.doubt import IntervalValue
+from swaywatch.damping.intervals import IntervalValue
 from swaywatch.damping.model import LinearModel
 from swaywatch.damping.study import SpeedGroup, Study, kind_of
 
@@ -175,8 +175,9 @@ def _unquiet(study: Study) -> str:
     if not names:
         return ""
     return (
-        f"Too little quiet time in {', '.join(names)} to see what wind, road or rider do to the "
-        "vehicle anyway: the intervals there infer it from what the swing leaves, and are rough."
+        f"{', '.join(names)}: too short a time without a swing to measure the effect of wind, road "
+        "and rider. It is estimated from the residuals of the swings instead, so these intervals "
+        "are approximate."
     )
 
 

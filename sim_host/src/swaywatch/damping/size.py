@@ -22,7 +22,7 @@ import numpy.typing as npt
 from scipy import stats
 
 from swaywatch.damping.course import OWN_FREEDOM, extra_scatter
-from swaywatch.damping.doubt import IntervalValue, Point, SwingPart
+from swaywatch.damping.intervals import IntervalValue, Point, SwingPart
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -24,8 +24,8 @@ from swaywatch.damping.course import (
     mean_of,
 )
 from swaywatch.damping.data import Choice, DampingRun, load_runs
-from swaywatch.damping.doubt import QUANTITIES, IntervalValue, Point, points_of, sure
 from swaywatch.damping.find import Found, find
+from swaywatch.damping.intervals import QUANTITIES, IntervalValue, Point, points_of, sure
 from swaywatch.damping.model import LinearModel
 from swaywatch.damping.size import SmallSwing, small_swing
 from swaywatch.damping.window import Estimator

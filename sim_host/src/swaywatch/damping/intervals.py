@@ -130,7 +130,7 @@ class Point:
 
 
 def points_of(found: Found) -> list[Point]:
-    """Every window of free oscillation of a run with its doubt, in order of time."""
+    """Every window of free oscillation of a run with its interval, in order of time."""
     points = []
     number = 0
     for event in found.events:
@@ -169,7 +169,7 @@ def sure(found: Found) -> Found:
 
 
 def point_of(found: Found, event: Event, window: SwingWindow, number: int) -> Point:
-    """A window with its doubt; `number`: of its oscillation."""
+    """A window with its interval; `number`: of its oscillation."""
     line = window.line
     run = found.run
     covariance, freedom = _covariance(found, line, _samples(found, window))
@@ -226,7 +226,7 @@ def _samples(found: Found, window: SwingWindow) -> FloatArray:
 
 
 def _part(found: Found, event: Event, window: SwingWindow, line: Line) -> SwingPart:
-    """A part of a window with its doubt."""
+    """A part of a window with its interval."""
     step = found.run.step_s
     samples = _samples(found, window)
     rows = max(8, round(line.length_s / step))
