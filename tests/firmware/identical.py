@@ -21,6 +21,8 @@ LEAN = ("m0plus", "m3", "m4f", "r5")
 """Built without the supervision of the inputs (SWAY_SUPERVISION=0, tests/mk/firmware.mk)."""
 SUPERVISION_IDS = ("1BA#", "1BB#")
 """Frames that only the others send: SwayFinding, SwayRelation."""
+SWING_ID = "1BC#"
+"""SwaySwing, which neither LEAN ones nor the M7 send (SWAY_SWING=0: no flash left for it)."""
 ESTIMATES_MIN = 20
 """Estimates that a case has to bring, so that more than silence is compared."""
 OSCILLATION_ID = "1A4#"
@@ -42,9 +44,9 @@ def first_difference(expected: list[str], found: list[str]) -> str:
 
 def shared(answers: list[str], target: str) -> list[str]:
     """Return of a supervising machine's answers (lines or frames) those that a target gives too."""
-    if target not in LEAN:
-        return answers
-    return [line for line in answers if not any(name in line for name in SUPERVISION_IDS)]
+    lacking = SUPERVISION_IDS if target in LEAN else ()
+    lacking += (SWING_ID,) if target in (*LEAN, "m7") else ()
+    return [line for line in answers if not any(name in line for name in lacking)]
 
 
 def judge(case: Path, outcomes: dict[str, Outcome]) -> list[str]:
