@@ -28,7 +28,7 @@ typedef enum {
     SWAY_VALID_TRAILER_INERTIA_2 = 1 << 14, ///< Eq. 4.23, equal normalised stiffness
     SWAY_VALID_TRAILER_INERTIA = 1 << 15,   ///< Eq. 4.19 with the best forces there are
     SWAY_VALID_TIME_TO_LIMIT = 1 << 16,
-    SWAY_VALID_MARGIN = 1 << 17, ///< combined damping ratio
+    SWAY_VALID_MARGIN = 1 << 17,       ///< combined damping ratio
     SWAY_VALID_LOWEST_SPEED = 1 << 18, ///< lowest_v_crit_*
     SWAY_VALID_BITS = 19
 } sway_valid_t;
