@@ -72,6 +72,15 @@
 #error "SWAY_SUPERVISION: 0, or 1 with 16 channels"
 #endif
 
+/// 1: gives the smallest critical speed of small, driven and limit swings (sway_swing); 0: leaves
+/// that out.
+#ifndef SWAY_SWING
+#define SWAY_SWING SWAY_SUPERVISION
+#endif
+#if SWAY_SWING != 0 && (SWAY_SWING != 1 || SWAY_SUPERVISION != 1)
+#error "SWAY_SWING: 0, or 1 with SWAY_SUPERVISION"
+#endif
+
 /// 1: an ECU can hear a car's own bus (sway_map, sway_ecu_listen()); 0: it hears frames of
 /// dbc/swaywatch.dbc only.
 #ifndef SWAY_MAP

@@ -23,6 +23,7 @@
 #include "signal/sway_grid.h"
 #include "model/sway_identify.h"
 #include "model/sway_margin.h"
+#include "model/sway_swing.h"
 #include "model/sway_trailer.h"
 #include "sway_status.h"
 #include "signal/sway_track.h"
@@ -83,6 +84,9 @@ typedef struct {
 #endif
 #if SWAY_SUPERVISION
     sway_supervise_t supervise;
+#endif
+#if SWAY_SWING
+    sway_swing_t swing;
 #endif
     sway_grid_t grid;
     sway_track_t track;

@@ -28,8 +28,9 @@ typedef enum {
     SWAY_VALID_TRAILER_INERTIA_2 = 1 << 14, ///< Eq. 4.23, equal normalised stiffness
     SWAY_VALID_TRAILER_INERTIA = 1 << 15,   ///< Eq. 4.19 with the best forces there are
     SWAY_VALID_TIME_TO_LIMIT = 1 << 16,
-    SWAY_VALID_MARGIN = 1 << 17, ///< combined damping ratio
-    SWAY_VALID_BITS = 18
+    SWAY_VALID_MARGIN = 1 << 17,       ///< combined damping ratio
+    SWAY_VALID_LOWEST_SPEED = 1 << 18, ///< lowest_v_crit_*
+    SWAY_VALID_BITS = 19
 } sway_valid_t;
 
 /// Quality flags: why the estimate deserves less trust. 0 is good.
@@ -234,6 +235,11 @@ typedef struct {
     int32_t relation;     ///< sway_relation_t + 256 * sway_relation_state_t; another one each time
     int32_t relation_ppm; ///< its residual over the size of its terms, over about 20 s
     int32_t relation_se_ppm; ///< what tolerances, noise, road and wind make of that: one deviation
+#endif
+#if SWAY_SWING
+    int32_t lowest_v_crit_mm_s; ///< smallest of small swings, of those driven, of the limit
+    int32_t lowest_v_crit_se_mm_s;
+    int32_t lowest_v_crit_swing_urad_s; ///< the swing that it is of; 0: small
 #endif
     int32_t alarm;            ///< sway_alarm_state_t
     uint32_t reasons;         ///< SWAY_REASON_*

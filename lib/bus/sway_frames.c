@@ -337,6 +337,11 @@ static const word_t WORDS[][3] = {
      {0U, OF(relation_ppm), PER_1000, false},
      {0U, OF(relation_se_ppm), PER_1000, false}},
 #endif
+#if SWAY_SWING
+    {{SWAY_VALID_LOWEST_SPEED, OF(lowest_v_crit_mm_s), CENTI_KMH, false},
+     {SWAY_VALID_LOWEST_SPEED, OF(lowest_v_crit_se_mm_s), CENTI_KMH, false},
+     {SWAY_VALID_LOWEST_SPEED, OF(lowest_v_crit_swing_urad_s), CENTIDEGREE, false}},
+#endif
 };
 
 static uint16_t word_of(const sway_status_t *s, const word_t *word, uint32_t axle)

@@ -68,6 +68,9 @@ typedef enum {
     SWAY_OUTPUT_FINDING,
     SWAY_OUTPUT_RELATION, ///< another relation each time
 #endif
+#if SWAY_SWING
+    SWAY_OUTPUT_SWING,
+#endif
     SWAY_OUTPUT_COUNT
 } sway_output_t;
 

@@ -113,6 +113,58 @@ static void supervise_publish(sway_core_t *core)
 #define SUPERVISE_RUN(core) false
 #endif
 
+/* --- critical speed over the swing -------------------------------------------------------------
+ */
+
+#if SWAY_SWING
+static void swing_take(sway_core_t *core, const sway_judgement_t *judgement)
+{
+    const uint32_t bad = SWAY_QUALITY_NO_OSCILLATION | SWAY_QUALITY_SEEKING | SWAY_QUALITY_FORCED;
+    if (core->identified && judgement->has_swing && (judgement->quality & bad) == 0U) {
+        sway_swing_take(&core->swing, &core->work.identify, judgement->swing_rad_s);
+    }
+}
+
+static void swing_lower(sway_status_t *status, const sway_swing_speed_t *speed,
+                        int32_t swing_urad_s)
+{
+    const int32_t v_crit_mm_s = sway_real_to_int(speed->v_crit_m_s, 1000, 0, INT32_MAX);
+    if (v_crit_mm_s < status->lowest_v_crit_mm_s) {
+        status->lowest_v_crit_mm_s = v_crit_mm_s;
+        status->lowest_v_crit_se_mm_s = sway_real_to_int(speed->se_m_s, 1000, 0, INT32_MAX);
+        status->lowest_v_crit_swing_urad_s = swing_urad_s;
+    }
+}
+
+/* The trailer known from the car's own sensors has no forces of axles. */
+static void swing_publish(sway_core_t *core, const sway_judgement_t *judgement)
+{
+    sway_status_t *const status = &core->status;
+    const sway_margin_model_t *const model = &core->margin.model;
+    const int32_t limit_urad_s = core->config.alarm.limit_amplitude_urad_s;
+    sway_swing_speed_t small;
+    sway_swing_speed_t limit;
+    swing_take(core, judgement);
+    if ((status->valid & SWAY_VALID_CRITICAL_SPEED) == 0U || core->watched ||
+        !sway_swing_speed(&core->swing, model, sway_real_zero(), &small)) {
+        return;
+    }
+    (void)sway_swing_speed(&core->swing, model, sway_real_micro(limit_urad_s), &limit);
+    status->valid |= SWAY_VALID_LOWEST_SPEED;
+    status->old &= ~(uint32_t)SWAY_VALID_LOWEST_SPEED;
+    status->lowest_v_crit_mm_s = status->v_crit_mm_s;
+    status->lowest_v_crit_se_mm_s = status->v_crit_se_mm_s;
+    status->lowest_v_crit_swing_urad_s = status->v_crit_swing_urad_s;
+    swing_lower(status, &small, 0);
+    swing_lower(status, &limit, limit_urad_s);
+}
+
+#define SWING_INIT(core) sway_swing_init(&(core)->swing, &(core)->config.vehicle)
+#else
+#define swing_publish(core, judgement)
+#define SWING_INIT(core)
+#endif
+
 /* --- start -------------------------------------------------------------------------------------
  */
 
@@ -144,6 +196,7 @@ static sway_error_t init_parts(sway_core_t *core, const sway_core_config_t *conf
         return SWAY_ERROR_ARGUMENT;
     }
     sway_margin_init(&core->margin, &config->vehicle);
+    SWING_INIT(core);
     watch_init(core);
     SUPERVISE_INIT(core);
     return sway_judge_init(&core->judge, &config->vehicle, &config->alarm);
@@ -309,6 +362,7 @@ SWAY_NOINLINE void publish(sway_core_t *core)
                                   ((uint32_t)core->config.sample_period_us / 100U) / 10U);
     sway_publish(status, &from);
     supervise_publish(core);
+    swing_publish(core, &judgement);
     copy_faults(core);
     core->missing_mask = 0;
     status->sequence++;

@@ -25,6 +25,8 @@ KEEPERS = ("stm32g4",)
 """Keep the trailer that they have learnt from drive to drive; the others have no memory for it."""
 KEEPER_IDS = ("6E6#",)
 """Frames that only they send: SwayTrailer."""
+SWING_IDS = ("1BC#",)
+"""SwaySwing, which neither LEAN ones nor the M7 send (SWAY_SWING=0: no flash left for it)."""
 ESTIMATES_MIN = 20
 """Estimates that a case has to bring, so that more than silence is compared."""
 OSCILLATION_ID = "1A4#"
@@ -51,7 +53,9 @@ def without(answers: list[str], ids: tuple[str, ...]) -> list[str]:
 
 def shared(answers: list[str], target: str) -> list[str]:
     """Return of a supervising machine's answers (lines or frames) those that a target gives too."""
-    return without(answers, SUPERVISION_IDS) if target in LEAN else answers
+    lacking = SUPERVISION_IDS if target in LEAN else ()
+    lacking += SWING_IDS if target in (*LEAN, "m7") else ()
+    return without(answers, lacking)
 
 
 def common(answers: list[str], target: str) -> list[str]:

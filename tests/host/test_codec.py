@@ -64,6 +64,9 @@ STATUS_FIELD = {
     "WindowLength": "window_ms",
     "FindingSize": "finding_size_micro",
     "FindingError": "finding_se_micro",
+    "LowestCriticalSpeed": "lowest_v_crit_mm_s",
+    "LowestCriticalSpeedError": "lowest_v_crit_se_mm_s",
+    "LowestCriticalSpeedSwing": "lowest_v_crit_swing_urad_s",
     "RelationSize": "relation_ppm",
     "RelationDeviation": "relation_se_ppm",
 }

@@ -71,7 +71,7 @@ def test_outputs_of_three_words_share_a_codec() -> None:
 
 def test_outputs_follow_each_other() -> None:
     ids = [m.frame_id for m in MESSAGES if 0x1A0 <= m.frame_id < 0x200]
-    assert ids == list(range(0x1A0, 0x1A0 + 28))
+    assert ids == list(range(0x1A0, 0x1A0 + 29))
 
 
 def test_inputs_have_validity_codes() -> None:

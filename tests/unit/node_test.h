@@ -91,7 +91,7 @@ static uint32_t due(void)
     uint8_t dlc;
     uint8_t frame[8];
     while (sway_node_transmit(&node, &id, &dlc, frame)) {
-        TEST_ASSERT_UINT32_WITHIN(14, 0x1AD, id);
+        TEST_ASSERT_UINT32_WITHIN(14, 0x1AE, id);
         TEST_ASSERT_LESS_THAN_UINT32(1U << (id - 0x1A0), sent);
         sent |= 1U << (id - 0x1A0);
     }

@@ -257,11 +257,15 @@ static const signal_out_t signals_out[] = {
     {SWAY_OUTPUT_INERTIA, 16, false, OF(car_yaw_inertia_gm2), 1, 5000, SWAY_VALID_CAR_INERTIA},
     {SWAY_OUTPUT_INERTIA, 32, false, OF(trailer_yaw_inertia_gm2), 1, 20000, TRAILER},
     {SWAY_OUTPUT_INERTIA, 48, false, OF(trailer_yaw_inertia_se_gm2), 1, 20000, TRAILER},
+    {SWAY_OUTPUT_SWING, 16, false, OF(lowest_v_crit_mm_s), 9, 25, SWAY_VALID_LOWEST_SPEED},
+    {SWAY_OUTPUT_SWING, 32, false, OF(lowest_v_crit_se_mm_s), 9, 25, SWAY_VALID_LOWEST_SPEED},
+    {SWAY_OUTPUT_SWING, 48, false, OF(lowest_v_crit_swing_urad_s), TO_CENTIDEGREE,
+     SWAY_VALID_LOWEST_SPEED},
 };
 
 static void identifiers_out_follow_each_other(void)
 {
-    TEST_ASSERT_EQUAL(28, SWAY_OUTPUT_COUNT);
+    TEST_ASSERT_EQUAL(29, SWAY_OUTPUT_COUNT);
     for (uint32_t output = 0; output < SWAY_OUTPUT_COUNT; output++) {
         TEST_ASSERT_EQUAL_HEX32(0x1A0 + output, sway_frames_output_id((sway_output_t)output));
     }
@@ -357,6 +361,7 @@ static void every_signal_of_a_frame_is_tested(void)
     for (int output = SWAY_OUTPUT_MARGIN; output <= SWAY_OUTPUT_INERTIA; output++) {
         TEST_ASSERT_EQUAL(3, count[output]);
     }
+    TEST_ASSERT_EQUAL(3, count[SWAY_OUTPUT_SWING]);
 }
 
 /* CRC and counter are left to sway_e2e; the estimate's number modulo 16 goes with all that belongs

@@ -18,7 +18,7 @@ from swaywatch.analysis import (
     shifted_critical_speed,
     usable,
 )
-from swaywatch.ecu.core import AXLES, PARAMETER
+from swaywatch.ecu.core import AXLES, PARAMETER, Estimates
 from swaywatch.trailer import presence_sentence
 
 KMH = 3.6
@@ -282,6 +282,25 @@ def _source(result: DriveResult) -> str:
     return "The critical speed is based on the vehicle.toml alone: no tyre could be identified."
 
 
+def _lowest(estimates: Estimates) -> str:
+    """Smallest critical speed over the size of the swing, where it is that of larger swings."""
+    mask = estimates.has("lowest_speed")
+    if not mask.any():
+        return ""
+    last = np.flatnonzero(mask)[-1]
+    swing = float(estimates["lowest_v_crit_swing_rad_s"][last])
+    if swing <= float(estimates["v_crit_swing_rad_s"][last]):
+        return ""
+    speed, error = (
+        KMH * float(estimates[f"lowest_v_crit{part}_m_s"][last]) for part in ("", "_se")
+    )
+    return (
+        f" In swings of {math.degrees(swing):.0f} deg/s it would be {speed:.0f} ± {error:.0f} km/h "
+        "with tyres that level off at 0.9 of their load. This is extrapolated with an assumed "
+        "tyre, not measured, and the alarm does not use it."
+    )
+
+
 def _swing(result: DriveResult) -> str:
     """For which swings the critical speed holds."""
     estimates = result.estimates
@@ -294,6 +313,7 @@ def _swing(result: DriveResult) -> str:
         f"The tyres were observed in swings of the {body} up to {seen:.1f} deg/s; in larger ones "
         "their force may level off, and the critical speed may be lower."
     )
+    text += _lowest(estimates)
     if flag_share(estimates).get("hitch", 0.0) > 0.1:
         text += (
             " There is friction or damping at the ball. It damps small swings more than large "
