@@ -26,9 +26,9 @@ from swaywatch.damping.data import Choice, DampingRun, load_runs
 from swaywatch.damping.find import find
 from swaywatch.damping.intervals import IntervalValue, Point, points_of
 from swaywatch.damping.model import from_systems, load_model
-from swaywatch.damping.sentences import comparison_words
+from swaywatch.damping.sentences import comparison_words, verdict
 from swaywatch.damping.size import small_swing
-from swaywatch.damping.study import Study
+from swaywatch.damping.study import Study, StudyPlan, study_of
 from swaywatch.damping.window import Estimator
 from swaywatch.errors import ModelError, SignalError
 from swaywatch.recording import Series, write_recording
@@ -267,6 +267,29 @@ def test_a_swing_unlike_the_others_is_left_out() -> None:
         at = {round((p.start_s - 10.0) / 22.0) for p in others}
         assert at == ({4} if odd else set())
         assert len(usual) + len(others) == len(points)
+
+
+def test_what_creeps_back_has_no_damping_ratio() -> None:
+    """Pulses on modes of 0.9 and 1.15 in process noise: no damping ratio stated; of 0.4: stated."""
+    step, count = 0.01, 7000
+    omega = 2 * math.pi * 1.6
+    stated = {}
+    for ratio in (0.9, 1.15, 0.4):
+        a = np.array([[0.0, 1.0], [-(omega**2), -2 * ratio * omega]])
+        system = (a, np.array([[0.0], [1.0]]), np.array([[0.0, 1.0]]), np.zeros((1, 1)))
+        stated[ratio] = 0
+        for seed in range(4):
+            rng = np.random.default_rng(seed)
+            force = 0.35 * rng.normal(size=count)
+            for k in range(5):
+                force[800 + 1200 * k : 810 + 1200 * k] += 5.0 * (-1) ** k
+            _, rate, _ = signal.dlsim((*signal.cont2discrete(system, step)[:4], step), force)
+            value = rate + 0.01 * np.abs(rate).max() * rng.normal(size=rate.shape)
+            study = study_of([a_run(value, step)], StudyPlan(Choice()))
+            stated[ratio] += any(place.determinable for place in study.places)
+            if ratio > 0.5 and study.places:
+                assert "not determinable" in verdict(study)[1]
+    assert stated == {0.9: 0, 1.15: 0, 0.4: 4}
 
 
 def test_a_speed_that_is_held_is_one_place() -> None:

@@ -139,12 +139,14 @@ def _print(console: Console, study: Study) -> None:
     console.print(sentence, style=f"bold {colour[kind]}", markup=False)
     for text in sentences(study):
         console.print(f"- {text}", markup=False)
-    if study.places:
-        console.print(_table(study))
+    names: tuple[str | None, str | None] = (None, None) if study.compared is None else study.names
+    for name, one in zip(names, (study, study.compared), strict=True):
+        if one is not None and one.places:
+            console.print(_table(one, name))
 
 
-def _table(study: Study) -> Table:
-    table = Table(box=None, pad_edge=False)
+def _table(study: Study, name: str | None) -> Table:
+    table = Table(box=None, pad_edge=False, title=name, title_justify="left")
     unit = f" [{study.against_unit}]" if study.against_unit else ""
     heads = (f"{study.against_name}{unit}", "windows", "frequency [Hz]", "damping ratio",
              "growth [1/s]")  # fmt: skip

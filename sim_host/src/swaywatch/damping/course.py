@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import optimize, stats
 
-from swaywatch.damping.intervals import IntervalValue, Point
+from swaywatch.damping.intervals import IntervalValue, Point, too_high
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -238,7 +238,8 @@ def fit_course(
     Parameters
     ----------
     points
-        Those with an `against`; one that is not determinable counts by its error.
+        Those with an `against`; one with a wide interval counts by its error, one that may be
+        overdamped does not count.
     quantity
         ``damping_ratio``, ``frequency_hz`` or ``growth_1_s``.
     bend
@@ -249,6 +250,7 @@ def fit_course(
     Course or None
         None: fewer than 4 points, or all at one place.
     """
+    points = [point for point in points if not too_high(point.damping_ratio)]
     values: list[IntervalValue] = [getattr(point, quantity) for point in points]
     x = np.array([point.against for point in points], dtype=np.float64)
     y = np.array([value.value for value in values])

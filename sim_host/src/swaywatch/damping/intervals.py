@@ -27,6 +27,10 @@ FloatArray = npt.NDArray[np.float64]
 FEWEST_QUIET = 6
 """Quiet windows from which their scatter is believed."""
 
+HIGHEST = math.sqrt(0.5)
+"""Damping ratio that an interval must not reach to be stated: from there on nothing resonates, a
+motion is over within half a cycle, and what creeps back (overdamped) is fitted by such a line."""
+
 _MOST_QUIET = 80
 _WEAK = 0.2
 """Half-width of the 95 % interval of a damping ratio above which it is not determinable."""
@@ -62,6 +66,16 @@ class IntervalValue:
     def high(self) -> float:
         """Upper limit of 95 %."""
         return self.value + self.half
+
+
+def known(ratio: IntervalValue) -> bool:
+    """A damping ratio is known to 0.2 or better."""
+    return ratio.half <= _WEAK
+
+
+def too_high(ratio: IntervalValue) -> bool:
+    """It is known, and so high that the motion may be overdamped."""
+    return known(ratio) and ratio.high >= HIGHEST
 
 
 @dataclass(frozen=True)
@@ -125,8 +139,8 @@ class Point:
 
     @property
     def determinable(self) -> bool:
-        """The damping ratio is known to 0.2 or better."""
-        return self.damping_ratio.half <= _WEAK
+        """The damping ratio is known to 0.2 or better, and is surely that of a swing."""
+        return known(self.damping_ratio) and not too_high(self.damping_ratio)
 
 
 def points_of(found: Found) -> list[Point]:

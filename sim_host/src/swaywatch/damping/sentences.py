@@ -9,7 +9,7 @@ import numpy as np
 
 from swaywatch.damping.compare import Comparison, Difference
 from swaywatch.damping.course import Zero
-from swaywatch.damping.intervals import IntervalValue
+from swaywatch.damping.intervals import IntervalValue, too_high
 from swaywatch.damping.model import LinearModel
 from swaywatch.damping.study import SpeedGroup, Study, kind_of
 
@@ -18,6 +18,7 @@ _NAMES = {
 }  # fmt: skip
 #: Half-width of a difference, over the size of what is compared, above which "agree" says too much.
 AGREE = 0.25
+_HIGH = "the motion is over within half a cycle, so its damping is high or it is overdamped"
 _UNITS = {"damping_ratio": "", "frequency_hz": " Hz", "growth_1_s": " 1/s"}
 
 
@@ -39,13 +40,21 @@ def _at(study: Study, value: float, digits: int = 3) -> str:
     return f"{text} ({value * 3.6:.1f} km/h)" if unit == "m/s" and value > 12.0 else text
 
 
+def _where(study: Study, place: SpeedGroup) -> str:
+    """`` at 120 km/h``; with the signal's name where the file gives no unit."""
+    if math.isnan(place.against):
+        return ""
+    name = "" if study.against_unit else f"{study.against_name} "
+    return f" at {name}{_at(study, place.against)}"
+
+
 def verdict(study: Study) -> tuple[str, str]:
     """Colour (``good``, ``near``, ``bad``) and one sentence."""
     if not study.points:
         return "near", _none(study)
     known = [place for place in study.places if place.determinable]
     worst = min(known or study.places, key=lambda place: place.damping_ratio.value)
-    where = "" if math.isnan(worst.against) else f" at {_at(study, worst.against)}"
+    where = _where(study, worst)
     lowest = interval(worst.damping_ratio)
     if worst.damping_ratio.high < 0.0:
         return "bad", f"The oscillation grows{where}: damping ratio {lowest}."
@@ -56,7 +65,7 @@ def verdict(study: Study) -> tuple[str, str]:
     if not known:
         return (
             "near",
-            f"The damping ratio is not determinable: {lowest}{where}, {_frequency(worst)}.",
+            f"The damping ratio{where} is not determinable: {_why(worst)}.",
         )
     if len(study.places) == 1:
         kind = "good" if worst.damping_ratio.low > 0.0 else "near"
@@ -64,6 +73,13 @@ def verdict(study: Study) -> tuple[str, str]:
     sure = worst.damping_ratio.low > 0.0
     text = f"The lowest damping ratio is {lowest}{where}, {_frequency(worst)}."
     return ("good" if sure else "near"), text
+
+
+def _why(place: SpeedGroup) -> str:
+    """Why a damping ratio is not determinable."""
+    if too_high(place.damping_ratio):
+        return _HIGH
+    return f"{interval(place.damping_ratio)}, {_frequency(place)}"
 
 
 def _frequency(place: SpeedGroup) -> str:
@@ -242,13 +258,15 @@ def _weak(study: Study) -> str:
     weak = [place for place in study.places if not place.determinable] if known else []
     lost = [found.run.name for found in study.found if not _has_point(study, found.run.name)]
     texts = []
-    if weak:
-        where = ", ".join("all" if math.isnan(p.against) else f"{p.against:.3g}" for p in weak)
-        texts.append(
-            f"Not determinable (interval wider than 0.2 to either side): the damping at {where} "
-            f"{study.against_unit}".rstrip()
-            + "."
-        )
+    for high, why in (
+        (False, "the 95 % interval is wider than 0.2 to either side"),
+        (True, _HIGH),
+    ):
+        own = [place for place in weak if too_high(place.damping_ratio) == high]
+        if own:
+            where = ", ".join("all" if math.isnan(p.against) else f"{p.against:.3g}" for p in own)
+            at = f"{where} {study.against_unit}".rstrip()
+            texts.append(f"The damping ratio at {at} is not determinable: {why}.")
     if lost and len(lost) < len(study.found):
         texts.append(f"No free oscillation that can be evaluated: {', '.join(lost)}.")
     return " ".join(texts)

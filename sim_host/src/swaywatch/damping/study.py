@@ -25,7 +25,15 @@ from swaywatch.damping.course import (
 )
 from swaywatch.damping.data import Choice, DampingRun, load_runs
 from swaywatch.damping.find import Found, find
-from swaywatch.damping.intervals import QUANTITIES, IntervalValue, Point, points_of, sure
+from swaywatch.damping.intervals import (
+    QUANTITIES,
+    IntervalValue,
+    Point,
+    known,
+    points_of,
+    sure,
+    too_high,
+)
 from swaywatch.damping.model import LinearModel
 from swaywatch.damping.size import SmallSwing, small_swing
 from swaywatch.damping.window import Estimator
@@ -79,8 +87,8 @@ class SpeedGroup:
 
     @property
     def determinable(self) -> bool:
-        """The mean damping ratio is known to 0.2 or better."""
-        return self.damping_ratio.half <= 0.2
+        """The mean damping ratio is known to 0.2 or better, and is surely that of a swing."""
+        return known(self.damping_ratio) and not too_high(self.damping_ratio)
 
 
 @dataclass(frozen=True)
@@ -89,6 +97,8 @@ class Study:
 
     Attributes
     ----------
+    names
+        Of the two groups.
     others
         Windows of another motion than the rest at their speed, left out.
     """
@@ -106,6 +116,7 @@ class Study:
     model: LinearModel | None = None
     against_model: Comparison | None = None
     others: tuple[Point, ...] = ()
+    names: tuple[str, str] = ("first", "second")
 
     @property
     def against_name(self) -> str:
@@ -145,7 +156,7 @@ def evaluate(
             )
         second = _study(compare, plan, progress)
         groups = compare_groups(study.points, second.points, names)
-        study = replace(study, compared=second, groups=groups)
+        study = replace(study, compared=second, groups=groups, names=names)
     if model is not None:
         model = model.over(study.against_unit)
         placed = any(math.isfinite(point.against) for point in study.points)
