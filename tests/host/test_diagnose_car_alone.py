@@ -118,7 +118,7 @@ def test_a_concealed_roll_is_found_and_predicts(
     fit = names["sensor_roll_gravity"]["fit"]
     assert fit["held_out_diagnosed_nrmse"] < 0.7 * fit["held_out_baseline_nrmse"]
     assert any("fitted to the recordings" in check for check in result["checks"])
-    assert "Before and after" in (tmp_path / "report.html").read_text()
+    assert "Simulation before and after" in (tmp_path / "report.html").read_text()
     write(result, tmp_path / "diagnosis.json")
     third = _run(folder / "third.csv", 2)
     scores = predict(tmp_path / "diagnosis.json", third)

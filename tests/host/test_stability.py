@@ -63,7 +63,7 @@ def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
     assert [w["counts"] for w in load["windows"]] == [v == max(each) for v in each]
     page = fill("diagnose/report/costs_page.html", costs=costs_part({"stability": block}))
     assert "Effect on critical speed and damping</h2>" in page
-    assert "(the one that counts)" in page
+    assert "(this one counts)" in page
     assert SENSOR in page
 
 

@@ -63,7 +63,7 @@ def test_every_run_is_judged_and_shown(
     }
     assert "--vehicle" in found["alone.blf"]["why"][0]
     assert "truncated BLF" in found["p01/cut.blf"]["why"][0]
-    assert "axle load harmonic" in found["p03/run1.asc"]["why"][0]
+    assert "rear axle swings by up to" in found["p03/run1.asc"]["why"][0]
     assert "2f" in found["p03/run1.asc"]["where"][0]
     page = (out / "survey.html").read_text()
     for name in found:
