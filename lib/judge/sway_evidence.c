@@ -35,41 +35,29 @@ sway_real_t sway_disturbance_se(const sway_disturbance_t *disturbance, sway_real
                               DIV(both, sway_real_square(amplitude_rad_s))));
 }
 
-/* With an amplitude of the road p, ratios of two windows differ by p^2 / A1^2 + p^2 / A2^2. */
-void sway_disturbance_learn(sway_disturbance_t *disturbance, int64_t time_us, int64_t window_us,
-                            sway_real_t ratio, sway_real_t amplitude_rad_s,
+void sway_disturbance_learn(sway_disturbance_t *disturbance, int64_t time_us,
+                            sway_real_t difference, sway_real_t amplitude_rad_s,
                             sway_real_t steered_rad_s)
 {
-    const int64_t elapsed_us = time_us - disturbance->time_us;
-    const sway_real_t now = sway_real_square(amplitude_rad_s);
-    const sway_real_t before = disturbance->square;
-    const sway_real_t difference = SUB(ratio, disturbance->ratio);
-    if (disturbance->started && elapsed_us < window_us) {
-        return; // they overlap
-    }
+    int64_t elapsed_us = time_us > disturbance->time_us ? time_us - disturbance->time_us : 0;
     disturbance->time_us = time_us;
-    disturbance->ratio = ratio;
-    disturbance->square = now;
     if (!disturbance->started) {
         disturbance->started = true;
         disturbance->variance = sway_real_square(ppm(DISTURBANCE_START_URAD_S));
         disturbance->learnt_us = DISTURBANCE_START_US;
         return;
     }
-    if (elapsed_us > 2 * window_us) {
-        return; // they do not follow each other
-    }
-    disturbance->learnt_us += (int32_t)window_us;
+    elapsed_us = elapsed_us > DISTURBANCE_TIME_US / 8 ? DISTURBANCE_TIME_US / 8 : elapsed_us;
+    disturbance->learnt_us += (int32_t)elapsed_us;
     disturbance->learnt_us =
         disturbance->learnt_us > DISTURBANCE_TIME_US ? DISTURBANCE_TIME_US : disturbance->learnt_us;
     const sway_real_t least = sway_real_square(ppm(DISTURBANCE_LEAST_URAD_S));
     const sway_real_t most = sway_real_square(ppm(DISTURBANCE_MOST_URAD_S));
-    const sway_real_t both = DIV(MUL(now, before), ADD(now, before));
     const sway_real_t moved =
-        SUB(MUL(sway_real_square(difference), both), square_of_hand(steered_rad_s));
+        SUB(sway_real_square(MUL(difference, amplitude_rad_s)), square_of_hand(steered_rad_s));
     const sway_real_t seen = sway_real_max(sway_real_min(moved, most), sway_real_zero());
     const sway_real_t weight =
-        sway_real_div(sway_real(window_us, 0), sway_real_int(disturbance->learnt_us));
+        sway_real_div(sway_real(elapsed_us, 0), sway_real_int(disturbance->learnt_us));
     disturbance->variance =
         ADD(disturbance->variance, MUL(weight, SUB(seen, disturbance->variance)));
     disturbance->variance = sway_real_max(disturbance->variance, least);

@@ -25,9 +25,7 @@ typedef struct {
 /// amplitude.)
 typedef struct {
     sway_real_t variance; ///< of the amplitude, (rad/s)^2
-    sway_real_t ratio;    ///< that the window before showed, and the square of its amplitude
-    sway_real_t square;
-    int64_t time_us;   ///< of the window before
+    int64_t time_us;
     int32_t learnt_us; ///< how long it has been learnt, up to its memory
     bool started;
 } sway_disturbance_t;
@@ -39,11 +37,10 @@ typedef struct {
 sway_real_t sway_disturbance_se(const sway_disturbance_t *disturbance, sway_real_t fit_se,
                                 sway_real_t amplitude_rad_s, sway_real_t steered_rad_s);
 
-/// Learns from the difference between the signal's damping ratios of windows of `window_us` that
-/// follow each other, less what the driver's hand may have done. (Not from that to the model: an
-/// error of the model would pass for a rough road, and the signal that shows it for uncertain.)
-void sway_disturbance_learn(sway_disturbance_t *disturbance, int64_t time_us, int64_t window_us,
-                            sway_real_t ratio, sway_real_t amplitude_rad_s,
+/// Learns from the difference between the signal's damping ratio and the combined one, less what
+/// the driver's hand may have done.
+void sway_disturbance_learn(sway_disturbance_t *disturbance, int64_t time_us,
+                            sway_real_t difference, sway_real_t amplitude_rad_s,
                             sway_real_t steered_rad_s);
 
 /// The clock has started again at `time_us`; what was learnt stays.

@@ -182,8 +182,7 @@ static void learn(sway_judge_t *judge, const sway_judge_evidence_t *evidence, co
     sway_real_t se;
     if (seen->has_swing && combined->usable && (evidence->quality & bad) == 0U) {
         sway_line_damping(evidence->line, &ratio, &se);
-        const int64_t window_us = 2 * (evidence->time_us - evidence->line->mid_time_us);
-        sway_disturbance_learn(&judge->disturbance, evidence->time_us, window_us, ratio,
+        sway_disturbance_learn(&judge->disturbance, evidence->time_us, SUB(ratio, combined->ratio),
                                seen->swing_rad_s, seen->steered_rad_s);
     }
 }

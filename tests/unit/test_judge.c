@@ -373,7 +373,7 @@ static void a_swing_that_contradicts_the_model_says_so(void)
 /* --- what disturbs the swing -------------------------------------------------------------------
  */
 
-/* How the error of the line changes when a window has passed, with a swing of these qualities. */
+/* How the error of the line changes when a second has passed, with a swing of these qualities. */
 static void learns_from(uint32_t quality, uint32_t valid, bool expected)
 {
     setUp();
@@ -383,13 +383,10 @@ static void learns_from(uint32_t quality, uint32_t valid, bool expected)
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, before, value(judgement.signal.se));
     evidence.quality = quality;
     line.valid_mask = valid;
-    line.mid_time_us = 11 * SECOND_US;
-    line.growth_1_s = real(0.9); // unlike the window before
-    take_at(12);
+    take_at(11);
     evidence.quality = 0;
     line.valid_mask = BIT(TRAILER_YAW_RATE);
-    line.growth_1_s = real(-0.3);
-    take_at(12);
+    take_at(11);
     const bool learnt = fabs(value(judgement.signal.se) - before) > 1e-4;
     TEST_ASSERT_EQUAL(expected, learnt);
 }
@@ -406,8 +403,8 @@ static void every_free_swing_teaches_what_disturbs_it(void)
     learns_from(0, BIT(STEERING_WHEEL_ANGLE), false); // no motion
 }
 
-/* From windows one after the other, in this swing, with this hand on the wheel. */
-static void the_disturbance_is_learnt_from_what_the_line_shows(void)
+/* From signal less combined, in this swing, with this hand on the wheel. */
+static void the_disturbance_is_learnt_from_what_was_judged(void)
 {
     line.valid_mask |= BIT(STEERING_WHEEL_ANGLE);
     model.has_steady = true;
@@ -415,12 +412,11 @@ static void the_disturbance_is_learnt_from_what_the_line_shows(void)
     set_model(0.02, 0.01);
     take();
     sway_disturbance_t expected = judge.disturbance;
-    line.mid_time_us = 11 * SECOND_US;
-    line.growth_1_s = real(0.9);
     take_at(12);
-    sway_disturbance_learn(&expected, 12 * SECOND_US, 2 * SECOND_US, real(damping_of_line()),
+    sway_disturbance_learn(&expected, 12 * SECOND_US,
+                           real(damping_of_line() - value(judgement.combined.ratio)),
                            real(TRAILER_SWING), real(0.013 / 15 * 0.5));
-    TEST_ASSERT_TRUE(value(expected.variance) > 1.1 * 0.003 * 0.003);
+    TEST_ASSERT_TRUE(value(judgement.combined.ratio) < damping_of_line() - 0.01);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1,
                               value(judge.disturbance.variance) / value(expected.variance));
     TEST_ASSERT_EQUAL_INT32(8 * SECOND_US, judge.disturbance.learnt_us); // 6 of no experience
@@ -787,16 +783,12 @@ static void the_disturbance_is_learnt_on_when_the_clock_begins_again(void)
 {
     static sway_judge_t other;
     set_model(0.02, 0.01);
-    line.mid_time_us = 99 * SECOND_US;
     take_at(100);
     other = judge;
     sway_judge_restart(&judge, SECOND_US);
-    line.mid_time_us = 2 * SECOND_US;
-    line.growth_1_s = real(0.9);
     take_at(3);
     const sway_disturbance_t after = judge.disturbance;
     judge = other; // the same without
-    line.mid_time_us = 101 * SECOND_US;
     take_at(102);
     TEST_ASSERT_EQUAL_INT32(judge.disturbance.learnt_us, after.learnt_us);
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, value(judge.disturbance.variance), value(after.variance));
@@ -845,7 +837,7 @@ int main(void)
     RUN_TEST(signal_and_model_are_weighed_by_their_errors);
     RUN_TEST(a_swing_that_contradicts_the_model_says_so);
     RUN_TEST(every_free_swing_teaches_what_disturbs_it);
-    RUN_TEST(the_disturbance_is_learnt_from_what_the_line_shows);
+    RUN_TEST(the_disturbance_is_learnt_from_what_was_judged);
     RUN_TEST(a_line_without_a_yaw_rate_misses_an_input);
     RUN_TEST(a_speed_is_none_slow_or_enough);
     RUN_TEST(only_a_singular_model_of_this_estimate_is_told);
