@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from faults import DATABASE, decode
-from identical import first_difference
+from identical import common, first_difference
 from machines import Outcome, frame_of, run
 
 GROUPS = (("x86", "mips", "stm32g4"), ("m0plus", "m4f", "r5"))
@@ -53,7 +53,7 @@ def main(build: Path) -> int:
     with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
         runs = {t: pool.submit(run, build, t, block, recording, f"soak-{t}") for t in TARGETS}
     outcomes = {target: future.result() for target, future in runs.items()}
-    answers = {t: [frame_of(line) for line in o.answers] for t, o in outcomes.items()}
+    answers = {t: [frame_of(line) for line in common(o.answers, t)] for t, o in outcomes.items()}
     wrong = [
         f"{target}: status {outcome.status} {outcome.message[-200:]}"
         for target, outcome in outcomes.items()
