@@ -14,7 +14,8 @@
 ///
 /// The way of the data: sway_grid (even rows) -> sway_track (ring, sliding spectrum, search, damped
 /// line) -> sway_identify (slips, forces, stiffnesses, loads, inertias) -> sway_margin
-/// (single-track model sway_stm, combination with the signals) -> sway_alarm -> sway_status_t.
+/// (single-track model sway_single_track, combination with the signals) -> sway_alarm ->
+/// sway_status_t.
 #ifndef SWAY_CORE_H
 #define SWAY_CORE_H
 

@@ -177,7 +177,7 @@ typedef struct {
 
 typedef struct {
     uint32_t sequence;   ///< counts the estimates
-    int64_t time_us;     ///< of the grid tick that completed this estimate
+    int64_t time_us;     ///< of the row of the grid that completed this estimate
     int64_t mid_time_us; ///< middle of its window
     int32_t window_ms;   ///< its length
     uint32_t valid;      ///< SWAY_VALID_*

@@ -70,7 +70,7 @@ def make_builder() -> cffi.FFI:
         "sway_node.h",
         "bus/sway_map.h",
         "model/sway_margin.h",
-        "model/sway_stm.h",
+        "model/sway_single_track.h",
         f"{FEED.name}.h",
     ]
     includes = "".join(f'#include "{header}"\n' for header in headers)

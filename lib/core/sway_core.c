@@ -467,22 +467,22 @@ static void restart(sway_core_t *core, int64_t time_us)
 
 static bool begin_row(sway_core_t *core)
 {
-    sway_row_t tick;
-    if (!sway_grid_tick(&core->grid, &tick)) {
+    sway_row_t row;
+    if (!sway_grid_next_row(&core->grid, &row)) {
         return false;
     }
-    if (tick.restart) {
-        restart(core, tick.time_us);
+    if (row.restart) {
+        restart(core, row.time_us);
     }
-    supervise_row(core, &tick);
-    sway_track_push(&core->track, &tick);
-    WATCH_PUSH(core, &tick);
-    core->time_us = tick.time_us;
-    core->seen_mask = tick.present_mask;
-    core->missing_mask |= tick.present_mask & ~tick.valid_mask;
-    if ((tick.valid_mask & SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)) != 0U) {
-        core->speed_mm_s = tick.value[SWAY_CHANNEL_SPEED];
-        core->speed_time_us = tick.time_us;
+    supervise_row(core, &row);
+    sway_track_push(&core->track, &row);
+    WATCH_PUSH(core, &row);
+    core->time_us = row.time_us;
+    core->seen_mask = row.present_mask;
+    core->missing_mask |= row.present_mask & ~row.valid_mask;
+    if ((row.valid_mask & SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)) != 0U) {
+        core->speed_mm_s = row.value[SWAY_CHANNEL_SPEED];
+        core->speed_time_us = row.time_us;
     }
     core->slices_due = SWAY_SLICES_PER_ROW;
     core->supervise_due = true;

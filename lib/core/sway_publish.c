@@ -103,7 +103,7 @@ void sway_publish_part(sway_status_t *status, const sway_identify_t *id, uint32_
     }
 }
 
-static void put_steady(sway_status_t *status, const sway_stm_static_t *steady)
+static void put_steady(sway_status_t *status, const sway_single_track_static_t *steady)
 {
     status->understeer_gradient_urad = integer(steady->understeer_gradient_rad, 1000000);
     status->combination_understeer_gradient_urad =

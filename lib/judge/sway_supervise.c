@@ -8,7 +8,7 @@
 enum { STAGE_IDLE, STAGE_TERMS, STAGE_HOLD, STAGE_REAL, STAGE_IMAGINARY, STAGE_FADE, STAGE_WEIGH };
 
 /* Tolerances of the values: ratios in ppm, lengths in micrometres, friction in 100 uNm. */
-static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
+static const int32_t TOLERANCE[SWAY_UNKNOWN_COUNT] = {
     30000,  50000, // steering wheel: gain; 10 ms of delay, as the phase of 0.8 Hz
     10000,  50000, // yaw rate of the car
     40000,  50000, // its acceleration: bodies roll
@@ -32,7 +32,7 @@ static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
  * round of about a second. */
 #define KEEP_PPM 930000
 #define FADING                                                                                     \
-    ((UINT64_C(1) << SWAY_NUMBER_SPEED) - 1U + (UINT64_C(63) << SWAY_NUMBER_CHANGED_STIFFNESS))
+    ((UINT64_C(1) << SWAY_UNKNOWN_SPEED) - 1U + (UINT64_C(63) << SWAY_UNKNOWN_CHANGED_STIFFNESS))
 
 /* Explanations by the vehicle, which come after those by each sensor: the first, the fourth. */
 #define EXPLAIN_SPEED SWAY_SUPERVISE_SENSORS
@@ -50,24 +50,24 @@ static const int32_t TOLERANCE[SWAY_NUMBER_COUNT] = {
 static const struct {
     uint8_t finding;
     uint8_t size;
-    uint8_t group[SWAY_GAUSS_GROUP];
+    uint8_t group[SWAY_KALMAN_GROUP];
 } BY_VEHICLE[] = {
-    {SWAY_FINDING_SPEED, 1, {SWAY_NUMBER_SPEED}},
-    {SWAY_FINDING_CAR_FRONT_TYRES, 1, {SWAY_NUMBER_CHANGED_STIFFNESS}},
-    {SWAY_FINDING_CAR_REAR_TYRES, 1, {SWAY_NUMBER_CHANGED_STIFFNESS + 1}},
+    {SWAY_FINDING_SPEED, 1, {SWAY_UNKNOWN_SPEED}},
+    {SWAY_FINDING_CAR_FRONT_TYRES, 1, {SWAY_UNKNOWN_CHANGED_STIFFNESS}},
+    {SWAY_FINDING_CAR_REAR_TYRES, 1, {SWAY_UNKNOWN_CHANGED_STIFFNESS + 1}},
     {SWAY_FINDING_TRAILER_TYRES,
      2,
-     {SWAY_NUMBER_CHANGED_STIFFNESS + 3, SWAY_NUMBER_CHANGED_STIFFNESS + 2}},
-    {SWAY_FINDING_LOAD, 2, {SWAY_NUMBER_CHANGED_PLACE, SWAY_NUMBER_CHANGED_MASS}},
-    {SWAY_FINDING_FRICTION, 1, {SWAY_NUMBER_FRICTION}},
+     {SWAY_UNKNOWN_CHANGED_STIFFNESS + 3, SWAY_UNKNOWN_CHANGED_STIFFNESS + 2}},
+    {SWAY_FINDING_LOAD, 2, {SWAY_UNKNOWN_CHANGED_PLACE, SWAY_UNKNOWN_CHANGED_MASS}},
+    {SWAY_FINDING_FRICTION, 1, {SWAY_UNKNOWN_FRICTION}},
     {SWAY_FINDING_CAR,
      4,
-     {SWAY_NUMBER_CAR_MASS, SWAY_NUMBER_CAR_INERTIA, SWAY_NUMBER_STIFFNESS,
-      SWAY_NUMBER_STIFFNESS + 1}},
+     {SWAY_UNKNOWN_CAR_MASS, SWAY_UNKNOWN_CAR_INERTIA, SWAY_UNKNOWN_STIFFNESS,
+      SWAY_UNKNOWN_STIFFNESS + 1}},
     {SWAY_FINDING_TRAILER,
      6,
-     {SWAY_NUMBER_TRAILER_MASS, SWAY_NUMBER_TRAILER_INERTIA, SWAY_NUMBER_TRAILER_PLACE,
-      SWAY_NUMBER_TRAILER_LENGTH, SWAY_NUMBER_STIFFNESS + 2, SWAY_NUMBER_STIFFNESS + 3}},
+     {SWAY_UNKNOWN_TRAILER_MASS, SWAY_UNKNOWN_TRAILER_INERTIA, SWAY_UNKNOWN_TRAILER_PLACE,
+      SWAY_UNKNOWN_TRAILER_LENGTH, SWAY_UNKNOWN_STIFFNESS + 2, SWAY_UNKNOWN_STIFFNESS + 3}},
 };
 
 /* Numbers of the means: offsets of the four motions since ever and since lately, and the bank. */
@@ -86,7 +86,7 @@ static const int32_t OFFSET_TOLERANCE[SWAY_SUPERVISE_OFFSETS] = {
 static void reset_numbers(sway_supervise_t *su)
 {
     memcpy(su->tolerance_ppm, TOLERANCE, sizeof TOLERANCE);
-    sway_gauss_reset(&su->numbers);
+    sway_kalman_reset(&su->numbers);
     su->candidate = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
     su->reported = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
     su->in_a_row = 0;
@@ -101,7 +101,7 @@ void sway_supervise_init(sway_supervise_t *su, const sway_vehicle_t *vehicle,
     memset(su, 0, sizeof *su);
     su->sample_period_us = sample_period_us;
     su->vehicle = vehicle;
-    su->numbers.count = SWAY_NUMBER_COUNT;
+    su->numbers.count = SWAY_UNKNOWN_COUNT;
     su->numbers.tolerance_ppm = su->tolerance_ppm;
     su->numbers.value = su->value;
     su->numbers.covariance = su->covariance;
@@ -113,7 +113,7 @@ void sway_supervise_init(sway_supervise_t *su, const sway_vehicle_t *vehicle,
     su->offsets.covariance = su->offset_covariance;
     su->offsets.slope = su->offset_slope;
     su->offsets.moved = su->offset_moved;
-    sway_gauss_reset(&su->offsets);
+    sway_kalman_reset(&su->offsets);
     reset_numbers(su);
 }
 
@@ -121,8 +121,8 @@ void sway_supervise_init(sway_supervise_t *su, const sway_vehicle_t *vehicle,
  */
 
 /* So few numbers are taken in one slice. */
-#if 2 * SWAY_SUPERVISE_OFFSETS * (SWAY_SUPERVISE_OFFSETS + 5) > SWAY_GAUSS_CHUNK
-#error "SWAY_SUPERVISE_OFFSETS: more than one slice of sway_gauss"
+#if 2 * SWAY_SUPERVISE_OFFSETS * (SWAY_SUPERVISE_OFFSETS + 5) > SWAY_KALMAN_CHUNK
+#error "SWAY_SUPERVISE_OFFSETS: more than one slice of sway_kalman"
 #endif
 
 /* Of r2 - r1 = 0, a1 - v r1 = bank, a2 - v r2 = bank, in micro-units. */
@@ -155,7 +155,7 @@ static void take_means(sway_supervise_t *su)
             su->offset_slope[sensor[k][1] + late] = arm;
         }
         su->offset_slope[OFFSET_BANK] = sway_real_int(k == 0U ? 0 : -1);
-        (void)sway_gauss_take(&su->offsets, MUL(mean, sway_real_micro(1)), variance);
+        (void)sway_kalman_take(&su->offsets, MUL(mean, sway_real_micro(1)), variance);
     }
 }
 
@@ -172,7 +172,7 @@ static void weigh_offsets(sway_supervise_t *su)
     uint32_t which = 0;
     for (uint32_t i = 0; i < 4U; i++) {
         const uint8_t group[2] = {(uint8_t)i, (uint8_t)(i + OFFSET_LATELY)};
-        const int32_t worth = integer(sway_gauss_worth(&su->offsets, group, 2), 1) - 6;
+        const int32_t worth = integer(sway_kalman_worth(&su->offsets, group, 2), 1) - 6;
         second = worth > best ? best : (worth > second ? worth : second);
         which = worth > best ? i : which;
         best = worth > best ? worth : best;
@@ -180,10 +180,10 @@ static void weigh_offsets(sway_supervise_t *su)
     su->offset_mask = 0;
     if (best > SWAY_SUPERVISE_LIMIT && best - second > SWAY_SUPERVISE_LEAD) {
         const uint32_t late = which + OFFSET_LATELY;
-        const sway_gauss_t *const all = &su->offsets;
+        const sway_kalman_t *const all = &su->offsets;
         const sway_real_t variance = ADD(
-            ADD(sway_gauss_covariance(all, which, which), sway_gauss_covariance(all, late, late)),
-            sway_real_scale(sway_gauss_covariance(all, which, late), 1));
+            ADD(sway_kalman_covariance(all, which, which), sway_kalman_covariance(all, late, late)),
+            sway_real_scale(sway_kalman_covariance(all, which, late), 1));
         const sway_real_t before = ADD(sway_real_square(sway_real_micro(OFFSET_TOLERANCE[which])),
                                        sway_real_square(sway_real_micro(OFFSET_TOLERANCE[late])));
         const sway_real_t free = DIV(before, SUB(before, variance)); // with a flat prior
@@ -231,7 +231,7 @@ static void take_row_of_means(sway_supervise_t *su, const sway_row_t *row)
     su->rows++;
     if (su->rows == MEAN_ROWS) {
         su->rows = 0;
-        (void)sway_gauss_fade(&su->offsets, OFFSET_FADING, OFFSET_KEEP_PPM);
+        (void)sway_kalman_fade(&su->offsets, OFFSET_FADING, OFFSET_KEEP_PPM);
         take_means(su);
         weigh_offsets(su);
     }
@@ -264,7 +264,7 @@ static void follow_relation(sway_supervise_t *su)
     sway_supervise_relation_t *const held = &su->held[su->relation];
     const bool first = held->state == (uint8_t)SWAY_RELATION_NOT_ASKED;
     sway_real_t allowed = sway_real_scale(sway_relations_variance(re), 1);
-    for (uint32_t i = 0; i < SWAY_NUMBER_COUNT; i++) {
+    for (uint32_t i = 0; i < SWAY_UNKNOWN_COUNT; i++) {
         const sway_real_t tolerance = sway_real_square(sway_real_micro(TOLERANCE[i]));
         allowed = ADD(allowed, MUL(sway_complex_norm(re->slope[i]), tolerance));
     }
@@ -316,13 +316,13 @@ static void take(sway_supervise_t *su, bool imaginary)
 {
     const sway_relations_t *const re = &su->relations;
     if (su->numbers.row == 0U) {
-        for (uint32_t i = 0; i < SWAY_NUMBER_COUNT; i++) {
+        for (uint32_t i = 0; i < SWAY_UNKNOWN_COUNT; i++) {
             su->slope[i] = imaginary ? re->slope[i].im : re->slope[i].re;
         }
     }
     const sway_complex_t residual = re->residual;
-    if (sway_gauss_take(&su->numbers, imaginary ? residual.im : residual.re,
-                        sway_relations_variance(re))) {
+    if (sway_kalman_take(&su->numbers, imaginary ? residual.im : residual.re,
+                         sway_relations_variance(re))) {
         return;
     }
     if (imaginary) {
@@ -335,20 +335,20 @@ static void take(sway_supervise_t *su, bool imaginary)
 /* --- what is the matter ------------------------------------------------------------------------
  */
 
-static uint32_t group_of(uint32_t explanation, uint8_t group[SWAY_GAUSS_GROUP])
+static uint32_t group_of(uint32_t explanation, uint8_t group[SWAY_KALMAN_GROUP])
 {
     if (explanation < SWAY_SUPERVISE_SENSORS) {
         group[0] = (uint8_t)(2U * explanation);
         group[1] = (uint8_t)(2U * explanation + 1U);
         return 2U;
     }
-    memcpy(group, BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].group, SWAY_GAUSS_GROUP);
+    memcpy(group, BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].group, SWAY_KALMAN_GROUP);
     return BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].size;
 }
 
 static sway_channel_t channel_of(uint32_t sensor)
 {
-    return sway_from_channel((sway_from_t)(sensor + 1U));
+    return sway_origin_of_channel((sway_origin_t)(sensor + 1U));
 }
 
 /* Gain or delay of a sensor: what it shows is the truth over 1 + h. */
@@ -357,8 +357,8 @@ static void tell_sensor(sway_supervise_t *su, uint32_t sensor)
     sway_complex_t h;
     sway_real_t se;
     sway_real_t se_turn;
-    sway_gauss_free(&su->numbers, 2U * sensor, &h.re, &se);
-    sway_gauss_free(&su->numbers, 2U * sensor + 1U, &h.im, &se_turn);
+    sway_kalman_free(&su->numbers, 2U * sensor, &h.re, &se);
+    sway_kalman_free(&su->numbers, 2U * sensor + 1U, &h.im, &se_turn);
     h.re = ADD(h.re, sway_real_int(1));
     const sway_real_t gain = DIV(h.re, sway_complex_norm(h));
     const sway_real_t turn = sway_complex_arg(h);
@@ -383,14 +383,14 @@ static void tell_sensor(sway_supervise_t *su, uint32_t sensor)
  * all numbers anew: the others had been bent to take its place. */
 static void tell_vehicle(sway_supervise_t *su, uint32_t explanation)
 {
-    uint8_t group[SWAY_GAUSS_GROUP];
+    uint8_t group[SWAY_KALMAN_GROUP];
     const uint32_t size = group_of(explanation, group);
     memcpy(su->tolerance_ppm, TOLERANCE, sizeof TOLERANCE);
     for (uint32_t k = 0; k < size; k++) {
         const int32_t ten_times = 10 * TOLERANCE[group[k]];
         su->tolerance_ppm[group[k]] = ten_times > LIFTED_PPM ? ten_times : LIFTED_PPM;
     }
-    sway_gauss_reset(&su->numbers);
+    sway_kalman_reset(&su->numbers);
     su->reported = (uint8_t)explanation;
     su->in_a_row = 0;
     su->suspect_mask = 0;
@@ -401,12 +401,12 @@ static void tell_vehicle(sway_supervise_t *su, uint32_t explanation)
 static uint32_t numbers_of_size(const sway_supervise_t *su, uint8_t number[4], uint32_t *parts)
 {
     static const uint8_t configured[] = {0,
-                                         SWAY_NUMBER_STIFFNESS,
-                                         SWAY_NUMBER_STIFFNESS + 1,
-                                         SWAY_NUMBER_STIFFNESS + 3,
-                                         SWAY_NUMBER_TRAILER_PLACE,
+                                         SWAY_UNKNOWN_STIFFNESS,
+                                         SWAY_UNKNOWN_STIFFNESS + 1,
+                                         SWAY_UNKNOWN_STIFFNESS + 3,
+                                         SWAY_UNKNOWN_TRAILER_PLACE,
                                          0};
-    uint8_t group[SWAY_GAUSS_GROUP];
+    uint8_t group[SWAY_KALMAN_GROUP];
     (void)group_of(su->reported, group);
     const bool axles =
         su->reported == (uint8_t)EXPLAIN_TRAILER_TYRES && su->vehicle->trailer.axles == 2;
@@ -414,7 +414,7 @@ static uint32_t numbers_of_size(const sway_supervise_t *su, uint8_t number[4], u
     number[0] = group[0];
     number[1] = configured[su->reported - SWAY_SUPERVISE_SENSORS];
     number[2] = group[1];
-    number[3] = SWAY_NUMBER_STIFFNESS + 2;
+    number[3] = SWAY_UNKNOWN_STIFFNESS + 2;
     return axles ? 4U : (number[1] != 0U ? 2U : 1U);
 }
 
@@ -431,7 +431,7 @@ static void follow_vehicle(sway_supervise_t *su)
     for (uint32_t i = 0; i < count; i++) {
         value = ADD(value, su->value[number[i]]);
         for (uint32_t j = 0; j < count; j++) {
-            variance = ADD(variance, sway_gauss_covariance(&su->numbers, number[i], number[j]));
+            variance = ADD(variance, sway_kalman_covariance(&su->numbers, number[i], number[j]));
         }
     }
     sway_real_t share = sway_real_ratio(1, (int32_t)parts);
@@ -448,12 +448,12 @@ static void follow_vehicle(sway_supervise_t *su)
 
 static void weigh_one(sway_supervise_t *su)
 {
-    uint8_t group[SWAY_GAUSS_GROUP];
+    uint8_t group[SWAY_KALMAN_GROUP];
     const uint32_t size = group_of(su->explanation, group);
     su->score_milli[su->explanation] =
         su->explanation == su->reported
             ? 0
-            : sway_real_to_int(sway_gauss_worth(&su->numbers, group, size), 1000, 0, 1000000000) -
+            : sway_real_to_int(sway_kalman_worth(&su->numbers, group, size), 1000, 0, 1000000000) -
                   3000 * (int32_t)size;
     su->explanation++;
 }
@@ -499,7 +499,7 @@ bool sway_supervise_run(sway_supervise_t *su)
 {
     switch (su->stage) {
     case STAGE_FADE:
-        if (!sway_gauss_fade(&su->numbers, FADING, KEEP_PPM)) {
+        if (!sway_kalman_fade(&su->numbers, FADING, KEEP_PPM)) {
             next_relation(su);
         }
         return true;

@@ -2,7 +2,7 @@
 /// sway_supervise: detects a broken sensor, a changed vehicle or a wrong configuration.
 ///
 /// While driving, every relation that the inputs allow (sway_relations) is taken as a measurement
-/// of all numbers that may be wrong (sway_gauss): gain and phase of every sensor, the speed, the
+/// of all numbers that may be wrong (sway_kalman): gain and phase of every sensor, the speed, the
 /// user's values of the vehicle, changes during the drive. Which relations are violated together
 /// decides which explanation is worth most; each costs 3 for every number in it.
 ///
@@ -25,7 +25,7 @@
 #ifndef SWAY_SUPERVISE_H
 #define SWAY_SUPERVISE_H
 
-#include "model/sway_gauss.h"
+#include "model/sway_kalman.h"
 #include "model/sway_relations.h"
 #include "signal/sway_grid.h"
 #include "sway_status.h"
@@ -35,7 +35,7 @@
 /// How far it has to be ahead of every other: odds of e^6.
 #define SWAY_SUPERVISE_LEAD 12
 
-/// Explanations: each source from SWAY_FROM_STEERING on, and eight by the vehicle.
+/// Explanations: each source from SWAY_ORIGIN_STEERING on, and eight by the vehicle.
 #define SWAY_SUPERVISE_SENSORS 11
 #define SWAY_SUPERVISE_EXPLANATIONS 19
 #define SWAY_SUPERVISE_OFFSETS 9
@@ -77,19 +77,19 @@ typedef struct {
     int64_t sum_of_squares[3];
     int64_t sum_yaw_rate;
     int64_t sum_speed;
-    sway_gauss_t offsets;
+    sway_kalman_t offsets;
     sway_real_t offset_value[SWAY_SUPERVISE_OFFSETS];
     sway_real_t offset_slope[SWAY_SUPERVISE_OFFSETS];
     sway_real_t offset_moved[SWAY_SUPERVISE_OFFSETS];
-    sway_real_t offset_covariance[SWAY_GAUSS_TRIANGLE(SWAY_SUPERVISE_OFFSETS)];
+    sway_real_t offset_covariance[SWAY_KALMAN_TRIANGLE(SWAY_SUPERVISE_OFFSETS)];
     /* Relations. */
     int32_t score_milli[SWAY_SUPERVISE_EXPLANATIONS];
-    int32_t tolerance_ppm[SWAY_NUMBER_COUNT];
-    sway_gauss_t numbers;
-    sway_real_t value[SWAY_NUMBER_COUNT];
-    sway_real_t slope[SWAY_NUMBER_COUNT];
-    sway_real_t moved[SWAY_NUMBER_COUNT];
-    sway_real_t covariance[SWAY_GAUSS_TRIANGLE(SWAY_NUMBER_COUNT)];
+    int32_t tolerance_ppm[SWAY_UNKNOWN_COUNT];
+    sway_kalman_t numbers;
+    sway_real_t value[SWAY_UNKNOWN_COUNT];
+    sway_real_t slope[SWAY_UNKNOWN_COUNT];
+    sway_real_t moved[SWAY_UNKNOWN_COUNT];
+    sway_real_t covariance[SWAY_KALMAN_TRIANGLE(SWAY_UNKNOWN_COUNT)];
     sway_supervise_relation_t held[SWAY_RELATION_COUNT];
     sway_relations_sums_t sums;
     sway_relations_t relations;

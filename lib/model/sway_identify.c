@@ -9,9 +9,9 @@ static const sway_channel_t LOAD_OF[SWAY_AXLE_COUNT] = {
     SWAY_CHANNEL_CAR_FRONT_FZ, SWAY_CHANNEL_CAR_REAR_FZ, SWAY_CHANNEL_TRAILER_FRONT_FZ,
     SWAY_CHANNEL_TRAILER_REAR_FZ};
 
-static const sway_from_t FORCE_OF[SWAY_AXLE_COUNT] = {SWAY_FROM_CAR_FRONT_FY, SWAY_FROM_CAR_REAR_FY,
-                                                      SWAY_FROM_TRAILER_FRONT_FY,
-                                                      SWAY_FROM_TRAILER_REAR_FY};
+static const sway_origin_t FORCE_OF[SWAY_AXLE_COUNT] = {
+    SWAY_ORIGIN_CAR_FRONT_FY, SWAY_ORIGIN_CAR_REAR_FY, SWAY_ORIGIN_TRAILER_FRONT_FY,
+    SWAY_ORIGIN_TRAILER_REAR_FY};
 
 /* Line flags that leave nothing to identify from. */
 #define NO_LINE (SWAY_LINE_NO_OSCILLATION | SWAY_LINE_SEEKING | SWAY_LINE_NOT_CONVERGED)
@@ -27,9 +27,9 @@ static bool has_channel(const sway_line_t *line, sway_channel_t channel)
            (line->valid_mask & SWAY_CHANNEL_BIT(channel)) != 0U;
 }
 
-static sway_phasor_t measured(const sway_identify_t *id, sway_from_t from)
+static sway_phasor_t measured(const sway_identify_t *id, sway_origin_t from)
 {
-    const sway_channel_t channel = sway_from_channel(from);
+    const sway_channel_t channel = sway_origin_of_channel(from);
     if (!has_channel(id->line, channel)) {
         return sway_phasor_unknown();
     }
@@ -64,8 +64,8 @@ static uint32_t quality_of(uint32_t line_flags)
 static void set_variances(sway_identify_t *id)
 {
     const sway_line_t *const line = id->line;
-    for (int i = SWAY_FROM_STEERING; i < (int)SWAY_FROM_COUNT; i++) {
-        const sway_channel_t channel = sway_from_channel((sway_from_t)i);
+    for (int i = SWAY_ORIGIN_STEERING; i < (int)SWAY_ORIGIN_COUNT; i++) {
+        const sway_channel_t channel = sway_origin_of_channel((sway_origin_t)i);
         if (has_channel(line, channel)) {
             const sway_real_t se = line->channel[channel].amplitude_se;
             id->sources.variance[i] = MUL(se, se);
@@ -73,7 +73,7 @@ static void set_variances(sway_identify_t *id)
     }
     const sway_real_t both = ADD(MUL(line->omega_se_rad_s, line->omega_se_rad_s),
                                  MUL(line->growth_se_1_s, line->growth_se_1_s));
-    id->sources.variance[SWAY_FROM_S] = sway_real_scale(both, -1);
+    id->sources.variance[SWAY_ORIGIN_S] = sway_real_scale(both, -1);
 }
 
 static uint32_t speed_quality(sway_real_t speed_m_s)
@@ -102,7 +102,7 @@ sway_error_t sway_identify_start(sway_identify_t *id, const sway_vehicle_t *vehi
         return SWAY_ERROR_NO_DATA;
     }
     const sway_complex_t s = {line->growth_1_s, line->omega_rad_s};
-    id->s = sway_phasor_measured(s, SWAY_FROM_S);
+    id->s = sway_phasor_measured(s, SWAY_ORIGIN_S);
     set_variances(id);
     return SWAY_OK;
 }
@@ -110,7 +110,7 @@ sway_error_t sway_identify_start(sway_identify_t *id, const sway_vehicle_t *vehi
 /* --- slips, Eq. 4.5-4.7 ----------------------------------------------------------------------- */
 
 /* Slip of an axle `ahead` metres ahead of the accelerometer: (r - a/v)/s - r ahead/v. */
-static sway_phasor_t slip_of(const sway_identify_t *id, sway_from_t yaw_rate, sway_from_t acc,
+static sway_phasor_t slip_of(const sway_identify_t *id, sway_origin_t yaw_rate, sway_origin_t acc,
                              sway_real_t ahead)
 {
     const sway_real_t by_v = DIV(sway_real_int(1), id->speed_m_s);
@@ -129,12 +129,12 @@ static void car_slips(sway_identify_t *id)
     const sway_real_t sensor = metre(car->lateral_acc_position_um);
     const sway_real_t front = SUB(metre(car->front_axle_to_cog_um), sensor);
     const sway_real_t rear = SUB(metre(-car->rear_axle_to_cog_um), sensor);
-    const sway_phasor_t steering = measured(id, SWAY_FROM_STEERING);
+    const sway_phasor_t steering = measured(id, SWAY_ORIGIN_STEERING);
     sway_phasor_t *const slip = &id->axle[SWAY_AXLE_CAR_FRONT].slip;
-    *slip = slip_of(id, SWAY_FROM_CAR_YAW_RATE, SWAY_FROM_CAR_ACC, front);
+    *slip = slip_of(id, SWAY_ORIGIN_CAR_YAW_RATE, SWAY_ORIGIN_CAR_ACC, front);
     sway_phasor_add_scaled(slip, &steering, sway_real_ratio(1000, car->steering_ratio_milli));
     id->axle[SWAY_AXLE_CAR_REAR].slip =
-        slip_of(id, SWAY_FROM_CAR_YAW_RATE, SWAY_FROM_CAR_ACC, rear);
+        slip_of(id, SWAY_ORIGIN_CAR_YAW_RATE, SWAY_ORIGIN_CAR_ACC, rear);
 }
 
 static void trailer_slips(sway_identify_t *id)
@@ -145,19 +145,19 @@ static void trailer_slips(sway_identify_t *id)
     const sway_real_t rear = SUB(metre(-trailer->rear_axle_to_cog_um), sensor);
     if (trailer->axles == 2) {
         id->axle[SWAY_AXLE_TRAILER_FRONT].slip =
-            slip_of(id, SWAY_FROM_TRAILER_YAW_RATE, SWAY_FROM_TRAILER_ACC, front);
+            slip_of(id, SWAY_ORIGIN_TRAILER_YAW_RATE, SWAY_ORIGIN_TRAILER_ACC, front);
     }
     if (trailer->axles > 0) {
         id->axle[SWAY_AXLE_TRAILER_REAR].slip =
-            slip_of(id, SWAY_FROM_TRAILER_YAW_RATE, SWAY_FROM_TRAILER_ACC, rear);
+            slip_of(id, SWAY_ORIGIN_TRAILER_YAW_RATE, SWAY_ORIGIN_TRAILER_ACC, rear);
     }
 }
 
 /* --- forces, Eq. 4.8 and balances ------------------------------------------------------------- */
 
 /* Acceleration of the COG from an accelerometer `ahead` metres ahead of it, times the mass. */
-static sway_phasor_t inertia_force(const sway_identify_t *id, sway_from_t yaw_rate, sway_from_t acc,
-                                   sway_real_t ahead, int32_t mass_g)
+static sway_phasor_t inertia_force(const sway_identify_t *id, sway_origin_t yaw_rate,
+                                   sway_origin_t acc, sway_real_t ahead, int32_t mass_g)
 {
     sway_phasor_t turn = measured(id, yaw_rate);
     sway_phasor_multiply(&turn, &id->s);
@@ -170,18 +170,18 @@ static sway_phasor_t inertia_force(const sway_identify_t *id, sway_from_t yaw_ra
 static sway_phasor_t car_inertia_force(const sway_identify_t *id)
 {
     const sway_car_t *const car = &id->vehicle->car;
-    return inertia_force(id, SWAY_FROM_CAR_YAW_RATE, SWAY_FROM_CAR_ACC,
+    return inertia_force(id, SWAY_ORIGIN_CAR_YAW_RATE, SWAY_ORIGIN_CAR_ACC,
                          metre(car->lateral_acc_position_um), car->mass_g);
 }
 
 static sway_phasor_t trailer_inertia_force(const sway_identify_t *id)
 {
     const sway_trailer_t *const trailer = &id->vehicle->trailer;
-    return inertia_force(id, SWAY_FROM_TRAILER_YAW_RATE, SWAY_FROM_TRAILER_ACC,
+    return inertia_force(id, SWAY_ORIGIN_TRAILER_YAW_RATE, SWAY_ORIGIN_TRAILER_ACC,
                          metre(trailer->lateral_acc_position_um), trailer->mass_g);
 }
 
-static sway_phasor_t yaw_moment(const sway_identify_t *id, sway_from_t yaw_rate,
+static sway_phasor_t yaw_moment(const sway_identify_t *id, sway_origin_t yaw_rate,
                                 int32_t inertia_gm2)
 {
     sway_phasor_t moment = measured(id, yaw_rate);
@@ -193,8 +193,8 @@ static sway_phasor_t yaw_moment(const sway_identify_t *id, sway_from_t yaw_rate,
 /* Of the trailer against the car. */
 static sway_phasor_t articulation_rate(const sway_identify_t *id)
 {
-    const sway_phasor_t car = measured(id, SWAY_FROM_CAR_YAW_RATE);
-    sway_phasor_t rate = measured(id, SWAY_FROM_TRAILER_YAW_RATE);
+    const sway_phasor_t car = measured(id, SWAY_ORIGIN_CAR_YAW_RATE);
+    sway_phasor_t rate = measured(id, SWAY_ORIGIN_TRAILER_YAW_RATE);
     sway_phasor_add_scaled(&rate, &car, sway_real_int(-1));
     return rate;
 }
@@ -202,7 +202,7 @@ static sway_phasor_t articulation_rate(const sway_identify_t *id)
 /* Lateral part of the pull along the car's axis as the trailer sees it: Fx theta. */
 static sway_phasor_t pull_sideways(const sway_identify_t *id)
 {
-    sway_phasor_t angle = measured(id, SWAY_FROM_ARTICULATION);
+    sway_phasor_t angle = measured(id, SWAY_ORIGIN_ARTICULATION);
     if (!angle.known) {
         angle = articulation_rate(id);
         sway_phasor_divide(&angle, &id->s);
@@ -224,7 +224,7 @@ static sway_phasor_t difference(const sway_phasor_t *a, const sway_phasor_t *b)
 
 static bool measures_force(const sway_identify_t *id, sway_axle_t axle)
 {
-    return has_channel(id->line, sway_from_channel(FORCE_OF[axle]));
+    return has_channel(id->line, sway_origin_of_channel(FORCE_OF[axle]));
 }
 
 static bool car_forces_measured(const sway_identify_t *id)
@@ -293,7 +293,7 @@ static void hitch_from_balances(sway_identify_t *id)
         sway_phasor_add_scaled(about_hitch, front, MUL(weights.front, b_f));
     }
     id->hitch = trailer_inertia_force(id);
-    *total = yaw_moment(id, SWAY_FROM_TRAILER_YAW_RATE, trailer->yaw_inertia_gm2);
+    *total = yaw_moment(id, SWAY_ORIGIN_TRAILER_YAW_RATE, trailer->yaw_inertia_gm2);
     sway_phasor_scale(total, sway_real_int(-1));
     sway_phasor_add_scaled(total, &id->hitch, hitch);
     sway_phasor_multiply(total, sum); // c times the sum of weighted slips
@@ -304,10 +304,10 @@ static void hitch_from_balances(sway_identify_t *id)
 /* Force of the trailer on the car in car axes, from what is measured at the hitch or on the car. */
 static sway_phasor_t hitch_on_car_measured(const sway_identify_t *id)
 {
-    sway_phasor_t force = measured(id, SWAY_FROM_HITCH_FY);
+    sway_phasor_t force = measured(id, SWAY_ORIGIN_HITCH_FY);
     if (!force.known && car_forces_measured(id)) {
-        const sway_phasor_t front = measured(id, SWAY_FROM_CAR_FRONT_FY);
-        const sway_phasor_t rear = measured(id, SWAY_FROM_CAR_REAR_FY);
+        const sway_phasor_t front = measured(id, SWAY_ORIGIN_CAR_FRONT_FY);
+        const sway_phasor_t rear = measured(id, SWAY_ORIGIN_CAR_REAR_FY);
         force = car_inertia_force(id);
         sway_phasor_add_scaled(&force, &front, sway_real_int(-1));
         sway_phasor_add_scaled(&force, &rear, sway_real_int(-1));
@@ -353,8 +353,8 @@ static void trailer_forces(sway_identify_t *id)
         return;
     }
     if (trailer_forces_measured(id)) {
-        *front = measured(id, SWAY_FROM_TRAILER_FRONT_FY);
-        *rear = measured(id, SWAY_FROM_TRAILER_REAR_FY);
+        *front = measured(id, SWAY_ORIGIN_TRAILER_FRONT_FY);
+        *rear = measured(id, SWAY_ORIGIN_TRAILER_REAR_FY);
         return;
     }
     const sway_phasor_t inertia = trailer_inertia_force(id);
@@ -373,8 +373,8 @@ static void car_forces(sway_identify_t *id)
     sway_phasor_t *const front = &id->axle[SWAY_AXLE_CAR_FRONT].force;
     sway_phasor_t *const rear = &id->axle[SWAY_AXLE_CAR_REAR].force;
     if (car_forces_measured(id)) {
-        *front = measured(id, SWAY_FROM_CAR_FRONT_FY);
-        *rear = measured(id, SWAY_FROM_CAR_REAR_FY);
+        *front = measured(id, SWAY_ORIGIN_CAR_FRONT_FY);
+        *rear = measured(id, SWAY_ORIGIN_CAR_REAR_FY);
         return;
     }
     if (car->yaw_inertia_gm2 == 0) {
@@ -387,7 +387,7 @@ static void car_forces(sway_identify_t *id)
     const sway_real_t by_base = DIV(sway_real_int(1), ADD(l_f, l_r));
     const sway_phasor_t inertia = car_inertia_force(id);
     const sway_phasor_t total = difference(&inertia, &id->hitch_on_car);
-    sway_phasor_t moment = yaw_moment(id, SWAY_FROM_CAR_YAW_RATE, car->yaw_inertia_gm2);
+    sway_phasor_t moment = yaw_moment(id, SWAY_ORIGIN_CAR_YAW_RATE, car->yaw_inertia_gm2);
     sway_phasor_add_scaled(&moment, &id->hitch_on_car, metre(car->hitch_to_cog_um));
     if (SWAY_IDENTIFY_FORCES && id->rubs) {
         const sway_phasor_t rate = articulation_rate(id);
@@ -517,7 +517,7 @@ static void axle_load(sway_identify_t *id, sway_axle_t axle)
 /* Divides by s r of a body. A moment becomes kg m2, real where nothing but the body's inertia takes
  * it up. */
 static void over_yaw_acceleration(const sway_identify_t *id, sway_phasor_t *moment,
-                                  sway_from_t yaw_rate)
+                                  sway_origin_t yaw_rate)
 {
     sway_phasor_t turn = measured(id, yaw_rate);
     sway_phasor_multiply(&turn, &id->s);
@@ -561,7 +561,7 @@ static void free_trailer(sway_identify_t *id, sway_phasor_t *inertia)
     sway_estimate_t *const freed = &id->freed_inertia[1];
     *freed = id->trailer_inertia;
     sway_phasor_t by = articulation_rate(id);
-    over_yaw_acceleration(id, &by, SWAY_FROM_TRAILER_YAW_RATE);
+    over_yaw_acceleration(id, &by, SWAY_ORIGIN_TRAILER_YAW_RATE);
     if (by.known && sway_real_sign(by.value.im) != 0) {
         const sway_real_t by_im = sway_real_abs(by.value.im);
         const sway_real_t c = DIV(inertia->value.im, by.value.im);
@@ -591,7 +591,7 @@ static void free_car(sway_identify_t *id, sway_phasor_t *inertia)
     *freed = id->car_inertia;
     if (id->rubs) {
         sway_phasor_t by = articulation_rate(id);
-        over_yaw_acceleration(id, &by, SWAY_FROM_CAR_YAW_RATE);
+        over_yaw_acceleration(id, &by, SWAY_ORIGIN_CAR_YAW_RATE);
         sway_phasor_add_scaled(inertia, &by, id->damping_nms);
         *freed = estimate_of(id, inertia);
         const sway_real_t unsure = MUL(id->damping_se_nms, sway_complex_abs(by.value));
@@ -611,7 +611,7 @@ static void car_inertia(sway_identify_t *id)
     sway_phasor_add_scaled(&moment, &id->axle[SWAY_AXLE_CAR_REAR].force,
                            metre(-car->rear_axle_to_cog_um));
     sway_phasor_add_scaled(&moment, &id->hitch_on_car, metre(-car->hitch_to_cog_um));
-    over_yaw_acceleration(id, &moment, SWAY_FROM_CAR_YAW_RATE);
+    over_yaw_acceleration(id, &moment, SWAY_ORIGIN_CAR_YAW_RATE);
     id->car_inertia = inertia_from(id, &moment, SWAY_VALID_CAR_INERTIA);
     free_car(id, &moment);
 }
@@ -627,7 +627,7 @@ static sway_phasor_t trailer_inertia_with(const sway_identify_t *id, const sway_
     if (trailer->axles == 2) {
         sway_phasor_add_scaled(&moment, front, metre(trailer->front_axle_to_cog_um));
     }
-    over_yaw_acceleration(id, &moment, SWAY_FROM_TRAILER_YAW_RATE);
+    over_yaw_acceleration(id, &moment, SWAY_ORIGIN_TRAILER_YAW_RATE);
     return moment;
 }
 

@@ -61,7 +61,7 @@ static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
 /* --- into the model --------------------------------------------------------------------------- */
 
 /* C0 and sigma of C = C0/(1 + sigma z) at z = s/v; sigma is 0 in a model that was just made. */
-static void set_axle(sway_stm_body_t *body, int axle, const sway_quantity_t *state)
+static void set_axle(sway_single_track_body_t *body, int axle, const sway_quantity_t *state)
 {
     const sway_complex_t c = state->value;
     const sway_real_t lag = DIV(sway_real_neg(c.im), c.re);
@@ -102,7 +102,7 @@ static bool build_model(sway_margin_t *margin)
     vehicle.car.rear_cornering_stiffness_n_per_rad = 1000;
     vehicle.trailer.front_cornering_stiffness_n_per_rad = tandem ? 1000 : 0;
     vehicle.trailer.rear_cornering_stiffness_n_per_rad = trailer ? 1000 : 0;
-    if (sway_stm_from_vehicle(&margin->stm, &vehicle) != SWAY_OK) {
+    if (sway_single_track_from_vehicle(&margin->stm, &vehicle) != SWAY_OK) {
         return false;
     }
     for (int body = 0; body < 2; body++) {
@@ -170,9 +170,9 @@ static bool step_axles(sway_margin_t *margin)
  * become two real roots. */
 static bool step_quartic(sway_margin_t *margin)
 {
-    margin->quartic = sway_stm_quartic(&margin->stm, margin->speed_m_s);
+    margin->quartic = sway_single_track_quartic(&margin->stm, margin->speed_m_s);
     if (!margin->model.has_model) {
-        sway_stm_roots_start(&margin->roots, &margin->quartic);
+        sway_single_track_roots_start(&margin->roots, &margin->quartic);
         return true;
     }
     const sway_complex_t turn = {sway_real_int(1), sway_real_ratio(1, 200)};
@@ -184,18 +184,18 @@ static bool step_quartic(sway_margin_t *margin)
 
 static bool step_roots(sway_margin_t *margin)
 {
-    const bool settled = sway_stm_roots_sweep(&margin->roots, &margin->quartic);
+    const bool settled = sway_single_track_roots_sweep(&margin->roots, &margin->quartic);
     if (!settled && margin->count < ROOT_SWEEPS_MAX) {
         return false;
     }
-    margin->next.root = sway_stm_dominant(&margin->roots);
+    margin->next.root = sway_single_track_dominant(&margin->roots);
     margin->next.has_model = settled;
     return true;
 }
 
 static bool has_lag(const sway_margin_t *margin)
 {
-    const sway_stm_body_t *const body = margin->stm.body;
+    const sway_single_track_body_t *const body = margin->stm.body;
     return !sway_real_is_zero(body[0].relaxation_m[0]) ||
            !sway_real_is_zero(body[0].relaxation_m[1]) ||
            !sway_real_is_zero(body[1].relaxation_m[0]) ||
@@ -214,20 +214,20 @@ static bool is_small(sway_complex_t step, sway_real_t size)
 static bool slope_s(const sway_margin_t *margin, sway_complex_t s, sway_real_t v, sway_complex_t *f)
 {
     if (margin->count == 0U) {
-        *f = sway_stm_above_s(&margin->stm, s, v);
+        *f = sway_single_track_above_s(&margin->stm, s, v);
         return false;
     }
-    *f = sway_stm_slope_s(&margin->stm, s, v, *f);
+    *f = sway_single_track_slope_s(&margin->stm, s, v, *f);
     return true;
 }
 
 static bool slope_v(const sway_margin_t *margin, sway_complex_t s, sway_real_t v, sway_complex_t *f)
 {
     if (margin->count == 0U) {
-        *f = sway_stm_above_v(&margin->stm, s, v);
+        *f = sway_single_track_above_v(&margin->stm, s, v);
         return false;
     }
-    *f = sway_stm_slope_v(&margin->stm, s, v, *f);
+    *f = sway_single_track_slope_v(&margin->stm, s, v, *f);
     return true;
 }
 
@@ -243,7 +243,8 @@ static bool step_root(sway_margin_t *margin)
         return true;
     }
     const sway_complex_t root = margin->next.root;
-    const sway_complex_t f = sway_stm_characteristic(&margin->stm, root, margin->speed_m_s);
+    const sway_complex_t f =
+        sway_single_track_characteristic(&margin->stm, root, margin->speed_m_s);
     const sway_complex_t step = sway_complex_div(f, margin->f_s);
     /* A root that has far to go is not the one that was meant: lags change it little. */
     const sway_real_t fifth = sway_real_ratio(1, 25);
@@ -259,15 +260,16 @@ static bool step_root(sway_margin_t *margin)
 static bool step_critical(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
-    next->kind = sway_stm_critical_speed(&margin->stm, &next->v_crit_m_s, &next->omega_crit_rad_s);
-    next->damping_ratio = sway_stm_damping_ratio(next->root);
+    next->kind =
+        sway_single_track_critical_speed(&margin->stm, &next->v_crit_m_s, &next->omega_crit_rad_s);
+    next->damping_ratio = sway_single_track_damping_ratio(next->root);
     if (next->kind == SWAY_VCRIT_FOUND && margin->model.kind == SWAY_VCRIT_FOUND &&
         has_lag(margin)) { // nearer than what the lags are left out of
         next->v_crit_m_s = margin->model.v_crit_m_s;
         next->omega_crit_rad_s = margin->model.omega_crit_rad_s;
     }
     next->has_steady =
-        sway_stm_steady_state(&margin->stm, margin->speed_m_s, &next->steady) == SWAY_OK;
+        sway_single_track_steady_state(&margin->stm, margin->speed_m_s, &next->steady) == SWAY_OK;
     return true;
 }
 
@@ -314,10 +316,10 @@ static bool step_critical_newton(sway_margin_t *margin)
         return true;
     }
     const sway_complex_t f =
-        sway_stm_characteristic(&margin->stm, at_limit(margin), next->v_crit_m_s);
+        sway_single_track_characteristic(&margin->stm, at_limit(margin), next->v_crit_m_s);
     sway_real_t d_omega;
     sway_real_t d_v;
-    if (sway_stm_shift(margin->f_s, margin->f_v, f, &d_omega, &d_v) != SWAY_OK ||
+    if (sway_single_track_shift(margin->f_s, margin->f_v, f, &d_omega, &d_v) != SWAY_OK ||
         margin->count >= NEWTON_MAX) {
         next->kind = SWAY_VCRIT_SINGULAR;
         return true;
@@ -339,11 +341,11 @@ static bool step_critical_range(sway_margin_t *margin)
 {
     sway_margin_model_t *const next = &margin->next;
     if (limit_is_moved(margin)) {
-        if (sway_real_less(next->v_crit_m_s, sway_stm_speed_low())) {
-            next->v_crit_m_s = sway_stm_speed_low();
+        if (sway_real_less(next->v_crit_m_s, sway_single_track_speed_low())) {
+            next->v_crit_m_s = sway_single_track_speed_low();
             next->kind = SWAY_VCRIT_BELOW_RANGE;
-        } else if (sway_real_less(sway_stm_speed_high(), next->v_crit_m_s)) {
-            next->v_crit_m_s = sway_stm_speed_high();
+        } else if (sway_real_less(sway_single_track_speed_high(), next->v_crit_m_s)) {
+            next->v_crit_m_s = sway_single_track_speed_high();
             next->kind = SWAY_VCRIT_BEYOND_RANGE;
         }
     }
@@ -407,12 +409,12 @@ static bool step_sensitivity(sway_margin_t *margin)
     sway_complex_t *const result = &margin->limit_per_percent[parameter];
     result->re = sway_real_zero();
     result->im = sway_real_zero();
-    if (sway_stm_has_parameter(&margin->stm, parameter)) {
-        const sway_complex_t df = sway_stm_slope_parameter(&margin->stm, at_limit(margin),
-                                                           margin->next.v_crit_m_s, parameter);
+    if (sway_single_track_has_parameter(&margin->stm, parameter)) {
+        const sway_complex_t df = sway_single_track_slope_parameter(
+            &margin->stm, at_limit(margin), margin->next.v_crit_m_s, parameter);
         sway_real_t d_omega;
-        (void)sway_stm_shift(margin->f_s, margin->f_v, df, &d_omega, &result->re);
-        (void)sway_stm_shift(margin->f_s, margin->f_v, times_j(df), &d_omega, &result->im);
+        (void)sway_single_track_shift(margin->f_s, margin->f_v, df, &d_omega, &result->re);
+        (void)sway_single_track_shift(margin->f_s, margin->f_v, times_j(df), &d_omega, &result->im);
     }
     return false;
 }
@@ -429,8 +431,8 @@ static bool step_root_derivative(sway_margin_t *margin)
     parameter_variance(margin, parameter, &re, &im);
     sway_complex_t ds = {sway_real_zero(), sway_real_zero()};
     if (!sway_real_is_zero(re)) { // then it is in the model: step_axles() has put it there
-        const sway_complex_t df =
-            sway_stm_slope_parameter(&margin->stm, margin->next.root, margin->speed_m_s, parameter);
+        const sway_complex_t df = sway_single_track_slope_parameter(&margin->stm, margin->next.root,
+                                                                    margin->speed_m_s, parameter);
         ds = sway_complex_div(df, margin->f_s);
     }
     margin->root_per_percent[parameter] = ds;

@@ -13,7 +13,7 @@
 #define SWAY_MARGIN_H
 
 #include "model/sway_quantity.h"
-#include "model/sway_stm.h"
+#include "model/sway_single_track.h"
 
 /// Parameters whose derivatives are renewed with an estimate.
 #define SWAY_MARGIN_TURN 2
@@ -30,7 +30,7 @@ typedef struct {
     sway_real_t v_crit_se_m_s;
     sway_real_t omega_crit_rad_s;
     sway_real_t sensitivity_m_s[SWAY_PARAMETER_COUNT];
-    sway_stm_static_t steady;
+    sway_single_track_static_t steady;
 } sway_margin_model_t;
 
 typedef struct {
@@ -43,9 +43,9 @@ typedef struct {
     sway_real_t speed_m_s;
     sway_complex_t f_s;
     sway_complex_t f_v;
-    sway_stm_quartic_t quartic;
-    sway_stm_roots_t roots;
-    sway_stm_t stm; ///< with relaxation
+    sway_single_track_quartic_t quartic;
+    sway_single_track_roots_t roots;
+    sway_single_track_t stm; ///< with relaxation
     sway_margin_model_t next;
     sway_complex_t limit_per_percent[SWAY_PARAMETER_COUNT]; ///< change of v_crit for +1 %: of the
                                                             ///< value (re), of its argument (im)

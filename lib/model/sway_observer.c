@@ -161,11 +161,11 @@ void sway_observer_move(sway_observer_body_t *body, sway_state_t state, sway_rea
 }
 
 void sway_observer_model(const sway_observer_t *observer, const sway_observer_body_t *body,
-                         sway_stm_t *stm)
+                         sway_single_track_t *stm)
 {
     const sway_observer_car_t *const car = &observer->car;
     memset(stm, 0, sizeof *stm);
-    sway_stm_body_t *const front = &stm->body[SWAY_STM_CAR];
+    sway_single_track_body_t *const front = &stm->body[SWAY_SINGLE_TRACK_CAR];
     front->mass_kg = car->mass_kg;
     front->yaw_inertia_kgm2 = body->inertia_kgm2;
     front->axle_m[0] = SUB(car->front_m, body->cog_m);
@@ -177,7 +177,7 @@ void sway_observer_model(const sway_observer_t *observer, const sway_observer_bo
     if (!stm->has_trailer) {
         return;
     }
-    sway_stm_body_t *const trailer = &stm->body[SWAY_STM_TRAILER];
+    sway_single_track_body_t *const trailer = &stm->body[SWAY_SINGLE_TRACK_TRAILER];
     const sway_real_t half = sway_real_scale(body->trailer_n_per_rad, -1);
     trailer->mass_kg = body->mass_kg;
     trailer->yaw_inertia_kgm2 = body->trailer_inertia_kgm2;

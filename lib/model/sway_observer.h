@@ -29,7 +29,7 @@
 #ifndef SWAY_OBSERVER_H
 #define SWAY_OBSERVER_H
 
-#include "model/sway_stm.h"
+#include "model/sway_single_track.h"
 
 /// Rows of the grid in one sample of the observer.
 #ifndef SWAY_OBSERVER_ROWS
@@ -165,6 +165,6 @@ void sway_observer_move(sway_observer_body_t *body, sway_state_t state, sway_rea
 
 /// The same as a single-track model. Without friction: it vanishes beside a large swing.
 void sway_observer_model(const sway_observer_t *observer, const sway_observer_body_t *body,
-                         sway_stm_t *stm);
+                         sway_single_track_t *stm);
 
 #endif

@@ -3,9 +3,9 @@
 
 static const sway_complex_t NOTHING = {{0, 0}, {0, 0}};
 
-sway_channel_t sway_from_channel(sway_from_t from)
+sway_channel_t sway_origin_of_channel(sway_origin_t from)
 {
-    static const uint8_t channel[SWAY_FROM_ALL] = {
+    static const uint8_t channel[SWAY_ORIGIN_ALL] = {
         SWAY_CHANNEL_COUNT,
         SWAY_CHANNEL_STEERING_WHEEL_ANGLE,
         SWAY_CHANNEL_CAR_YAW_RATE,
@@ -31,7 +31,7 @@ sway_phasor_t sway_phasor_constant(sway_complex_t value)
 {
     sway_phasor_t phasor;
     phasor.value = value;
-    for (int i = 0; i < (int)SWAY_FROM_COUNT; i++) {
+    for (int i = 0; i < (int)SWAY_ORIGIN_COUNT; i++) {
         phasor.slope[i] = NOTHING;
     }
     phasor.known = true;
@@ -45,7 +45,7 @@ sway_phasor_t sway_phasor_unknown(void)
     return phasor;
 }
 
-sway_phasor_t sway_phasor_measured(sway_complex_t value, sway_from_t source)
+sway_phasor_t sway_phasor_measured(sway_complex_t value, sway_origin_t source)
 {
     sway_phasor_t phasor = sway_phasor_constant(value);
     phasor.slope[source].re = sway_real_int(1);
@@ -55,7 +55,7 @@ sway_phasor_t sway_phasor_measured(sway_complex_t value, sway_from_t source)
 void sway_phasor_add(sway_phasor_t *sum, const sway_phasor_t *term)
 {
     sum->value = sway_complex_add(sum->value, term->value);
-    for (int i = 0; i < (int)SWAY_FROM_COUNT; i++) {
+    for (int i = 0; i < (int)SWAY_ORIGIN_COUNT; i++) {
         if (!is_zero(term->slope[i])) {
             sum->slope[i] = sway_complex_add(sum->slope[i], term->slope[i]);
         }
@@ -66,7 +66,7 @@ void sway_phasor_add(sway_phasor_t *sum, const sway_phasor_t *term)
 void sway_phasor_scale(sway_phasor_t *phasor, sway_real_t factor)
 {
     phasor->value = sway_complex_scale(phasor->value, factor);
-    for (int i = 0; i < (int)SWAY_FROM_COUNT; i++) {
+    for (int i = 0; i < (int)SWAY_ORIGIN_COUNT; i++) {
         if (!is_zero(phasor->slope[i])) {
             phasor->slope[i] = sway_complex_scale(phasor->slope[i], factor);
         }
@@ -82,7 +82,7 @@ void sway_phasor_add_scaled(sway_phasor_t *sum, const sway_phasor_t *term, sway_
 
 void sway_phasor_multiply(sway_phasor_t *product, const sway_phasor_t *factor)
 {
-    for (int i = 0; i < (int)SWAY_FROM_COUNT; i++) {
+    for (int i = 0; i < (int)SWAY_ORIGIN_COUNT; i++) {
         sway_complex_t slope = NOTHING;
         if (!is_zero(product->slope[i])) {
             slope = sway_complex_mul(product->slope[i], factor->value);
@@ -105,7 +105,7 @@ void sway_phasor_divide(sway_phasor_t *quotient, const sway_phasor_t *divisor)
     const sway_complex_t one = {{1 << 30, -30}, {0, 0}};
     const sway_complex_t inverse = sway_complex_div(one, divisor->value);
     quotient->value = sway_complex_mul(quotient->value, inverse);
-    for (int i = 0; i < (int)SWAY_FROM_COUNT; i++) {
+    for (int i = 0; i < (int)SWAY_ORIGIN_COUNT; i++) {
         sway_complex_t slope = quotient->slope[i];
         if (!is_zero(divisor->slope[i])) {
             slope = sway_complex_sub(slope, sway_complex_mul(quotient->value, divisor->slope[i]));
@@ -118,7 +118,7 @@ void sway_phasor_divide(sway_phasor_t *quotient, const sway_phasor_t *divisor)
 sway_real_t sway_phasor_se(const sway_phasor_t *phasor, const sway_sources_t *sources)
 {
     sway_real_t variance = {0, 0};
-    for (int i = 0; i < (int)SWAY_FROM_COUNT; i++) {
+    for (int i = 0; i < (int)SWAY_ORIGIN_COUNT; i++) {
         if (!is_zero(phasor->slope[i])) {
             variance = sway_real_add(
                 variance, sway_real_mul(sway_complex_norm(phasor->slope[i]), sources->variance[i]));

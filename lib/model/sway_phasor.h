@@ -14,48 +14,48 @@
 
 /// What is measured. Each has one standard error for its real and its imaginary part.
 typedef enum {
-    SWAY_FROM_S, ///< growth + j omega
-    SWAY_FROM_STEERING,
-    SWAY_FROM_CAR_YAW_RATE,
-    SWAY_FROM_CAR_ACC,
-    SWAY_FROM_TRAILER_YAW_RATE,
-    SWAY_FROM_TRAILER_ACC,
-    SWAY_FROM_ARTICULATION,
-    SWAY_FROM_HITCH_FY,
-    SWAY_FROM_CAR_FRONT_FY,
-    SWAY_FROM_CAR_REAR_FY,
-    SWAY_FROM_TRAILER_FRONT_FY,
-    SWAY_FROM_TRAILER_REAR_FY,
-    SWAY_FROM_ALL
-} sway_from_t;
+    SWAY_ORIGIN_S, ///< growth + j omega
+    SWAY_ORIGIN_STEERING,
+    SWAY_ORIGIN_CAR_YAW_RATE,
+    SWAY_ORIGIN_CAR_ACC,
+    SWAY_ORIGIN_TRAILER_YAW_RATE,
+    SWAY_ORIGIN_TRAILER_ACC,
+    SWAY_ORIGIN_ARTICULATION,
+    SWAY_ORIGIN_HITCH_FY,
+    SWAY_ORIGIN_CAR_FRONT_FY,
+    SWAY_ORIGIN_CAR_REAR_FY,
+    SWAY_ORIGIN_TRAILER_FRONT_FY,
+    SWAY_ORIGIN_TRAILER_REAR_FY,
+    SWAY_ORIGIN_ALL
+} sway_origin_t;
 
-/// Channel of a source; SWAY_CHANNEL_COUNT for SWAY_FROM_S, which has none.
-sway_channel_t sway_from_channel(sway_from_t from);
+/// Channel of a source; SWAY_CHANNEL_COUNT for SWAY_ORIGIN_S, which has none.
+sway_channel_t sway_origin_of_channel(sway_origin_t from);
 
 /// Sources that are kept: those of the channels that the build has.
 #if SWAY_CHANNELS > 12
-#define SWAY_FROM_COUNT 12
+#define SWAY_ORIGIN_COUNT 12
 #elif SWAY_CHANNELS > 9
-#define SWAY_FROM_COUNT 10
+#define SWAY_ORIGIN_COUNT 10
 #elif SWAY_CHANNELS > 5
-#define SWAY_FROM_COUNT 8
+#define SWAY_ORIGIN_COUNT 8
 #else
-#define SWAY_FROM_COUNT (SWAY_CHANNELS + 1)
+#define SWAY_ORIGIN_COUNT (SWAY_CHANNELS + 1)
 #endif
 
 typedef struct {
     bool known; ///< false: made of something that was not measured
     sway_complex_t value;
-    sway_complex_t slope[SWAY_FROM_COUNT]; ///< d value / d source
+    sway_complex_t slope[SWAY_ORIGIN_COUNT]; ///< d value / d source
 } sway_phasor_t;
 
 /// Variances of the sources: of the real part, and the same of the imaginary one.
 typedef struct {
-    sway_real_t variance[SWAY_FROM_COUNT];
+    sway_real_t variance[SWAY_ORIGIN_COUNT];
 } sway_sources_t;
 
 /// A measured amplitude.
-sway_phasor_t sway_phasor_measured(sway_complex_t value, sway_from_t source);
+sway_phasor_t sway_phasor_measured(sway_complex_t value, sway_origin_t source);
 /// A constant, without error.
 sway_phasor_t sway_phasor_constant(sway_complex_t value);
 sway_phasor_t sway_phasor_unknown(void);

@@ -55,14 +55,14 @@ typedef struct {
 
 /* Places of the sources. */
 enum {
-    WHEEL = SWAY_FROM_STEERING - 1,
-    RATE_1 = SWAY_FROM_CAR_YAW_RATE - 1,
-    ACC_1 = SWAY_FROM_CAR_ACC - 1,
-    RATE_2 = SWAY_FROM_TRAILER_YAW_RATE - 1,
-    ACC_2 = SWAY_FROM_TRAILER_ACC - 1,
-    ANGLE = SWAY_FROM_ARTICULATION - 1,
-    HITCH = SWAY_FROM_HITCH_FY - 1,
-    FORCE = SWAY_FROM_CAR_FRONT_FY - 1,
+    WHEEL = SWAY_ORIGIN_STEERING - 1,
+    RATE_1 = SWAY_ORIGIN_CAR_YAW_RATE - 1,
+    ACC_1 = SWAY_ORIGIN_CAR_ACC - 1,
+    RATE_2 = SWAY_ORIGIN_TRAILER_YAW_RATE - 1,
+    ACC_2 = SWAY_ORIGIN_TRAILER_ACC - 1,
+    ANGLE = SWAY_ORIGIN_ARTICULATION - 1,
+    HITCH = SWAY_ORIGIN_HITCH_FY - 1,
+    FORCE = SWAY_ORIGIN_CAR_FRONT_FY - 1,
     SLIDING = SWAY_RELATIONS_SENSORS
 };
 
@@ -95,7 +95,7 @@ static bool knows(const sway_relations_t *re, uint32_t sources)
 
 static sway_channel_t channel_of(uint32_t source)
 {
-    return sway_from_channel((sway_from_t)(source + 1U));
+    return sway_origin_of_channel((sway_origin_t)(source + 1U));
 }
 
 static uint32_t force_source(uint32_t axle)
@@ -327,9 +327,9 @@ static void close_term(sway_relations_t *re, sway_complex_t term, const part_t *
 {
     re->size_squared =
         ADD(re->size_squared, MUL(sway_real_square(part->lever), sway_complex_norm(term)));
-    add_slope(re, SWAY_NUMBER_TRAILER_PLACE, term, part->by_place);
-    add_slope(re, SWAY_NUMBER_CHANGED_PLACE, term, part->by_place);
-    add_slope(re, SWAY_NUMBER_TRAILER_LENGTH, term, part->by_length);
+    add_slope(re, SWAY_UNKNOWN_TRAILER_PLACE, term, part->by_place);
+    add_slope(re, SWAY_UNKNOWN_CHANGED_PLACE, term, part->by_place);
+    add_slope(re, SWAY_UNKNOWN_TRAILER_LENGTH, term, part->by_length);
 }
 
 static const sway_complex_t NOTHING = {{0, 0}, {0, 0}};
@@ -345,12 +345,12 @@ static void term_force_of_mass(sway_relations_t *re, bool trailer, const part_t 
     add(re, &force, trailer ? ACC_2 : ACC_1, 1, mass, part);
     add(re, &force, rate, 2, NEG(MUL(mass, place)), part);
     close_term(re, force, part);
-    add_slope(re, trailer ? SWAY_NUMBER_TRAILER_MASS : SWAY_NUMBER_CAR_MASS, force, part->lever);
+    add_slope(re, trailer ? SWAY_UNKNOWN_TRAILER_MASS : SWAY_UNKNOWN_CAR_MASS, force, part->lever);
     if (trailer) { // the accelerometer stays where it is
         const sway_complex_t turn = amplitude(re, rate, 2);
-        add_slope(re, SWAY_NUMBER_CHANGED_MASS, force, part->lever);
-        add_slope(re, SWAY_NUMBER_TRAILER_PLACE, turn, MUL(part->lever, mass));
-        add_slope(re, SWAY_NUMBER_CHANGED_PLACE, turn, MUL(part->lever, mass));
+        add_slope(re, SWAY_UNKNOWN_CHANGED_MASS, force, part->lever);
+        add_slope(re, SWAY_UNKNOWN_TRAILER_PLACE, turn, MUL(part->lever, mass));
+        add_slope(re, SWAY_UNKNOWN_CHANGED_PLACE, turn, MUL(part->lever, mass));
     }
 }
 
@@ -361,7 +361,7 @@ static void term_turn(sway_relations_t *re, bool trailer, const part_t *part)
     sway_complex_t moment = NOTHING;
     add(re, &moment, trailer ? RATE_2 : RATE_1, 2, sway_real_ratio(inertia, 1000), part);
     close_term(re, moment, part);
-    add_slope(re, trailer ? SWAY_NUMBER_TRAILER_INERTIA : SWAY_NUMBER_CAR_INERTIA, moment,
+    add_slope(re, trailer ? SWAY_UNKNOWN_TRAILER_INERTIA : SWAY_UNKNOWN_CAR_INERTIA, moment,
               part->lever);
 }
 
@@ -415,11 +415,11 @@ static void term_tyre(sway_relations_t *re, uint32_t axle, const part_t *part)
     const sway_complex_t late = add_tyre(re, axle, 1, lag, part, &late_by_speed);
     force = sway_complex_add(force, late);
     close_term(re, force, part);
-    add_slope(re, (uint32_t)SWAY_NUMBER_STIFFNESS + axle, force, part->lever);
-    add_slope(re, (uint32_t)SWAY_NUMBER_CHANGED_STIFFNESS + axle, force, part->lever);
+    add_slope(re, (uint32_t)SWAY_UNKNOWN_STIFFNESS + axle, force, part->lever);
+    add_slope(re, (uint32_t)SWAY_UNKNOWN_CHANGED_STIFFNESS + axle, force, part->lever);
     by_speed = sway_complex_add(by_speed, sway_complex_add(late, late_by_speed)); // late: twice
-    add_slope(re, SWAY_NUMBER_SPEED, by_speed, NEG(part->lever));
-    add_slope(re, axle < 2U ? SWAY_NUMBER_CAR_LAG : SWAY_NUMBER_TRAILER_LAG, late,
+    add_slope(re, SWAY_UNKNOWN_SPEED, by_speed, NEG(part->lever));
+    add_slope(re, axle < 2U ? SWAY_UNKNOWN_CAR_LAG : SWAY_UNKNOWN_TRAILER_LAG, late,
               MUL(part->lever, sway_real_ratio(1000, USUAL_LAG_MM)));
 }
 
@@ -444,14 +444,14 @@ static void term_kinematic(sway_relations_t *re, const part_t *part)
     close_term(re, sum, part);
     add(re, &sum, ACC_2, 0, minus, part);
     add(re, &sum, RATE_2, 1, trailer, part);
-    add_slope(re, SWAY_NUMBER_TRAILER_LENGTH, amplitude(re, RATE_2, 1), minus);
+    add_slope(re, SWAY_UNKNOWN_TRAILER_LENGTH, amplitude(re, RATE_2, 1), minus);
 }
 
 /* Dry friction turns the car with the trailer: a moment in the direction of the angle's rate. */
 static void term_friction(sway_relations_t *re, const part_t *part)
 {
     if (knows(re, BIT(SLIDING))) {
-        add_slope(re, SWAY_NUMBER_FRICTION, amplitude(re, SLIDING, 1),
+        add_slope(re, SWAY_UNKNOWN_FRICTION, amplitude(re, SLIDING, 1),
                   MUL(part->lever, sway_real_int(100)));
     }
 }

@@ -11,7 +11,7 @@
 /// once, because slip is known by its derivative r - a/v.
 ///
 /// A relation is built term by term: its residual, the part of every input in it, and its slope to
-/// every number that may be wrong (`sway_number_t`). Axle forces that are not measured are
+/// every number that may be wrong (`sway_unknown_t`). Axle forces that are not measured are
 /// stiffness times slip; the force at the hitch, where it is not measured, is what the car's
 /// lateral balance leaves.
 #ifndef SWAY_RELATIONS_H
@@ -22,8 +22,8 @@
 #include "signal/sway_grid.h"
 #include "sway_vehicle.h"
 
-/// Rows of a window, harmonics used, bins kept (from 1 on), sources (those of sway_from_t from
-/// SWAY_FROM_STEERING on, and the direction of the rate of the articulation).
+/// Rows of a window, harmonics used, bins kept (from 1 on), sources (those of sway_origin_t from
+/// SWAY_ORIGIN_STEERING on, and the direction of the rate of the articulation).
 #define SWAY_RELATIONS_ROWS 512
 #define SWAY_RELATIONS_FIRST 2
 #define SWAY_RELATIONS_LAST 5
@@ -47,27 +47,28 @@ typedef enum {
 
 /// What may be wrong. Relative unless a unit is said.
 typedef enum {
-    /// Two for each sensor from SWAY_FROM_STEERING on: by how much the truth is larger than what is
+    /// Two for each sensor from SWAY_ORIGIN_STEERING on: by how much the truth is larger than what
+    /// is
     /// measured, and by how much it is ahead, rad at the
     /// fourth harmonic.
-    SWAY_NUMBER_SENSOR = 0,
-    SWAY_NUMBER_SPEED = 2 * (SWAY_FROM_ALL - 1), ///< true speed over the measured one, less 1
-    SWAY_NUMBER_CAR_MASS,
-    SWAY_NUMBER_CAR_INERTIA,
-    SWAY_NUMBER_TRAILER_MASS,
-    SWAY_NUMBER_TRAILER_INERTIA,
-    SWAY_NUMBER_TRAILER_PLACE,  ///< m, centre of gravity nearer to the hitch
-    SWAY_NUMBER_TRAILER_LENGTH, ///< m, hitch farther from all else
-    SWAY_NUMBER_STIFFNESS,      ///< of each axle
-    SWAY_NUMBER_CAR_LAG = SWAY_NUMBER_STIFFNESS + SWAY_AXLE_COUNT, ///< m, relaxation length
-    SWAY_NUMBER_TRAILER_LAG,
-    SWAY_NUMBER_FRICTION, ///< 100 Nm, dry, at the ball
+    SWAY_UNKNOWN_SENSOR = 0,
+    SWAY_UNKNOWN_SPEED = 2 * (SWAY_ORIGIN_ALL - 1), ///< true speed over the measured one, less 1
+    SWAY_UNKNOWN_CAR_MASS,
+    SWAY_UNKNOWN_CAR_INERTIA,
+    SWAY_UNKNOWN_TRAILER_MASS,
+    SWAY_UNKNOWN_TRAILER_INERTIA,
+    SWAY_UNKNOWN_TRAILER_PLACE,  ///< m, centre of gravity nearer to the hitch
+    SWAY_UNKNOWN_TRAILER_LENGTH, ///< m, hitch farther from all else
+    SWAY_UNKNOWN_STIFFNESS,      ///< of each axle
+    SWAY_UNKNOWN_CAR_LAG = SWAY_UNKNOWN_STIFFNESS + SWAY_AXLE_COUNT, ///< m, relaxation length
+    SWAY_UNKNOWN_TRAILER_LAG,
+    SWAY_UNKNOWN_FRICTION, ///< 100 Nm, dry, at the ball
     /// The same numbers once more, for what changes on the way.
-    SWAY_NUMBER_CHANGED_STIFFNESS,
-    SWAY_NUMBER_CHANGED_MASS = SWAY_NUMBER_CHANGED_STIFFNESS + SWAY_AXLE_COUNT,
-    SWAY_NUMBER_CHANGED_PLACE,
-    SWAY_NUMBER_COUNT
-} sway_number_t;
+    SWAY_UNKNOWN_CHANGED_STIFFNESS,
+    SWAY_UNKNOWN_CHANGED_MASS = SWAY_UNKNOWN_CHANGED_STIFFNESS + SWAY_AXLE_COUNT,
+    SWAY_UNKNOWN_CHANGED_PLACE,
+    SWAY_UNKNOWN_COUNT
+} sway_unknown_t;
 
 /// Sums of a window in the making.
 typedef struct {
@@ -93,7 +94,7 @@ typedef struct {
     sway_real_t noise;                           ///< its variance by the noise of the sensors
     sway_real_t size_squared;                    ///< of the terms
     sway_complex_t residual;
-    sway_complex_t slope[SWAY_NUMBER_COUNT]; ///< of the residual
+    sway_complex_t slope[SWAY_UNKNOWN_COUNT]; ///< of the residual
 } sway_relations_t;
 
 /// Adds a row; true: the window is full.

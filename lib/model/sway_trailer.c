@@ -379,22 +379,23 @@ static bool step_limit(sway_trailer_watch_t *trailer)
     sway_observer_body_t body;
     sway_observer_body(&trailer->with, &body);
     sway_observer_model(&trailer->with, &body, &trailer->stm);
-    next->kind = sway_stm_critical_speed(&trailer->stm, &next->v_crit_m_s, &next->omega_crit_rad_s);
+    next->kind =
+        sway_single_track_critical_speed(&trailer->stm, &next->v_crit_m_s, &next->omega_crit_rad_s);
     next->has_steady =
-        sway_stm_steady_state(&trailer->stm, trailer->speed_m_s, &next->steady) == SWAY_OK;
-    trailer->quartic = sway_stm_quartic(&trailer->stm, trailer->speed_m_s);
-    sway_stm_roots_start(&trailer->roots, &trailer->quartic);
+        sway_single_track_steady_state(&trailer->stm, trailer->speed_m_s, &next->steady) == SWAY_OK;
+    trailer->quartic = sway_single_track_quartic(&trailer->stm, trailer->speed_m_s);
+    sway_single_track_roots_start(&trailer->roots, &trailer->quartic);
     return true;
 }
 
 static bool step_roots(sway_trailer_watch_t *trailer)
 {
-    const bool settled = sway_stm_roots_sweep(&trailer->roots, &trailer->quartic);
+    const bool settled = sway_single_track_roots_sweep(&trailer->roots, &trailer->quartic);
     if (!settled && trailer->count < ROOT_SWEEPS_MAX) {
         return false;
     }
-    trailer->next.root = sway_stm_dominant(&trailer->roots);
-    trailer->next.damping_ratio = sway_stm_damping_ratio(trailer->next.root);
+    trailer->next.root = sway_single_track_dominant(&trailer->roots);
+    trailer->next.damping_ratio = sway_single_track_damping_ratio(trailer->next.root);
     trailer->next.has_model = settled;
     return true;
 }
@@ -403,10 +404,10 @@ static bool step_slope(sway_trailer_watch_t *trailer)
 {
     const sway_complex_t s = trailer->next.root;
     if (trailer->count == 0U) {
-        trailer->f_s = sway_stm_above_s(&trailer->stm, s, trailer->speed_m_s);
+        trailer->f_s = sway_single_track_above_s(&trailer->stm, s, trailer->speed_m_s);
         return false;
     }
-    trailer->f_s = sway_stm_slope_s(&trailer->stm, s, trailer->speed_m_s, trailer->f_s);
+    trailer->f_s = sway_single_track_slope_s(&trailer->stm, s, trailer->speed_m_s, trailer->f_s);
     return true;
 }
 
@@ -425,7 +426,7 @@ static bool step_derivative(sway_trailer_watch_t *trailer)
     const uint32_t which = ((uint32_t)trailer->turn + trailer->count) % SWAY_TRAILER_PARAMETERS;
     const sway_real_t step = sway_real_scale(sway_real_int(1), DIFFERENCE);
     sway_observer_body_t body;
-    sway_stm_t moved;
+    sway_single_track_t moved;
     sway_real_t v;
     sway_real_t omega;
     if (trailer->count >= many) {
@@ -436,12 +437,12 @@ static bool step_derivative(sway_trailer_watch_t *trailer)
     sway_observer_body(&trailer->with, &body);
     sway_observer_move(&body, (sway_state_t)PARAMETER[which], step);
     sway_observer_model(&trailer->with, &body, &moved);
-    const sway_vcrit_t kind = sway_stm_critical_speed(&moved, &v, &omega);
+    const sway_vcrit_t kind = sway_single_track_critical_speed(&moved, &v, &omega);
     if (kind == trailer->next.kind) {
         trailer->limit_by[which] = sway_real_scale(SUB(v, trailer->next.v_crit_m_s), -DIFFERENCE);
     }
     const sway_complex_t df =
-        sway_stm_characteristic(&moved, trailer->next.root, trailer->speed_m_s);
+        sway_single_track_characteristic(&moved, trailer->next.root, trailer->speed_m_s);
     const sway_complex_t ds = sway_complex_div(df, trailer->f_s);
     trailer->ratio_by[which] = sway_real_scale(ratio_change(trailer->next.root, ds), -DIFFERENCE);
     trailer->ratio_by[which] = NEG(trailer->ratio_by[which]);

@@ -87,9 +87,9 @@ typedef struct {
     sway_real_t start_se; ///< of the critical speed, as the user's values give it; 0: not yet
     sway_real_t speed_m_s;
     sway_complex_t f_s;
-    sway_stm_quartic_t quartic;
-    sway_stm_roots_t roots;
-    sway_stm_t stm;
+    sway_single_track_quartic_t quartic;
+    sway_single_track_roots_t roots;
+    sway_single_track_t stm;
     sway_margin_model_t next;
     sway_margin_model_t model;
     sway_real_t limit_by[SWAY_TRAILER_PARAMETERS];

@@ -364,11 +364,11 @@ static input_value_t input_value(const sway_grid_t *grid, uint32_t place)
     return held;
 }
 
-static void add_channel(sway_row_t *tick, uint32_t channel, input_value_t value, bool seen)
+static void add_channel(sway_row_t *row, uint32_t channel, input_value_t value, bool seen)
 {
-    tick->value[channel] = value.value;
-    tick->valid_mask |= value.valid ? SWAY_CHANNEL_BIT(channel) : 0U;
-    tick->present_mask |= seen ? SWAY_CHANNEL_BIT(channel) : 0U;
+    row->value[channel] = value.value;
+    row->valid_mask |= value.valid ? SWAY_CHANNEL_BIT(channel) : 0U;
+    row->present_mask |= seen ? SWAY_CHANNEL_BIT(channel) : 0U;
 }
 
 static bool row_is_ready(const sway_grid_t *grid)
@@ -380,35 +380,35 @@ static bool row_is_ready(const sway_grid_t *grid)
            !is_waiting(grid);
 }
 
-static void add_channels(const sway_grid_t *grid, sway_row_t *tick)
+static void add_channels(const sway_grid_t *grid, sway_row_t *row)
 {
     for (uint32_t c = 0; c < SWAY_CHANNEL_CAR_FRONT_FY && c < SWAY_CHANNELS; c++) {
-        add_channel(tick, c, input_value(grid, c), grid->input[c].seen);
+        add_channel(row, c, input_value(grid, c), grid->input[c].seen);
     }
     for (uint32_t c = SWAY_CHANNEL_CAR_FRONT_FY; c < SWAY_CHANNELS; c++) {
         const uint32_t left = 2U * c - SWAY_CHANNEL_CAR_FRONT_FY;
         const input_value_t a = input_value(grid, left);
         const input_value_t b = input_value(grid, left + 1U);
         const input_value_t both = {a.value + b.value, a.valid && b.valid};
-        add_channel(tick, c, both, grid->input[left].seen && grid->input[left + 1U].seen);
+        add_channel(row, c, both, grid->input[left].seen && grid->input[left + 1U].seen);
     }
-    add_channel(tick, SWAY_CHANNEL_SPEED, input_value(grid, SWAY_PLACE_OF_SPEED),
+    add_channel(row, SWAY_CHANNEL_SPEED, input_value(grid, SWAY_PLACE_OF_SPEED),
                 grid->input[SWAY_PLACE_OF_SPEED].seen);
 }
 
-bool sway_grid_tick(sway_grid_t *grid, sway_row_t *tick)
+bool sway_grid_next_row(sway_grid_t *grid, sway_row_t *row)
 {
-    if (grid == NULL || tick == NULL || !row_is_ready(grid)) {
+    if (grid == NULL || row == NULL || !row_is_ready(grid)) {
         return false;
     }
     for (uint32_t i = 0; i < SWAY_INPUT_PLACES; i++) {
         (void)is_silent(grid, i, grid->next_time_us);
     }
     const uint32_t slot = grid->next_slot;
-    memset(tick, 0, sizeof *tick);
-    tick->time_us = grid->next_time_us;
-    tick->restart = grid->restart;
-    add_channels(grid, tick);
+    memset(row, 0, sizeof *row);
+    row->time_us = grid->next_time_us;
+    row->restart = grid->restart;
+    add_channels(grid, row);
     grid->filled[slot] = 0;
     grid->valid[slot] = 0;
     grid->restart = false;

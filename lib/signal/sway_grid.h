@@ -106,15 +106,16 @@ sway_error_t sway_grid_init(sway_grid_t *grid, const sway_grid_config_t *config)
 /// ahead of all others while no second one agrees. After 16 refusals in a row for being old the
 /// clock counts as restarted. SWAY_ERROR_ARGUMENT: no such input, or |time_us| beyond
 /// SWAY_GRID_TIME_LIMIT. A sample of the same time replaces the one before for what follows. Take
-/// the rows that became ready with sway_grid_tick() before the next call. Nothing but its range is
-/// looked at where the build does not keep the input. Cost: at most SWAY_GRID_ROWS interpolations.
+/// the rows that became ready with sway_grid_next_row() before the next call. Nothing but its range
+/// is looked at where the build does not keep the input. Cost: at most SWAY_GRID_ROWS
+/// interpolations.
 sway_error_t sway_grid_input(sway_grid_t *grid, sway_input_t input, int64_t time_us, int32_t value);
 
 /// The sender says that this input has no valid value at `time_us`.
 void sway_grid_invalid(sway_grid_t *grid, sway_input_t input, int64_t time_us);
 
 /// The next row, if it is ready. Call until false.
-bool sway_grid_tick(sway_grid_t *grid, sway_row_t *tick);
+bool sway_grid_next_row(sway_grid_t *grid, sway_row_t *row);
 
 /// Range of an input: -limit..limit (0..limit for speed and wheel loads).
 int32_t sway_grid_limit(sway_input_t input);

@@ -42,7 +42,7 @@ enum {
     STATE_NOISE,
     STATE_RESULT,
     STATE_STEP,
-    STATE_BREAK,
+    STATE_CHANGE,
     STATE_COUNT
 };
 
@@ -688,7 +688,7 @@ static void add_share(sway_line_job_t *job, const sway_line_data_t *data, sway_r
         job->normal.misfit = sway_real_add(job->normal.misfit, share);
     }
     job->normal.all = sway_real_add(job->normal.all, share);
-    sway_break_add(&job->sums, &job->basis, by_growth(data), job->variance, job->residual);
+    sway_change_add(&job->sums, &job->basis, by_growth(data), job->variance, job->residual);
 }
 
 static uint32_t run_noise(sway_line_job_t *job, const sway_ring_t *ring)
@@ -874,19 +874,19 @@ static uint32_t run_final_step(sway_line_job_t *job, sway_real_t growth, sway_re
         return STATE_BEGIN;
     }
     finish(job);
-    return STATE_BREAK;
+    return STATE_CHANGE;
 }
 
-static uint32_t run_break(sway_line_job_t *job, const sway_ring_t *ring)
+static uint32_t run_change(sway_line_job_t *job, const sway_ring_t *ring)
 {
     (void)ring;
-    const uint32_t block = sway_break_find(&job->sums, &job->basis);
+    const uint32_t block = sway_change_find(&job->sums, &job->basis);
     job->broken = block > 0U;
     if (job->broken) {
         const int64_t halves = 2 * (int64_t)block - (int64_t)job->basis.blocks;
         job->line->flags |= SWAY_LINE_MISFIT;
-        job->break_time_us = job->line->mid_time_us +
-                             halves * (int64_t)job->block * job->config.sample_period_us / 2;
+        job->change_time_us = job->line->mid_time_us +
+                              halves * (int64_t)job->block * job->config.sample_period_us / 2;
     }
     return STATE_IDLE;
 }
@@ -939,7 +939,7 @@ static const slice_t SLICES[STATE_COUNT] = {
     [STATE_NOISE] = {run_noise, 22},
     [STATE_RESULT] = {run_result, 18},
     [STATE_STEP] = {run_step, 10},
-    [STATE_BREAK] = {run_break, 33},
+    [STATE_CHANGE] = {run_change, 33},
 };
 
 uint32_t sway_line_cost(const sway_line_job_t *job)

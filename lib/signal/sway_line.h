@@ -17,7 +17,7 @@
 #ifndef SWAY_LINE_H
 #define SWAY_LINE_H
 
-#include "signal/sway_break.h"
+#include "signal/sway_change.h"
 #include "signal/sway_ring.h"
 
 /// Flags of a result; 0 is good.
@@ -30,7 +30,8 @@
 #define SWAY_LINE_STARTING 0x040U       ///< the window is not full yet
 #define SWAY_LINE_NOT_CONVERGED 0x080U  ///< the last step was not small against its standard error
 #define SWAY_LINE_MISFIT 0x100U ///< residual far from white: not one damped line (step, onset)
-#define SWAY_LINE_APART 0x200U  ///< with FORCED: the driver's tone is modelled beside the line
+#define SWAY_LINE_STEERING_MODELLED                                                                \
+    0x200U ///< with FORCED: the driver's tone is modelled beside the line
 
 /// One channel's part of a line; SI units: rad, rad/s, m/s2, N.
 typedef struct {
@@ -101,7 +102,7 @@ typedef struct {
     bool final;   ///< this pass makes the result
     bool changed; ///< the result asks for another model
     bool converged;
-    bool broken;       ///< amplitude or phase change within the window, before break_time_us
+    bool broken;       ///< amplitude or phase change within the window, before change_time_us
     sway_line_t *line; ///< the result in the making
     uint32_t state;
     uint32_t channel;
@@ -113,9 +114,9 @@ typedef struct {
     uint32_t head;        ///< ring slot after the newest row of the window
     uint32_t used_mask;   ///< channels that take part
     sway_line_config_t config;
-    sway_real_t half_s;    ///< from the middle of the window to the middle of its last block
-    int64_t break_time_us; ///< where `broken`
-    sway_real_t variance;  ///< of the channel's blocks
+    sway_real_t half_s;     ///< from the middle of the window to the middle of its last block
+    int64_t change_time_us; ///< where `broken`
+    sway_real_t variance;   ///< of the channel's blocks
     sway_real_t product[SWAY_FIT_COLUMNS]; ///< columns times its data
     sway_line_normal_t normal;
     sway_real_t covariance[3]; ///< of growth and omega times half_s
@@ -123,7 +124,7 @@ typedef struct {
     sway_real_t factor_size[2];
     sway_fit_basis_t basis;
     sway_fit_system_t system[2]; ///< one line; with 2f and 3f
-    sway_break_sums_t sums;      ///< in the pass that makes the result
+    sway_change_sums_t sums;     ///< in the pass that makes the result
     sway_line_data_t data[SWAY_CHANNELS];
     int32_t residual[SWAY_FIT_BLOCKS]; ///< of the channel, in the pass that makes the result
 } sway_line_job_t;

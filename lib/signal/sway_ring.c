@@ -8,12 +8,12 @@ void sway_ring_clear(sway_ring_t *ring)
     memset(ring, 0, sizeof *ring);
 }
 
-void sway_ring_push(sway_ring_t *ring, const sway_row_t *tick)
+void sway_ring_push(sway_ring_t *ring, const sway_row_t *row)
 {
     const uint32_t slot = ring->head;
-    uint32_t valid = tick->valid_mask;
+    uint32_t valid = row->valid_mask;
     for (uint32_t c = 0; c < SWAY_CHANNELS; c++) {
-        int32_t value = tick->value[c];
+        int32_t value = row->value[c];
         if (value >= SWAY_SAMPLE_LIMIT || value <= -SWAY_SAMPLE_LIMIT) {
             value = value > 0 ? SWAY_SAMPLE_LIMIT - 1 : 1 - SWAY_SAMPLE_LIMIT;
             valid &= ~SWAY_CHANNEL_BIT(c);
@@ -21,10 +21,10 @@ void sway_ring_push(sway_ring_t *ring, const sway_row_t *tick)
         ring->sample[c][slot] = value;
     }
     ring->speed[slot] =
-        2U * (uint32_t)tick->value[SWAY_CHANNEL_SPEED] + ((valid >> SWAY_CHANNEL_SPEED) & 1U);
+        2U * (uint32_t)row->value[SWAY_CHANNEL_SPEED] + ((valid >> SWAY_CHANNEL_SPEED) & 1U);
     ring->valid[slot] = (uint16_t)(valid & UINT16_MAX);
-    ring->present_mask = tick->present_mask;
-    ring->newest_time_us = tick->time_us;
+    ring->present_mask = row->present_mask;
+    ring->newest_time_us = row->time_us;
     ring->head = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
     if (ring->filled < SWAY_RING_SAMPLES) {
         ring->filled += 1U;

@@ -23,7 +23,7 @@ typedef struct {
 void sway_ring_clear(sway_ring_t *ring);
 
 /// Takes one row. Values beyond SWAY_SAMPLE_LIMIT are clipped and marked not valid.
-void sway_ring_push(sway_ring_t *ring, const sway_row_t *tick);
+void sway_ring_push(sway_ring_t *ring, const sway_row_t *row);
 
 /// Sums of `block` rows of a channel each, `blocks` of them, ending before slot `head`.
 /// blocks <= 64, blocks * block <= SWAY_RING_SAMPLES. Returns a bit per block with a row not valid.

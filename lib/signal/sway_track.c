@@ -47,7 +47,7 @@ static void empty(sway_track_t *track)
     track->past_count = 0;
     track->rows_to_hop = SEARCH_HOP;
     track->harmonics_mask = 0;
-    track->break_time_us = INT64_MIN;
+    track->change_time_us = INT64_MIN;
 }
 
 sway_error_t sway_track_init(sway_track_t *track, const sway_track_config_t *config,
@@ -64,12 +64,12 @@ sway_error_t sway_track_init(sway_track_t *track, const sway_track_config_t *con
     return SWAY_OK;
 }
 
-void sway_track_push(sway_track_t *track, const sway_row_t *tick)
+void sway_track_push(sway_track_t *track, const sway_row_t *row)
 {
-    if (tick->restart && track->ring.filled > 0U) {
+    if (row->restart && track->ring.filled > 0U) {
         empty(track);
     }
-    sway_ring_push(&track->ring, tick);
+    sway_ring_push(&track->ring, row);
     track->spectrum_first = true;
     if (track->spectrum.window > 0U) {
         sway_spectrum_push(&track->spectrum, &track->ring);
@@ -173,7 +173,7 @@ static void start_line(sway_track_t *track, sway_real_t omega_rad_s)
         track->line.flags |= SWAY_LINE_STARTING;
     }
     if (line.forced_rad_s.m != 0) {
-        track->line.flags |= SWAY_LINE_APART;
+        track->line.flags |= SWAY_LINE_STEERING_MODELLED;
     }
     track->state = TRACK_LINE;
     track->rows_to_hop = window / HOPS_PER_WINDOW;
@@ -315,21 +315,21 @@ static bool tone_is_larger(const sway_track_t *track)
 /* Marks the windows that hold a break. Where it is, the first window that shows it tells best: it
  * has just come in. While the driver steers, what comes in is no step but lasts; such a window
  * marks itself only, for what it says of the place is not reliable. */
-static void keep_break(sway_track_t *track)
+static void keep_change(sway_track_t *track)
 {
     sway_line_t *line = &track->line;
     const int64_t half_us = (int64_t)line->window_samples * track->config.sample_period_us / 2;
-    if (line->mid_time_us - half_us < track->break_time_us) {
+    if (line->mid_time_us - half_us < track->change_time_us) {
         line->flags |= SWAY_LINE_MISFIT;
     } else if (track->work->job.broken && (line->flags & SWAY_LINE_FORCED) == 0U) {
-        track->break_time_us = track->work->job.break_time_us;
+        track->change_time_us = track->work->job.change_time_us;
     }
 }
 
 static void take_line(sway_track_t *track)
 {
     const uint32_t bad = SWAY_LINE_NO_OSCILLATION | SWAY_LINE_NOT_CONVERGED;
-    keep_break(track);
+    keep_change(track);
     track->state = TRACK_IDLE;
     if ((track->line.flags & bad) == 0U) {
         track->locked = true;
@@ -342,7 +342,7 @@ static void take_line(sway_track_t *track)
         track->lost += 1U;
         track->locked = track->locked && track->lost < LOST_LIMIT;
     }
-    if ((track->line.flags & SWAY_LINE_APART) != 0U && tone_is_larger(track)) {
+    if ((track->line.flags & SWAY_LINE_STEERING_MODELLED) != 0U && tone_is_larger(track)) {
         track->free = false;
         track->locked = false;
     }

@@ -52,7 +52,7 @@ typedef struct {
     uint32_t past_count;     ///< since the line was found
     sway_track_work_t *work;
     sway_track_config_t config;
-    int64_t break_time_us;    ///< windows that begin earlier hold a break of the line
+    int64_t change_time_us;   ///< windows that begin earlier hold a break of the line
     sway_real_t forced_rad_s; ///< the driver's tone, found for the estimate that follows; or 0
     sway_real_t omega_rad_s;  ///< start of the next estimate
     sway_real_t past_omega[SWAY_TRACK_HISTORY];
@@ -72,7 +72,7 @@ sway_error_t sway_track_init(sway_track_t *track, const sway_track_config_t *con
                              sway_track_work_t *work);
 
 /// Takes one row of the grid. A row with `restart` empties the ring.
-void sway_track_push(sway_track_t *track, const sway_row_t *tick);
+void sway_track_push(sway_track_t *track, const sway_row_t *row);
 
 /// What the next slice costs about, in the unit of SWAY_SLICE_COST; 0: nothing is pending.
 uint32_t sway_track_cost(const sway_track_t *track);

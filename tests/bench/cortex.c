@@ -114,7 +114,7 @@ static void run_rows(void)
         const uint32_t inputs = grid_row(row, &samples);
         for (;;) {
             const uint32_t before = bench_now();
-            const bool ready = sway_grid_tick(&grid, &tick);
+            const bool ready = sway_grid_next_row(&grid, &tick);
             const uint32_t after = bench_now();
             if (!ready) {
                 break;

@@ -154,7 +154,7 @@ int follow_samples(const int64_t *time_us, const int32_t *input, const int32_t *
     }
     for (int i = 0; i < count; i++) {
         (void)sway_grid_input(&grid, (sway_input_t)input[i], time_us[i], value[i]);
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             push(&tick, &log);
         }
     }

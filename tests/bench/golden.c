@@ -1,7 +1,7 @@
 /* Every golden value of the reference (recomputed in double precision from its corrected matrices)
  * beside what the integer core says: a Markdown table, and exit status 1 on a miss. The core is fed
  * with the speed alone; its status then holds the model of the user's vehicle. The second mode is
- * not in the status: it comes from sway_stm. */
+ * not in the status: it comes from sway_single_track. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -58,16 +58,16 @@ static void critical_speeds(void)
 static void other_mode(double v_m_s, double *ratio, double *hertz)
 {
     const sway_vehicle_t vehicle = reference_vehicle();
-    sway_stm_t stm;
-    sway_stm_roots_t roots;
-    (void)sway_stm_from_vehicle(&stm, &vehicle);
-    const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, real(v_m_s));
-    sway_stm_roots_start(&roots, &quartic);
-    for (int sweep = 0; sweep < 50 && !sway_stm_roots_sweep(&roots, &quartic); sweep++) {
+    sway_single_track_t stm;
+    sway_single_track_roots_t roots;
+    (void)sway_single_track_from_vehicle(&stm, &vehicle);
+    const sway_single_track_quartic_t quartic = sway_single_track_quartic(&stm, real(v_m_s));
+    sway_single_track_roots_start(&roots, &quartic);
+    for (int sweep = 0; sweep < 50 && !sway_single_track_roots_sweep(&roots, &quartic); sweep++) {
     }
     *ratio = -2;
     for (int k = 0; k < roots.count; k++) {
-        const double found = value(sway_stm_damping_ratio(roots.root[k]));
+        const double found = value(sway_single_track_damping_ratio(roots.root[k]));
         if (value(roots.root[k].im) > 0 && found > *ratio) {
             *ratio = found;
             *hertz = value(roots.root[k].im) / (2 * M_PI);

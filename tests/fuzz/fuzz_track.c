@@ -42,7 +42,7 @@ static void take_rows(void)
 {
     sway_row_t tick;
     int taken = 0;
-    while (sway_grid_tick(&grid, &tick)) {
+    while (sway_grid_next_row(&grid, &tick)) {
         require(++taken < 1000);
         require(tick.restart || rows == 0 || tick.time_us > last_row_us);
         last_row_us = tick.time_us;

@@ -66,7 +66,7 @@ def test_nothing_is_included_upwards() -> None:
 def test_an_include_upwards_is_found() -> None:
     """The check sees a wrong include, to another room and inside one."""
     fit = LIB / "signal" / "sway_fit.c"
-    assert violations(fit, '#include "model/sway_stm.h"\n')
+    assert violations(fit, '#include "model/sway_single_track.h"\n')
     assert violations(fit, '#include "signal/sway_line.h"\n')
     assert violations(LIB / "sway_status.h", '#include "sway_core.h"\n')
     assert violations(LIB / "bus" / "sway_frames.h", '#include "sway_node.h"\n')

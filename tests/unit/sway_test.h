@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "model/sway_identify.h"
-#include "model/sway_stm.h"
+#include "model/sway_single_track.h"
 #include "reference_vehicle.h"
 
 static inline double value(sway_real_t a)
@@ -74,7 +74,8 @@ static inline void plant_line(const test_plant_t *plant, const sway_vehicle_t *v
     const double complex *c = plant->stiffness;
     const int axles = vehicle->trailer.axles;
     const double complex c2f = axles == 2 ? c[2] : 0, c2r = axles > 0 ? c[3] : 0;
-    /* Unknowns: lateral speed u of the hitch (inertial), psi1, psi2; rows as in sway_stm. */
+    /* Unknowns: lateral speed u of the hitch (inertial), psi1, psi2; rows as in sway_single_track.
+     */
     const double af = lh1 + lf1, ar = lh1 - lr1, bf = lh2 - lf2, br = lh2 + lr2;
     const double I1 = plant->inertia[0], I2 = plant->inertia[1];
     double complex A[3][4];

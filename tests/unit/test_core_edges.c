@@ -540,15 +540,16 @@ static void an_offset_is_found_on_the_way(void)
 /* Least damped root of the reference combination at this speed, as a damping ratio in 1e-6. */
 static int32_t damping_at(double v)
 {
-    sway_stm_t stm;
-    sway_stm_roots_t roots;
-    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_stm_from_vehicle(&stm, &config.vehicle));
-    const sway_stm_quartic_t quartic = sway_stm_quartic(&stm, real(v));
-    sway_stm_roots_start(&roots, &quartic);
+    sway_single_track_t stm;
+    sway_single_track_roots_t roots;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_single_track_from_vehicle(&stm, &config.vehicle));
+    const sway_single_track_quartic_t quartic = sway_single_track_quartic(&stm, real(v));
+    sway_single_track_roots_start(&roots, &quartic);
     for (int i = 0; i < 100; i++) {
-        (void)sway_stm_roots_sweep(&roots, &quartic);
+        (void)sway_single_track_roots_sweep(&roots, &quartic);
     }
-    return (int32_t)lround(1e6 * value(sway_stm_damping_ratio(sway_stm_dominant(&roots))));
+    return (int32_t)lround(
+        1e6 * value(sway_single_track_damping_ratio(sway_single_track_dominant(&roots))));
 }
 
 /* Nothing is identified from yaw rates: the model is the user's, as exact as it is told. */

@@ -31,7 +31,7 @@ static bool is_valid(sway_channel_t channel)
 static void take_row(int64_t time_us)
 {
     do {
-        TEST_ASSERT_TRUE_MESSAGE(sway_grid_tick(&grid, &tick), "the row is not ready");
+        TEST_ASSERT_TRUE_MESSAGE(sway_grid_next_row(&grid, &tick), "the row is not ready");
     } while (tick.time_us < time_us);
     TEST_ASSERT_EQUAL_INT64(time_us, tick.time_us);
 }
@@ -146,7 +146,7 @@ static void test_a_long_gap_is_marked_and_the_rest_goes_on(void)
         if (t < 300000 || t >= 600000) {
             put(SWAY_INPUT_TRAILER_YAW_RATE, t, 7);
         }
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             rows++;
             TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
             invalid += is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE) ? 0 : 1;
@@ -181,7 +181,7 @@ static void test_out_of_range_is_refused_and_counted(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT,
                           sway_grid_input(&grid, SWAY_INPUT_SPEED, INT64_MAX, 0));
     TEST_ASSERT_EQUAL_UINT32(4, grid.faults.out_of_range);
-    TEST_ASSERT_FALSE(sway_grid_tick(&grid, &tick));
+    TEST_ASSERT_FALSE(sway_grid_next_row(&grid, &tick));
 }
 
 /* Of all inputs, as sway_types.h says. */
@@ -259,7 +259,7 @@ static void test_a_clock_that_restarts_is_followed(void)
     int refused = 0;
     for (int64_t t = 0; t < 400000; t += 10000) {
         refused += sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, t, 2) == SWAY_OK ? 0 : 1;
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
         }
     }
     TEST_ASSERT_EQUAL_INT(15, refused);
@@ -291,7 +291,7 @@ static void test_one_wild_stamp_does_no_harm(void)
                 SWAY_ERROR_TIME,
                 sway_grid_input(&grid, SWAY_INPUT_TRAILER_YAW_RATE, INT64_C(1) << 50, 1));
         }
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             rows++;
             TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
         }
@@ -309,7 +309,7 @@ static void test_a_pause_of_the_bus_restarts_without_a_flood_of_rows(void)
                           sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, INT64_C(3600000000), 1));
     put(SWAY_INPUT_CAR_YAW_RATE, INT64_C(3600010000), 1);
     int rows = 0;
-    while (sway_grid_tick(&grid, &tick)) {
+    while (sway_grid_next_row(&grid, &tick)) {
         rows++;
     }
     TEST_ASSERT_EQUAL_INT(1, rows);
@@ -323,7 +323,7 @@ static void test_a_silent_input_is_waited_for_no_longer_than_configured(void)
         put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
     }
     take_row(0);
-    TEST_ASSERT_FALSE(sway_grid_tick(&grid, &tick));
+    TEST_ASSERT_FALSE(sway_grid_next_row(&grid, &tick));
     put(SWAY_INPUT_CAR_YAW_RATE, 110000, 1);
     take_row(10000);
     TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
@@ -337,7 +337,7 @@ static void test_silence_is_counted_while_it_lasts_and_once(void)
         if (t < 300000 || (t >= 1000000 && t < 2000000)) {
             put(SWAY_INPUT_TRAILER_YAW_RATE, t, 7);
         }
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_CAR_YAW_RATE));
         }
         const uint32_t before = t < 300000 ? 0 : t < 2000000 ? 1 : 2;
@@ -355,7 +355,7 @@ static void test_an_input_that_stays_away_after_a_restart_is_counted(void)
     (void)sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, INT64_C(3600000000), 1);
     for (int64_t t = 10000; t < 500000; t += 10000) {
         put(SWAY_INPUT_CAR_YAW_RATE, INT64_C(3600000000) + t, 1);
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
         }
     }
     TEST_ASSERT_EQUAL_UINT32(1, grid.faults.restarts);
@@ -378,7 +378,7 @@ static int invalid_at_period(int64_t period_us, int lost)
                 put(SWAY_INPUT_CAR_YAW_RATE, car_us, 5);
             }
         }
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
             invalid += tick.time_us >= 3000000 && !is_valid(SWAY_CHANNEL_CAR_YAW_RATE) ? 1 : 0;
         }
@@ -425,7 +425,7 @@ static void test_a_rate_that_comes_back_is_data_again(void)
     for (int k = 0; k < 900; k++) {
         at += k >= 300 && k < 600 ? 11000 : 10000;
         put(SWAY_INPUT_CAR_YAW_RATE, at, 5);
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
         }
         TEST_ASSERT_EQUAL(k < 300 || k > 800,
                           k < 300 || (k > 800 && is_valid(SWAY_CHANNEL_CAR_YAW_RATE)));
@@ -457,7 +457,7 @@ static void test_speed_is_held_between_slow_messages(void)
         if (t % 200000 == 0 && t < 700000) {
             put(SWAY_INPUT_SPEED, t, 30000);
         }
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             TEST_ASSERT_TRUE(is_valid(SWAY_CHANNEL_SPEED));
         }
     }
@@ -502,8 +502,8 @@ static void test_calls_without_a_grid_or_an_input_are_refused(void)
     sway_grid_invalid(&grid, SWAY_INPUT_COUNT, 0);
     sway_grid_invalid(NULL, SWAY_INPUT_SPEED, 0);
     TEST_ASSERT_EQUAL_UINT32(0, grid.faults.invalid);
-    TEST_ASSERT_FALSE(sway_grid_tick(NULL, &tick));
-    TEST_ASSERT_FALSE(sway_grid_tick(&grid, NULL));
+    TEST_ASSERT_FALSE(sway_grid_next_row(NULL, &tick));
+    TEST_ASSERT_FALSE(sway_grid_next_row(&grid, NULL));
     TEST_ASSERT_FALSE(grid.running);
 }
 
@@ -534,7 +534,7 @@ static void test_a_first_sample_of_long_ago_is_refused(void)
 {
     for (int64_t t = 0; t <= 2000000; t += 10000) {
         put(SWAY_INPUT_CAR_YAW_RATE, t, 0);
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
         }
     }
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_TIME,
@@ -662,7 +662,7 @@ static void test_a_restart_leaves_nothing_of_before(void)
     int rows = 0;
     for (int64_t t = -8840000; t < -8500000; t += 10000) {
         put(SWAY_INPUT_CAR_LATERAL_ACC, t, 5);
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
             TEST_ASSERT_TRUE(!is_valid(SWAY_CHANNEL_CAR_YAW_RATE) || rows == 0);
             rows++;
@@ -678,7 +678,7 @@ static void test_a_silence_that_outlasts_a_restart_is_counted_again(void)
         for (int64_t t = 0; t < 1500000; t += 10000) {
             const int64_t now = (part == 1 ? 0 : INT64_C(3600000000)) + t;
             (void)sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, now, 5);
-            while (sway_grid_tick(&grid, &tick)) {
+            while (sway_grid_next_row(&grid, &tick)) {
             }
         }
         TEST_ASSERT_EQUAL_UINT32(part, grid.faults.gaps);
@@ -727,7 +727,7 @@ static void test_a_sample_is_late_behind_its_row_and_refused_a_second_behind(voi
 {
     for (int64_t t = 0; t <= 2000000; t += 10000) {
         put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
         }
     }
     TEST_ASSERT_EQUAL_INT64(2010000, grid.next_time_us);
@@ -824,7 +824,7 @@ static void test_every_input_is_waited_for_in_every_row(void)
             if (t == 0 || (t >= 50000 && t < 700000)) {
                 put(late[i], t == 0 ? 0 : t - 50000, 5);
             }
-            while (sway_grid_tick(&grid, &tick)) {
+            while (sway_grid_next_row(&grid, &tick)) {
                 rows++;
                 TEST_ASSERT_EQUAL(tick.time_us < 650000, is_valid((sway_channel_t)late[i]));
             }
@@ -886,7 +886,7 @@ static void test_speed_is_held_for_half_a_second(void)
     put(SWAY_INPUT_SPEED, 0, 25000);
     for (int64_t t = 0; t <= 600000; t += 10000) {
         put(SWAY_INPUT_CAR_YAW_RATE, t, 1);
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             TEST_ASSERT_EQUAL(tick.time_us <= 500000, is_valid(SWAY_CHANNEL_SPEED));
         }
     }

@@ -292,10 +292,10 @@ static void test_a_tone_of_the_driver_is_taken_apart(void)
             (void)run_slice();
         }
         const sway_line_t *line = &latest;
-        if (sway_track_sequence(&track) != before && (line->flags & SWAY_LINE_APART) != 0U &&
-            i > 500) {
+        if (sway_track_sequence(&track) != before &&
+            (line->flags & SWAY_LINE_STEERING_MODELLED) != 0U && i > 500) {
             apart++;
-            TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_APART | SWAY_LINE_FORCED, line->flags);
+            TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_STEERING_MODELLED | SWAY_LINE_FORCED, line->flags);
             TEST_ASSERT_DOUBLE_WITHIN(3e-3, F_HZ, hz(line));
             TEST_ASSERT_DOUBLE_WITHIN(2e-2, 0.0, to_double(line->growth_1_s));
         }
@@ -433,7 +433,7 @@ static void feed_through_grid(int64_t period_us, int64_t jitter_us, int samples)
         const int64_t at = i * period_us + (int64_t)(jitter_us * (1.0 + tanh(noise())));
         const double x = noisy((double)at * 1e-6, SWAY_CHANNEL_TRAILER_YAW_RATE);
         (void)sway_grid_input(&grid, SWAY_INPUT_TRAILER_YAW_RATE, at, (int32_t)lround(1e6 * x));
-        while (sway_grid_tick(&grid, &tick)) {
+        while (sway_grid_next_row(&grid, &tick)) {
             sway_track_push(&track, &tick);
             for (int s = 0; s < SWAY_TRACK_SLICES; s++) {
                 (void)run_slice();

@@ -104,9 +104,10 @@ static void the_argument_of_a_stiffness_is_a_lag_in_the_model(void)
     TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, margin.model.kind);
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 111.83, value(margin.model.v_crit_m_s) * 3.6);
     const sway_complex_t s = {sway_real_int(0), margin.model.omega_crit_rad_s};
-    const sway_complex_t f = sway_stm_characteristic(&margin.stm, s, margin.model.v_crit_m_s);
-    const sway_complex_t far =
-        sway_stm_characteristic(&margin.stm, s, real(value(margin.model.v_crit_m_s) * 1.01));
+    const sway_complex_t f =
+        sway_single_track_characteristic(&margin.stm, s, margin.model.v_crit_m_s);
+    const sway_complex_t far = sway_single_track_characteristic(
+        &margin.stm, s, real(value(margin.model.v_crit_m_s) * 1.01));
     TEST_ASSERT_TRUE(value(sway_complex_abs(f)) < 1e-3 * value(sway_complex_abs(far)));
 }
 
@@ -187,12 +188,15 @@ static void modes_that_change_kind_are_followed(void)
     for (unsigned i = 0; i < sizeof kmh / sizeof kmh[0]; i++) {
         run(NULL, 1000000 * (int64_t)i, kmh[i]);
         TEST_ASSERT_TRUE(margin.model.has_model);
-        const sway_stm_quartic_t quartic = sway_stm_quartic(&margin.stm, real(kmh[i] / 3.6));
-        sway_stm_roots_t roots;
-        sway_stm_roots_start(&roots, &quartic);
-        for (int sweep = 0; sweep < 60 && !sway_stm_roots_sweep(&roots, &quartic); sweep++) {
+        const sway_single_track_quartic_t quartic =
+            sway_single_track_quartic(&margin.stm, real(kmh[i] / 3.6));
+        sway_single_track_roots_t roots;
+        sway_single_track_roots_start(&roots, &quartic);
+        for (int sweep = 0; sweep < 60 && !sway_single_track_roots_sweep(&roots, &quartic);
+             sweep++) {
         }
-        const double expected = value(sway_stm_damping_ratio(sway_stm_dominant(&roots)));
+        const double expected =
+            value(sway_single_track_damping_ratio(sway_single_track_dominant(&roots)));
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, expected, value(margin.model.damping_ratio));
     }
 }
@@ -469,10 +473,10 @@ static void the_lag_of_each_axle_counts(void)
         }
         TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, margin.model.kind);
         const sway_complex_t s = {sway_real_int(0), margin.model.omega_crit_rad_s};
-        const double here = value(
-            sway_complex_abs(sway_stm_characteristic(&margin.stm, s, margin.model.v_crit_m_s)));
-        const double there =
-            value(sway_complex_abs(sway_stm_characteristic(&margin.stm, s, real(without))));
+        const double here = value(sway_complex_abs(
+            sway_single_track_characteristic(&margin.stm, s, margin.model.v_crit_m_s)));
+        const double there = value(
+            sway_complex_abs(sway_single_track_characteristic(&margin.stm, s, real(without))));
         TEST_ASSERT_TRUE(here < 0.01 * there);
     }
 }

@@ -281,13 +281,13 @@ static void a_limit_that_leaves_the_range_is_held_at_its_end(void)
     margin.next.v_crit_m_s = real(2.0);
     finish();
     TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_BELOW_RANGE, margin.model.kind);
-    TEST_ASSERT_TRUE(value(margin.model.v_crit_m_s) == value(sway_stm_speed_low()));
+    TEST_ASSERT_TRUE(value(margin.model.v_crit_m_s) == value(sway_single_track_speed_low()));
     start(100);
     until(STEP_CRITICAL_RANGE);
     margin.next.v_crit_m_s = real(200.0);
     finish();
     TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_BEYOND_RANGE, margin.model.kind);
-    TEST_ASSERT_TRUE(value(margin.model.v_crit_m_s) == value(sway_stm_speed_high()));
+    TEST_ASSERT_TRUE(value(margin.model.v_crit_m_s) == value(sway_single_track_speed_high()));
     TEST_ASSERT_EQUAL_UINT32(1U, sway_margin_cost(&margin)); // nothing is left to do
 }
 

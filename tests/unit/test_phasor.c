@@ -3,11 +3,11 @@
 #include "sway_test.h"
 #include "unity.h"
 
-static double complex amplitude[SWAY_FROM_COUNT];
+static double complex amplitude[SWAY_ORIGIN_COUNT];
 
 void setUp(void)
 {
-    for (int i = 0; i < SWAY_FROM_COUNT; i++) {
+    for (int i = 0; i < SWAY_ORIGIN_COUNT; i++) {
         amplitude[i] = (1 + 0.3 * i) * cexp(I * (0.4 + 0.7 * i));
     }
 }
@@ -18,7 +18,7 @@ void tearDown(void)
 
 static sway_phasor_t source(int i)
 {
-    return sway_phasor_measured(complex_of(amplitude[i]), (sway_from_t)i);
+    return sway_phasor_measured(complex_of(amplitude[i]), (sway_origin_t)i);
 }
 
 typedef enum { ADD, ADD_SCALED, SCALE, MULTIPLY, DIVIDE, DIVIDE_BY_ITSELF, OPERATIONS } operation_t;
@@ -27,7 +27,7 @@ typedef enum { ADD, ADD_SCALED, SCALE, MULTIPLY, DIVIDE, DIVIDE_BY_ITSELF, OPERA
 static double complex number(operation_t operation)
 {
     double complex a = amplitude[0], b = amplitude[1];
-    for (int i = 2; i < SWAY_FROM_COUNT; i++) {
+    for (int i = 2; i < SWAY_ORIGIN_COUNT; i++) {
         *(i % 2 ? &a : &b) += amplitude[i];
     }
     b += a; /* sources that are in both operands */
@@ -50,7 +50,7 @@ static double complex number(operation_t operation)
 static sway_phasor_t phasor(operation_t operation)
 {
     sway_phasor_t a = source(0), b = source(1);
-    for (int i = 2; i < SWAY_FROM_COUNT; i++) {
+    for (int i = 2; i < SWAY_ORIGIN_COUNT; i++) {
         const sway_phasor_t x = source(i);
         sway_phasor_add(i % 2 ? &a : &b, &x);
     }
@@ -91,7 +91,7 @@ static void every_operation_has_its_value_and_its_slopes(void)
         const sway_phasor_t found = phasor((operation_t)operation);
         TEST_ASSERT_TRUE(found.known);
         expect_near(number((operation_t)operation), found.value, 1e-6);
-        for (int i = 0; i < SWAY_FROM_COUNT; i++) {
+        for (int i = 0; i < SWAY_ORIGIN_COUNT; i++) {
             amplitude[i] += h;
             const double complex above = number((operation_t)operation);
             amplitude[i] -= 2 * h;
@@ -104,10 +104,10 @@ static void every_operation_has_its_value_and_its_slopes(void)
 
 static void a_source_has_slope_one_in_itself_and_a_constant_none(void)
 {
-    for (int i = 0; i < SWAY_FROM_COUNT; i++) {
+    for (int i = 0; i < SWAY_ORIGIN_COUNT; i++) {
         const sway_phasor_t x = source(i);
         const sway_phasor_t c = sway_phasor_constant(complex_of(amplitude[i]));
-        for (int k = 0; k < SWAY_FROM_COUNT; k++) {
+        for (int k = 0; k < SWAY_ORIGIN_COUNT; k++) {
             expect_near(i == k, x.slope[k], 0);
             expect_near(0, c.slope[k], 0);
         }
@@ -120,13 +120,13 @@ static void a_source_has_slope_one_in_itself_and_a_constant_none(void)
 /* Root of the sum of |slope|^2 times variance: 2 a + 3 b with errors 0.5 and 0.25. */
 static void errors_add_by_their_squares(void)
 {
-    for (int i = 0; i < SWAY_FROM_COUNT; i++) {
-        for (int k = 0; k < SWAY_FROM_COUNT; k++) {
+    for (int i = 0; i < SWAY_ORIGIN_COUNT; i++) {
+        for (int k = 0; k < SWAY_ORIGIN_COUNT; k++) {
             if (k == i) {
                 continue;
             }
             sway_sources_t sources;
-            for (int n = 0; n < SWAY_FROM_COUNT; n++) {
+            for (int n = 0; n < SWAY_ORIGIN_COUNT; n++) {
                 sources.variance[n] = real(n == i ? 0.25 : (n == k ? 0.0625 : 100));
             }
             sway_phasor_t a = source(i);
@@ -139,7 +139,7 @@ static void errors_add_by_their_squares(void)
     }
     const sway_phasor_t constant = sway_phasor_constant(complex_of(5));
     sway_sources_t sources;
-    for (int n = 0; n < SWAY_FROM_COUNT; n++) {
+    for (int n = 0; n < SWAY_ORIGIN_COUNT; n++) {
         sources.variance[n] = real(100);
     }
     TEST_ASSERT_DOUBLE_WITHIN(0, 0, value(sway_phasor_se(&constant, &sources)));

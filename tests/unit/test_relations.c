@@ -41,7 +41,7 @@ static sway_relations_t relations;
 /* What the drive really is: the believed vehicle with one number off by a little. */
 typedef struct {
     uint32_t sensors;
-    int number; /* sway_number_t; -1: none */
+    int number; /* sway_unknown_t; -1: none */
     double by;
     double size; /* of the motion */
 } truth_t;
@@ -81,12 +81,12 @@ static sway_vehicle_t true_vehicle(const truth_t *truth)
 {
     sway_vehicle_t real_one = vehicle;
     const int32_t place = (int32_t)lround(
-        1e6 * (off(truth, SWAY_NUMBER_TRAILER_PLACE) + off(truth, SWAY_NUMBER_CHANGED_PLACE)));
-    const int32_t length = (int32_t)lround(1e6 * off(truth, SWAY_NUMBER_TRAILER_LENGTH));
-    real_one.car.mass_g = times(vehicle.car.mass_g, 1 + off(truth, SWAY_NUMBER_CAR_MASS));
+        1e6 * (off(truth, SWAY_UNKNOWN_TRAILER_PLACE) + off(truth, SWAY_UNKNOWN_CHANGED_PLACE)));
+    const int32_t length = (int32_t)lround(1e6 * off(truth, SWAY_UNKNOWN_TRAILER_LENGTH));
+    real_one.car.mass_g = times(vehicle.car.mass_g, 1 + off(truth, SWAY_UNKNOWN_CAR_MASS));
     real_one.trailer.mass_g =
         times(vehicle.trailer.mass_g,
-              1 + off(truth, SWAY_NUMBER_TRAILER_MASS) + off(truth, SWAY_NUMBER_CHANGED_MASS));
+              1 + off(truth, SWAY_UNKNOWN_TRAILER_MASS) + off(truth, SWAY_UNKNOWN_CHANGED_MASS));
     real_one.trailer.front_axle_to_cog_um -= place;
     real_one.trailer.rear_axle_to_cog_um += place;
     real_one.trailer.lateral_acc_position_um -= place;
@@ -104,16 +104,16 @@ static void tone(const truth_t *truth, double complex at, sway_line_t *line)
     test_plant_t plant = {.s = at, .v = SPEED};
     for (int axle = 0; axle < 4; axle++) {
         const double lag =
-            LAG + off(truth, axle < 2 ? SWAY_NUMBER_CAR_LAG : SWAY_NUMBER_TRAILER_LAG);
+            LAG + off(truth, axle < 2 ? SWAY_UNKNOWN_CAR_LAG : SWAY_UNKNOWN_TRAILER_LAG);
         plant.stiffness[axle] = stiffness[axle] * (1 - at * lag / SPEED) *
-                                (1 + off(truth, SWAY_NUMBER_STIFFNESS + axle) +
-                                 off(truth, SWAY_NUMBER_CHANGED_STIFFNESS + axle));
+                                (1 + off(truth, SWAY_UNKNOWN_STIFFNESS + axle) +
+                                 off(truth, SWAY_UNKNOWN_CHANGED_STIFFNESS + axle));
     }
     plant.inertia[0] =
-        vehicle.car.yaw_inertia_gm2 / 1e3 * (1 + off(truth, SWAY_NUMBER_CAR_INERTIA));
+        vehicle.car.yaw_inertia_gm2 / 1e3 * (1 + off(truth, SWAY_UNKNOWN_CAR_INERTIA));
     plant.inertia[1] =
-        vehicle.trailer.yaw_inertia_gm2 / 1e3 * (1 + off(truth, SWAY_NUMBER_TRAILER_INERTIA));
-    plant.friction = 100 * off(truth, SWAY_NUMBER_FRICTION) / 8727e-6;
+        vehicle.trailer.yaw_inertia_gm2 / 1e3 * (1 + off(truth, SWAY_UNKNOWN_TRAILER_INERTIA));
+    plant.friction = 100 * off(truth, SWAY_UNKNOWN_FRICTION) / 8727e-6;
     plant_line(&plant, &real_one, line);
     set_channel(line, SWAY_CHANNEL_ARTICULATION,
                 (cvalue(line->channel[SWAY_CHANNEL_TRAILER_YAW_RATE].amplitude) -
@@ -136,7 +136,7 @@ static void drive(const truth_t *truth)
         static sway_line_t line;
         tone(truth, s[n], &line);
         for (int i = 0; i < SWAY_RELATIONS_SENSORS; i++) {
-            const sway_channel_t channel = sway_from_channel((sway_from_t)(i + 1));
+            const sway_channel_t channel = sway_origin_of_channel((sway_origin_t)(i + 1));
             const double unit = channel >= SWAY_CHANNEL_HITCH_FX ? 1e3 : 1e6;
             amplitude[n][i] = (line.valid_mask & SWAY_CHANNEL_BIT(channel)) == 0
                                   ? 0
@@ -147,13 +147,13 @@ static void drive(const truth_t *truth)
     for (int k = 0; k < SWAY_RELATIONS_ROWS; k++) {
         sway_row_t row = {.valid_mask = truth->sensors | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
         row.value[SWAY_CHANNEL_SPEED] =
-            (int32_t)lround(SPEED * 1e3 / (1 + off(truth, SWAY_NUMBER_SPEED)));
+            (int32_t)lround(SPEED * 1e3 / (1 + off(truth, SWAY_UNKNOWN_SPEED)));
         for (int i = 0; i < SWAY_RELATIONS_SENSORS; i++) {
             double value_now = 0;
             for (int n = 0; n < TONES && s[n] != 0; n++) {
                 value_now += creal(amplitude[n][i] * cexp(s[n] * (k * PERIOD_US * 1e-6)));
             }
-            row.value[sway_from_channel((sway_from_t)(i + 1))] = (int32_t)lround(value_now);
+            row.value[sway_origin_of_channel((sway_origin_t)(i + 1))] = (int32_t)lround(value_now);
         }
         TEST_ASSERT_EQUAL(k == SWAY_RELATIONS_ROWS - 1, sway_relations_add(&sums, &row));
     }
@@ -179,11 +179,11 @@ static uint32_t allowed(void)
 /* --- every relation holds, and its slopes are right ----------------------------------------------
  */
 
-#define NUMBERS ((int)SWAY_NUMBER_COUNT)
+#define NUMBERS ((int)SWAY_UNKNOWN_COUNT)
 
 static double step_of(int number)
 {
-    return number == (int)SWAY_NUMBER_FRICTION ? 0.2 : 0.004;
+    return number == (int)SWAY_UNKNOWN_FRICTION ? 0.2 : 0.004;
 }
 
 static double complex residual[SWAY_RELATION_COUNT][6];
@@ -192,7 +192,7 @@ static double size[SWAY_RELATION_COUNT][6];
 /* A delay is told by its phase at the harmonic, which is exact for a tone there. */
 static bool is_delay(int number)
 {
-    return number < (int)SWAY_NUMBER_SPEED && number % 2 == 1;
+    return number < (int)SWAY_UNKNOWN_SPEED && number % 2 == 1;
 }
 
 static uint32_t first(void)
@@ -216,7 +216,7 @@ static void expect_relations_to_hold(uint32_t sensors, double motion, double acc
             residual[r][h] = cvalue(relations.residual);
             TEST_ASSERT_TRUE(size[r][h] > 0);
             TEST_ASSERT_DOUBLE_WITHIN(accuracy, 0, cabs(residual[r][h]) / size[r][h]);
-            for (int i = 1; i < (int)SWAY_NUMBER_SPEED; i += 2) {
+            for (int i = 1; i < (int)SWAY_UNKNOWN_SPEED; i += 2) {
                 const double complex gain = cvalue(relations.slope[i - 1]);
                 const double complex turned = cvalue(relations.slope[i]) - I * (h / 4.0) * gain;
                 TEST_ASSERT_TRUE(cabs(turned) <= 1e-8 * cabs(gain));
@@ -250,19 +250,19 @@ static void expect_all(uint32_t sensors)
 {
     expect_relations_to_hold(sensors, 0.15, 2e-3);
     for (int number = 0; number < NUMBERS; number++) {
-        if (number != (int)SWAY_NUMBER_FRICTION && !is_delay(number)) {
+        if (number != (int)SWAY_UNKNOWN_FRICTION && !is_delay(number)) {
             expect_slope(sensors, number, 0.15);
         }
     }
     s = FOURTH;
     expect_relations_to_hold(sensors, 0.15, 2e-3);
-    for (int number = 1; number < (int)SWAY_NUMBER_SPEED; number += 2) {
+    for (int number = 1; number < (int)SWAY_UNKNOWN_SPEED; number += 2) {
         expect_slope(sensors, number, 0.15);
     }
     s = BETWEEN;
     /* Dry friction is linear as long as the ball hardly turns. */
     expect_relations_to_hold(sensors, 0.006, 0.01);
-    expect_slope(sensors, SWAY_NUMBER_FRICTION, 0.006);
+    expect_slope(sensors, SWAY_UNKNOWN_FRICTION, 0.006);
 }
 
 static void relations_of_motions_hold(void)
@@ -297,9 +297,9 @@ static void relations_of_a_car_alone_hold(void)
 {
     vehicle.trailer.axles = 0;
     expect_relations_to_hold(STEERED | CAR | CAR_FORCES, 0.15, 2e-3);
-    expect_slope(STEERED | CAR | CAR_FORCES, SWAY_NUMBER_CAR_INERTIA, 0.15);
+    expect_slope(STEERED | CAR | CAR_FORCES, SWAY_UNKNOWN_CAR_INERTIA, 0.15);
     expect_relations_to_hold(STEERED | CAR, 0.15, 2e-3);
-    expect_slope(STEERED | CAR, SWAY_NUMBER_STIFFNESS, 0.15);
+    expect_slope(STEERED | CAR, SWAY_UNKNOWN_STIFFNESS, 0.15);
 }
 
 /* --- what is allowed -----------------------------------------------------------------------------
@@ -486,7 +486,7 @@ static void sums_turn_by_the_rounded_sine(void)
     sway_row_t row = {.valid_mask = ALL | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
     row.value[SWAY_CHANNEL_SPEED] = 25000;
     row.value[SWAY_CHANNEL_CAR_YAW_RATE] = 1;
-    const uint32_t source = (uint32_t)SWAY_FROM_CAR_YAW_RATE - 1U;
+    const uint32_t source = (uint32_t)SWAY_ORIGIN_CAR_YAW_RATE - 1U;
     for (unsigned k = 0; k < SWAY_RELATIONS_ROWS; k++) {
         int64_t before[2] = {0, 0};
         if (k > 0) {
@@ -589,8 +589,8 @@ static void a_part_of_a_residual_is_in_newton_and_metre(void)
     const double moment = vehicle.car.yaw_inertia_gm2 / 1e3 * omega * omega * 0.1;
     TEST_ASSERT_DOUBLE_WITHIN(1e-4 * moment, -moment, creal(cvalue(relations.slope[2])));
     /* What is not in the relation does not move it. */
-    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_NUMBER_TRAILER_MASS])));
-    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_NUMBER_STIFFNESS])));
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_UNKNOWN_TRAILER_MASS])));
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_UNKNOWN_STIFFNESS])));
     const double once = value(sway_relations_variance(&relations));
     run(SWAY_RELATION_CAR_YAW, 4);
     TEST_ASSERT_EQUAL_DOUBLE(once, value(sway_relations_variance(&relations)));
@@ -602,17 +602,17 @@ static void what_is_not_there_is_not_used(void)
     const truth_t without_trailer = {STEERED | CAR | HITCH | CAR_FORCES, -1, 0, 0.1};
     drive(&without_trailer);
     run(SWAY_RELATION_CAR_YAW, 4);
-    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_NUMBER_FRICTION])));
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[SWAY_UNKNOWN_FRICTION])));
     const truth_t with_trailer = {ALL, -1, 0, 0.1};
     drive(&with_trailer);
     run(SWAY_RELATION_CAR_YAW, 4);
-    TEST_ASSERT_TRUE(cabs(cvalue(relations.slope[SWAY_NUMBER_FRICTION])) > 0);
+    TEST_ASSERT_TRUE(cabs(cvalue(relations.slope[SWAY_UNKNOWN_FRICTION])) > 0);
     /* a car alone has no hitch force, whatever the sensor shows */
     run(SWAY_RELATION_CAR_LATERAL, 4);
-    TEST_ASSERT_TRUE(cabs(cvalue(relations.slope[2 * (SWAY_FROM_HITCH_FY - 1)])) > 0);
+    TEST_ASSERT_TRUE(cabs(cvalue(relations.slope[2 * (SWAY_ORIGIN_HITCH_FY - 1)])) > 0);
     vehicle.trailer.axles = 0;
     run(SWAY_RELATION_CAR_LATERAL, 4);
-    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[2 * (SWAY_FROM_HITCH_FY - 1)])));
+    TEST_ASSERT_EQUAL_DOUBLE(0, cabs(cvalue(relations.slope[2 * (SWAY_ORIGIN_HITCH_FY - 1)])));
     vehicle.trailer.axles = 2;
     /* angles alone are no relation, and an axle of which nothing is known is no balance */
     expect_allowed(ANGLE, 0);

@@ -314,9 +314,9 @@ static void finish_line(double of_tone, uint32_t flags)
 
 static void a_tone_that_is_larger_than_the_line_beside_it_takes_its_place(void)
 {
-    finish_line(0.5, SWAY_LINE_APART);
+    finish_line(0.5, SWAY_LINE_STEERING_MODELLED);
     TEST_ASSERT_TRUE(track.locked && track.free);
-    finish_line(2.0, SWAY_LINE_APART);
+    finish_line(2.0, SWAY_LINE_STEERING_MODELLED);
     TEST_ASSERT_FALSE(track.locked || track.free);
     TEST_ASSERT_BITS_HIGH(SWAY_LINE_SEEKING, track.line.flags);
     finish_line(2.0, 0U);

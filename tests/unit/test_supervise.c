@@ -23,48 +23,48 @@ void tearDown(void)
 #define NUMBERS 3
 static int32_t tolerance[NUMBERS];
 static sway_real_t found[NUMBERS], slope[NUMBERS], moved[NUMBERS];
-static sway_real_t covariance[SWAY_GAUSS_TRIANGLE(NUMBERS)];
+static sway_real_t covariance[SWAY_KALMAN_TRIANGLE(NUMBERS)];
 
-static sway_gauss_t three_numbers(void)
+static sway_kalman_t three_numbers(void)
 {
-    sway_gauss_t gauss = {.count = NUMBERS,
-                          .tolerance_ppm = tolerance,
-                          .value = found,
-                          .covariance = covariance,
-                          .slope = slope,
-                          .moved = moved};
+    sway_kalman_t gauss = {.count = NUMBERS,
+                           .tolerance_ppm = tolerance,
+                           .value = found,
+                           .covariance = covariance,
+                           .slope = slope,
+                           .moved = moved};
     tolerance[0] = 100000;
     tolerance[1] = 200000;
     tolerance[2] = 50000;
-    sway_gauss_reset(&gauss);
+    sway_kalman_reset(&gauss);
     return gauss;
 }
 
-static void take(sway_gauss_t *gauss, double a, double b, double residual, double variance)
+static void take(sway_kalman_t *gauss, double a, double b, double residual, double variance)
 {
     slope[0] = real(a);
     slope[1] = real(b);
     slope[2] = real(0);
-    while (sway_gauss_take(gauss, real(residual), real(variance))) {
+    while (sway_kalman_take(gauss, real(residual), real(variance))) {
     }
 }
 
 static void a_relation_moves_numbers_as_kalman_says(void)
 {
-    sway_gauss_t gauss = three_numbers();
+    sway_kalman_t gauss = three_numbers();
     take(&gauss, 1, 2, 0.1, 0.01);
     const double q = 0.01 + 0.01 * 1 + 0.04 * 4; /* of the innovation */
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, -0.01 * 0.1 / q, value(found[0]));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, -0.08 * 0.1 / q, value(found[1]));
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0, value(found[2]));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.01 - 0.0001 / q, value(sway_gauss_covariance(&gauss, 0, 0)));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-8, -0.0008 / q, value(sway_gauss_covariance(&gauss, 1, 0)));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.0025, value(sway_gauss_covariance(&gauss, 2, 2)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.01 - 0.0001 / q, value(sway_kalman_covariance(&gauss, 0, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, -0.0008 / q, value(sway_kalman_covariance(&gauss, 1, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.0025, value(sway_kalman_covariance(&gauss, 2, 2)));
 }
 
 static void what_is_far_off_counts_as_three_errors(void)
 {
-    sway_gauss_t gauss = three_numbers();
+    sway_kalman_t gauss = three_numbers();
     take(&gauss, 1, 0, -100, 0.01);
     /* Variance of the innovation becomes 100^2/9: gain 0.01 * 9 / 100. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.0009, value(found[0]));
@@ -72,36 +72,36 @@ static void what_is_far_off_counts_as_three_errors(void)
 
 static void setting_free_is_worth_what_the_tolerance_cost(void)
 {
-    sway_gauss_t gauss = three_numbers();
+    sway_kalman_t gauss = three_numbers();
     const uint8_t first = 0, second = 1, third = 2;
     for (int i = 0; i < 50; i++) {
         take(&gauss, 1, 0, -0.4, 0.001); /* the number is 0.4: four tolerances */
     }
-    TEST_ASSERT_DOUBLE_WITHIN(0.2, 16, value(sway_gauss_worth(&gauss, &first, 1)));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, value(sway_gauss_worth(&gauss, &second, 1)));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, value(sway_gauss_worth(&gauss, &third, 1)));
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 16, value(sway_kalman_worth(&gauss, &first, 1)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, value(sway_kalman_worth(&gauss, &second, 1)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, value(sway_kalman_worth(&gauss, &third, 1)));
     const uint8_t both[2] = {1, 0};
-    TEST_ASSERT_DOUBLE_WITHIN(0.2, 16, value(sway_gauss_worth(&gauss, both, 2)));
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 16, value(sway_kalman_worth(&gauss, both, 2)));
     sway_real_t free, se;
-    sway_gauss_free(&gauss, 0, &free, &se);
+    sway_kalman_free(&gauss, 0, &free, &se);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.4, value(free));
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, sqrt(0.001 / 50), value(se));
-    sway_gauss_free(&gauss, 2, &free, &se);
+    sway_kalman_free(&gauss, 2, &free, &se);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0, value(se));
 }
 
 static void what_fades_returns_to_its_tolerance_and_not_beyond(void)
 {
-    sway_gauss_t gauss = three_numbers();
+    sway_kalman_t gauss = three_numbers();
     take(&gauss, 1, 1, 0.3, 0.0001);
     const double kept = value(found[1]);
     for (int i = 0; i < 200; i++) {
-        while (sway_gauss_fade(&gauss, 1, 900000)) {
+        while (sway_kalman_fade(&gauss, 1, 900000)) {
         }
     }
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, value(found[0]));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.01, value(sway_gauss_covariance(&gauss, 0, 0)));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, value(sway_gauss_covariance(&gauss, 1, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.01, value(sway_kalman_covariance(&gauss, 0, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0, value(sway_kalman_covariance(&gauss, 1, 0)));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, kept, value(found[1]));
 }
 
@@ -424,7 +424,7 @@ static void three_numbers_set_free_together_are_worth_the_whole_form(void)
     static const double learnt[3][3] = {
         {0.006, 0.004, 0.0004}, {0.004, 0.02, -0.001}, {0.0004, -0.001, 0.0012}};
     static const uint8_t orders[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
-    sway_gauss_t gauss = three_numbers();
+    sway_kalman_t gauss = three_numbers();
     found[0] = real(0.3);
     found[1] = real(-0.2);
     found[2] = real(0.1);
@@ -434,27 +434,27 @@ static void three_numbers_set_free_together_are_worth_the_whole_form(void)
         }
     }
     for (int k = 0; k < 3; k++) {
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 26.615658, value(sway_gauss_worth(&gauss, orders[k], 3)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 26.615658, value(sway_kalman_worth(&gauss, orders[k], 3)));
     }
 }
 
 /* Also in the middle of a relation, and whatever had gone with what. */
 static void a_reset_forgets_everything(void)
 {
-    sway_gauss_t gauss = three_numbers();
+    sway_kalman_t gauss = three_numbers();
     take(&gauss, 1, 2, 0.1, 0.01);
-    TEST_ASSERT_TRUE(value(sway_gauss_covariance(&gauss, 1, 0)) != 0);
+    TEST_ASSERT_TRUE(value(sway_kalman_covariance(&gauss, 1, 0)) != 0);
     gauss.row = 2;
-    sway_gauss_reset(&gauss);
+    sway_kalman_reset(&gauss);
     for (uint32_t i = 0; i < 3U; i++) {
         TEST_ASSERT_EQUAL_DOUBLE(0, value(found[i]));
         for (uint32_t j = 0; j < i; j++) {
-            TEST_ASSERT_EQUAL_DOUBLE(0, value(sway_gauss_covariance(&gauss, i, j)));
+            TEST_ASSERT_EQUAL_DOUBLE(0, value(sway_kalman_covariance(&gauss, i, j)));
         }
     }
-    const double before = value(sway_gauss_covariance(&gauss, 0, 0));
+    const double before = value(sway_kalman_covariance(&gauss, 0, 0));
     take(&gauss, 1, 0, 0.1, 0.01);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, before / 2, value(sway_gauss_covariance(&gauss, 0, 0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, before / 2, value(sway_kalman_covariance(&gauss, 0, 0)));
 }
 
 int main(void)

@@ -353,13 +353,14 @@ static void a_likeness_by_a_covariance_that_is_none_cannot_be_told(void)
 static void the_car_alone_as_a_model_has_no_trailer(void)
 {
     sway_observer_body_t body;
-    sway_stm_t stm;
+    sway_single_track_t stm;
     sway_trailer_init(&watch, &vehicle, 0, 10000);
     sway_observer_body(&watch.alone, &body);
     sway_observer_model(&watch.alone, &body, &stm);
     TEST_ASSERT_FALSE(stm.has_trailer);
-    TEST_ASSERT_DOUBLE_WITHIN(1.0, 109300, value(stm.body[SWAY_STM_CAR].stiffness_n_per_rad[0]));
-    TEST_ASSERT_TRUE(sway_real_is_zero(stm.body[SWAY_STM_TRAILER].mass_kg));
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 109300,
+                              value(stm.body[SWAY_SINGLE_TRACK_CAR].stiffness_n_per_rad[0]));
+    TEST_ASSERT_TRUE(sway_real_is_zero(stm.body[SWAY_SINGLE_TRACK_TRAILER].mass_kg));
 }
 
 int main(void)

@@ -462,19 +462,21 @@ def model_damping(
     for axle, value in (stiffness or {}).items():
         body, _, which = axle.partition("_")
         setattr(getattr(plain, body), f"{which}_cornering_stiffness_n_per_rad", round(value))
-    stm = ffi.new("sway_stm_t *")
-    if lib.sway_stm_from_vehicle(stm, plain) != lib.SWAY_OK:
+    stm = ffi.new("sway_single_track_t *")
+    if lib.sway_single_track_from_vehicle(stm, plain) != lib.SWAY_OK:
         return damping, frequency
-    roots = ffi.new("sway_stm_roots_t *")
-    quartic = ffi.new("sway_stm_quartic_t *")
+    roots = ffi.new("sway_single_track_roots_t *")
+    quartic = ffi.new("sway_single_track_quartic_t *")
     for index, speed in enumerate(speeds):
-        quartic[0] = lib.sway_stm_quartic(stm, lib.sway_real_ratio(round(speed * 1e6), 1_000_000))
-        lib.sway_stm_roots_start(roots, quartic)
+        quartic[0] = lib.sway_single_track_quartic(
+            stm, lib.sway_real_ratio(round(speed * 1e6), 1_000_000)
+        )
+        lib.sway_single_track_roots_start(roots, quartic)
         for _ in range(200):
-            if lib.sway_stm_roots_sweep(roots, quartic):
+            if lib.sway_single_track_roots_sweep(roots, quartic):
                 break
-        root = lib.sway_stm_dominant(roots)
-        damping[index] = real_to_float(lib.sway_stm_damping_ratio(root))
+        root = lib.sway_single_track_dominant(roots)
+        damping[index] = real_to_float(lib.sway_single_track_damping_ratio(root))
         frequency[index] = abs(real_to_float(root.im)) / (2 * np.pi)
     return damping, frequency
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "model/sway_gauss.h"
+#include "model/sway_kalman.h"
 
 #include "arithmetic/sway_real_ops.h"
 
@@ -13,12 +13,12 @@ static size_t place(uint32_t a, uint32_t b)
     return (size_t)high * (high + 1U) / 2U + low;
 }
 
-static sway_real_t prior(const sway_gauss_t *gauss, uint32_t i)
+static sway_real_t prior(const sway_kalman_t *gauss, uint32_t i)
 {
     return sway_real_square(sway_real_micro(gauss->tolerance_ppm[i]));
 }
 
-void sway_gauss_reset(sway_gauss_t *gauss)
+void sway_kalman_reset(sway_kalman_t *gauss)
 {
     for (uint32_t i = 0; i < gauss->count; i++) {
         gauss->value[i] = sway_real_zero();
@@ -35,7 +35,7 @@ static bool fades(uint64_t fading, uint32_t i)
     return (fading >> i & 1U) != 0U;
 }
 
-static void fade_row(sway_gauss_t *gauss, uint32_t i, uint64_t fading, sway_real_t keep)
+static void fade_row(sway_kalman_t *gauss, uint32_t i, uint64_t fading, sway_real_t keep)
 {
     const bool own = fades(fading, i);
     for (uint32_t j = 0; j <= i; j++) {
@@ -51,11 +51,11 @@ static void fade_row(sway_gauss_t *gauss, uint32_t i, uint64_t fading, sway_real
     }
 }
 
-bool sway_gauss_fade(sway_gauss_t *gauss, uint64_t fading, int32_t keep_ppm)
+bool sway_kalman_fade(sway_kalman_t *gauss, uint64_t fading, int32_t keep_ppm)
 {
     const sway_real_t keep = sway_real_micro(keep_ppm);
     uint32_t products = 0;
-    while (gauss->row < gauss->count && products < SWAY_GAUSS_CHUNK) {
+    while (gauss->row < gauss->count && products < SWAY_KALMAN_CHUNK) {
         fade_row(gauss, gauss->row, fading, keep);
         gauss->row++;
         products += gauss->row;
@@ -68,7 +68,7 @@ bool sway_gauss_fade(sway_gauss_t *gauss, uint64_t fading, int32_t keep_ppm)
 /* --- a relation --------------------------------------------------------------------------------
  */
 
-static uint32_t move_row(sway_gauss_t *gauss, uint32_t i)
+static uint32_t move_row(sway_kalman_t *gauss, uint32_t i)
 {
     sway_real_t sum = sway_real_zero();
     uint32_t products = 0;
@@ -83,7 +83,7 @@ static uint32_t move_row(sway_gauss_t *gauss, uint32_t i)
     return products + 4U;
 }
 
-static void weigh(sway_gauss_t *gauss, sway_real_t residual, sway_real_t variance)
+static void weigh(sway_kalman_t *gauss, sway_real_t residual, sway_real_t variance)
 {
     sway_real_t innovation = residual;
     for (uint32_t i = 0; i < gauss->count; i++) {
@@ -99,7 +99,7 @@ static void weigh(sway_gauss_t *gauss, sway_real_t residual, sway_real_t varianc
     gauss->gain = MUL(innovation, gauss->by_variance);
 }
 
-static uint32_t correct_row(sway_gauss_t *gauss, uint32_t i)
+static uint32_t correct_row(sway_kalman_t *gauss, uint32_t i)
 {
     const sway_real_t moved = gauss->moved[i];
     if (sway_real_is_zero(moved)) {
@@ -116,11 +116,11 @@ static uint32_t correct_row(sway_gauss_t *gauss, uint32_t i)
     return i + 4U;
 }
 
-bool sway_gauss_take(sway_gauss_t *gauss, sway_real_t residual, sway_real_t variance)
+bool sway_kalman_take(sway_kalman_t *gauss, sway_real_t residual, sway_real_t variance)
 {
     const uint32_t n = gauss->count;
     uint32_t products = 0;
-    while (gauss->row < n && products < SWAY_GAUSS_CHUNK) {
+    while (gauss->row < n && products < SWAY_KALMAN_CHUNK) {
         products += move_row(gauss, gauss->row);
         gauss->row++;
         if (gauss->row == n) {
@@ -128,7 +128,7 @@ bool sway_gauss_take(sway_gauss_t *gauss, sway_real_t residual, sway_real_t vari
             products += n;
         }
     }
-    while (gauss->row >= n && gauss->row < 2U * n && products < SWAY_GAUSS_CHUNK) {
+    while (gauss->row >= n && gauss->row < 2U * n && products < SWAY_KALMAN_CHUNK) {
         products += correct_row(gauss, gauss->row - n);
         gauss->row++;
     }
@@ -140,7 +140,7 @@ bool sway_gauss_take(sway_gauss_t *gauss, sway_real_t residual, sway_real_t vari
 /* --- what it is worth --------------------------------------------------------------------------
  */
 
-static bool is_learnt(const sway_gauss_t *gauss, uint32_t i)
+static bool is_learnt(const sway_kalman_t *gauss, uint32_t i)
 {
     const sway_real_t before = prior(gauss, i);
     const sway_real_t left = SUB(before, gauss->covariance[place(i, i)]);
@@ -148,10 +148,10 @@ static bool is_learnt(const sway_gauss_t *gauss, uint32_t i)
 }
 
 /* x' (P - S)^-1 x by elimination; directions in which nothing was learnt are left out. */
-sway_real_t sway_gauss_worth(const sway_gauss_t *gauss, const uint8_t *group, uint32_t size)
+sway_real_t sway_kalman_worth(const sway_kalman_t *gauss, const uint8_t *group, uint32_t size)
 {
-    sway_real_t m[SWAY_GAUSS_GROUP][SWAY_GAUSS_GROUP];
-    sway_real_t x[SWAY_GAUSS_GROUP];
+    sway_real_t m[SWAY_KALMAN_GROUP][SWAY_KALMAN_GROUP];
+    sway_real_t x[SWAY_KALMAN_GROUP];
     sway_real_t worth = sway_real_zero();
     for (uint32_t i = 0; i < size; i++) {
         x[i] = gauss->value[group[i]];
@@ -177,7 +177,8 @@ sway_real_t sway_gauss_worth(const sway_gauss_t *gauss, const uint8_t *group, ui
     return worth;
 }
 
-void sway_gauss_free(const sway_gauss_t *gauss, uint32_t index, sway_real_t *value, sway_real_t *se)
+void sway_kalman_free(const sway_kalman_t *gauss, uint32_t index, sway_real_t *value,
+                      sway_real_t *se)
 {
     *value = gauss->value[index];
     *se = sway_real_zero();
@@ -190,7 +191,7 @@ void sway_gauss_free(const sway_gauss_t *gauss, uint32_t index, sway_real_t *val
     }
 }
 
-sway_real_t sway_gauss_covariance(const sway_gauss_t *gauss, uint32_t a, uint32_t b)
+sway_real_t sway_kalman_covariance(const sway_kalman_t *gauss, uint32_t a, uint32_t b)
 {
     return gauss->covariance[place(a, b)];
 }

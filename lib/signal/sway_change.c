@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "signal/sway_break.h"
+#include "signal/sway_change.h"
 
 #include "arithmetic/sway_int64.h"
 
 /* Parts of a window, shorter at its ends. Behind each but the last is a place. */
-#define PARTS (SWAY_BREAK_PLACES + 1U)
+#define PARTS (SWAY_CHANGE_PLACES + 1U)
 
 /* sum + a b */
 SWAY_INLINE sway_real_t mac(sway_real_t sum, sway_real_t a, sway_real_t b)
@@ -19,13 +19,13 @@ static uint32_t part_end(const sway_fit_basis_t *basis, uint32_t part)
     return end_16[part] * basis->blocks / 16U;
 }
 
-void sway_break_add(sway_break_sums_t *sums, const sway_fit_basis_t *basis, sway_complex_t line,
-                    sway_real_t variance, const int32_t *residual)
+void sway_change_add(sway_change_sums_t *sums, const sway_fit_basis_t *basis, sway_complex_t line,
+                     sway_real_t variance, const int32_t *residual)
 {
     const sway_complex_t weighted =
         sway_complex_scale(line, sway_real_div(sway_real_int(1), variance));
     sums->weight = mac(mac(sums->weight, line.re, weighted.re), line.im, weighted.im);
-    for (uint32_t place = 0; place < SWAY_BREAK_PLACES; place++) {
+    for (uint32_t place = 0; place < SWAY_CHANGE_PLACES; place++) {
         sway_complex_t *const sum = &sums->part[place];
         const uint32_t b = part_end(basis, place);
         const uint32_t n = part_end(basis, place + 1U) - b;
@@ -82,7 +82,7 @@ static sway_real_t change_information(const sway_real_t *tail, const sway_real_t
     return sway_real_sub(tail[0], sway_real_div(taken, det));
 }
 
-uint32_t sway_break_find(const sway_break_sums_t *sums, const sway_fit_basis_t *basis)
+uint32_t sway_change_find(const sway_change_sums_t *sums, const sway_fit_basis_t *basis)
 {
     const sway_real_t weight = sway_real_scale(sums->weight, -1);
     const sway_real_t none = sway_real_zero();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "model/sway_stm.h"
+#include "model/sway_single_track.h"
 
 #include "arithmetic/sway_real_ops.h"
 
@@ -49,12 +49,12 @@ static sway_complex_t from_real(sway_real_t a)
     return sway_complex(a, zero());
 }
 
-sway_real_t sway_stm_speed_low(void)
+sway_real_t sway_single_track_speed_low(void)
 {
     return sway_real_ratio(10000, 3600);
 }
 
-sway_real_t sway_stm_speed_high(void)
+sway_real_t sway_single_track_speed_high(void)
 {
     return sway_real_ratio(250000, 3600);
 }
@@ -64,7 +64,7 @@ static sway_real_t metre(int32_t micrometre)
     return sway_real_micro(micrometre);
 }
 
-static void car_from_vehicle(sway_stm_body_t *body, const sway_car_t *car)
+static void car_from_vehicle(sway_single_track_body_t *body, const sway_car_t *car)
 {
     body->mass_kg = sway_real_ratio(car->mass_g, 1000);
     body->yaw_inertia_kgm2 = sway_real_ratio(car->yaw_inertia_gm2, 1000);
@@ -77,7 +77,7 @@ static void car_from_vehicle(sway_stm_body_t *body, const sway_car_t *car)
     body->relaxation_m[1] = zero();
 }
 
-static void trailer_from_vehicle(sway_stm_body_t *body, const sway_trailer_t *trailer)
+static void trailer_from_vehicle(sway_single_track_body_t *body, const sway_trailer_t *trailer)
 {
     const bool tandem = trailer->axles == 2;
     body->mass_kg = sway_real_ratio(trailer->mass_g, 1000);
@@ -92,20 +92,21 @@ static void trailer_from_vehicle(sway_stm_body_t *body, const sway_trailer_t *tr
     body->relaxation_m[1] = zero();
 }
 
-sway_error_t sway_stm_from_vehicle(sway_stm_t *stm, const sway_vehicle_t *vehicle)
+sway_error_t sway_single_track_from_vehicle(sway_single_track_t *stm, const sway_vehicle_t *vehicle)
 {
     if (sway_vehicle_check(vehicle, NULL) != SWAY_OK || !sway_vehicle_is_complete(vehicle)) {
         return SWAY_ERROR_VEHICLE;
     }
     stm->has_trailer = vehicle->trailer.axles > 0;
-    car_from_vehicle(&stm->body[SWAY_STM_CAR], &vehicle->car);
-    trailer_from_vehicle(&stm->body[SWAY_STM_TRAILER], &vehicle->trailer);
+    car_from_vehicle(&stm->body[SWAY_SINGLE_TRACK_CAR], &vehicle->car);
+    trailer_from_vehicle(&stm->body[SWAY_SINGLE_TRACK_TRAILER], &vehicle->trailer);
     return SWAY_OK;
 }
 
 /* --- f(s, v) with relaxation ------------------------------------------------------------------ */
 
-static sway_complex_t stiffness_at(const sway_stm_body_t *body, int axle, sway_complex_t s_by_v)
+static sway_complex_t stiffness_at(const sway_single_track_body_t *body, int axle,
+                                   sway_complex_t s_by_v)
 {
     const sway_complex_t c = from_real(body->stiffness_n_per_rad[axle]);
     if (sway_real_is_zero(body->relaxation_m[axle]) || sway_real_is_zero(c.re)) {
@@ -122,7 +123,7 @@ static void add_scaled(sway_complex_t *sum, const sway_complex_t *term, sway_rea
     sum->im = ADD(sum->im, MUL(term->im, factor));
 }
 
-static factors_t body_factors(const sway_stm_body_t *body, sway_complex_t s, sway_real_t v)
+static factors_t body_factors(const sway_single_track_body_t *body, sway_complex_t s, sway_real_t v)
 {
     const sway_complex_t z = sway_complex(DIV(s.re, v), DIV(s.im, v));
     const sway_complex_t s2 = CMUL(s, s);
@@ -154,19 +155,20 @@ static factors_t body_factors(const sway_stm_body_t *body, sway_complex_t s, swa
     return result;
 }
 
-sway_complex_t sway_stm_characteristic(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
+sway_complex_t sway_single_track_characteristic(const sway_single_track_t *stm, sway_complex_t s,
+                                                sway_real_t v)
 {
-    const factors_t car = body_factors(&stm->body[SWAY_STM_CAR], s, v);
+    const factors_t car = body_factors(&stm->body[SWAY_SINGLE_TRACK_CAR], s, v);
     if (!stm->has_trailer) {
         return car.p;
     }
-    const factors_t trailer = body_factors(&stm->body[SWAY_STM_TRAILER], s, v);
+    const factors_t trailer = body_factors(&stm->body[SWAY_SINGLE_TRACK_TRAILER], s, v);
     return CADD(CMUL(car.p, trailer.q), CMUL(trailer.p, car.q));
 }
 
 /* --- the quartic ------------------------------------------------------------------------------ */
 
-static body_poly_t body_poly(const sway_stm_body_t *body)
+static body_poly_t body_poly(const sway_single_track_body_t *body)
 {
     const sway_real_t m = body->mass_kg;
     const sway_real_t h = body->hitch_m;
@@ -201,10 +203,10 @@ static sway_real_t pair(sway_real_t a, sway_real_t b, sway_real_t c, sway_real_t
     return ADD(MUL(a, b), MUL(c, d));
 }
 
-static speed_poly_t speed_poly(const sway_stm_t *stm)
+static speed_poly_t speed_poly(const sway_single_track_t *stm)
 {
-    const body_poly_t c = body_poly(&stm->body[SWAY_STM_CAR]);
-    const body_poly_t t = body_poly(&stm->body[SWAY_STM_TRAILER]);
+    const body_poly_t c = body_poly(&stm->body[SWAY_SINGLE_TRACK_CAR]);
+    const body_poly_t t = body_poly(&stm->body[SWAY_SINGLE_TRACK_TRAILER]);
     speed_poly_t poly;
     if (!stm->has_trailer) {
         const speed_poly_t solo = {zero(), zero(), c.p2, zero(), c.p1, zero(), c.p00, c.p02};
@@ -221,12 +223,12 @@ static speed_poly_t speed_poly(const sway_stm_t *stm)
     return poly;
 }
 
-sway_stm_quartic_t sway_stm_quartic(const sway_stm_t *stm, sway_real_t v)
+sway_single_track_quartic_t sway_single_track_quartic(const sway_single_track_t *stm, sway_real_t v)
 {
     const speed_poly_t poly = speed_poly(stm);
     const sway_real_t u = DIV(sway_real_int(1), v);
     const sway_real_t w = sway_real_square(u);
-    sway_stm_quartic_t quartic;
+    sway_single_track_quartic_t quartic;
     quartic.a[4] = poly.a4;
     quartic.a[3] = MUL(poly.a3, u);
     quartic.a[2] = ADD(poly.a20, MUL(poly.a22, w));
@@ -284,27 +286,27 @@ static sway_real_t speed_of(sway_real_t w)
 
 static sway_vcrit_t clip_speed(sway_vcrit_t kind, sway_real_t *v_m_s)
 {
-    if (sway_real_less(*v_m_s, sway_stm_speed_low())) {
-        *v_m_s = sway_stm_speed_low();
+    if (sway_real_less(*v_m_s, sway_single_track_speed_low())) {
+        *v_m_s = sway_single_track_speed_low();
         return SWAY_VCRIT_BELOW_RANGE;
     }
-    if (sway_real_less(sway_stm_speed_high(), *v_m_s)) {
-        *v_m_s = sway_stm_speed_high();
+    if (sway_real_less(sway_single_track_speed_high(), *v_m_s)) {
+        *v_m_s = sway_single_track_speed_high();
         return SWAY_VCRIT_BEYOND_RANGE;
     }
     return kind;
 }
 
-static bool has_axles(const sway_stm_t *stm)
+static bool has_axles(const sway_single_track_t *stm)
 {
-    const sway_real_t *const car = stm->body[SWAY_STM_CAR].stiffness_n_per_rad;
-    const sway_real_t *const trailer = stm->body[SWAY_STM_TRAILER].stiffness_n_per_rad;
+    const sway_real_t *const car = stm->body[SWAY_SINGLE_TRACK_CAR].stiffness_n_per_rad;
+    const sway_real_t *const trailer = stm->body[SWAY_SINGLE_TRACK_TRAILER].stiffness_n_per_rad;
     return sway_real_sign(car[0]) > 0 && sway_real_sign(car[1]) > 0 &&
            (!stm->has_trailer || sway_real_sign(trailer[1]) > 0);
 }
 
-sway_vcrit_t sway_stm_critical_speed(const sway_stm_t *stm, sway_real_t *v_m_s,
-                                     sway_real_t *omega_rad_s)
+sway_vcrit_t sway_single_track_critical_speed(const sway_single_track_t *stm, sway_real_t *v_m_s,
+                                              sway_real_t *omega_rad_s)
 {
     const speed_poly_t poly = speed_poly(stm);
     *v_m_s = zero();
@@ -313,7 +315,7 @@ sway_vcrit_t sway_stm_critical_speed(const sway_stm_t *stm, sway_real_t *v_m_s,
         return SWAY_VCRIT_SINGULAR;
     }
     if (stm->has_trailer && !stable_at_rest(&poly)) {
-        *v_m_s = sway_stm_speed_low();
+        *v_m_s = sway_single_track_speed_low();
         return SWAY_VCRIT_BELOW_RANGE;
     }
     sway_real_t w_flutter = zero();
@@ -328,7 +330,7 @@ sway_vcrit_t sway_stm_critical_speed(const sway_stm_t *stm, sway_real_t *v_m_s,
         return clip_speed(SWAY_VCRIT_DIVERGENCE, v_m_s);
     }
     if (!flutters) {
-        *v_m_s = sway_stm_speed_high();
+        *v_m_s = sway_single_track_speed_high();
         return SWAY_VCRIT_BEYOND_RANGE;
     }
     *v_m_s = speed_of(w_flutter);
@@ -339,7 +341,8 @@ sway_vcrit_t sway_stm_critical_speed(const sway_stm_t *stm, sway_real_t *v_m_s,
 
 /* --- roots ------------------------------------------------------------------------------------ */
 
-void sway_stm_roots_start(sway_stm_roots_t *roots, const sway_stm_quartic_t *quartic)
+void sway_single_track_roots_start(sway_single_track_roots_t *roots,
+                                   const sway_single_track_quartic_t *quartic)
 {
     roots->count = sway_real_is_zero(quartic->a[4]) ? 2 : 4;
     /* Size of the roots: |a0/an|^(1/n); angles that no symmetry of the roots shares. */
@@ -359,7 +362,8 @@ void sway_stm_roots_start(sway_stm_roots_t *roots, const sway_stm_quartic_t *qua
     }
 }
 
-static sway_complex_t polynomial(const sway_stm_quartic_t *quartic, int degree, sway_complex_t s)
+static sway_complex_t polynomial(const sway_single_track_quartic_t *quartic, int degree,
+                                 sway_complex_t s)
 {
     sway_complex_t sum = from_real(quartic->a[degree]);
     for (int k = degree - 1; k >= 0; k--) {
@@ -368,7 +372,8 @@ static sway_complex_t polynomial(const sway_stm_quartic_t *quartic, int degree, 
     return sum;
 }
 
-bool sway_stm_roots_sweep(sway_stm_roots_t *roots, const sway_stm_quartic_t *quartic)
+bool sway_single_track_roots_sweep(sway_single_track_roots_t *roots,
+                                   const sway_single_track_quartic_t *quartic)
 {
     bool settled = true;
     for (int k = 0; k < roots->count; k++) {
@@ -390,14 +395,14 @@ bool sway_stm_roots_sweep(sway_stm_roots_t *roots, const sway_stm_quartic_t *qua
     return settled;
 }
 
-sway_real_t sway_stm_damping_ratio(sway_complex_t s)
+sway_real_t sway_single_track_damping_ratio(sway_complex_t s)
 {
     const sway_real_t one = sway_real_int(1);
     const sway_real_t ratio = DIV(sway_real_neg(s.re), sway_complex_abs(s));
     return sway_real_max(sway_real_min(ratio, one), sway_real_neg(one));
 }
 
-sway_complex_t sway_stm_dominant(const sway_stm_roots_t *roots)
+sway_complex_t sway_single_track_dominant(const sway_single_track_roots_t *roots)
 {
     sway_complex_t best = roots->root[0];
     bool best_oscillates = false;
@@ -408,7 +413,8 @@ sway_complex_t sway_stm_dominant(const sway_stm_roots_t *roots)
             sway_real_less(MUL(sway_complex_abs(root), sway_real_ratio(1, 10000)), root.im);
         bool better = oscillates && !best_oscillates;
         if (oscillates && best_oscillates) {
-            better = sway_real_less(sway_stm_damping_ratio(root), sway_stm_damping_ratio(best));
+            better = sway_real_less(sway_single_track_damping_ratio(root),
+                                    sway_single_track_damping_ratio(best));
         } else if (!oscillates && !best_oscillates) {
             better = sway_real_less(best.re, root.re);
         }
@@ -443,37 +449,40 @@ static sway_complex_t over_twice(sway_complex_t difference, sway_real_t step)
     return sway_complex(DIV(difference.re, twice), DIV(difference.im, twice));
 }
 
-sway_complex_t sway_stm_above_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
+sway_complex_t sway_single_track_above_s(const sway_single_track_t *stm, sway_complex_t s,
+                                         sway_real_t v)
 {
     s.re = ADD(s.re, step_s(s));
-    return sway_stm_characteristic(stm, s, v);
+    return sway_single_track_characteristic(stm, s, v);
 }
 
-sway_complex_t sway_stm_slope_s(const sway_stm_t *stm, sway_complex_t s, sway_real_t v,
-                                sway_complex_t above)
+sway_complex_t sway_single_track_slope_s(const sway_single_track_t *stm, sway_complex_t s,
+                                         sway_real_t v, sway_complex_t above)
 {
     const sway_real_t step = step_s(s);
     s.re = SUB(s.re, step);
-    return over_twice(CSUB(above, sway_stm_characteristic(stm, s, v)), step);
+    return over_twice(CSUB(above, sway_single_track_characteristic(stm, s, v)), step);
 }
 
-sway_complex_t sway_stm_above_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v)
+sway_complex_t sway_single_track_above_v(const sway_single_track_t *stm, sway_complex_t s,
+                                         sway_real_t v)
 {
-    return sway_stm_characteristic(stm, s, ADD(v, step_v(v)));
+    return sway_single_track_characteristic(stm, s, ADD(v, step_v(v)));
 }
 
-sway_complex_t sway_stm_slope_v(const sway_stm_t *stm, sway_complex_t s, sway_real_t v,
-                                sway_complex_t above)
+sway_complex_t sway_single_track_slope_v(const sway_single_track_t *stm, sway_complex_t s,
+                                         sway_real_t v, sway_complex_t above)
 {
     const sway_real_t step = step_v(v);
-    return over_twice(CSUB(above, sway_stm_characteristic(stm, s, SUB(v, step))), step);
+    return over_twice(CSUB(above, sway_single_track_characteristic(stm, s, SUB(v, step))), step);
 }
 
 /* The field that a parameter is; `index` tells of which body. */
-static sway_real_t *parameter_field(sway_stm_t *stm, sway_parameter_t parameter, int *index)
+static sway_real_t *parameter_field(sway_single_track_t *stm, sway_parameter_t parameter,
+                                    int *index)
 {
-    sway_stm_body_t *const car = &stm->body[SWAY_STM_CAR];
-    sway_stm_body_t *const trailer = &stm->body[SWAY_STM_TRAILER];
+    sway_single_track_body_t *const car = &stm->body[SWAY_SINGLE_TRACK_CAR];
+    sway_single_track_body_t *const trailer = &stm->body[SWAY_SINGLE_TRACK_TRAILER];
     sway_real_t *const field[SWAY_PARAMETER_COUNT] = {
         &car->mass_kg,
         &trailer->mass_kg,
@@ -490,10 +499,11 @@ static sway_real_t *parameter_field(sway_stm_t *stm, sway_parameter_t parameter,
         &trailer->stiffness_n_per_rad[0],
         &trailer->stiffness_n_per_rad[1],
     };
-    *index = SWAY_STM_CAR;
-    for (int body = SWAY_STM_CAR; body <= SWAY_STM_TRAILER; body++) {
+    *index = SWAY_SINGLE_TRACK_CAR;
+    for (int body = SWAY_SINGLE_TRACK_CAR; body <= SWAY_SINGLE_TRACK_TRAILER; body++) {
         const sway_real_t *const first = (const sway_real_t *)(const void *)&stm->body[body];
-        const sway_real_t *const last = first + sizeof(sway_stm_body_t) / sizeof(sway_real_t);
+        const sway_real_t *const last =
+            first + sizeof(sway_single_track_body_t) / sizeof(sway_real_t);
         if (field[parameter] >= first && field[parameter] < last) {
             *index = body;
         }
@@ -501,19 +511,19 @@ static sway_real_t *parameter_field(sway_stm_t *stm, sway_parameter_t parameter,
     return field[parameter];
 }
 
-bool sway_stm_has_parameter(const sway_stm_t *stm, sway_parameter_t parameter)
+bool sway_single_track_has_parameter(const sway_single_track_t *stm, sway_parameter_t parameter)
 {
-    sway_stm_t copy = *stm;
+    sway_single_track_t copy = *stm;
     int index;
     const sway_real_t value = *parameter_field(&copy, parameter, &index);
-    return !sway_real_is_zero(value) && (index == SWAY_STM_CAR || stm->has_trailer) &&
+    return !sway_real_is_zero(value) && (index == SWAY_SINGLE_TRACK_CAR || stm->has_trailer) &&
            (stm->has_trailer || parameter != SWAY_PARAMETER_CAR_HITCH);
 }
 
-sway_complex_t sway_stm_slope_parameter(const sway_stm_t *stm, sway_complex_t s, sway_real_t v,
-                                        sway_parameter_t parameter)
+sway_complex_t sway_single_track_slope_parameter(const sway_single_track_t *stm, sway_complex_t s,
+                                                 sway_real_t v, sway_parameter_t parameter)
 {
-    sway_stm_t copy = *stm;
+    sway_single_track_t copy = *stm;
     int index;
     sway_real_t *const field = parameter_field(&copy, parameter, &index);
     const sway_real_t value = *field;
@@ -530,8 +540,8 @@ sway_complex_t sway_stm_slope_parameter(const sway_stm_t *stm, sway_complex_t s,
     return CADD(CMUL(dp, other.q), CMUL(CSUB(up.q, down.q), other.p));
 }
 
-sway_error_t sway_stm_shift(sway_complex_t f_s, sway_complex_t f_v, sway_complex_t df,
-                            sway_real_t *d_omega, sway_real_t *d_v)
+sway_error_t sway_single_track_shift(sway_complex_t f_s, sway_complex_t f_v, sway_complex_t df,
+                                     sway_real_t *d_omega, sway_real_t *d_v)
 {
     const sway_complex_t f_omega = sway_complex(sway_real_neg(f_s.im), f_s.re);
     const sway_real_t determinant = SUB(MUL(f_omega.re, f_v.im), MUL(f_v.re, f_omega.im));
@@ -557,7 +567,7 @@ typedef struct {
     sway_real_t angle_0;
 } trailer_steady_t;
 
-static sway_error_t trailer_steady(const sway_stm_body_t *t, trailer_steady_t *result)
+static sway_error_t trailer_steady(const sway_single_track_body_t *t, trailer_steady_t *result)
 {
     const sway_real_t c_f = t->stiffness_n_per_rad[0];
     const sway_real_t c_r = t->stiffness_n_per_rad[1];
@@ -580,9 +590,10 @@ static sway_error_t trailer_steady(const sway_stm_body_t *t, trailer_steady_t *r
     return SWAY_OK;
 }
 
-sway_error_t sway_stm_steady_state(const sway_stm_t *stm, sway_real_t v, sway_stm_static_t *result)
+sway_error_t sway_single_track_steady_state(const sway_single_track_t *stm, sway_real_t v,
+                                            sway_single_track_static_t *result)
 {
-    const sway_stm_body_t *const car = &stm->body[SWAY_STM_CAR];
+    const sway_single_track_body_t *const car = &stm->body[SWAY_SINGLE_TRACK_CAR];
     const sway_real_t g = sway_real_ratio(981, 100);
     const sway_real_t c_f = car->stiffness_n_per_rad[0];
     const sway_real_t c_r = car->stiffness_n_per_rad[1];
@@ -592,7 +603,8 @@ sway_error_t sway_stm_steady_state(const sway_stm_t *stm, sway_real_t v, sway_st
     const sway_real_t overhang = SUB(sway_real_neg(car->hitch_m), l_r); // l_hr1
     trailer_steady_t trailer = {zero(), zero(), zero(), zero()};
     if (!has_axles(stm) ||
-        (stm->has_trailer && trailer_steady(&stm->body[SWAY_STM_TRAILER], &trailer) != SWAY_OK)) {
+        (stm->has_trailer &&
+         trailer_steady(&stm->body[SWAY_SINGLE_TRACK_TRAILER], &trailer) != SWAY_OK)) {
         return SWAY_ERROR_SINGULAR;
     }
     /* Front and rear force for a lateral force H that the trailer takes at the hitch:
