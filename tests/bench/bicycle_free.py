@@ -18,6 +18,12 @@ criterion below was written down, and committed, before it was applied to any of
 An oscillation that the authors do not list is false if it fails either. What is said to be not
 determinable claims no damping and is counted apart. The check of the check: the authors' own pushes
 have to pass the first (95 %), and the push itself has to be seen by it before its window.
+
+Beside it (written later, when the false ones had been looked at, so no requirement rests on it):
+*the hand's part*. The mode's answer to the moment within the window, at its largest, over its
+answer to all moment before, as `freed.py` has it. The act rule above asks whether a hand's action
+is distinct; this asks how much it adds, and where it adds more than `freed.ADDED` the oscillation
+is not free, whatever began it. What such a hand does to the values is told by the pushes' mean.
 """
 
 from __future__ import annotations
@@ -35,6 +41,7 @@ from scipy import signal
 from swaywatch.damping.alike import parted
 from swaywatch.damping.data import Choice, DampingRun, load_runs
 from swaywatch.damping.find import find
+from swaywatch.damping.freed import ADDED, answer
 from swaywatch.damping.intervals import Point, points_of
 from swaywatch.damping.window import Estimator
 
@@ -46,6 +53,9 @@ NEAR_S = 0.5
 
 SMOOTH_ROWS, SMOOTH_ORDER = 21, 3
 """Savitzky-Golay, the same for every signal of the roll equation (0.21 s)."""
+
+BEFORE_CYCLES = 2.0
+"""How far back the moment counts: the swings are damped by 0.2 and more."""
 
 FEWEST_M_S = 2.0
 SPEEDS = {
@@ -73,11 +83,14 @@ class Swing:
         It is one of the authors' pushes.
     forced
         By a moment on the frame, as far as the roll equation tells.
+    part
+        What that moment adds within the window, of what it had given before.
     """
 
     point: Point
     listed: bool
     forced: bool
+    part: float
 
 
 @dataclass(frozen=True)
@@ -143,10 +156,16 @@ def place_of(folder: Path, mode: str, name: str, estimator: Estimator) -> Place:
     pushes = pushes_of(folder, mode, speed)
     (run,) = load_runs([path], Choice(("lean_rate",), (), "speed"))
     points, _ = parted(points_of(find(run, BAND, estimator)))
-    free, seen = _free_under(run, roll_moment(path, pushes), estimator, pushes)
+    moment = roll_moment(path, pushes)
+    free, seen = _free_under(run, moment, estimator, pushes)
     first = [p for k, p in enumerate(points) if k == 0 or p.number != points[k - 1].number]
     swings = [
-        Swing(point, _near(point, pushes), not any(abs(point.start_s - f) < NEAR_S for f in free))
+        Swing(
+            point,
+            _near(point, pushes),
+            not any(abs(point.start_s - f) < NEAR_S for f in free),
+            hands_part(run, moment, point),
+        )
         for point in first
     ]
     return Place(mode, speed, tuple(pushes), tuple(swings), seen)
@@ -170,22 +189,73 @@ def _free_under(
     return [point.start_s for point in points_of(found)], seen
 
 
-def same_mode(point: Point, pushes: Sequence[Push]) -> bool:
-    """Within three standard errors of the mean of the authors' pushes."""
+def hands_part(run: DampingRun, moment: FloatArray, point: Point) -> float:
+    """Largest answer of the mode to the moment within a window over that to all before."""
+    s = complex(point.growth_1_s.value, 2 * math.pi * point.frequency_hz.value)
+    value = moment - np.median(moment)
+    rows = run.rows(point.start_s, point.end_s)
+    before = run.rows(
+        max(0.0, point.start_s - BEFORE_CYCLES / point.frequency_hz.value), run.time_s[rows.start]
+    )
+    given = answer(value[before.start : rows.start + 1], s, run.step_s)[-1]
+    return float(np.max(np.abs(answer(value[rows], s, run.step_s))) / max(abs(given), 1e-300))
+
+
+def deviations(point: Point, pushes: Sequence[Push]) -> list[tuple[float, float]]:
+    """Of damping ratio and frequency from the mean of the authors' pushes, with standard errors."""
+    found = []
     for value, hand in (
         (point.damping_ratio, [push.damping_ratio for push in pushes]),
         (point.frequency_hz, [push.frequency_hz for push in pushes]),
     ):
         scatter = float(np.std(hand, ddof=1)) * math.sqrt(1.0 + 1.0 / len(hand))
-        if abs(value.value - float(np.mean(hand))) > 3.0 * math.hypot(value.error, scatter):
-            return False
-    return True
+        found.append((value.value - float(np.mean(hand)), math.hypot(value.error, scatter)))
+    return found
+
+
+def same_mode(point: Point, pushes: Sequence[Push]) -> bool:
+    """Within three standard errors of the mean of the authors' pushes."""
+    return all(abs(off) <= 3.0 * error for off, error in deviations(point, pushes))
 
 
 def places_of(folder: Path) -> list[Place]:
     """All sixteen recordings."""
     estimator = Estimator()
     return [place_of(folder, mode, name, estimator) for mode in ("normal", "mm") for name in SPEEDS]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Swings and how their damping and frequency compare with the pushes at their place.
+
+    Attributes
+    ----------
+    count, compared
+        All, and those at FEWEST_M_S and above.
+    ratio_held, frequency_held
+        Of these: the pushes' mean is within 1.96 standard errors (own, and a push's scatter).
+    excess, excess_error
+        Mean of the damping ratio above that of the pushes, and its standard error.
+    """
+
+    count: int
+    compared: int
+    ratio_held: int
+    frequency_held: int
+    excess: float
+    excess_error: float
+
+
+def agreement(swings: Sequence[tuple[Place, Swing]]) -> Agreement:
+    """Over swings and the places at which they are."""
+    compared = [(p, swing.point) for p, swing in swings if p.speed_m_s >= FEWEST_M_S]
+    off = np.array([deviations(point, place.pushes) for place, point in compared]).reshape(-1, 2, 2)
+    within = np.abs(off[:, :, 0]) <= 1.96 * off[:, :, 1]
+    excess = off[:, 0, 0]
+    return Agreement(
+        len(swings), len(compared), int(within[:, 0].sum()), int(within[:, 1].sum()),
+        float(excess.mean()), float(excess.std(ddof=1)) / math.sqrt(len(excess)),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -204,6 +274,13 @@ class Count:
     """Of the forced ones: the mode of the pushes all the same."""
     judged: int
     """Determinable, listed or not: what false ones are a share of."""
+    pushes_alone: int
+    """Pushes with a stated damping in whose window the hand's part is at most ADDED."""
+    pushes_stated: int
+    little: Agreement
+    """Unlisted, the hand's part at most ADDED."""
+    held: Agreement
+    """Unlisted, the hand's part larger."""
 
 
 def count(places: Sequence[Place]) -> Count:
@@ -232,4 +309,8 @@ def count(places: Sequence[Place]) -> Count:
         other_mode=len(other),
         forced_alike=len(alike),
         judged=len(listed) + len(sure),
+        pushes_alone=sum(swing.part <= ADDED for swing in listed if swing.point.determinable),
+        pushes_stated=sum(swing.point.determinable for swing in listed),
+        little=agreement([(p, swing) for p, swing in sure if swing.part <= ADDED]),
+        held=agreement([(p, swing) for p, swing in sure if swing.part > ADDED]),
     )

@@ -26,11 +26,11 @@ from swaywatch.damping.data import Choice, DampingRun, load_runs
 from swaywatch.damping.find import find
 from swaywatch.damping.intervals import IntervalValue, Point, points_of
 from swaywatch.damping.model import from_systems, load_model
-from swaywatch.damping.sentences import comparison_words, verdict
+from swaywatch.damping.sentences import comparison_words, sentences, verdict
 from swaywatch.damping.size import small_swing
 from swaywatch.damping.study import Study, StudyPlan, study_of
 from swaywatch.damping.window import Estimator
-from swaywatch.errors import ModelError, SignalError
+from swaywatch.errors import ModelError, RecordingError, SignalError
 from swaywatch.recording import Series, write_recording
 
 Array = NDArray[np.float64]
@@ -682,6 +682,72 @@ def test_a_csv_with_other_names_says_what_is_there(tmp_path: Path) -> None:
         load_runs([tmp_path / "a.csv"], Choice())
     with pytest.raises(SignalError, match="no signal 'roll'"):
         load_runs([tmp_path / "a.csv"], Choice(("roll",)))
+
+
+def _four_swings(frequency_hz: float, rate_hz: float) -> tuple[Array, Array]:
+    """Time and value of four swings of damping ratio 0.06 in 60 s, with noise."""
+    time = np.arange(0.0, 60.0, 1.0 / rate_hz)
+    value = np.random.default_rng(5).normal(0.0, 0.05, len(time))
+    omega = 2 * math.pi * frequency_hz
+    for hit in (8.0, 20.0, 32.0, 44.0):
+        since = np.maximum(time - hit, 0.0)
+        value += 6.0 * np.exp(-0.06 * omega * since) * np.sin(omega * since)
+    return time, value
+
+
+def _said(folder: Path, channel: str, time: Array, value: Array, *options: str) -> Study:
+    file = folder / "run.csv"
+    stamps = np.rint(time * 1e9).astype(np.int64)
+    write_recording(file, {channel: Series(stamps, value, "")})
+    choice = Choice(options)
+    return study_of(load_runs([file], choice), StudyPlan(choice))
+
+
+def test_a_channel_that_never_changes_is_named(tmp_path: Path) -> None:
+    time, _ = _four_swings(0.8, 100.0)
+    still = np.full(len(time), 1.25)
+    with pytest.raises(RecordingError, match=r"never change: yaw_rate \(1\.25 throughout\)"):
+        _said(tmp_path, "yaw_rate", time, still)
+    study = _said(tmp_path, "yaw_rate", time, still, "yaw_rate")
+    assert "Never changes, perhaps not connected: yaw_rate in run (1.25)." in sentences(study)
+
+
+def test_values_that_are_missing_are_counted(tmp_path: Path) -> None:
+    """Gaps in two of four swings: no window reaches into them; single values are no gap."""
+    time, value = _four_swings(0.8, 100.0)
+    lost = value.copy()
+    lost[::37] = math.nan
+    study = _said(tmp_path, "yaw_rate", time, lost)
+    assert len(study.points) == 4
+    assert not any("missing" in text for text in sentences(study))
+    for hit in (8.0, 32.0):
+        lost[(time > hit + 0.8) & (time < hit + 1.3)] = math.nan
+    study = _said(tmp_path, "yaw_rate", time, lost)
+    run = study.found[0].run
+    assert {20, 44} <= {round(point.start_s) for point in study.points}
+    assert all(run.valid[run.rows(point.start_s, point.end_s)].all() for point in study.points)
+    (text,) = (text for text in sentences(study) if "missing" in text)
+    assert run.missing_s == pytest.approx(1.0, abs=0.05)
+    assert f"run for {run.missing_s:.3g} of 60 s" in text
+
+
+def test_what_is_sampled_too_slowly_or_too_short_says_so(tmp_path: Path) -> None:
+    """At 10 Hz a swing of 2.4 Hz is right; one of 3.5 Hz (once a growing one of 2.9) is none."""
+    time, value = _four_swings(2.4, 10.0)
+    slow = _said(tmp_path, "roll_rate", time, value)
+    assert slow.points
+    assert all(p.damping_ratio.low <= 0.06 <= p.damping_ratio.high for p in slow.points)
+    for frequency in (3.0, 3.5, 3.8):
+        study = _said(tmp_path, "roll_rate", *_four_swings(frequency, 10.0))
+        assert not study.points
+        assert any(
+            "run (59.9 s, 10 samples a second): 0.2 to 2.5 Hz" in t for t in sentences(study)
+        )
+    time, value = _four_swings(0.8, 100.0)
+    short = _said(tmp_path, "yaw_rate", time[:30], value[:30])
+    assert any("run (0.29 s, 100 samples a second): 3.4 to 10 Hz" in t for t in sentences(short))
+    with pytest.raises(RecordingError, match=r"lasts 0\.019 s, less than one swing of 10 Hz"):
+        _said(tmp_path, "yaw_rate", time[:20] / 10.0, value[800:820])
 
 
 def test_groups_at_different_speeds_are_compared_where_they_are_nearest() -> None:

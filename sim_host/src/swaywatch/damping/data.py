@@ -22,6 +22,9 @@ from swaywatch.recording.dbc import Database, frames_by_identifier
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
+FEWEST_SAMPLES = 16
+"""Of a signal that are numbers."""
+
 SWINGING = (
     "trailer_yaw_rate", "car_yaw_rate", "articulation", "trailer_lateral_acceleration",
     "car_lateral_acceleration",
@@ -92,6 +95,11 @@ class DampingRun:
     def duration_s(self) -> float:
         """From the first to the last row."""
         return float(self.time_s[-1])
+
+    @property
+    def missing_s(self) -> float:
+        """Time for which a channel has no values."""
+        return float(np.sum(~self.valid)) * self.step_s
 
     def rows(self, start_s: float, end_s: float) -> slice:
         """Rows between two times, both ends in."""
@@ -183,9 +191,10 @@ def _usable(path: Path, name: str, series: Series) -> Series:
     """Finite samples in rising order of time."""
     good = np.isfinite(series.value)
     good[1:] &= np.diff(series.time_ns) > 0
-    if int(good.sum()) < 16:
+    if int(good.sum()) < FEWEST_SAMPLES:
         raise RecordingError(
-            f"{path}: {name} has {int(good.sum())} samples that are numbers; 16 are the least"
+            f"{path}: {name} has {int(good.sum())} samples that are numbers; {FEWEST_SAMPLES} are "
+            "the least"
         )
     return Series(series.time_ns[good], series.value[good], series.unit)
 
@@ -200,7 +209,23 @@ def _pick(path: Path, signals: dict[str, Series], names: Sequence[str]) -> list[
 
 def _moves(series: Series) -> bool:
     value = series.value[np.isfinite(series.value)]
-    return len(value) >= 16 and float(np.ptp(value)) > 0.0
+    return len(value) >= FEWEST_SAMPLES and float(np.ptp(value)) > 0.0
+
+
+def _stuck(path: Path, names: Sequence[str], signals: dict[str, Series]) -> RecordingError:
+    """What to say of channels that could swing and do not."""
+    which = ", ".join(f"{name} ({_held(signals[name])})" for name in names[:6])
+    return RecordingError(
+        f"{path}: nothing to evaluate, the values of what could swing never change: {which}. A "
+        "signal that is not connected looks like this; name others with --channel"
+    )
+
+
+def _held(series: Series) -> str:
+    value = series.value[np.isfinite(series.value)]
+    if len(value) < FEWEST_SAMPLES:
+        return f"{len(value)} samples that are numbers"
+    return f"{value[0]:g} {series.unit}".strip() + " throughout"
 
 
 def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
@@ -211,6 +236,9 @@ def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
             name for name, series in signals.items() if pattern.search(name) and _moves(series)
         )
     if not channels:
+        still = [n for n in signals if any(p.search(n) for p in (_SWINGS, _ANGLES))]
+        if still:
+            raise _stuck(path, still, signals)
         there = ", ".join(list(signals)[:30])
         raise SignalError(
             f"{path}: no signal is called like something that swings (yaw rate, roll rate, lateral "
@@ -238,7 +266,7 @@ def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:
     last = min(int(series.time_ns[-1]) for series in swinging)
     periods = [float(np.median(np.diff(series.time_ns))) * 1e-9 for series in swinging]
     step = max(periods)
-    if (last - first) * 1e-9 < 16 * step:
+    if (last - first) * 1e-9 < FEWEST_SAMPLES * step:
         raise RecordingError(
             f"{path}: the channels {', '.join(choice.channels)} have no time in common"
         )

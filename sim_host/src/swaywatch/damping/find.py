@@ -44,6 +44,10 @@ RISE = 3.0
 VISIBLE = 2.0
 """RMS of a swing in units of the quiet RMS, at the larger end of a window."""
 
+SLOWEST = 4.0
+"""Rows a swing needs in one cycle: a line of fewer is not told from its mirror image (of 3.3 rows
+none is found, of 2.9 one that grows)."""
+
 SHORTEST, LONGEST = 1.0, 6.0
 """Length of a window in cycles."""
 
@@ -201,7 +205,7 @@ class _Finder:
         self.run = run
         self.estimator = estimator
         rate = 1.0 / run.step_s
-        self.band = (band_hz[0], min(band_hz[1], 0.4 * rate))
+        self.band = (band_hz[0], min(band_hz[1], rate / SLOWEST))
         self.smooth = _band_passed(run.value, rate, self.band)
         self.frequency = _dominant(self.smooth, run.step_s, self.band)
         self.level, self.rise = self._energy(self.frequency)

@@ -9,6 +9,7 @@ import numpy as np
 
 from swaywatch.damping.compare import Comparison, Difference
 from swaywatch.damping.course import Zero
+from swaywatch.damping.find import SLOWEST
 from swaywatch.damping.intervals import IntervalValue, too_high
 from swaywatch.damping.model import LinearModel
 from swaywatch.damping.study import SpeedGroup, Study, kind_of
@@ -96,9 +97,9 @@ def _none(study: Study) -> str:
 def sentences(study: Study) -> list[str]:
     """What else is to be said."""
     texts = [
-        _counts(study), _forced(study), _followed(study), _others(study), _unquiet(study),
-        _zero(study),
-        _iso9815(study), _weak(study), *_sizes(study), _later(study),
+        _counts(study), _forced(study), _followed(study), _others(study), _still(study),
+        _gaps(study), _searched(study), _unquiet(study), _zero(study), _iso9815(study),
+        _weak(study), *_sizes(study), _later(study),
     ]  # fmt: skip
     if study.groups is not None:
         texts += comparison_words(study, study.groups, model=False)
@@ -182,6 +183,59 @@ def _others(study: Study) -> str:
         f"Another motion than the other swings at that {study.against_name or 'place'}, by "
         f"frequency or damping, and left out of the means: {which}{more}. A hand, a gust or "
         "another mode does so."
+    )
+
+
+def _still(study: Study) -> str:
+    """Channels that never change: a signal that is not connected looks like this."""
+    which = [
+        f"{name} in {found.run.name} ({value[0]:g} {unit}".rstrip() + ")"
+        for found in study.found
+        for name, unit, value in zip(
+            found.run.channels, found.run.units, found.run.value.T, strict=True
+        )
+        if float(np.ptp(value)) == 0.0
+    ]
+    if not which:
+        return ""
+    more = f" and {len(which) - 6} more" if len(which) > 6 else ""
+    return f"Never changes, perhaps not connected: {', '.join(which[:6])}{more}."
+
+
+def _gaps(study: Study) -> str:
+    """Where samples are missing: no swing is seen there, and one that reaches there is cut off."""
+    runs = [found.run for found in study.found if found.run.missing_s > 0.0]
+    if not runs:
+        return ""
+    which = ", ".join(
+        f"{run.name} for {run.missing_s:.3g} of {run.duration_s:.3g} s" for run in runs[:6]
+    )
+    more = f" and {len(runs) - 6} more" if len(runs) > 6 else ""
+    return (
+        f"Values are missing (gaps, or no numbers): {which}{more}. No window reaches into a gap: "
+        "a swing there is evaluated beside it, or reported as not one damped oscillation."
+    )
+
+
+def _searched(study: Study) -> str:
+    """Why a swing may not have been found: sampled too slowly or too short."""
+    seen = {point.run for point in study.points}
+    cut = [
+        found
+        for found in study.found
+        if found.run.name not in seen
+        and (found.band_hz[0] > study.plan.band_hz[0] or found.band_hz[1] < study.plan.band_hz[1])
+    ]
+    if not cut:
+        return ""
+    which = ", ".join(
+        f"{found.run.name} ({found.run.duration_s:.3g} s, {1.0 / found.run.step_s:.3g} samples a "
+        f"second): {found.band_hz[0]:.2g} to {found.band_hz[1]:.2g} Hz"
+        for found in cut[:6]
+    )
+    return (
+        f"Only these frequencies could be searched: {which}. Below, less than one swing lasts as "
+        f"long as the recording; above, a swing has fewer than {SLOWEST:g} samples."
     )
 
 

@@ -24,7 +24,7 @@ from swaywatch.damping.course import (
     mean_of,
 )
 from swaywatch.damping.data import Choice, DampingRun, load_runs
-from swaywatch.damping.find import Found, find
+from swaywatch.damping.find import SLOWEST, Found, find
 from swaywatch.damping.intervals import (
     QUANTITIES,
     IntervalValue,
@@ -195,7 +195,7 @@ def study_of(
     Raises
     ------
     RecordingError
-        A run is too slow for the band.
+        A run is too slow or too short for the band.
     """
     estimator = Estimator()
     found = []
@@ -220,10 +220,15 @@ def study_of(
 
 def _band(run: DampingRun, band_hz: tuple[float, float]) -> tuple[float, float]:
     """The band, refused where the recording is too slow for it."""
-    if band_hz[0] >= 0.25 / run.step_s:
+    if band_hz[0] * SLOWEST * run.step_s >= 1.0:
         raise RecordingError(
             f"{run.path}: {1.0 / run.step_s:.3g} samples a second are too few for a line of "
             f"{band_hz[0]:g} Hz and more; see --band"
+        )
+    if run.duration_s * band_hz[1] <= 1.0:
+        raise RecordingError(
+            f"{run.path}: lasts {run.duration_s:.3g} s, less than one swing of {band_hz[1]:g} Hz; "
+            "see --band"
         )
     if run.duration_s * band_hz[0] < 1.0:
         return (1.0 / run.duration_s, band_hz[1])
