@@ -22,13 +22,13 @@ from swaywatch.cli import main
 from swaywatch.damping.alike import parted
 from swaywatch.damping.compare import compare_groups, compare_model
 from swaywatch.damping.course import Bend, fit_course, levels, mean_of
-from swaywatch.damping.data import Choice, DampingRun, load_runs
+from swaywatch.damping.data import NO_INPUT, Choice, DampingRun, load_runs
 from swaywatch.damping.find import find
 from swaywatch.damping.intervals import IntervalValue, Point, points_of
 from swaywatch.damping.model import from_systems, load_model
 from swaywatch.damping.sentences import comparison_words, sentences, verdict
 from swaywatch.damping.size import small_swing
-from swaywatch.damping.study import Study, StudyPlan, study_of
+from swaywatch.damping.study import Study, StudyPlan, evaluate, study_of
 from swaywatch.damping.window import Estimator
 from swaywatch.errors import ModelError, RecordingError, SignalError
 from swaywatch.recording import Series, write_recording
@@ -415,6 +415,24 @@ def test_dutch_roll_with_and_without_its_damper() -> None:
     assert both.p_value < 1e-3
 
 
+def test_no_window_begins_within_the_pilots_doublet(tmp_path: Path) -> None:
+    """Nobody names the rudder; a window that holds some of its doublet shows too little damping."""
+    off = []
+    for seed in range(4):
+        value, rudder, truth = dutch_roll(0.0, 20.0, 800, seed)
+        rows = np.column_stack([np.arange(800) / 20.0, value, rudder])
+        path = tmp_path / f"{seed}.csv"
+        np.savetxt(path, rows, delimiter=",", header="time_s,beta,p,r,rudder", comments="")
+        for inputs in ((), (NO_INPUT,)):
+            study = evaluate([path], StudyPlan(Choice(inputs=inputs)))
+            if not inputs:
+                assert study.points[0].start_s > 6.55
+                off.append(abs(study.points[0].damping_ratio.value - truth))
+            else:
+                assert not study.found[0].run.input_names
+    assert np.median(off) < 0.01
+
+
 def test_short_recordings_hold_their_truth() -> None:
     """4 to 20 cycles with one swing: found, and no surer than the motion meanwhile allows."""
     rng = np.random.default_rng(11)
@@ -463,8 +481,10 @@ def test_units_separators_and_an_unnamed_input(
     arguments = ["damping", str(tmp_path / "off.csv"), "--compare", str(tmp_path / "on.csv")]
     assert main([*arguments, "--names", "off", "on", "--out", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "In the files that could be rudder" in said
+    assert "Taken as the driver's or pilot's input by name: rudder" in said
     assert "The damping ratio of off is lower than that of on" in said
+    assert main([*arguments, "--input", "none", "--out", str(tmp_path)]) == 0
+    assert "In the files that could be rudder" in " ".join(capsys.readouterr().out.split())
     model = [*arguments[:2], "--model", str(tmp_path / "m.csv"), "--input", "rudder"]
     assert main([*model, "--out", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.split())

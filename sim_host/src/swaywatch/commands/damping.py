@@ -43,7 +43,8 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--input", action="append", default=[], metavar="NAME",
         help="input of the driver or pilot (not output of a damper or controller): swings that "
-        "it drives are reported as forced",
+        "it drives are reported as forced. Without: signals named hand wheel, stick, rudder, "
+        "aileron ...; --input none: there is none",
     )  # fmt: skip
     parser.add_argument(
         "--against", metavar="NAME",

@@ -51,7 +51,15 @@ _INPUT_LIKE = re.compile(
     r"steer(?!.*rate)|push|force",
     re.IGNORECASE,
 )
-_DRIVER_NAME = re.compile(r"steer(ing)?_?wheel_?angle|hand_?wheel", re.IGNORECASE)
+_DRIVER_NAME = re.compile(
+    r"steer(ing)?_?wheel_?angle|hand_?wheel|pilot|stick|yoke|rudder|aileron|delta_?[ar]\b",
+    re.IGNORECASE,
+)
+"""Names of what a driver or pilot moves, taken as inputs where none is named: what a damper adds to
+a rudder decays with the swing and is recognised as its own."""
+
+NO_INPUT = "none"
+"""Name that says that no signal is an input."""
 
 
 @dataclass(frozen=True)
@@ -250,8 +258,12 @@ def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
             "Name some with --channel"
         )
     inputs = choice.inputs or tuple(
-        name for name in signals if _DRIVER_NAME.search(name) and name not in channels
+        name
+        for name, series in signals.items()
+        if _DRIVER_NAME.search(name) and name not in channels and _moves(series)
     )
+    if inputs == (NO_INPUT,) and NO_INPUT not in signals:
+        inputs = ()
     speeds = [n for n in signals if _SPEED.search(n) and n not in (*channels, *inputs)]
     against = choice.against or (speeds[0] if speeds else None)
     return Choice(channels, inputs, against)
