@@ -7,9 +7,10 @@
 #include "arithmetic/sway_real_ops.h"
 
 /* Natural logarithms: another trailer below the first (0 of 40 drives with the same one), the same
- * one above the second; the product of variances has to fall by the third to be worth a write. */
+ * one above the second (20 times more probable than one that nobody knows); the product of
+ * variances has to fall by the third to be worth a write. */
 #define ANOTHER (-1)
-#define SAME 1
+#define SAME 3
 #define WORTH 2
 
 static const uint8_t magic[4] = {'S', 'W', 'T', 'R'};

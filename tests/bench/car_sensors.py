@@ -1,20 +1,18 @@
 """What the car's own sensors are worth: recordings, ordinary drives, warnings.
 
-``make bench-car``. Recordings: practice and road; steering, speed, yaw rate and lateral
-acceleration only (and with the car's wheel forces, which are fed but not used by the trailer's
-observer), the trailer known as the user knows it, by mass and length, or not at all. Drives: the
-independent plant of the warning campaign, 100 s at each of three speeds, sensors of a production
-car. Warnings: drives of that campaign with its full set of sensors and with the car's own at
-production grade.
+Parts of ``make bench-car`` (`car_shown.py` makes the table). Recordings: practice and road;
+steering, speed, yaw rate and lateral acceleration only (and with the car's wheel forces, which are
+fed but not used by the trailer's observer), the trailer known as the user knows it, by mass and
+length, or not at all. Drives: the independent plant of the warning campaign, 100 s at each of three
+speeds, sensors of a production car. Warnings: drives of that campaign with its full set of sensors
+and with the car's own at production grade.
 """
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import json
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -27,11 +25,12 @@ import warning_plant as plant
 from swaywatch.analysis import usable, weighted_mean
 from swaywatch.drive import Drive, load_drives
 from swaywatch.ecu.core import PRESENCE, VALID, Core, Estimates, columns_of, positions_of
-from swaywatch.trailer import INTERVAL, OWN_CHANNELS, chained
+from swaywatch.trailer import INTERVAL, OWN_CHANNELS, chained, identify
 from swaywatch.vehicle import Vehicle
 from swaywatch.vehicle_file import load_vehicle
 
 FloatArray = npt.NDArray[np.float64]
+FIRST_SEED = 20_001
 FORCES = tuple(f"wheel_lateral_force_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
 
 PRODUCTION = {
@@ -128,6 +127,7 @@ def recordings(root: Path) -> dict[str, Any]:
         z = np.array([(f["v_crit"] - true) / f["se"] for f, true in found])
         figures[how] = {
             "told": len(found), "median_error_percent": float(np.median(np.abs(error))),
+            "bias_percent": float(np.median(error)),
             "largest_percent": float(np.abs(error).max()),
             "in_90_percent_interval": float(np.mean(np.abs(z) < INTERVAL)),
             "there": sum(f["presence"] == "there" for f, _ in found),
@@ -150,6 +150,18 @@ def recordings(root: Path) -> dict[str, Any]:
         for c in cases if c["case"] in ("p01", "p03", "p05", "p08")
     ]  # fmt: skip
     return figures
+
+
+def solo(folder: Path, roles: Path) -> dict[str, str]:
+    """What is said of each real run of a car without a trailer, with its certainty."""
+    vehicle = load_vehicle(folder / "vehicle.toml")
+    result = {}
+    for file in sorted(folder.glob("*.mf4")):
+        found = identify(load_drives([file], roles), vehicle)
+        told = found.quantities or found.critical_speed_m_s is not None
+        more = " and more" if found.presence == "none" and told else ""
+        result[file.stem] = f"{found.presence}{more}, {100 * found.certainty:.1f} %"
+    return result
 
 
 def measured(motion: plant.Motion, rng: np.random.Generator) -> Any:
@@ -210,13 +222,15 @@ def one_drive(
 
 def ordinary(count: int) -> dict[str, Any]:
     """Five minutes at three speeds: error of the critical speed, held intervals."""
-    found = [one_drive(seed, alone=False, seconds=100.0, speeds=(70, 85, 100))
+    found = [one_drive(FIRST_SEED + seed, alone=False, seconds=100.0, speeds=(70, 85, 100))
              for seed in range(count)]  # fmt: skip
     told = [
         (f, true)
         for f, true in found
         if f["v_crit"] and f["presence"] == "there" and f["v_crit"] < 249 and true < 250
     ]
+    if not told:
+        return {"drives": count, "told": 0}
     error = np.array([100 * (f["v_crit"] / true - 1) for f, true in told])
     z = np.array([(f["v_crit"] - true) / f["se"] for f, true in told])
     return {
@@ -232,7 +246,9 @@ def presence(count: int, swerves: int) -> dict[str, Any]:
     result: dict[str, Any] = {"drives_of_each": count, "swerves": swerves}
     for alone in (False, True):
         found = [
-            one_drive(1000 + seed, alone=alone, seconds=60.0, speeds=(85,), swerves=swerves)[0]
+            one_drive(FIRST_SEED + seed, alone=alone, seconds=60.0, speeds=(85,), swerves=swerves)[
+                0
+            ]
             for seed in range(count)
         ]
         words = [f["presence"] for f in found]
@@ -244,7 +260,7 @@ def presence(count: int, swerves: int) -> dict[str, Any]:
 
 def warnings(drives: int, hours: float) -> dict[str, Any]:
     """The campaign with all sensors and with the car's own at production grade."""
-    jobs = wc.jobs_of(drives, hours, 30001)
+    jobs = wc.jobs_of(drives, hours, 30_001)
     full_set, as_drive, detectors = plant.measure, wc.as_drive, wc.DETECTORS
     result = {}
     for name in ("all sensors", "own"):
@@ -277,30 +293,3 @@ def full_set_own(motion: plant.Motion, rng: np.random.Generator, measure: Any) -
         return measure(motion, rng)
     finally:
         plant.SENSORS = keep
-
-
-def main() -> int:
-    """Run the parts that are asked for; print JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--recordings", type=Path)
-    parser.add_argument("--drives", type=int, default=0)
-    parser.add_argument("--presence", type=int, default=0)
-    parser.add_argument("--warnings", type=int, default=0)
-    parser.add_argument("--hours", type=float, default=0.0)
-    arguments = parser.parse_args()
-    figures: dict[str, Any] = {}
-    if arguments.recordings and arguments.recordings.is_dir():
-        figures["recordings"] = recordings(arguments.recordings)
-    if arguments.drives:
-        figures["ordinary drives"] = ordinary(arguments.drives)
-    if arguments.presence:
-        figures["presence"] = [presence(arguments.presence, swerves) for swerves in (2, 0)]
-    if arguments.warnings:
-        figures["warnings"] = warnings(arguments.warnings, arguments.hours)
-    json.dump(figures, sys.stdout, indent=1)
-    print()
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -141,7 +141,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _page(
     args: argparse.Namespace, vehicle: Vehicle, console: Console, stack: ExitStack
-) -> Callable[[Any], None] | None:
+) -> Callable[[Any, str], None] | None:
     """With --page: serve it until the command ends; what is called with each status."""
     if args.page is None:
         return None
@@ -196,7 +196,7 @@ def _watch(
     args: argparse.Namespace,
     every_s: float,
     show: Callable[[], None],
-    note: Callable[[Any], None] | None,
+    note: Callable[[Any, str], None] | None,
 ) -> None:
     """Receive, and show every so often."""
     end = time.monotonic() + args.duration
@@ -211,7 +211,7 @@ def _watch(
             if message is not None:
                 _take(bus, feed, args, message)
                 if note:
-                    note(feed.status())
+                    note(feed.status(), said_of_trailer(feed))
             else:
                 feed.advance(time.time())
             if time.monotonic() >= due:
@@ -262,6 +262,11 @@ def _critical(status: Any, value: dict[str, float]) -> str:
     return _number("{:.1f}", True, value["v_crit_m_s"] * 3.6, value["v_crit_se_m_s"] * 3.6)
 
 
+def said_of_trailer(feed: NodeFeed | RoleFeed) -> str:
+    """The ECU's sentence on the trailer that it remembers; empty where the bus has none."""
+    return "" if feed.trailer is None else feed.trailer.sentence
+
+
 def line(feed: NodeFeed | RoleFeed) -> str:
     """The state in one line."""
     status, value = _values(feed)
@@ -274,10 +279,11 @@ def line(feed: NodeFeed | RoleFeed) -> str:
     margin = _number("{:+.1f}", known, value["margin_m_s"] * 3.6)
     frequency = _number("{:.3f}", valid("line"), value["frequency_hz"])
     damping = _number("{:+.3f}", valid("line"), value["damping_ratio"])
+    trailer = "" if feed.trailer is None else f"trailer {feed.trailer.state}  "
     return (
         f"{ALARM[int(status['alarm'])].upper():8s} v {value['speed_m_s'] * 3.6:6.1f} km/h  "
         f"v_crit {critical} km/h  margin {margin} km/h  f {frequency} Hz  damping {damping}  "
-        f"estimates {int(status['sequence'])}  frames used {feed.counts.used}, other "
+        f"{trailer}estimates {int(status['sequence'])}  frames used {feed.counts.used}, other "
         f"{feed.counts.other}, errors {feed.counts.errors}"
     )
 
@@ -345,8 +351,9 @@ def picture(feed: NodeFeed | RoleFeed, args: argparse.Namespace) -> Panel:
     flags = [name.replace("_", " ") for name, bit in QUALITY.items() if status["quality"] & bit]
     faults = [f"{name} {count}" for name, count in feed.faults().items() if count]
     supervision = findings_text(feed.status())
+    trailer = said_of_trailer(feed)
     foot = Text(
-        f"quality: {', '.join(flags) or 'good'}\n"
+        (f"trailer: {trailer}\n" if trailer else "") + f"quality: {', '.join(flags) or 'good'}\n"
         f"inputs and vehicle: {supervision or 'no fault found'}\n"
         f"frames: {feed.counts.used} used, {feed.counts.other} other, {feed.counts.errors} error "
         f"frames, {feed.counts.rate_hz:.0f}/s; faults: {', '.join(faults) or 'none'}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ from rich.table import Table
 
 from swaywatch import __version__
 from swaywatch.drive import load_drives
+from swaywatch.ecu.remembered import Remembered, last_of
+from swaywatch.recording import read_recording
 from swaywatch.recording.guard import whole_file
 from swaywatch.terminal import output
 from swaywatch.terminal.progress import LateProgress
@@ -31,7 +34,8 @@ def add_parser(subparsers: Any) -> None:
         description="Identify the attached trailer from steering, speed, yaw rate and lateral "
         "acceleration of the car alone. [trailer] of the vehicle.toml may be complete, partly "
         "known (mass, hitch_to_axle) or absent. Several recordings of the same combination, best "
-        "at different speeds, are taken together.",
+        "at different speeds, are taken together. Where an ECU was on the bus (message "
+        "SwayTrailer), what it said of the trailer that it remembers is repeated.",
     )
     parser.add_argument("recording", type=Path, nargs="+", help="drives of the same combination")
     parser.add_argument(
@@ -56,10 +60,17 @@ def run(args: argparse.Namespace) -> int:
         drives = load_drives(args.recording, args.signals, join=False)
         progress.tell("identifying the trailer", 0.0, 1.0)
         result = identify(drives, vehicle)
-    content = {"swaywatch": __version__, **as_json(result, args.recording)}
+    remembered = {path: said for path in args.recording if (said := _said_by_ecu(path))}
+    content = {
+        "swaywatch": __version__,
+        **as_json(result, args.recording),
+        "remembered": {str(path): dataclasses.asdict(said) for path, said in remembered.items()},
+    }
     output.result(args, content)
     for text in sentences(result):
         console.print(text, markup=False)
+    for path, said in remembered.items():
+        console.print(f"{path.name}: {said.sentence}", markup=False)
     if result.quantities:
         console.print(_table(result))
     for manoeuvre in result.manoeuvres[:3]:
@@ -75,6 +86,12 @@ def run(args: argparse.Namespace) -> int:
             temporary.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
         console.print(str(args.out), soft_wrap=True)
     return 0
+
+
+def _said_by_ecu(path: Path) -> Remembered | None:
+    """The last message SwayTrailer of a recording, where an ECU was on the bus."""
+    frames = read_recording(path).frames
+    return None if frames is None else last_of(frames)
 
 
 def sentences(result: TrailerResult) -> list[str]:

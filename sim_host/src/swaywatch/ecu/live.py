@@ -19,6 +19,7 @@ import numpy.typing as npt
 from swaywatch.drive import Mapping, load_signals, unit_factor
 from swaywatch.ecu.core import Core
 from swaywatch.ecu.node import Node
+from swaywatch.ecu.remembered import Remembered, heard
 from swaywatch.errors import SignalError
 from swaywatch.recording.dbc import Database, frames_by_identifier
 from swaywatch.recording.frames import Frames, make_frames
@@ -95,6 +96,11 @@ class Playback:
         )
 
 
+def _trailer(message: can.Message) -> Remembered | None:
+    """What the ECU on the bus says of the trailer; this node itself keeps none."""
+    return heard(message.arbitration_id, message.is_extended_id, bytes(message.data))
+
+
 class NodeFeed:
     """Frames of ``swaywatch.dbc`` into the ECU software.
 
@@ -109,6 +115,7 @@ class NodeFeed:
     def __init__(self, vehicle: Vehicle, positions_m: dict[str, float]) -> None:
         self.node = Node(vehicle, positions_m)
         self.counts = Counts()
+        self.trailer: Remembered | None = None
 
     def receive(self, message: can.Message) -> list[tuple[int, bytes]]:
         """One frame; the status frames that it causes."""
@@ -118,6 +125,7 @@ class NodeFeed:
         if message.is_remote_frame:
             return []
         self.counts.note(message.timestamp)
+        self.trailer = _trailer(message) or self.trailer
         time_us = round(message.timestamp * 1e6)
         error = self.node.receive(
             time_us, message.arbitration_id, message.is_extended_id, bytes(message.data)
@@ -167,6 +175,7 @@ class RoleFeed:
         positions = {m.channel: m.position_m for m in mappings}
         self.core = Core(vehicle, positions)
         self.counts = Counts()
+        self.trailer: Remembered | None = None
         self._entries: dict[tuple[int, bool], list[tuple[Mapping, Any, Any, float]]] = {}
         for mapping in mappings:
             for name in mapping.signals[:1]:
@@ -193,6 +202,7 @@ class RoleFeed:
         if message.is_remote_frame:
             return []
         self.counts.note(message.timestamp)
+        self.trailer = _trailer(message) or self.trailer
         entries = self._entries.get((message.arbitration_id, message.is_extended_id))
         if entries is None:
             self.counts.other += 1

@@ -10,6 +10,7 @@
     box.firstElementChild.textContent = text;
   };
   const show = async (state) => {
+    document.getElementById("live-trailer").textContent = state.trailer;
     if (!state.estimates) { return; }
     say(kinds[state.alarm] ?? "", `Alarm: ${state.alarm}`);
     put("live-verdict", state.verdict);

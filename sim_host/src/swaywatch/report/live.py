@@ -60,10 +60,15 @@ class LivePage:
         self._status: deque[Any] = deque(maxlen=MOST)
         self._start_us: int | None = None
         self._sequence = 0
+        self._trailer = ""
         self._made: tuple[float, bytes] = (-EVERY_S, b"")
 
-    def note(self, status: Any) -> None:
-        """The newest status, shape (1,); kept where it is a new estimate."""
+    def note(self, status: Any, trailer: str = "") -> None:
+        """The newest status, shape (1,); kept where it is a new estimate.
+
+        `trailer` is what the ECU says of the trailer that it remembers, a sentence.
+        """
+        self._trailer = trailer
         sequence = int(status["sequence"][0])
         if sequence == self._sequence:
             return
@@ -93,7 +98,9 @@ class LivePage:
         if time.monotonic() - made < EVERY_S:
             return content
         result = self.result()
-        found: dict[str, Any] = {"estimates": 0, "figures": dict.fromkeys(FIGURES)}
+        found: dict[str, Any] = {
+            "estimates": 0, "trailer": self._trailer, "figures": dict.fromkeys(FIGURES),
+        }  # fmt: skip
         if result is not None:
             found["estimates"] = self._sequence
             found["alarm"] = ALARM[int(result.estimates.status["alarm"][-1])]
