@@ -24,6 +24,9 @@ Beside it (written later, when the false ones had been looked at, so no requirem
 answer to all moment before, as `freed.py` has it. The act rule above asks whether a hand's action
 is distinct; this asks how much it adds, and where it adds more than `freed.ADDED` the oscillation
 is not free, whatever began it. What such a hand does to the values is told by the pushes' mean.
+
+With `along` (``--along``) a second signal is named; the rule that uses it was set on generated
+bicycles (``damping_hands.py``).
 """
 
 from __future__ import annotations
@@ -149,12 +152,14 @@ def roll_moment(path: Path, pushes: Sequence[Push]) -> FloatArray:
     return np.asarray(acceleration - columns @ fit, dtype=np.float64)
 
 
-def place_of(folder: Path, mode: str, name: str, estimator: Estimator) -> Place:
-    """One recording, without and with the moment as an input."""
+def place_of(
+    folder: Path, mode: str, name: str, estimator: Estimator, along: tuple[str, ...] = ()
+) -> Place:
+    """One recording, without and with the moment as an input; `along`: also named."""
     speed = SPEEDS[name]
     path = folder / f"{mode}_{name}kph.parquet"
     pushes = pushes_of(folder, mode, speed)
-    (run,) = load_runs([path], Choice(("lean_rate",), (), "speed"))
+    (run,) = load_runs([path], Choice(("lean_rate",), (), "speed", along=along))
     points, _ = parted(points_of(find(run, BAND, estimator)))
     moment = roll_moment(path, pushes)
     free, seen = _free_under(run, moment, estimator, pushes)
@@ -218,10 +223,14 @@ def same_mode(point: Point, pushes: Sequence[Push]) -> bool:
     return all(abs(off) <= 3.0 * error for off, error in deviations(point, pushes))
 
 
-def places_of(folder: Path) -> list[Place]:
-    """All sixteen recordings."""
+def places_of(folder: Path, along: tuple[str, ...] = ()) -> list[Place]:
+    """All sixteen recordings; `along`: signals named as swinging along."""
     estimator = Estimator()
-    return [place_of(folder, mode, name, estimator) for mode in ("normal", "mm") for name in SPEEDS]
+    return [
+        place_of(folder, mode, name, estimator, along)
+        for mode in ("normal", "mm")
+        for name in SPEEDS
+    ]
 
 
 @dataclass(frozen=True)

@@ -76,6 +76,7 @@ def bicycle(folder: Path) -> Iterator[Row]:
     yield _means(fast)
     yield _repeats(places)
     yield from _found(places)
+    yield from _found_along(bicycle_free.places_of(folder, ("fork_angle",)))
     of_pushes = {(p.mode, p.speed_m_s): p.of_pushes for p in places}
     yield _controllers(of_pushes["normal", 5.0], of_pushes["mm", 5.0], "the authors' pushes")
     for mode in ("normal", "mm"):
@@ -169,6 +170,27 @@ def _found(places: Sequence[bicycle_free.Place]) -> Iterator[Row]:
         "have little",
         all(0.85 <= held / compared <= 0.98 for held in (ratios, frequencies)),
         BESIDE,
+    )
+
+
+def _found_along(places: Sequence[bicycle_free.Place]) -> Iterator[Row]:
+    """The same where a second signal is named that swings along."""
+    count = bicycle_free.count(places)
+    share = count.pushes_found / count.pushes
+    yield Row(
+        "bicycle with --along fork_angle: pushes found without a given list",
+        ">= 95 %",
+        f"{count.pushes_found} of {count.pushes} ({100 * share:.1f} %)",
+        share >= 0.95,
+    )
+    false = count.forced + count.other_mode
+    share = false / count.judged
+    yield Row(
+        "bicycle with --along fork_angle: false ones among all with a stated damping",
+        "<= 2 %",
+        f"{false} of {count.judged} ({100 * share:.1f} %): {count.forced} with a hand, "
+        f"{count.other_mode} of another damping or frequency",
+        share <= 0.02,
     )
 
 

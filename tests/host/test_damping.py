@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -32,6 +33,11 @@ from swaywatch.damping.study import Study, StudyPlan, evaluate, study_of
 from swaywatch.damping.window import Estimator
 from swaywatch.errors import ModelError, RecordingError, SignalError
 from swaywatch.recording import Series, write_recording
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "bench"))
+
+import bicycle_free
+import damping_hands
 
 Array = NDArray[np.float64]
 PRACTICE = DATA / "practice"
@@ -267,6 +273,46 @@ def test_a_swing_unlike_the_others_is_left_out() -> None:
         at = {round((p.start_s - 10.0) / 22.0) for p in others}
         assert at == ({4} if odd else set())
         assert len(usual) + len(others) == len(points)
+
+
+@pytest.mark.parametrize("along", [False, True])
+@pytest.mark.parametrize("hand", [0.0, 0.1, 0.8])
+def test_a_hand_is_seen_in_what_swings_along(hand: float, along: bool) -> None:
+    """Of eight swings one has a slow force in the second signal only; as a part of the swing."""
+    rng = np.random.default_rng(5)
+    time = np.arange(9600) * 0.02
+    value = 0.01 * rng.normal(size=(len(time), 2))
+    mode = complex(-0.1, 1.0) * 2 * math.pi
+    for k in range(8):
+        since = time - 10.0 - 22.0 * k
+        swing = np.where(since > 0, np.exp(mode * np.maximum(since, 0.0)), 0.0)
+        value += np.stack([swing.imag, (0.5 * np.exp(2.0j) * swing).real], axis=1)
+        if k == 4:
+            value[:, 1] += hand * 0.5 * np.where(since > 0, np.exp(-1.2 * np.abs(since)), 0.0)
+    run = a_run(value[:, :1], 0.02)
+    if along:
+        run = replace(run, along_names=("fork",), along=value[:, 1:])
+    points = points_of(find(run, BAND, Estimator()))
+    assert len({p.number for p in points}) == 8
+    _, others = parted(points)
+    at = {round((p.start_s - 10.0) / 22.0) for p in others}
+    assert at == ({4} if along and hand > 0.5 else set())
+    # where no shape is usual, nobody can say which is the mode's
+    none = [
+        replace(p, shape=p.shape._replace(middle=p.shape.middle * np.array([1.0, 1j**k])))
+        for k, p in enumerate(points)
+        if p.shape is not None
+    ]
+    assert not parted(none)[1]
+
+
+def test_withdrawn_hands_of_generated_bicycles_are_left_out() -> None:
+    """`python tests/bench/damping_hands.py` does 120 of these."""
+    found = damping_hands.kept(30_001, 12)
+    assert found.free > 80
+    assert found.held > 15
+    assert found.free_kept >= 0.95 * found.free
+    assert found.held_kept <= 0.5 * found.held
 
 
 def test_what_creeps_back_has_no_damping_ratio() -> None:
@@ -546,6 +592,14 @@ def test_pushes_are_found(bicycle: Any) -> None:
     _, _, count, hit = bicycle
     assert count == 107
     assert hit >= 0.95 * count
+
+
+def test_pushes_are_found_and_hands_left_out_by_the_fork(bicycle: Any) -> None:
+    """With `--along fork_angle`: pushes found, and less than half of what is not listed."""
+    folder, *_ = bicycle
+    sure = bicycle_free.count(bicycle_free.places_of(folder, ("fork_angle",)))
+    assert sure.pushes_found >= 0.95 * sure.pushes
+    assert sure.forced + sure.other_mode <= 0.02 * sure.judged
 
 
 def test_means_are_those_of_a_hand_fit(bicycle: Any) -> None:

@@ -47,6 +47,12 @@ def add_parser(subparsers: Any) -> None:
         "aileron ...; --input none: there is none",
     )  # fmt: skip
     parser.add_argument(
+        "--along", action="append", default=[], metavar="NAME",
+        help="angle between two bodies that swings along (fork, articulation): a swing in which "
+        "its share of the motion is not the usual one (a hand or a gust still acts) is reported as "
+        "another motion; at six swings at a speed or more",
+    )  # fmt: skip
+    parser.add_argument(
         "--against", metavar="NAME",
         help="signal on the horizontal axis of the damping plot (without: the speed, if one has "
             "that name)",
@@ -86,8 +92,9 @@ def run(args: argparse.Namespace) -> int:
     if not 0.05 <= low < high <= 50.0:
         raise SignalError(f"--band {low:g} {high:g}: expected 0.05 <= LOW < HIGH <= 50 Hz")
     choice = Choice(
-        tuple(args.channel), tuple(args.input), args.against, args.signals, tuple(args.dbc)
-    )
+        tuple(args.channel), tuple(args.input), args.against, args.signals, tuple(args.dbc),
+        tuple(args.along),
+    )  # fmt: skip
     plan = StudyPlan(choice, (low, high), tuple(args.against_values))
     model = load_model(args.model) if args.model else None
     with LateProgress(Console(stderr=True)) as progress:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +82,8 @@ class DampingRun:
         What damping is drawn over: speed, or what the user names.
     may_drive
         Other signals of the file whose names are those of an input.
+    along_names, along : shape (n, signals)
+        Angles that swing along: not evaluated, but every free swing has the same share of them.
     """
 
     name: str
@@ -98,6 +100,8 @@ class DampingRun:
     against_name: str
     against_unit: str
     may_drive: tuple[str, ...] = ()
+    along_names: tuple[str, ...] = ()
+    along: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def duration_s(self) -> float:
@@ -125,6 +129,7 @@ class Choice:
     against: str | None = None
     signals: Path | None = None
     dbc: tuple[Path, ...] = ()
+    along: tuple[str, ...] = ()
 
 
 def load_runs(paths: Sequence[Path], choice: Choice) -> list[DampingRun]:
@@ -192,7 +197,7 @@ def run_of(drive: Drive, choice: Choice | None = None) -> DampingRun:
     wanted = choice.channels or tuple(name for name in SWINGING if name in series)
     inputs = choice.inputs or ((DRIVER,) if DRIVER in series else ())
     against = choice.against or ("speed" if "speed" in series else None)
-    return _run(Path(drive.files[0]), series, Choice(wanted, inputs, against))
+    return _run(Path(drive.files[0]), series, Choice(wanted, inputs, against, along=choice.along))
 
 
 def _usable(path: Path, name: str, series: Series) -> Series:
@@ -266,7 +271,7 @@ def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
         inputs = ()
     speeds = [n for n in signals if _SPEED.search(n) and n not in (*channels, *inputs)]
     against = choice.against or (speeds[0] if speeds else None)
-    return Choice(channels, inputs, against)
+    return Choice(channels, inputs, against, along=choice.along)
 
 
 def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:
@@ -274,6 +279,7 @@ def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:
     swinging = _pick(path, signals, choice.channels)
     inputs = _pick(path, signals, choice.inputs)
     against = _pick(path, signals, [choice.against])[0] if choice.against else None
+    along = _pick(path, signals, choice.along)
     first = max(int(series.time_ns[0]) for series in swinging)
     last = min(int(series.time_ns[-1]) for series in swinging)
     periods = [float(np.median(np.diff(series.time_ns))) * 1e-9 for series in swinging]
@@ -317,6 +323,8 @@ def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:
             and name not in (*choice.channels, *choice.inputs)
             and _moves(series)
         ),
+        tuple(choice.along),
+        _on(time_s, along, first),
     )
 
 

@@ -20,6 +20,7 @@ from scipy import stats
 
 from swaywatch.damping.ambient import ambient_covariance
 from swaywatch.damping.find import Event, Found, SwingWindow, quiet_starts
+from swaywatch.damping.shape import Shape, shape_of
 from swaywatch.damping.window import Line, damping_error, sensitivity
 
 FloatArray = npt.NDArray[np.float64]
@@ -120,6 +121,8 @@ class Point:
         that is inferred from what the line leaves.
     parts
         How its damping goes with the size of the swing.
+    shape
+        How other signals swing along; None: none is named, or that cannot be told.
     """
 
     run: str
@@ -136,6 +139,7 @@ class Point:
     later: FloatArray
     quiet_known: bool = True
     parts: tuple[SwingPart, ...] = ()
+    shape: Shape | None = None
 
     @property
     def determinable(self) -> bool:
@@ -200,6 +204,7 @@ def point_of(found: Found, event: Event, window: SwingWindow, number: int) -> Po
     rows = run.rows(line.start_s, line.start_s + line.length_s)
     against = math.nan if run.against is None else float(np.mean(run.against[rows]))
     turn = (2 * math.pi) ** 2
+    starts = _quiet_windows(found, line)
     return Point(
         run.name,
         number,
@@ -213,9 +218,17 @@ def point_of(found: Found, event: Event, window: SwingWindow, number: int) -> Po
         line.cycles,
         event.share,
         _later(window),
-        len(_quiet_windows(found, line)) >= FEWEST_QUIET,
+        len(starts) >= FEWEST_QUIET,
         tuple(_part(found, event, window, part) for part in window.parts),
+        _shape(found, window, starts),
     )
+
+
+def _shape(found: Found, window: SwingWindow, starts: npt.NDArray[np.int64]) -> Shape | None:
+    """How other signals swing along; not where an input is taken out of the channels alone."""
+    if window.freed is not None or len(starts) < FEWEST_QUIET:
+        return None
+    return shape_of(found.run, window.line, _some(starts))
 
 
 def _pushed(event: Event, line: Line) -> float:
@@ -269,6 +282,11 @@ def _quiet_windows(found: Found, line: Line) -> npt.NDArray[np.int64]:
     return quiet_starts(found.quiet, max(8, round(line.length_s / found.run.step_s)))
 
 
+def _some(starts: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """At most _MOST_QUIET of them, evenly."""
+    return starts[np.linspace(0, len(starts) - 1, min(len(starts), _MOST_QUIET)).astype(int)]
+
+
 def _covariance(found: Found, line: Line, samples: FloatArray) -> tuple[FloatArray, float]:
     """Of growth and omega, and its degrees of freedom; `samples`: the line's own."""
     white = np.diag([line.growth_se_1_s**2, line.omega_se_rad_s**2])
@@ -278,7 +296,7 @@ def _covariance(found: Found, line: Line, samples: FloatArray) -> tuple[FloatArr
     if len(starts) < FEWEST_QUIET:
         meanwhile = ambient_covariance(samples, run.step_s, line)
         return white + meanwhile, max(4.0, 2.0 * line.cycles)
-    starts = starts[np.linspace(0, len(starts) - 1, min(len(starts), _MOST_QUIET)).astype(int)]
+    starts = _some(starts)
     moves = sensitivity(line, rows, run.step_s)
     shifts = np.array(
         [np.einsum("irc,rc->i", moves, run.value[k : k + rows]) for k in starts], dtype=np.float64

@@ -191,10 +191,13 @@ def _others(study: Study) -> str:
         for point in study.others[:3]
     )
     more = f" and {len(study.others) - 3} more" if len(study.others) > 3 else ""
+    along = dict.fromkeys(name for found in study.found for name in found.run.along_names)
+    kind = "frequency or damping"
+    if along:
+        kind = f"frequency, damping or how {', '.join(along)} swing{'s' * (len(along) == 1)} along"
     return (
         f"Another motion than the other swings at that {study.against_name or 'place'}, by "
-        f"frequency or damping, and left out of the means: {which}{more}. A hand, a gust or "
-        "another mode does so."
+        f"{kind}, and left out of the means: {which}{more}. A hand, a gust or another mode does so."
     )
 
 

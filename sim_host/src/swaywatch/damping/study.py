@@ -338,6 +338,7 @@ def _run_json(found: Found) -> dict[str, Any]:
         "file": str(found.run.path),
         "channels": list(found.run.channels),
         "inputs": list(found.run.input_names),
+        "along": list(found.run.along_names),
         "duration_s": found.run.duration_s,
         "events": [
             {
