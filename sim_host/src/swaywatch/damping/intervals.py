@@ -284,7 +284,8 @@ def _quiet_windows(found: Found, line: Line) -> npt.NDArray[np.int64]:
 
 def _some(starts: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """At most _MOST_QUIET of them, evenly."""
-    return starts[np.linspace(0, len(starts) - 1, min(len(starts), _MOST_QUIET)).astype(int)]
+    chosen = np.linspace(0, len(starts) - 1, min(len(starts), _MOST_QUIET)).astype(np.int64)
+    return np.asarray(starts[chosen], dtype=np.int64)
 
 
 def _covariance(found: Found, line: Line, samples: FloatArray) -> tuple[FloatArray, float]:
