@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from swaywatch.commands._options import add_bus
 from swaywatch.terminal import output
 
 HAS_JSON = True
@@ -23,11 +24,7 @@ def add_parser(subparsers: Any) -> None:
         "swaywatch.simulate.expectation) becomes a verdict each; exit 1 if one fails.",
     )
     parser.add_argument("scenario", type=Path, help="the scenario, TOML")
-    parser.add_argument(
-        "--interface", default="socketcan", help="python-can interface (default: socketcan)"
-    )
-    parser.add_argument("--channel", default="vcan0", help="channel (default: vcan0)")
-    parser.add_argument("--bitrate", type=int, help="for interfaces that set it")
+    add_bus(parser)
     parser.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
     parser.add_argument(
         "--junit", type=Path, metavar="XML", help="write the verdicts there, as JUnit does"

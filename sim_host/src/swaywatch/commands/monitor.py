@@ -18,6 +18,8 @@ from rich.table import Table
 from rich.text import Text
 
 from swaywatch.analysis import AXLE_NAMES, LIMITS, SEARCHED_M_S
+from swaywatch.commands._options import add_bitrate, add_files
+from swaywatch.commands.feed import open_bus
 from swaywatch.drive import load_drive
 from swaywatch.ecu.bus import encode_drive
 from swaywatch.ecu.core import (
@@ -60,16 +62,8 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument("--interface", help="e.g. socketcan, pcan, vector, virtual")
     parser.add_argument("--channel", help="e.g. can0, vcan0, PCAN_USBBUS1")
-    parser.add_argument(
-        "--bitrate", type=int, metavar="BIT/S", help="for interfaces that set it, such as 500000"
-    )
-    parser.add_argument(
-        "--vehicle",
-        type=Path,
-        required=True,
-        metavar="TOML",
-        help="vehicle.toml of the combination",
-    )
+    add_bitrate(parser)
+    add_files(parser, signals=False)
     parser.add_argument(
         "--signals", type=Path, metavar="TOML", help="roles and DBC of the bus or of the recording"
     )
@@ -123,7 +117,7 @@ def run(args: argparse.Namespace) -> int:
             if args.signals is None
             else RoleFeed(vehicle, args.signals)
         )
-        bus = _open(args)
+        bus = open_bus(args)
     console = Console(highlight=False)
     with ExitStack() as stack:
         stack.enter_context(bus)
@@ -157,16 +151,6 @@ def _page(
 
 def _place(args: argparse.Namespace) -> str:
     return str(args.recording) if args.recording else f"{args.interface} {args.channel}"
-
-
-def _open(args: argparse.Namespace) -> can.BusABC:
-    options = {} if args.bitrate is None else {"bitrate": args.bitrate}
-    try:
-        return can.Bus(interface=args.interface, channel=args.channel, **options)
-    except Exception as error:  # drivers raise anything from OSError to NameError
-        raise SwaywatchError(
-            f"cannot open --interface {args.interface} --channel {args.channel}: {error}"
-        ) from None
 
 
 def _recorded(

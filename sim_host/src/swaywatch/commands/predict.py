@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from swaywatch.commands._options import add_simulation_signals
 from swaywatch.terminal import output
 
 HAS_JSON = True
@@ -30,11 +31,7 @@ def add_parser(subparsers: Any) -> None:
         help="your own simulation of this run, or an FMU; the diagnosed physics is a correction "
         "to it",
     )  # fmt: skip
-    parser.add_argument(
-        "--simulation-signals", type=Path, metavar="TOML",
-        help="roles of the simulation, if they are others than the recording's; for an FMU see "
-        "swaywatch.cosim.mapping",
-    )  # fmt: skip
+    add_simulation_signals(parser)
     parser.add_argument("--out", required=True, type=Path, help="JSON file for the scores")
 
 

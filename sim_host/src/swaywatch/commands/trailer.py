@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from swaywatch import __version__
+from swaywatch.commands._options import add_files
 from swaywatch.drive import load_drives
 from swaywatch.recording.guard import whole_file
 from swaywatch.terminal import output
@@ -33,17 +34,7 @@ def add_parser(subparsers: Any) -> None:
         "known (mass, hitch_to_axle) or absent. Several recordings of the same combination, best "
         "at different speeds, are taken together.",
     )
-    parser.add_argument("recording", type=Path, nargs="+", help="drives of the same combination")
-    parser.add_argument(
-        "--vehicle",
-        type=Path,
-        required=True,
-        metavar="TOML",
-        help="vehicle.toml of the combination",
-    )
-    parser.add_argument(
-        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
-    )
+    add_files(parser, recording="drives of the same combination")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the result as JSON, too")
 
 
