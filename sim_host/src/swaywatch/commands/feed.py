@@ -1,4 +1,4 @@
-"""``swaywatch feed``: a recording or a scenario onto a bus, in time."""
+"""``swaywatch feed``: a recording or a scenario onto a bus, in real time."""
 
 from __future__ import annotations
 
@@ -19,12 +19,16 @@ def add_parser(subparsers: Any) -> None:
         "feed",
         help="play a recording or a scenario onto a CAN bus",
         description="Play the frames of a recording, or a simulated scenario (.toml), onto a bus "
-        "at the times they carry. Any python-can interface will do.",
+        "at their recorded times, through any interface of python-can.",
     )
     parser.add_argument("source", type=Path, help="a recording, or a scenario (.toml)")
     add_bus(parser)
     parser.add_argument(
-        "--speed", type=float, default=1.0, metavar="N", help="N times real time; 0: without pause"
+        "--speed",
+        type=float,
+        default=1.0,
+        metavar="N",
+        help="play at N times real time (default: 1); 0: without pause",
     )
     parser.add_argument(
         "--signals",
@@ -32,7 +36,9 @@ def add_parser(subparsers: Any) -> None:
         metavar="TOML",
         help="send the recording's roles as frames of dbc/swaywatch.dbc instead of its own frames",
     )
-    parser.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="random seed, instead of the scenario's"
+    )
 
 
 def run(args: argparse.Namespace) -> int:

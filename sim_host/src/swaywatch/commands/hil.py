@@ -25,9 +25,11 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("scenario", type=Path, help="the scenario, TOML")
     add_bus(parser)
-    parser.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
     parser.add_argument(
-        "--junit", type=Path, metavar="XML", help="write the verdicts there, as JUnit does"
+        "--seed", type=int, metavar="N", help="random seed, instead of the scenario's"
+    )
+    parser.add_argument(
+        "--junit", type=Path, metavar="XML", help="also write the verdicts as a JUnit XML file"
     )
 
 

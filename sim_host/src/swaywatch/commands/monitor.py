@@ -55,13 +55,19 @@ def add_parser(subparsers: Any) -> None:
         "time. Without --signals the frames are assumed to be those of dbc/swaywatch.dbc; with "
         "it, any bus is decoded by its DBC and roles.",
     )
-    parser.add_argument("recording", type=Path, nargs="?", help="play this instead of a bus")
+    parser.add_argument(
+        "recording", type=Path, nargs="?", help="recording to play instead of listening to a bus"
+    )
     parser.add_argument(
         "--speed", type=float, default=1.0, metavar="N",
-        help="of a recording: N times real time; 0: without pause",
+        help="play a recording at N times real time; 0: without pause",
     )  # fmt: skip
-    parser.add_argument("--interface", help="e.g. socketcan, pcan, vector, virtual")
-    parser.add_argument("--channel", help="e.g. can0, vcan0, PCAN_USBBUS1")
+    parser.add_argument(
+        "--interface", help="python-can interface, e.g. socketcan, pcan, vector, virtual"
+    )
+    parser.add_argument(
+        "--channel", help="channel of the interface, e.g. can0, vcan0, PCAN_USBBUS1"
+    )
     add_bitrate(parser)
     add_files(parser, signals=False)
     parser.add_argument(
@@ -70,14 +76,14 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--car-accelerometer", type=float, default=0.0, metavar="M",
         help="position of the car's lateral accelerometer ahead of the centre of gravity "
-        "(negative: behind it); with --signals taken from there",
+        "(negative: behind it); with --signals, the position given there is used",
     )  # fmt: skip
     parser.add_argument(
         "--trailer-accelerometer",
         type=float,
         default=0.0,
         metavar="M",
-        help="the same of the trailer",
+        help="the same for the trailer",
     )
     parser.add_argument(
         "--send", action="store_true", help="send the status frames to the bus, as the ECU does"

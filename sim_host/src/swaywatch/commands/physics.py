@@ -22,7 +22,7 @@ def add_parser(subparsers: Any) -> None:
         "sensors, wrong values) and that a scenario of `swaywatch simulate` can switch on: "
         "equation, source, where each enters, parameters with bounds and units.",
     )
-    parser.add_argument("id", nargs="?", help="one of them, in full")
+    parser.add_argument("id", nargs="?", help="show this entry in full")
 
 
 def known() -> dict[str, dict[str, Any]]:

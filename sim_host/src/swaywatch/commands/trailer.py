@@ -35,7 +35,7 @@ def add_parser(subparsers: Any) -> None:
         "at different speeds, are taken together.",
     )
     add_files(parser, recording="drives of the same combination")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the result as JSON, too")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="also write the result as JSON")
 
 
 def run(args: argparse.Namespace) -> int:

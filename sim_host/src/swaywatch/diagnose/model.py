@@ -72,7 +72,7 @@ def _entries(terms: Sequence[ActiveEffect]) -> list[dict[str, Any]]:
 def terms_of(
     entries: Sequence[dict[str, Any]], effects: Sequence[Effect]
 ) -> tuple[ActiveEffect, ...]:
-    """Terms of a model block, windows included."""
+    """Active effects of a model block, windows included."""
     found = []
     for entry in entries:
         same = [e for e in effects if e.id == entry["id"] and e.component == entry["component"]]
