@@ -172,12 +172,12 @@ def _hopeless(rigid: Search, base: Candidate, same: Fit, other: Path) -> bool:
 
 
 def _again(search: Search, terms: Sequence[ActiveEffect], base: Candidate) -> Fit:
-    """Terms found beside another baseline, fitted beside this one."""
+    """Active effects found beside another baseline, fitted beside this one."""
     return search.judge.run(replace(base.fit, terms=_own(search, terms)), 12)
 
 
 def _own(search: Search, terms: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
-    """Terms found beside another baseline, as this search says them."""
+    """Active effects found beside another baseline, as this search says them."""
     known = {(e.name, e.extra.get("form", "box")): e for e in search.effects}
     own = [known.get((t.effect.name, t.effect.extra.get("form", "box"))) for t in terms]
     return tuple(

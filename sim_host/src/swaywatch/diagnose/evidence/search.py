@@ -70,7 +70,7 @@ class Candidate:
     Attributes
     ----------
     fit, parent
-        With one more term than its parent.
+        With one more active effect than its parent.
     evidence
         Logarithm of the marginal likelihood.
     """
@@ -91,7 +91,7 @@ def reduced_chi_square(fit: Fit) -> float:
 
 
 def _moved_edges(term: ActiveEffect, at: int, edge: int) -> list[ActiveEffect]:
-    """The term with an edge of the window at `at` of its values shifted, by what is worth a try."""
+    """Active effects with one edge of the window at `at` of its values shifted, worth a try."""
     neutral = [p.neutral for p in term.effect.parameters]
     sizes = [j for j, p in enumerate(term.effect.parameters) if p.name != RISE.name]
     found = []
@@ -413,7 +413,7 @@ class Search:
         return next(e for e in same if e.extra.get("form", "box") in FIRST_FORMS)
 
     def edges(self, fit: Fit, rounds: int = 3) -> Fit:
-        """Move the edges of the last term's windows over local minima."""
+        """Move the edges of the last active effect's windows over local minima."""
         for _ in range(rounds):
             moved = self._scan_edges(fit)
             if moved is None:
@@ -440,13 +440,13 @@ class Search:
         return Fit((*fit.terms[:-1], term), fit.nuisance, fit.shift)
 
     def _chi2(self, fit: Fit, terms: Sequence[ActiveEffect], run: int) -> list[float]:
-        """Of one run, with each of the terms as the last one."""
+        """Of one run, with each of the active effects as the last one."""
         nuisance, before = fit.nuisance[run], fit.terms[:-1]
         trials = [Trial(run, (*before, term), nuisance, fit.shift) for term in terms]
         return [float(np.dot(e, e)) for e in self.close.evaluate_all(trials)]
 
     def refined(self, fit: Fit) -> Fit:
-        """Better forms of windowed terms, where a module has them."""
+        """Better forms of active effects in windows, where a module has them."""
         for i, term in enumerate(fit.terms):
             refine = term.effect.extra.get("refine")
             better = refine(term, self.problem.runs) if callable(refine) else None
@@ -627,7 +627,7 @@ class Search:
         return self.close.side_by_side(lambda f: self.close.run(f, 12), again)
 
     def without(self, fit: Fit, index: int) -> Fit:
-        """The fit without one of its terms, from the vehicle as believed."""
+        """The fit without one of its active effects, from the vehicle as believed."""
         start = self.close.start()
         terms = (*fit.terms[:index], *fit.terms[index + 1 :])
         near = self.close.run(Fit(terms, start.nuisance, start.shift), 15)

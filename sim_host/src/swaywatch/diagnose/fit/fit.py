@@ -366,7 +366,7 @@ class RunComparison:
                 self.correction[:, i] = block_mean(correction[name])
 
     def wanted(self, terms: Sequence[ActiveEffect]) -> tuple[int, ...]:
-        """Columns of the plant that the sensors' part of the terms needs at every sample."""
+        """Columns of the plant that effects in the sensors need at every sample."""
         found: set[int] = set()
         for term in terms:
             sensor = term.effect.observe
@@ -386,7 +386,7 @@ class RunComparison:
     def residual(self, outcome: Outcome, terms: Sequence[ActiveEffect], shift: Array) -> Array:
         """Normalised residuals of a simulation, shape (n / BLOCK, channels).
 
-        The outcome has the columns that are `wanted` for the terms.
+        The outcome has the columns that are `wanted` for the active effects.
         """
         blocks = outcome.blocks[: self.measured.shape[0]] / BLOCK
         means = np.zeros_like(self.measured)
@@ -624,7 +624,7 @@ class Fitter:
         runs
             Indices of runs to use; all by default.
         free
-            Number of terms, counted from the end, whose values move; all by default.
+            Number of active effects, counted from the end, whose values move; all by default.
         calibrate
             Whether the beliefs move too, within their tolerances.
         frozen
