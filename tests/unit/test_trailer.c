@@ -540,6 +540,8 @@ static void start_filter(filter_t *f, uint32_t count, double doubt)
         start.value[i] = watch.with.x[i];
         start.se[i] = real(doubt * value(sway_observer_se(&watch.with, (sway_state_t)i)));
     }
+    start.value[SWAY_STATE_LATERAL_SPEED] = real(0.2);
+    start.se[SWAY_STATE_LATERAL_SPEED] = real(0.3);
     start.value[SWAY_STATE_CAR_COG] = real(0.05);
     start.value[SWAY_STATE_CAR_REAR] = real(-0.1);
     start.value[SWAY_STATE_FRICTION] = real(1.5);
