@@ -848,6 +848,76 @@ static void the_sliding_window_follows_by_sixteenths(void)
     TEST_ASSERT_EQUAL(150, track.spectrum.window);
 }
 
+/* --- a line's job --------------------------------------------------------------------------------
+ */
+
+static void a_job_keeps_nothing_of_the_one_before(void)
+{
+    sway_line_config_t how = line_config();
+    fill(300, 1, 0, 0.1, 0.001);
+    memset(&job, 0xFF, sizeof job);
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_line_start(&job, &how, &ring, 200, real(6), &line));
+    TEST_ASSERT_FALSE(job.converged || job.broken || job.final || job.changed);
+    for (int c = 0; c < SWAY_CHANNELS; c++) {
+        TEST_ASSERT_TRUE(job.data[c].missing == 0U && job.data[c].lost == 0U);
+    }
+    how.sample_period_us = 1;
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_line_start(&job, &how, &ring, 200, real(6), &line));
+}
+
+static void a_state_that_is_none_costs_and_does_nothing(void)
+{
+    for (unsigned state = 23; state < 256U; state++) { /* as many as sway_line.c has */
+        memset(&job, 0, sizeof job);
+        job.state = (uint8_t)state;
+        TEST_ASSERT_EQUAL(0, sway_line_cost(&job));
+        TEST_ASSERT_FALSE(sway_line_run(&job, &ring));
+        TEST_ASSERT_EQUAL(state, job.state);
+    }
+}
+
+/* 192 rows with a wheel that is turned evenly by `turned` and swings by `swing`, at a speed that
+ * grows by 960 mm/s. */
+static uint32_t flags_of(double turned, double swing, int32_t mean_mm_s)
+{
+    const sway_line_config_t how = line_config();
+    sway_ring_clear(&ring);
+    for (int k = 0; k < 192; k++) {
+        sway_row_t row;
+        memset(&row, 0, sizeof row);
+        row.time_us = 10000 * (int64_t)k;
+        row.valid_mask = 3U | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED);
+        row.present_mask = row.valid_mask;
+        row.value[0] = (int32_t)lround(
+            1e6 * (turned * (k - 95.5) / 192 + swing * cos(2 * M_PI * (k - 95.5) / 96)));
+        row.value[1] = (int32_t)lround(1e5 * sin(0.07 * k));
+        row.value[SWAY_CHANNEL_SPEED] = (mean_mm_s * 2 - 955 + 10 * k) / 2;
+        sway_ring_push(&ring, &row);
+    }
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_line_start(&job, &how, &ring, 192, real(6), &line));
+    for (int slice = 0; slice < 20 && sway_line_run(&job, &ring); slice++) {
+    }
+    return line.flags;
+}
+
+/* A wheel that is only turned, however far, does not swing: a degree about its line is quiet. */
+static void a_wheel_is_quiet_about_its_line(void)
+{
+    const double degree = M_PI / 180;
+    const uint32_t forced = SWAY_LINE_FORCED;
+    TEST_ASSERT_EQUAL_HEX32(0, flags_of(0.5, 0, 20000) & forced);
+    TEST_ASSERT_EQUAL_HEX32(0, flags_of(-2, 0, 20000) & forced);
+    TEST_ASSERT_EQUAL_HEX32(0, flags_of(0, 1.40 * degree, 20000) & forced); /* rms: by root 2 */
+    TEST_ASSERT_EQUAL_HEX32(forced, flags_of(0, 1.50 * degree, 20000) & forced);
+}
+
+static void a_speed_changes_from_its_twentieth_on(void)
+{
+    const uint32_t changing = SWAY_LINE_SPEED_CHANGING;
+    TEST_ASSERT_EQUAL_HEX32(0, flags_of(0, 0, 19212) & changing);
+    TEST_ASSERT_EQUAL_HEX32(changing, flags_of(0, 0, 19190) & changing);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -882,5 +952,9 @@ int main(void)
     RUN_TEST(a_tone_counts_that_is_clean_steady_and_apart);
     RUN_TEST(a_line_that_is_taken_tells_whether_it_is_free);
     RUN_TEST(the_sliding_window_follows_by_sixteenths);
+    RUN_TEST(a_job_keeps_nothing_of_the_one_before);
+    RUN_TEST(a_state_that_is_none_costs_and_does_nothing);
+    RUN_TEST(a_wheel_is_quiet_about_its_line);
+    RUN_TEST(a_speed_changes_from_its_twentieth_on);
     return UNITY_END();
 }
