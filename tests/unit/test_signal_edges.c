@@ -733,6 +733,7 @@ static void the_pilot_is_the_clearest_channel(void)
     TEST_ASSERT_EQUAL(1, pilot_of(2, 31));
     TEST_ASSERT_EQUAL(1, pilot_of(3, 2));
     TEST_ASSERT_EQUAL(0, pilot_of(1, 31));
+    TEST_ASSERT_EQUAL(0, pilot_of(0, 31)); /* none: the first */
     track.lost = 0;
     track.pilot = SWAY_CHANNEL_COUNT;
     track.state = TRACK_IDLE;
