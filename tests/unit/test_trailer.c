@@ -695,6 +695,7 @@ static void estimates_are_brought_back_to_their_bounds(void)
             const int high = own > other ? own : other, low = own > other ? other : own;
             observer.x[own] = real(bound + off);
             observer.p[high * (high + 1) / 2 + low] = real(3e-6);
+            observer.p[own * (own + 1) / 2] = real(-2e-6); /* with the first */
             const double variance =
                 value(sway_observer_covariance(&observer, (uint32_t)own, (uint32_t)own));
             const double before = value(observer.x[other]), first = value(observer.x[0]);
