@@ -720,10 +720,10 @@ static void a_car_alone_has_nothing_of_a_trailer(void)
     for (int k = 0; k < 5; k++) {
         const sample_t sample = sample_at(k, 1);
         take_both(&f, &sample);
-    }
-    for (int i = 0; i < N; i++) {
-        TEST_ASSERT_EQUAL_DOUBLE(
-            0, value(sway_observer_covariance(&observer, SWAY_STATE_SOLO, (uint32_t)i)));
+        for (int i = 0; i < N; i++) {
+            TEST_ASSERT_EQUAL_DOUBLE(
+                0, value(sway_observer_covariance(&observer, SWAY_STATE_SOLO, (uint32_t)i)));
+        }
     }
     memset(&body, 0x55, sizeof body);
     sway_observer_body(&observer, &body);
