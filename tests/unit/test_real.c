@@ -265,7 +265,7 @@ static void expect_exact(int32_t m, int32_t e, sway_real_t found)
 /* The 31 bits nearest to an integer of any number of bits, all that are cut off counted. */
 static void test_whole_numbers_are_rounded_to_the_nearest(void)
 {
-    for (int bits = 1; bits < 63; bits++) {
+    for (int bits = 1; bits < 64; bits++) {
         for (int k = 0; k < 200; k++) {
             const int64_t whole =
                 (int64_t)((random_bits() >> (64 - bits)) | (UINT64_C(1) << (bits - 1)));
@@ -312,6 +312,10 @@ static void test_roots_of_squares_are_exact(void)
         const sway_real_t root = sway_real_sqrt(sway_real_int(n * n));
         TEST_ASSERT_EQUAL_DOUBLE(n, to_double(root));
     }
+    /* A little less than half a unit above a number: (2^31 + 1)^2 - 1 and (2^32 - 1)^2 - 1. */
+    const sway_real_t even = {(INT32_C(1) << 30) + 1, 0}, odd = {INT32_MAX, 1};
+    expect_exact(INT32_C(1) << 30, -15, sway_real_sqrt(even));
+    expect_exact(INT32_MAX, -15, sway_real_sqrt(odd));
 }
 
 static void test_integers_are_clipped_beyond_62_bits(void)
