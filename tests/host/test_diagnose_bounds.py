@@ -143,3 +143,4 @@ def test_a_verdict_is_kept_where_a_part_fails(
     (ended,) = [text for text in result["checks"] if "the search was ended" in text]
     assert TRIED[0] in ended
     assert LAWS in ended
+    assert result["evidence"]["simulated_s"] > 1.0

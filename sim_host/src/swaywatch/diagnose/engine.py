@@ -358,6 +358,7 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
             "independent_sample": verdict.noise,
             "tolerances_of_the_file_times": verdict.problem.beliefs.care,
             "could_be_hidden": verdict.hidden,
+            "simulated_s": round(problem.budget.spent_s, 1),
             "ranking": [{"name": n, "log_bayes_factor": v} for n, v in verdict.candidates],
         },
     }
