@@ -9,8 +9,8 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass, field
 
-#: Simulated seconds of one diagnosis: seven to ten minutes of processor time (12,000 to 14,000 of
-#: them take a second). Two runs of 40 s that one effect explains need 0.3 to 1.5 million.
+#: Simulated seconds of one diagnosis: six to eight minutes of processor time (13,000 to 17,000 of
+#: them took a second).
 MOST_S = 6e6
 
 
