@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -84,4 +85,6 @@ def run(args: argparse.Namespace) -> int:
         print(f"  {name}: {quantity['value']:.3g} ({interval})")
     for note in result["unexplained"]:
         print("  unexplained: " + what_is_left(note))
+    for text in result.get("failed", []):
+        print(f"swaywatch diagnose: {text}; the verdict stands without it", file=sys.stderr)
     return 0

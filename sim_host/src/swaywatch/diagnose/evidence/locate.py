@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.fit.fit import Fit, Fitter, Trial, plant_of
+from swaywatch.diagnose.fit.fit import Fit, Fitter, Trial, plant_of, slope
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect, Window
 from swaywatch.effects.runs import RATE_HZ
@@ -122,9 +122,11 @@ class Locator:
         for at in range(0, len(terms), AT_ONCE):
             some = terms[at : at + AT_ONCE]
             jobs = [self._job(r, term) for term in some]
+            spans = [job.span or (0, 0) for job in jobs]
+            self.fitter.problem.budget.spend(sum(b - a for a, b in spans) / RATE_HZ)
             branches = run_jobs(jobs, fine=self.fitter.fine)
             found += [
-                self._residual(r, term, job, branch) - self.base[r]
+                slope(self._residual(r, term, job, branch), self.base[r], 1.0)
                 for term, job, branch in zip(some, jobs, branches, strict=True)
             ]
         return found

@@ -32,6 +32,7 @@ from swaywatch.diagnose.evidence.sparse_course import sparse_course
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, Problem, Trial
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import RISE, Effect
+from swaywatch.errors import RecordingError
 from swaywatch.plant.lanes import BODY
 
 Array = NDArray[np.float64]
@@ -56,6 +57,12 @@ FOLLOWED = 3.0  # misfit, over that of the best, up to which an effect without w
 HARDLY = 0.9  # of the misfit: effects that leave more of it wait until those in windows are tried
 FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
+
+RUNS_AWAY = (
+    "the simulated vehicle runs away in this recording, even while it is held to the measured yaw "
+    "rates: masses, lengths or stiffnesses of vehicle.toml, or the units and signs of steering and "
+    "speed, cannot be right"
+)
 
 #: Forms of a windowed effect that its windows are looked for with; others refine them.
 FIRST_FORMS = ("box", "box_motion")
@@ -284,6 +291,8 @@ class Search:
         starts = [self.close.start(), *([] if near is None else [near])]
         close = self.close.side_by_side(lambda start: self.close.run(start, 20), starts)
         fit = min(map(self.released, close), key=lambda f: f.chi2)
+        if not np.isfinite(fit.chi2):
+            raise RecordingError(RUNS_AWAY)
         self.noise = inflation(residuals(self.judge, fit))
         self._base = Candidate(fit, fit)
         return self._base
@@ -541,7 +550,7 @@ class Search:
         fits = self._polished(parent, in_parts) if first else []
         if not self.settled(parent, fits):
             lasts = self._lasting(parent, lasting)
-            if in_parts and not first and not self.settled(parent, lasts):
+            if in_parts and not first and not self._enough(parent, lasts):
                 fits = self._polished(parent, in_parts)
             fits = _best_of_each([*lasts, *fits])
         candidates = [Candidate(f, parent) for f in fits if np.isfinite(f.chi2)]
@@ -550,6 +559,14 @@ class Search:
             self.noise = min(self.noise, inflation(residuals(self.judge, least.fit)))
         self.tried += candidates
         return candidates
+
+    def _enough(self, parent: Fit, lasts: Sequence[Fit]) -> bool:
+        """Windows need not be looked for, or may not any more."""
+        return self.settled(parent, lasts) or self.refuses("effects in windows")
+
+    def refuses(self, what: str) -> bool:
+        """Tell whether `what` is left untried because the diagnosis has simulated enough."""
+        return self.problem.budget.refuses(what)
 
     @staticmethod
     def settled(parent: Fit, fits: Sequence[Fit]) -> bool:
