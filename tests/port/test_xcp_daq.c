@@ -1,8 +1,7 @@
 /* port/xcp: DAQ lists, by a master's commands and by themselves. */
 #include "xcp_bench.h"
 
-/* --- by commands
- * -------------------------------------------------------------------------------------- */
+/* --- by commands ------------------------------------------------------------------------------ */
 
 /* One list of one entry: the ECU's count of frames received. */
 static void allocate(void)
@@ -357,6 +356,49 @@ static void test_selected_lists_and_no_others_are_started_and_stopped(void)
     TEST_ASSERT_FALSE(sway_xcp_daq_is_running(&daq));
 }
 
+/* Between the selection and the start an entry may grow: the sample would be longer than a frame.
+ */
+static void test_selected_lists_are_asked_again_when_they_start(void)
+{
+    two_lists();
+    for (uint32_t list = 0; list < 2U; list++) {
+        OK(sway_xcp_daq_mode(&daq, list, 0, 1, 1));
+        OK(sway_xcp_daq_start(&daq, 2, list));
+    }
+    enter(1, 0, 0, bytes, 7);
+    enter(1, 0, 1, bytes, 7);
+    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_synch(&daq, 1));
+    TEST_ASSERT_FALSE(sway_xcp_daq_is_running(&daq)); // not the other one either
+    sway_xcp_daq_sample(&daq, 0, 0);
+    TEST_ASSERT_NULL(sway_xcp_daq_next(&daq));
+    OK(sway_xcp_daq_synch(&daq, 2)); // it need not be whole to be stopped
+    enter(1, 0, 0, bytes, 1);
+    enter(1, 0, 1, bytes, 6);
+    OK(sway_xcp_daq_start(&daq, 2, 1));
+    OK(sway_xcp_daq_synch(&daq, 1));
+    sway_xcp_daq_sample(&daq, 0, 10000);
+    PACKET(2, 10, 10, 11, 12, 13, 14, 15);
+}
+
+/* A frame without entries is sent by its number alone; it gets none while its list runs. */
+static void test_a_list_that_runs_gets_no_entries(void)
+{
+    memset(&daq, 0, sizeof daq);
+    sway_xcp_daq_free(&daq);
+    OK(sway_xcp_daq_lists(&daq, 1));
+    OK(sway_xcp_daq_odts(&daq, 0, 2));
+    OK(sway_xcp_daq_entries(&daq, 0, 0, 1));
+    enter(0, 0, 0, bytes, 2);
+    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
+    OK(sway_xcp_daq_start(&daq, 1, 0));
+    TEST_ASSERT_EQUAL(SWAY_XCP_BUSY_DAQ, sway_xcp_daq_entries(&daq, 0, 1, 1));
+    sway_xcp_daq_sample(&daq, 0, 0);
+    PACKET(0, 10, 11);
+    expect_packet(1, (const uint8_t[]){1});
+    OK(sway_xcp_daq_start(&daq, 0, 0));
+    OK(sway_xcp_daq_entries(&daq, 0, 1, 1));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -372,5 +414,7 @@ int main(void)
     RUN_TEST(test_all_of_the_memory_can_be_used);
     RUN_TEST(test_the_queue_keeps_its_order_and_tells_what_it_lost);
     RUN_TEST(test_selected_lists_and_no_others_are_started_and_stopped);
+    RUN_TEST(test_selected_lists_are_asked_again_when_they_start);
+    RUN_TEST(test_a_list_that_runs_gets_no_entries);
     return UNITY_END();
 }
