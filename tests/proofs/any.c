@@ -228,9 +228,10 @@ static uint32_t any_size(void)
 }
 
 /* A list of one frame with two entries of any size, with or without a time stamp, that is started
- * alone or among those selected; before it starts an entry may be written anew. Each sample stays
- * in its frame. What a frame holds is the same for every one of them: the frames of a list are
- * asked one by one (is_whole). */
+ * alone or among those selected; before it starts an entry may be written anew. Its
+ * sample stays in the frame. More lists, frames and entries are tested (test_xcp_daq.c), not
+ * proven.
+ */
 void prove_xcp_daq(void)
 {
     static const uint8_t memory[SWAY_XCP_ODT_BYTES];
