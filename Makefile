@@ -244,14 +244,15 @@ checks:: lint
 
 # The loop with hardware waits for real time more than it works: the other checks run beside it, two
 # at a time.
-# pytest is last, so that a test run ends with its line. A file of tests runs in one process;
-# PYTEST_WORKERS=0 runs all of them in this one.
+# pytest is last, so that a test run ends with its line. A file of tests runs in one process, those
+# that take longest first (tests/host/conftest.py); PYTEST_WORKERS=0 runs all of them in this one.
 PYTEST_WORKERS ?= 2
 test:: setup-test
 	@$(MAKE) --no-print-directory -j3 -Otarget hil-checks checks
 ifneq ($(wildcard tests/host/test_*.py),)
 test::
-	@$(VENV)/bin/pytest -q -n $(PYTEST_WORKERS) --dist loadfile --durations=40 tests/host
+	@$(VENV)/bin/pytest -q -n $(PYTEST_WORKERS) --dist loadfile --no-loadscope-reorder \
+	    --durations=40 tests/host
 endif
 
 clean:

@@ -33,7 +33,8 @@ bool sway_bit_timing(uint32_t clock_hz, uint32_t bit_rate, uint32_t sample_point
     uint32_t best_error = UINT32_MAX;
     for (uint32_t quanta = QUANTA_MAX; quanta >= QUANTA_MIN; quanta--) {
         sway_bit_timing_t candidate = {.prescaler = clocks / quanta};
-        if (clocks % quanta != 0U || candidate.prescaler > limits->prescaler_max ||
+        if (clocks % quanta != 0U || candidate.prescaler == 0U ||
+            candidate.prescaler > limits->prescaler_max ||
             !split(quanta, sample_point_milli, limits, &candidate)) {
             continue;
         }

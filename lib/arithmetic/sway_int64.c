@@ -25,5 +25,6 @@ int64_t sway_int64_divide(int64_t value, int64_t divisor)
             quotient += 1U;
         }
     }
+    /*@ split quotient == 0; */ // for make proofs-any: the interval of what is turned round
     return (int64_t)((value < 0) == (divisor < 0) ? quotient : UINT64_C(0) - quotient);
 }

@@ -89,10 +89,8 @@ static void reset_numbers(sway_supervise_t *su)
     sway_kalman_reset(&su->numbers);
     su->candidate = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
     su->reported = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
-    su->in_a_row = 0;
     su->unresolved = false;
     su->rounds = 0;
-    su->stage = STAGE_IDLE;
 }
 
 void sway_supervise_init(sway_supervise_t *su, const sway_vehicle_t *vehicle,
@@ -392,8 +390,6 @@ static void tell_vehicle(sway_supervise_t *su, uint32_t explanation)
     }
     sway_kalman_reset(&su->numbers);
     su->reported = (uint8_t)explanation;
-    su->in_a_row = 0;
-    su->suspect_mask = 0;
 }
 
 /* Numbers whose sum over `parts` is the reported size: the change during the drive and what
@@ -482,14 +478,14 @@ static void judge_explanations(sway_supervise_t *su)
     for (uint32_t i = 0; i < SWAY_SUPERVISE_EXPLANATIONS; i++) {
         ahead = ahead && (i == best || su->score_milli[i] <= most - 1000 * SWAY_SUPERVISE_LEAD);
     }
-    su->in_a_row = (uint8_t)(ahead && su->candidate == best ? su->in_a_row + 1U : 0U);
+    const bool again = ahead && su->candidate == best;
     su->candidate = (uint8_t)(ahead ? best : SWAY_SUPERVISE_EXPLANATIONS);
     su->suspect_mask = finding && su->unresolved ? suspect_sensors(su, most) : 0U;
     su->unresolved = finding;
     su->rounds++;
-    if (su->in_a_row > 0U && best < SWAY_SUPERVISE_SENSORS) {
+    if (again && best < SWAY_SUPERVISE_SENSORS) {
         tell_sensor(su, best);
-    } else if (su->in_a_row > 0U && best < EXPLAIN_CAR) {
+    } else if (again && best < EXPLAIN_CAR) {
         tell_vehicle(su, best);
     }
     follow_vehicle(su);

@@ -61,7 +61,6 @@ typedef struct {
     uint8_t harmonic;
     uint8_t explanation; ///< evaluated next
     uint8_t candidate;   ///< the best one of the last round
-    uint8_t in_a_row;    ///< rounds that it was ahead
     bool unresolved;     ///< the last round had a finding that was ambiguous
     uint8_t reported;    ///< explanation by the vehicle, or SWAY_SUPERVISE_EXPLANATIONS for none
     uint32_t suspect_mask;

@@ -490,7 +490,6 @@ void sway_observer_take(sway_observer_t *observer, const sway_observer_sample_t 
     observer->log_likelihood = sway_real_zero();
     if (!observer->moving) {
         start_motion(observer);
-        observer->step = STEP_IDLE;
         return;
     }
     observer->step = STEP_COLUMNS;

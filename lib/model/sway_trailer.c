@@ -618,7 +618,6 @@ void sway_trailer_report(const sway_trailer_watch_t *trailer, sway_trailer_repor
     const sway_observer_t *const best =
         trailer->presence == SWAY_TRAILER_NONE ? &trailer->alone : &trailer->with;
     sway_observer_body_t b;
-    memset(report, 0, sizeof *report);
     report->presence = trailer->sensed ? SWAY_TRAILER_SENSED : trailer->presence;
     report->evidence_milli = sway_real_to_int(trailer->evidence, 1000, -INT32_MAX, INT32_MAX);
     report->learnt_ms = trailer->learnt_ms;

@@ -184,7 +184,6 @@ static uint32_t after_sums(sway_line_job_t *job)
             job->line->flags |= SWAY_LINE_GAP;
         }
     }
-    job->channel = 0;
     return STATE_SPEED;
 }
 

@@ -89,6 +89,9 @@ sway_xcp_result_t sway_xcp_daq_entries(sway_xcp_daq_t *daq, uint32_t list, uint3
     if (at == NULL) {
         return SWAY_XCP_RANGE;
     }
+    if ((daq->list[list].mode & SWAY_XCP_MODE_RUNNING) != 0U) {
+        return SWAY_XCP_BUSY_DAQ; // it would send entries that nobody wrote
+    }
     if (at->entries != 0U) {
         return SWAY_XCP_SEQUENCE;
     }
@@ -186,6 +189,11 @@ static bool is_whole(const sway_xcp_daq_t *daq, const sway_xcp_list_t *list)
     return list->odts != 0U && list->prescaler != 0U;
 }
 
+static bool is_selected(const sway_xcp_list_t *list)
+{
+    return (list->mode & SWAY_XCP_MODE_SELECTED) != 0U;
+}
+
 static void run(sway_xcp_list_t *list)
 {
     list->mode |= SWAY_XCP_MODE_RUNNING;
@@ -226,13 +234,18 @@ sway_xcp_result_t sway_xcp_daq_synch(sway_xcp_daq_t *daq, uint32_t mode)
     if (mode > SELECTED_STOP) {
         return SWAY_XCP_NO_MODE;
     }
+    for (uint32_t i = 0; i < daq->lists; i++) { // their entries may have changed since
+        if (mode == SELECTED_START && is_selected(&daq->list[i]) && !is_whole(daq, &daq->list[i])) {
+            return SWAY_XCP_DAQ_CONFIG;
+        }
+    }
     for (uint32_t i = 0; i < daq->lists; i++) {
         sway_xcp_list_t *const l = &daq->list[i];
-        const bool is_selected = (l->mode & SWAY_XCP_MODE_SELECTED) != 0U;
-        if (mode == ALL_STOP || is_selected) {
+        const bool was_selected = is_selected(l);
+        if (mode == ALL_STOP || was_selected) {
             stop(l);
         }
-        if (mode == SELECTED_START && is_selected) {
+        if (mode == SELECTED_START && was_selected) {
             run(l);
         }
     }

@@ -106,7 +106,8 @@ typedef struct {
 /// Forgets all lists and what waits.
 void sway_xcp_daq_free(sway_xcp_daq_t *daq);
 /// FREE_DAQ is sway_xcp_daq_free(); then, in this order, the numbers of lists, of their ODTs, of
-/// their entries. SWAY_XCP_SEQUENCE, SWAY_XCP_RANGE, SWAY_XCP_NO_MEMORY.
+/// their entries. SWAY_XCP_SEQUENCE, SWAY_XCP_RANGE, SWAY_XCP_NO_MEMORY; SWAY_XCP_BUSY_DAQ: entries
+/// of a list that runs.
 sway_xcp_result_t sway_xcp_daq_lists(sway_xcp_daq_t *daq, uint32_t count);
 sway_xcp_result_t sway_xcp_daq_odts(sway_xcp_daq_t *daq, uint32_t list, uint32_t count);
 sway_xcp_result_t sway_xcp_daq_entries(sway_xcp_daq_t *daq, uint32_t list, uint32_t odt,
@@ -120,7 +121,8 @@ sway_xcp_result_t sway_xcp_daq_mode(sway_xcp_daq_t *daq, uint32_t list, uint32_t
                                     uint32_t event, uint32_t prescaler);
 /// Stops (0), starts (1) or selects (2) a list. A list that does not fit its frames is refused.
 sway_xcp_result_t sway_xcp_daq_start(sway_xcp_daq_t *daq, uint32_t mode, uint32_t list);
-/// Stops all (0), starts (1) or stops (2) those selected.
+/// Stops all (0), starts (1) or stops (2) those selected. None is started where one of them does
+/// not fit its frames any more.
 sway_xcp_result_t sway_xcp_daq_synch(sway_xcp_daq_t *daq, uint32_t mode);
 bool sway_xcp_daq_is_running(const sway_xcp_daq_t *daq);
 

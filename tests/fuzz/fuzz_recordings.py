@@ -7,6 +7,7 @@ ended otherwise, took more than 10 s or more than 1 GB. The quick test runs a fi
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import re
 import resource
 import signal
@@ -162,13 +163,16 @@ def fuzz(
             name = list(whole)[number % len(whole)]
             path = folder / name
             path.write_bytes(mutated(whole[name], rng))
+            kept = None if out is None else out / f"{seed}-{number}-{name}"
+            if kept is not None:  # before it is used: it may end the interpreter
+                kept.parent.mkdir(parents=True, exist_ok=True)
+                kept.write_bytes(path.read_bytes())
             said = guarded(path, uses[name])
             ended[f"{name}: {said if said in ('result', 'refused') else 'FOUND'}"] += 1
             if said not in ("result", "refused"):
                 findings.append((f"{name} {seed} {number}", said))
-                if out is not None:
-                    out.mkdir(parents=True, exist_ok=True)
-                    (out / f"{seed}-{number}-{name}").write_bytes(path.read_bytes())
+            elif kept is not None:
+                kept.unlink()
             number += 1
     return ended, findings
 
@@ -199,6 +203,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("build/fuzz-recordings"))
     args = parser.parse_args()
+    faulthandler.enable()
     ended, findings = fuzz(args.seconds, args.count, args.seed, args.out)
     for name, count in sorted(ended.items()):
         print(f"{count:7d}  {name}")

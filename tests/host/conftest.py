@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from swaywatch.cli import main
-
 DATA = Path(__file__).resolve().parent.parent / "data"
+ROOT = DATA.parents[1]
+#: Examples of the README that say of themselves that they are tested: language and text.
+EXAMPLES = re.findall(
+    r"<!-- tested -->\n```(\w+)\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S
+)
 
 
 def built_fmu(name: str) -> Path:
     """One of our FMUs, built."""
-    root = DATA.parents[1]
-    path = root / "build" / "fmu" / f"{name}.fmu"
-    subprocess.run(["make", "-s", "-C", str(root), str(path.relative_to(root))], check=True)
+    path = ROOT / "build" / "fmu" / f"{name}.fmu"
+    subprocess.run(["make", "-s", "-C", str(ROOT), str(path.relative_to(ROOT))], check=True)
     return path
 
 
@@ -35,24 +39,49 @@ class Clock:
         self.now += max(seconds, 1e-5)
 
 
+def run_example(body: str) -> None:
+    """An example of the README, as it stands there."""
+    (ROOT / "build/readme").mkdir(parents=True, exist_ok=True)
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "-eu", "-c", body],
+        cwd=ROOT, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=900,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 @pytest.fixture(scope="session")
 def diagnosed_p03(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder that ``swaywatch diagnose`` wrote of practice case p03, once for all processes."""
+    """Folder that the README's ``swaywatch diagnose`` wrote of practice case p03.
+
+    It is run once for all tests and processes of a session.
+    """
+    (example,) = (body for _, body in EXAMPLES if "swaywatch diagnose" in body)
     own = tmp_path_factory.getbasetemp()
     shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
-    case, out = DATA / "practice" / "p03", shared / "diagnosed_p03"
+    done = shared / "diagnosed_p03"
     with (shared / "diagnosed_p03.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (out / "report.html").exists():
-            roles = [
-                "--vehicle",
-                str(case / "vehicle.toml"),
-                "--signals",
-                str(case / "signals.toml"),
-            ]
-            runs = [str(case / "run1.asc"), str(case / "run2.asc")]
-            assert main(["diagnose", *runs, *roles, "--out", str(out)]) == 0
-    return out
+        if not done.exists():
+            run_example(example)
+            done.touch()
+    return ROOT / "build" / "readme" / "diagnose"
+
+
+#: Files of tests that take longest, the longest first: begun late, one of them is what everybody
+#: waits for (`make test` hands them out in this order).
+LONGEST = (
+    "test_diagnose.py", "test_pages.py", "test_sensor_faults.py", "test_survey.py",
+    "test_discover.py", "test_project_readme.py", "test_plan.py", "test_road_vehicle.py",
+    "test_multibody.py", "test_reproduce.py", "test_live.py", "test_memory.py",
+)  # fmt: skip
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files first."""
+    order = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path.name, len(LONGEST)))
 
 
 def recordings(*parts: str) -> Path:

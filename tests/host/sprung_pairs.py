@@ -1,4 +1,4 @@
-"""The same random combinations for the sprung plant and for MuJoCo, which judges it."""
+"""The same random combinations for the sprung plant and for MuJoCo, its independent reference."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def both(
     drive: tuple[np.ndarray, np.ndarray],
     speed: float,
 ) -> tuple[Motion, dict[str, np.ndarray]]:
-    """The judge's motion, and the plant's outputs for its road-wheel angle and speed."""
+    """The motion in MuJoCo, and the plant's outputs for its road-wheel angle and speed."""
     time, wheel = drive
     inputs = Inputs(time, wheel, np.full_like(time, speed))
     motion = Multibody(whole, physics).run(inputs).resample(time)
@@ -178,7 +178,7 @@ def both(
 
 
 def differences(motion: Motion, found: dict[str, np.ndarray]) -> dict[str, float]:
-    """RMS of the difference over the RMS of the judge's channel; of loads, their change."""
+    """RMS of the difference over the RMS of MuJoCo's channel; of loads, their change."""
     pairs = {
         "car_yaw_rate": motion.yaw_rate_rad_s, "trailer_yaw_rate": motion.trailer_yaw_rate_rad_s,
         "hitch_y": motion.hitch_y_n, "car_acceleration": motion.car_acceleration_m_s2,

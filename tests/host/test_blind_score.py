@@ -174,6 +174,21 @@ def test_tables_and_file(tmp_path, capsys):
     assert "tyre_relaxation" in capsys.readouterr().out
 
 
+def test_a_case_without_a_verdict_says_why(tmp_path, capsys):
+    for folder, content, file in (
+        ("a", answer(), "answer.json"),
+        ("d", {"seconds": 3.0, "said": "unexpected\n internal error"}, "run.json"),
+    ):
+        (tmp_path / folder / "b001").mkdir(parents=True)
+        (tmp_path / folder / "b001" / file).write_text(json.dumps(content))
+    rows = score.score(tmp_path / "a", tmp_path / "d", predict=False)
+    total = score.summarise(rows, {})
+    score.print_tables(total, rows)
+    assert total["failed"] == 1
+    assert total["simulated_s_max"] is None
+    assert "failed: b001: unexpected internal error" in capsys.readouterr().out
+
+
 def test_phase_of_a_harmonic_load():
     windows = {"run1": [[9.0, 12.0], [15.0, 18.0]]}
     true = answer(

@@ -1,4 +1,4 @@
-"""The logger's clock, told from the messages; and the speed against the wheels."""
+"""The logger's clock, found from the messages; and the speed against the wheels."""
 
 from __future__ import annotations
 

@@ -284,7 +284,7 @@ def test_without_an_estimate_the_dbc_says_not_available(message: Message) -> Non
 
 
 Trial = tuple[str, int, int]
-"""Where to write (as ``Source.set`` takes it), what, and the raw value to be told."""
+"""Where to write (as ``Source.set`` takes it), what, and the raw value to be sent."""
 
 
 def flags(signal: Signal) -> list[Trial]:

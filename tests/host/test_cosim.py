@@ -128,7 +128,7 @@ def test_names_units_and_signs_come_from_a_table(plant: Path, tmp_path: Path) ->
     assert "steering_wheel_angle_rate" in found.idle
     assert found.parameters == {"car.mass": 1500.0}
     for old, new, said in (
-        ("psi_dot", "psi_dott", r"no such variable \(did you mean 'psi_dot'\?\)"),
+        ("psi_dot", "psi_dott", r"no such variable; did you mean 'psi_dot'\? Its outputs"),
         ('"v_set", unit = "km/h"', '"v_set", unit = "N"', "needs one of: m/s, km/h"),
         ('"delta_sw"', '"psi_dot"', "is a variable of causality output"),
         ("car.mass", "car.mas", "did you mean 'car.mass'"),

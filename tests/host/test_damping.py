@@ -1,4 +1,4 @@
-"""``swaywatch damping``: found by itself, held by its intervals, forced told from free."""
+"""``swaywatch damping``: swings found, values inside their intervals, forced or free."""
 
 from __future__ import annotations
 

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import importlib.util
+import struct
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from asammdf import MDF
+
+from swaywatch.errors import RecordingError
+from swaywatch.recording import read_recording
 
 PLACE = Path(__file__).resolve().parent.parent / "fuzz" / "fuzz_recordings.py"
 
@@ -28,3 +33,23 @@ def test_mutated_files_end_in_a_result_or_a_sentence(fuzzer: ModuleType) -> None
     assert len(names) == 13
     refused = sum(count for name, count in ended.items() if name.endswith("refused"))
     assert refused > 0.2 * sum(ended.values())  # the mutations bite
+
+
+@pytest.mark.parametrize("name", ["CAN_DataFrame.DataBytes", "speed"])
+def test_a_channel_behind_its_record_is_refused(
+    fuzzer: ModuleType, tmp_path: Path, name: str
+) -> None:
+    """Seed 20261124, file 7921: asammdf copied from behind its buffer and the interpreter ended."""
+    fuzzer.seeds(tmp_path)
+    path = tmp_path / ("frames.mf4" if name.startswith("CAN") else "signals.mf4")
+    read_recording(path)
+    with MDF(path) as mdf:
+        group, index = mdf.channels_db[name][0]
+        block = mdf.groups[group].channels[index]
+        at, offset = block.address + 24 + 8 * block.links_nr + 4, block.byte_offset
+    data = bytearray(path.read_bytes())
+    assert struct.unpack_from("<I", data, at) == (offset,)
+    struct.pack_into("<I", data, at, 55056)
+    path.write_bytes(data)
+    with pytest.raises(RecordingError, match=r"damaged MF4: channel .* of a record of \d+"):
+        read_recording(path)

@@ -106,7 +106,7 @@ def test_the_example_brakes_in_time() -> None:
 
 
 def test_what_the_sensors_do_offline_they_do_in_the_loop() -> None:
-    """A frozen sensor is told by the ECU."""
+    """A frozen sensor is reported by the ECU."""
     sensors = {"trailer_yaw_rate": {"frozen_from_s": 3.0}}
     slalom = [{"kind": "slalom", "angle_deg": 20.0}]
     _, bus = drive(scenario(90.0, duration_s=9.0, sensors=sensors, manoeuvre=slalom))

@@ -67,7 +67,7 @@ def test_every_module_at_its_start_values_changes_the_motion(effect_id: str) -> 
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        ({"effect_id": "hitch_glue"}, "unknown; known: .*hitch_friction"),
+        ({"effect_id": "hitch_glue"}, r"did you mean 'hitch_load'\? Known: .*hitch_friction"),
         ({"effect_id": "hitch_friction", "moment_nm": -1.0}, "outside 0 to 3000 N m"),
         ({"effect_id": "hitch_friction", "torque": 1.0}, "no parameter 'torque'"),
         ({"effect_id": "tyre_relaxation", "axle": "middle"}, "it can be: car_rear"),

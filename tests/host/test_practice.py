@@ -43,7 +43,7 @@ def coverage(estimate: np.ndarray, error: np.ndarray, truth: float) -> float:
 
 
 def truth_of(case: str) -> dict:
-    """What is told of a practice case."""
+    """The known truth of a practice case."""
     return dict(json.loads((recordings("practice", case) / "truth.json").read_text()))
 
 

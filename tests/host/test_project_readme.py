@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = re.findall(
-    r"<!-- tested -->\n```(\w+)\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S
-)
+from conftest import EXAMPLES, ROOT, run_example
 
 
 def include_flags() -> list[str]:
@@ -30,17 +24,13 @@ def test_there_are_examples_of_all_three_uses() -> None:
 
 
 @pytest.mark.parametrize("body", [b for kind, b in EXAMPLES if kind == "sh"])
-def test_shell_example(body: str) -> None:
+def test_shell_example(body: str, request: pytest.FixtureRequest) -> None:
     if "build/swaywatchd" in body and not (ROOT / "build/swaywatchd").exists():
         pytest.skip("build/swaywatchd is not built: make hil")
-    (ROOT / "build/readme").mkdir(parents=True, exist_ok=True)
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        ["bash", "-eu", "-c", body],
-        cwd=ROOT, env={**os.environ, "PATH": path}, capture_output=True, text=True, timeout=900,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
+    if "swaywatch diagnose" in body:
+        assert (request.getfixturevalue("diagnosed_p03") / "report.html").exists()
+    else:
+        run_example(body)
 
 
 @pytest.mark.parametrize("body", [b for kind, b in EXAMPLES if kind == "c"])

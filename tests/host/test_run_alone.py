@@ -1,4 +1,4 @@
-"""What works after `make run` alone: without the packages that only tests and the judge need."""
+"""What works after `make run` alone: without packages that only tests and scoring need."""
 
 from __future__ import annotations
 

@@ -208,7 +208,7 @@ def test_single_track_as_plant_and_its_limits() -> None:
         ({"manoeuvre": [{"kind": "loop"}]}, "expected one of: impulse"),
         ({"manoeuvre": [{"kind": "impulse", "angel_deg": 3}]}, "unknown key 'angel_deg'"),
         ({"manoeuvre": {"kind": "impulse"}}, "array of tables"),
-        ({"physics": [{"id": "hitch_glue"}]}, "known: .*hitch_friction"),
+        ({"physics": [{"id": "hitch_glue"}]}, "hitch_load'. Known: .*hitch_friction"),
         ({"physics": [{"id": "hitch_friction", "moment_nm": -1}]}, "outside 0 to 3000"),
         ({"manoeuvre": [{"kind": "gust", "force_n": 1e9}]}, "outside -8000"),
         ({"manoeuvre": [{"kind": "impulse_ladder", "speeds_kmh": [80, 90]}]}, "the ladder takes"),

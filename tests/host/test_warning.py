@@ -48,7 +48,7 @@ def test_no_input_that_is_lost_silences_the_alarm(how: str) -> None:
 def status_of(
     c: plant.Combination, course: plant.Course, rng: np.random.Generator
 ) -> npt.NDArray[np.void]:
-    """Statuses of a core that was told slightly wrong vehicle data."""
+    """Statuses of a core that was given slightly wrong vehicle data."""
     motion = plant.simulate(c, course)
     assert warning.end_of(motion) == len(motion.time_s) - 1
     drive = warning.as_drive(plant.measure(motion, rng), c)

@@ -115,6 +115,8 @@ static void what_cannot_be_is_refused(void)
 {
     sway_bit_timing_t timing;
     TEST_ASSERT_FALSE(sway_bit_timing(80000000, 0, 875, &limits[0], &timing));
+    TEST_ASSERT_FALSE(
+        sway_bit_timing(0, 500000, 875, &limits[0], &timing)); /* a clock that stands */
     TEST_ASSERT_FALSE(sway_bit_timing(80000000, 333333, 875, &limits[0], &timing));
     TEST_ASSERT_FALSE(sway_bit_timing(80000000, 500000, 1000, &limits[0], &timing));
     TEST_ASSERT_TRUE(sway_bit_timing(80000000, 500000, 999, &limits[0], &timing));

@@ -1,148 +1,6 @@
-/* port/xcp: sessions, locks, memory, pages, DAQ lists. What a master of others sees of it is in
- * tests/host/test_xcp.py and tests/hil/test_xcp.py. */
-#include "port_test.h"
-#include "sway_xcp.h"
-
-#define REQUEST 0x6E4
-#define REPLY 0x6E5
-#define ECU_AT 0x20000000U
-#define WORKING_AT 0x30000000U
-#define SPEED_KNOWN_US 100000 // a frame of the speed comes at least every 100 ms
-
-static sway_xcp_t xcp;
-static sway_ecu_t ecu;
-static sway_ecu_retained_t retained;
-static sway_port_frame_t inbox;
-static bool has_inbox;
-static bool is_endless;
-static bool no_room;
-static sway_port_frame_t sent[512];
-static unsigned sent_count;
-static int64_t now_us;
-static uint8_t speed_counter;
-
-static bool receive(void *context, sway_port_frame_t *frame)
-{
-    (void)context;
-    *frame = inbox;
-    const bool was_there = has_inbox;
-    has_inbox = is_endless;
-    return was_there;
-}
-
-static bool send(void *context, const sway_port_frame_t *frame)
-{
-    (void)context;
-    if (!no_room && sent_count < sizeof sent / sizeof sent[0]) {
-        sent[sent_count++] = *frame;
-    }
-    return !no_room;
-}
-
-static int64_t time_us(void *context)
-{
-    (void)context;
-    return now_us;
-}
-
-static void begin(const uint8_t *key)
-{
-    const sway_port_t board = {.receive = receive, .send = send, .time_us = time_us, .key = key};
-    const sway_xcp_config_t at = {REQUEST, REPLY, ECU_AT, WORKING_AT};
-    const sway_core_config_t config = good_config();
-    uint8_t block[SWAY_BLOCK_SIZE];
-    sway_block_write(&config, 1, block);
-    memset(&retained, 0, sizeof retained);
-    has_inbox = is_endless = no_room = false;
-    sent_count = 0;
-    now_us = 0;
-    speed_counter = 0;
-    const sway_port_t port = sway_xcp_attach(&xcp, &ecu, &board, &at);
-    TEST_ASSERT_EQUAL(SWAY_OK, sway_ecu_start(&ecu, &port, &retained, block, sizeof block));
-    sway_xcp_start(&xcp);
-}
-
-void setUp(void)
-{
-    begin(test_key);
-}
-
-void tearDown(void)
-{
-}
-
-static void hand_over(sway_port_frame_t frame)
-{
-    now_us += 10000;
-    frame.time_us = now_us;
-    inbox = frame;
-    has_inbox = true;
-    for (int i = 0; i < 500 && (sway_xcp_poll(&xcp) || has_inbox); i++) {
-    }
-}
-
-static void speed(uint16_t centi_kmh)
-{
-    sway_port_frame_t frame = {.id = SWAYWATCH_DBC_SWAY_SPEED_FRAME_ID, .dlc = 8};
-    frame.data[2] = (uint8_t)centi_kmh;
-    frame.data[3] = (uint8_t)(centi_kmh >> 8);
-    sway_e2e_protect(frame.id, speed_counter, frame.data);
-    speed_counter = sway_e2e_next(speed_counter);
-    hand_over(frame);
-}
-
-/* The slave's answer to a command; NULL: none. */
-static const sway_port_frame_t *ask(unsigned size, const uint8_t *command)
-{
-    sway_port_frame_t frame = {.id = REQUEST, .dlc = (uint8_t)size};
-    memcpy(frame.data, command, size);
-    sent_count = 0;
-    hand_over(frame);
-    for (unsigned i = 0; i < sent_count; i++) {
-        if (sent[i].id == REPLY && sent[i].data[0] >= 0xFEU) {
-            return &sent[i];
-        }
-    }
-    return NULL;
-}
-
-#define ASK(...) ask(sizeof((uint8_t[]){__VA_ARGS__}), (const uint8_t[]){__VA_ARGS__})
-#define ADDRESS(a)                                                                                 \
-    (uint8_t)(a), (uint8_t)((a) >> 8), (uint8_t)((a) >> 16), (uint8_t)((uint32_t)(a) >> 24)
-
-#define GOOD(...)                                                                                  \
-    do {                                                                                           \
-        const sway_port_frame_t *answer_ = ASK(__VA_ARGS__);                                       \
-        TEST_ASSERT_NOT_NULL(answer_);                                                             \
-        TEST_ASSERT_EQUAL_HEX8(0xFF, answer_->data[0]);                                            \
-    } while (0)
-#define REFUSED(code, ...)                                                                         \
-    do {                                                                                           \
-        const sway_port_frame_t *answer_ = ASK(__VA_ARGS__);                                       \
-        TEST_ASSERT_NOT_NULL(answer_);                                                             \
-        TEST_ASSERT_EQUAL_HEX8(0xFE, answer_->data[0]);                                            \
-        TEST_ASSERT_EQUAL_HEX8(code, answer_->data[1]);                                            \
-        TEST_ASSERT_EQUAL_UINT8(2, answer_->dlc);                                                  \
-    } while (0)
-#define CONNECT() GOOD(0xFF, 0)
-
-static void unlock(void)
-{
-    uint8_t command[8] = {0xF7, 6};
-    uint8_t message[8] = {0, 0, 0, 0, 0, 0, 0xF7, 0};
-    const sway_port_frame_t *seed = ASK(0xF8, 0, 1);
-    TEST_ASSERT_EQUAL_UINT8(6, seed->data[1]);
-    TEST_ASSERT_EQUAL_UINT8(8, seed->dlc);
-    memcpy(message, seed->data + 2, 6);
-    const uint64_t key = sway_siphash(test_key, message, sizeof message);
-    for (unsigned i = 0; i < 6; i++) {
-        command[2 + i] = (uint8_t)(key >> (8U * i));
-    }
-    const sway_port_frame_t *told = ask(8, command);
-    TEST_ASSERT_EQUAL_HEX8(0xFF, told->data[0]);
-    TEST_ASSERT_EQUAL_HEX8(0, told->data[1]);
-    TEST_ASSERT_EQUAL_UINT8(2, told->dlc);
-}
+/* port/xcp: sessions, locks, memory, pages, answers; DAQ lists are in test_xcp_daq.c. What a master
+ * of others sees of it is in tests/host/test_xcp.py and tests/hil/test_xcp.py. */
+#include "xcp_bench.h"
 
 /* --- sessions --------------------------------------------------------------------------------- */
 
@@ -288,6 +146,20 @@ static void test_the_rest_of_the_port_is_passed_on(void)
     TEST_ASSERT_EQUAL_PTR(test_key, port.key);
 }
 
+static void test_an_answer_that_waits_is_sent_first(void)
+{
+    CONNECT();
+    no_room = true;
+    TEST_ASSERT_NULL(ASK(0xFD));
+    TEST_ASSERT_NULL(ASK(0xDA)); // is not listened to: the master has to wait for its answer
+    no_room = false;
+    sent_count = 0;
+    hand_over((sway_port_frame_t){.id = 0x7FF, .dlc = 1});
+    TEST_ASSERT_EQUAL_UINT16(REPLY, sent[0].id);
+    TEST_ASSERT_EQUAL_UINT8(6, sent[0].dlc); // of GET_STATUS
+    GOOD(0xDA);
+}
+
 /* --- memory and pages ------------------------------------------------------------------------- */
 
 static void test_memory_ends_where_the_ecu_ends(void)
@@ -426,152 +298,6 @@ static void test_what_the_parameter_frames_apply_is_the_new_reference(void)
     GOOD(0xFD);
     TEST_ASSERT_EQUAL_INT32(1700000, xcp.reference.vehicle.trailer.mass_g);
     TEST_ASSERT_EQUAL_INT32(1700000, xcp.working.vehicle.trailer.mass_g);
-}
-
-/* --- DAQ -------------------------------------------------------------------------------------- */
-
-/* One list of one entry: the ECU's count of frames received. */
-static void allocate(void)
-{
-    const uint32_t at = ECU_AT + (uint32_t)offsetof(sway_ecu_t, frames_received);
-    GOOD(0xD6);
-    GOOD(0xD5, 0, 1, 0);
-    GOOD(0xD4, 0, 0, 0, 1);
-    GOOD(0xD3, 0, 0, 0, 0, 1);
-    GOOD(0xE2, 0, 0, 0, 0, 0);
-    GOOD(0xE1, 0xFF, 4, 0, ADDRESS(at));
-}
-
-static unsigned samples(void)
-{
-    unsigned count = 0;
-    for (unsigned i = 0; i < sent_count; i++) {
-        count += sent[i].id == REPLY && sent[i].data[0] == 0;
-    }
-    return count;
-}
-
-static void test_a_list_is_sampled_every_10_ms(void)
-{
-    CONNECT();
-    allocate();
-    REFUSED(0x22, 0xDF, 0, 1, 0);    // there is one list
-    allocate();                      // the old ones are given back
-    GOOD(0xE0, 0, 0, 0, 1, 0, 2, 0); // event 1, every second time
-    TEST_ASSERT_EQUAL_UINT8(0, ASK(0xDE, 1, 0, 0)->data[1]);
-    TEST_ASSERT_EQUAL_HEX8(0x40, ASK(0xFD)->data[1]);
-    TEST_ASSERT_EQUAL_HEX8(0x40, ASK(0xDF, 0, 0, 0)->data[1]);
-    REFUSED(0x11, 0xE0, 0, 0, 0, 1, 0, 1, 0);
-    sent_count = 0;
-    for (int i = 0; i < 20; i++) {
-        speed(0);
-    }
-    TEST_ASSERT_EQUAL_UINT(10, samples());
-    GOOD(0xDE, 0, 0, 0);
-    sent_count = 0;
-    speed(0);
-    TEST_ASSERT_EQUAL_UINT(0, samples());
-}
-
-static void test_selected_lists_start_together_with_time_stamps(void)
-{
-    CONNECT();
-    allocate();
-    REFUSED(0x27, 0xE0, 2, 0, 0, 1, 0, 1, 0); // no stimulation
-    REFUSED(0x22, 0xE0, 0, 0, 0, 3, 0, 1, 0);
-    GOOD(0xE0, 0x10, 0, 0, 2, 0, 1, 0);
-    REFUSED(0x2A, 0xDE, 2, 0, 0); // 4 bytes of time and 4 are too many
-    GOOD(0xE0, 0, 0, 0, 2, 0, 1, 0);
-    GOOD(0xDE, 2, 0, 0);
-    GOOD(0xDD, 1);
-    sent_count = 0;
-    for (int i = 0; i < 30; i++) {
-        speed(0);
-    }
-    TEST_ASSERT_EQUAL_UINT(3, samples());
-    GOOD(0xDE, 2, 0, 0);
-    GOOD(0xDD, 2);
-    TEST_ASSERT_FALSE(sway_xcp_daq_is_running(&xcp.daq));
-    GOOD(0xDD, 0);
-    REFUSED(0x27, 0xDD, 3);
-    REFUSED(0x27, 0xDE, 3, 0, 0);
-    REFUSED(0x22, 0xDE, 1, 1, 0);
-    GOOD(0xDC);
-}
-
-static void test_lists_are_made_in_order_and_within_their_memory(void)
-{
-    CONNECT();
-    REFUSED(0x29, 0xD4, 0, 0, 0, 1);
-    GOOD(0xD6);
-    REFUSED(0x30, 0xD5, 0, (uint8_t)(SWAY_XCP_LISTS + 1U), 0);
-    GOOD(0xD5, 0, 2, 0);
-    REFUSED(0x29, 0xD5, 0, 2, 0);
-    REFUSED(0x29, 0xD3, 0, 0, 0, 0, 1);
-    REFUSED(0x22, 0xD4, 0, 2, 0, 1);
-    REFUSED(0x30, 0xD4, 0, 0, 0, (uint8_t)(SWAY_XCP_ODTS + 1U));
-    GOOD(0xD4, 0, 0, 0, 1);
-    REFUSED(0x29, 0xD4, 0, 0, 0, 1);
-    REFUSED(0x22, 0xD3, 0, 0, 0, 1, 1);
-    REFUSED(0x30, 0xD3, 0, 0, 0, 0, (uint8_t)(SWAY_XCP_ENTRIES + 1U));
-    GOOD(0xD3, 0, 0, 0, 0, 2);
-    REFUSED(0x29, 0xD3, 0, 0, 0, 0, 2);
-    REFUSED(0x29, 0xD4, 0, 1, 0, 1);
-    REFUSED(0x29, 0xE1, 0xFF, 4, 0, ADDRESS(ECU_AT)); // no pointer yet
-    REFUSED(0x22, 0xE2, 0, 0, 0, 0, 2);
-    REFUSED(0x22, 0xE2, 0, 1, 0, 0, 0);
-    GOOD(0xE2, 0, 0, 0, 0, 1);
-    REFUSED(0x22, 0xE1, 3, 1, 0, ADDRESS(ECU_AT)); // single bits
-    REFUSED(0x24, 0xE1, 0xFF, 4, 0, ADDRESS(0U));
-    GOOD(0xE1, 0xFF, 4, 0, ADDRESS(ECU_AT));
-    REFUSED(0x29, 0xE1, 0xFF, 4, 0, ADDRESS(ECU_AT));
-    GOOD(0xE0, 0, 0, 0, 1, 0, 1, 0);
-    REFUSED(0x2A, 0xDE, 1, 0, 0); // entry 0 was never written
-    REFUSED(0x22, 0xE3, 0, 9, 0);
-    GOOD(0xE3, 0, 0, 0);
-    REFUSED(0x22, 0xDF, 0, 9, 0);
-    REFUSED(0x22, 0xD7, 0, 3, 0);
-}
-
-static void test_samples_without_room_are_left_out_whole_and_told(void)
-{
-    CONNECT();
-    allocate();
-    GOOD(0xE0, 0, 0, 0, 1, 0, 1, 0);
-    GOOD(0xDE, 1, 0, 0);
-    no_room = true;
-    for (unsigned i = 0; i < SWAY_XCP_QUEUE + 10U; i++) {
-        speed(0);
-    }
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(10, xcp.daq.left_out);
-    no_room = false;
-    sent_count = 0;
-    speed(0);
-    speed(0);
-    bool is_told = false;
-    for (unsigned i = 0; i < sent_count; i++) {
-        is_told |= sent[i].id == REPLY && sent[i].data[0] == 0xFD && sent[i].data[1] == 0x06;
-    }
-    TEST_ASSERT_TRUE(is_told);
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT(SWAY_XCP_QUEUE, samples());
-    GOOD(0xFE); // ends it
-    sent_count = 0;
-    speed(0);
-    TEST_ASSERT_EQUAL_UINT(0, samples());
-}
-
-static void test_an_answer_that_waits_is_sent_first(void)
-{
-    CONNECT();
-    no_room = true;
-    TEST_ASSERT_NULL(ASK(0xFD));
-    TEST_ASSERT_NULL(ASK(0xDA)); // is not listened to: the master has to wait for its answer
-    no_room = false;
-    sent_count = 0;
-    hand_over((sway_port_frame_t){.id = 0x7FF, .dlc = 1});
-    TEST_ASSERT_EQUAL_UINT16(REPLY, sent[0].id);
-    TEST_ASSERT_EQUAL_UINT8(6, sent[0].dlc); // of GET_STATUS
-    GOOD(0xDA);
 }
 
 /* --- every answer, byte by byte -----------------------------------------------------------------
@@ -745,229 +471,6 @@ static void test_the_reference_is_what_the_ecu_runs_with(void)
     TEST_ASSERT_EQUAL_UINT8(0, ASK(0xEA, 1, 0)->data[3]);
 }
 
-/* --- DAQ lists by themselves ------------------------------------------------------------------ */
-
-static sway_xcp_daq_t daq;
-static const uint8_t bytes[] = {10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
-
-static void expect_packet(unsigned size, const uint8_t *expected)
-{
-    const sway_xcp_packet_t *const packet = sway_xcp_daq_next(&daq);
-    TEST_ASSERT_NOT_NULL(packet);
-    TEST_ASSERT_EQUAL_UINT8(size, packet->size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, packet->data, size);
-    sway_xcp_daq_sent(&daq);
-}
-
-#define PACKET(...) expect_packet(sizeof((uint8_t[]){__VA_ARGS__}), (const uint8_t[]){__VA_ARGS__})
-#define OK(call) TEST_ASSERT_EQUAL(SWAY_XCP_OK, call)
-
-static void enter(uint32_t list, uint32_t odt, uint32_t entry, const uint8_t *from, uint32_t size)
-{
-    OK(sway_xcp_daq_point(&daq, list, odt, entry));
-    OK(sway_xcp_daq_write(&daq, from, size));
-}
-
-static void sent_all(void)
-{
-    while (daq.queue_length > 0U) {
-        sway_xcp_daq_sent(&daq);
-    }
-}
-
-/* List 0: two ODTs, of two entries and one; list 1: one of two. */
-static void two_lists(void)
-{
-    memset(&daq, 0, sizeof daq);
-    sway_xcp_daq_free(&daq);
-    OK(sway_xcp_daq_lists(&daq, 2));
-    OK(sway_xcp_daq_odts(&daq, 0, 2));
-    OK(sway_xcp_daq_odts(&daq, 1, 1));
-    OK(sway_xcp_daq_entries(&daq, 0, 0, 2));
-    OK(sway_xcp_daq_entries(&daq, 0, 1, 1));
-    OK(sway_xcp_daq_entries(&daq, 1, 0, 2));
-    enter(0, 0, 0, bytes, 1);
-    OK(sway_xcp_daq_write(&daq, bytes + 2, 2)); // the pointer goes on
-    enter(0, 1, 0, bytes + 4, 3);
-    enter(1, 0, 0, bytes + 7, 1);
-    enter(1, 0, 1, bytes + 8, 2);
-}
-
-static void test_samples_hold_what_was_entered(void)
-{
-    two_lists();
-    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
-    OK(sway_xcp_daq_mode(&daq, 1, SWAY_XCP_MODE_TIMESTAMP, 2, 1));
-    OK(sway_xcp_daq_start(&daq, 1, 0));
-    OK(sway_xcp_daq_start(&daq, 1, 1));
-    TEST_ASSERT_TRUE(sway_xcp_daq_is_running(&daq));
-    sway_xcp_daq_sample(&daq, 0, 0x01020304);
-    PACKET(0, 10, 12, 13);
-    PACKET(1, 14, 15, 16);
-    PACKET(2, 4, 3, 2, 1, 17, 18, 19);
-    TEST_ASSERT_NULL(sway_xcp_daq_next(&daq));
-    OK(sway_xcp_daq_start(&daq, 0, 0));
-    TEST_ASSERT_TRUE(sway_xcp_daq_is_running(&daq)); // the second one
-    OK(sway_xcp_daq_start(&daq, 0, 1));
-    TEST_ASSERT_FALSE(sway_xcp_daq_is_running(&daq));
-}
-
-/* Every 10 ms, whatever the steps of the clock; anew after a pause and where it is set back. */
-static void test_events_come_by_the_clock(void)
-{
-    two_lists();
-    OK(sway_xcp_daq_mode(&daq, 1, 0, 1, 1));
-    OK(sway_xcp_daq_start(&daq, 1, 1));
-    static const int64_t times_us[][2] = {
-        /* now, sampled */
-        {5000, 1},  {9999, 0},   {10000, 1},  {14999, 0},  {18000, 0},  {26000, 1},
-        {29999, 0}, {30000, 1},  {90000, 1},  {99999, 0},  {100000, 1}, {50000, 1},
-        {59999, 0}, {60000, 1},  {60001, 0},  {70000, 1},  {89999, 1},  {90001, 1},
-        {99999, 0}, {100000, 1}, {120000, 1}, {120001, 0}, {129999, 0}, {130000, 1}};
-    for (unsigned i = 0; i < sizeof times_us / sizeof times_us[0]; i++) {
-        sway_xcp_daq_sample(&daq, 0, times_us[i][0]);
-        char text[20];
-        (void)snprintf(text, sizeof text, "%d us", (int)times_us[i][0]);
-        TEST_ASSERT_EQUAL_MESSAGE(times_us[i][1], daq.queue_length, text);
-        sent_all();
-    }
-}
-
-static void test_an_event_of_100_ms_and_a_list_that_is_stopped(void)
-{
-    two_lists();
-    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
-    OK(sway_xcp_daq_mode(&daq, 1, 0, 2, 1));
-    OK(sway_xcp_daq_start(&daq, 1, 1));
-    for (int64_t i = 0; i < 100; i++) { // more events than a countdown has numbers
-        for (int64_t part = 0; part < 10; part++) {
-            sway_xcp_daq_sample(&daq, 0, i * 100000 + part * 10000);
-            TEST_ASSERT_EQUAL_UINT32(part == 0, daq.queue_length);
-            sent_all();
-        }
-    }
-}
-
-static void test_every_odt_of_a_list_is_asked(void)
-{
-    two_lists();
-    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
-    enter(0, 1, 0, bytes, 8);
-    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0));
-    enter(0, 1, 0, bytes, 7);
-    OK(sway_xcp_daq_start(&daq, 1, 0));
-    sway_xcp_daq_free(&daq);
-    OK(sway_xcp_daq_lists(&daq, 1));
-    OK(sway_xcp_daq_odts(&daq, 0, 1));
-    OK(sway_xcp_daq_entries(&daq, 0, 0, 1));
-    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
-    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // nothing entered
-}
-
-static void test_an_estimate_is_an_event_when_it_is_new(void)
-{
-    static const uint32_t numbers[][2] = {{0, 0}, {1, 1}, {1, 0}, {2, 1}, {0, 0}, {1, 1}};
-    two_lists();
-    OK(sway_xcp_daq_mode(&daq, 1, 0, SWAY_XCP_EVENT_ESTIMATE, 1));
-    OK(sway_xcp_daq_start(&daq, 1, 1));
-    for (unsigned i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
-        sway_xcp_daq_sample(&daq, numbers[i][0], 1000 * (int64_t)i);
-        TEST_ASSERT_EQUAL_UINT32(numbers[i][1], daq.queue_length);
-        sent_all();
-    }
-    daq.left_out = 7;
-    sway_xcp_daq_free(&daq); // neither what was lost nor which estimate was the last is forgotten
-    TEST_ASSERT_EQUAL_UINT32(7, daq.left_out);
-    TEST_ASSERT_EQUAL_UINT32(1, daq.sequence);
-}
-
-/* Up to the last list, ODT, entry and byte, and not one more. */
-static void test_all_of_the_memory_can_be_used(void)
-{
-    memset(&daq, 0, sizeof daq);
-    sway_xcp_daq_free(&daq);
-    OK(sway_xcp_daq_lists(&daq, SWAY_XCP_LISTS));
-    OK(sway_xcp_daq_odts(&daq, 0, 3));
-    TEST_ASSERT_EQUAL(SWAY_XCP_NO_MEMORY, sway_xcp_daq_odts(&daq, 1, SWAY_XCP_ODTS - 2U));
-    OK(sway_xcp_daq_odts(&daq, 1, SWAY_XCP_ODTS - 3U));
-    OK(sway_xcp_daq_entries(&daq, 0, 0, 3));
-    OK(sway_xcp_daq_entries(&daq, 0, 2, 1));
-    TEST_ASSERT_EQUAL(SWAY_XCP_NO_MEMORY, sway_xcp_daq_entries(&daq, 1, 0, SWAY_XCP_ENTRIES - 3U));
-    OK(sway_xcp_daq_entries(&daq, 1, 0, SWAY_XCP_ENTRIES - 4U));
-    TEST_ASSERT_EQUAL(SWAY_XCP_RANGE, sway_xcp_daq_point(&daq, SWAY_XCP_LISTS, 0, 0));
-    TEST_ASSERT_EQUAL(SWAY_XCP_RANGE, sway_xcp_daq_point(&daq, 0, 3, 0));
-    TEST_ASSERT_EQUAL(SWAY_XCP_RANGE, sway_xcp_daq_mode(&daq, SWAY_XCP_LISTS, 0, 1, 1));
-    enter(0, 2, 0, bytes, 7);
-    enter(0, 0, 0, bytes, 3);
-    enter(0, 0, 1, bytes, 2);
-    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
-    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // one is missing
-    enter(0, 0, 2, bytes, 3);
-    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // a byte too many
-    enter(0, 0, 2, bytes, 2);
-    OK(sway_xcp_daq_start(&daq, 1, 0));
-    sway_xcp_daq_sample(&daq, 0, 0);
-    TEST_ASSERT_EQUAL_UINT32(3, daq.queue_length);
-    OK(sway_xcp_daq_synch(&daq, 0));
-    two_lists();
-    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_start(&daq, 1, 0)); // no prescaler
-}
-
-static void test_the_queue_keeps_its_order_and_tells_what_it_lost(void)
-{
-    uint8_t number = 0;
-    two_lists();
-    enter(1, 0, 0, &number, 1);
-    OK(sway_xcp_daq_mode(&daq, 1, 0, 1, 1));
-    OK(sway_xcp_daq_start(&daq, 1, 1));
-    int64_t now = 0;
-    for (unsigned i = 0; i < 3U * SWAY_XCP_QUEUE; i++, now += 10000) {
-        number = (uint8_t)i;
-        sway_xcp_daq_sample(&daq, 0, now);
-        if (i >= 5U) {
-            PACKET(2, (uint8_t)(i - 5U), 18, 19);
-        }
-    }
-    for (unsigned i = 0; i < SWAY_XCP_QUEUE - 5U; i++, now += 10000) {
-        sway_xcp_daq_sample(&daq, 0, now);
-    }
-    TEST_ASSERT_EQUAL_UINT32(SWAY_XCP_QUEUE, daq.queue_length);
-    TEST_ASSERT_EQUAL_UINT32(0, daq.left_out);
-    sway_xcp_daq_sample(&daq, 0, now);
-    TEST_ASSERT_EQUAL_UINT32(1, daq.left_out);
-    OK(sway_xcp_daq_start(&daq, 0, 1));
-    sway_xcp_daq_sent(&daq);
-    sway_xcp_daq_sample(&daq, 0, now); // told once
-    TEST_ASSERT_EQUAL_UINT32(SWAY_XCP_QUEUE, daq.queue_length);
-    sway_xcp_daq_sent(&daq);
-    sway_xcp_daq_sample(&daq, 0, now);
-    for (unsigned i = 0; i < SWAY_XCP_QUEUE - 2U; i++) {
-        sway_xcp_daq_sent(&daq);
-    }
-    PACKET(0xFD, 0x06);
-    TEST_ASSERT_NULL(sway_xcp_daq_next(&daq));
-}
-
-static void test_selected_lists_and_no_others_are_started_and_stopped(void)
-{
-    two_lists();
-    for (uint32_t list = 0; list < 2U; list++) {
-        OK(sway_xcp_daq_mode(&daq, list, 0, 1, 1));
-    }
-    OK(sway_xcp_daq_start(&daq, 2, 1));
-    OK(sway_xcp_daq_synch(&daq, 1));
-    TEST_ASSERT_FALSE((daq.list[0].mode & SWAY_XCP_MODE_RUNNING) != 0U);
-    TEST_ASSERT_TRUE((daq.list[1].mode & SWAY_XCP_MODE_RUNNING) != 0U);
-    OK(sway_xcp_daq_start(&daq, 1, 0));
-    OK(sway_xcp_daq_start(&daq, 2, 1));
-    OK(sway_xcp_daq_synch(&daq, 2));
-    TEST_ASSERT_TRUE((daq.list[0].mode & SWAY_XCP_MODE_RUNNING) != 0U);
-    TEST_ASSERT_FALSE((daq.list[1].mode & SWAY_XCP_MODE_RUNNING) != 0U);
-    OK(sway_xcp_daq_start(&daq, 1, 1));
-    OK(sway_xcp_daq_synch(&daq, 0));
-    TEST_ASSERT_FALSE(sway_xcp_daq_is_running(&daq));
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -979,29 +482,17 @@ int main(void)
     RUN_TEST(test_the_lock_closes_again_after_its_time);
     RUN_TEST(test_what_it_says_of_itself);
     RUN_TEST(test_the_rest_of_the_port_is_passed_on);
+    RUN_TEST(test_an_answer_that_waits_is_sent_first);
     RUN_TEST(test_memory_ends_where_the_ecu_ends);
     RUN_TEST(test_pages);
     RUN_TEST(test_pages_that_are_none);
     RUN_TEST(test_a_page_without_a_vehicle_is_filled_word_by_word);
     RUN_TEST(test_what_the_parameter_frames_apply_is_the_new_reference);
-    RUN_TEST(test_a_list_is_sampled_every_10_ms);
-    RUN_TEST(test_selected_lists_start_together_with_time_stamps);
-    RUN_TEST(test_lists_are_made_in_order_and_within_their_memory);
-    RUN_TEST(test_samples_without_room_are_left_out_whole_and_told);
-    RUN_TEST(test_an_answer_that_waits_is_sent_first);
     RUN_TEST(test_answers_are_those_of_the_standard);
     RUN_TEST(test_memory_is_what_is_there);
     RUN_TEST(test_words_are_downloaded_one_after_the_other);
     RUN_TEST(test_each_page_is_set_by_itself);
     RUN_TEST(test_a_lock_is_open_for_its_time);
     RUN_TEST(test_the_reference_is_what_the_ecu_runs_with);
-    RUN_TEST(test_samples_hold_what_was_entered);
-    RUN_TEST(test_events_come_by_the_clock);
-    RUN_TEST(test_an_event_of_100_ms_and_a_list_that_is_stopped);
-    RUN_TEST(test_every_odt_of_a_list_is_asked);
-    RUN_TEST(test_an_estimate_is_an_event_when_it_is_new);
-    RUN_TEST(test_all_of_the_memory_can_be_used);
-    RUN_TEST(test_the_queue_keeps_its_order_and_tells_what_it_lost);
-    RUN_TEST(test_selected_lists_and_no_others_are_started_and_stopped);
     return UNITY_END();
 }

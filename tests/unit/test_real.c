@@ -256,6 +256,84 @@ static void test_functions_beyond_their_arguments(void)
     TEST_ASSERT_EQUAL_INT64(INT64_MIN, sway_int64_divide(INT64_MIN, 1));
 }
 
+static void expect_exact(int32_t m, int32_t e, sway_real_t found)
+{
+    TEST_ASSERT_EQUAL_INT32(m, found.m);
+    TEST_ASSERT_EQUAL_INT32(e, found.e);
+}
+
+/* The 31 bits nearest to an integer of any number of bits, all that are cut off counted. */
+static void test_whole_numbers_are_rounded_to_the_nearest(void)
+{
+    for (int bits = 1; bits < 64; bits++) {
+        for (int k = 0; k < 200; k++) {
+            const int64_t whole =
+                (int64_t)((random_bits() >> (64 - bits)) | (UINT64_C(1) << (bits - 1)));
+            const sway_real_t x = sway_real(whole, 0);
+            assert_normal(x);
+            const int64_t unit = x.e > 0 ? INT64_C(1) << x.e : 1;
+            const int64_t back = x.e > 0 ? x.m * unit : (int64_t)x.m >> -x.e;
+            const int64_t off = whole > back ? whole - back : back - whole;
+            TEST_ASSERT_TRUE(2 * off <= unit || (off == 0 && x.e <= 0));
+        }
+    }
+}
+
+/* Differences whose exact value lies just beside the middle of two numbers. */
+static void test_differences_round_by_their_last_bits(void)
+{
+    const int32_t half = INT32_C(1) << 30;
+    /* 2^30 - (2^30 + 1) / 2^32: a little more than a quarter below. */
+    const sway_real_t one = {half, 0}, beside = {half + 1, -32};
+    expect_exact(INT32_MAX, -1, sway_real_sub(one, beside));
+    const sway_real_t exactly = {half, -32}; /* just a quarter: the middle, away from zero */
+    expect_exact(half, 0, sway_real_sub(one, exactly));
+    /* 2^31 - (2^31 - 1): nothing is left but the last bit. */
+    const sway_real_t two = {half, 1}, less = {INT32_MAX, 0};
+    expect_exact(half, -30, sway_real_sub(two, less));
+    /* 2^30 + 1/4, from numbers two octaves apart. */
+    const sway_real_t big = {half + (half >> 2) + 1, 0}, small = {half + 3, -2};
+    expect_exact(half, 0, sway_real_sub(big, small));
+    expect_exact(-half, 0, sway_real_sub(small, big));
+}
+
+static void test_a_zero_has_no_exponent_and_no_sign(void)
+{
+    const sway_real_t zero = sway_real_zero();
+    expect_exact(0, 0, sway_real_scale(zero, 5));
+    expect_exact(0, 0, sway_real_sub(zero, zero));
+    TEST_ASSERT_EQUAL_INT(0, sway_real_compare(zero, sway_real_neg(zero)));
+}
+
+/* Roots of squares are exact. */
+static void test_roots_of_squares_are_exact(void)
+{
+    for (int32_t n = 1; n < 32768; n++) {
+        const sway_real_t root = sway_real_sqrt(sway_real_int(n * n));
+        TEST_ASSERT_EQUAL_DOUBLE(n, to_double(root));
+    }
+    /* A little less than half a unit above a number: (2^31 + 1)^2 - 1 and (2^32 - 1)^2 - 1. */
+    const sway_real_t even = {(INT32_C(1) << 30) + 1, 0}, odd = {INT32_MAX, 1};
+    expect_exact(INT32_C(1) << 30, -15, sway_real_sqrt(even));
+    expect_exact(INT32_MAX, -15, sway_real_sqrt(odd));
+}
+
+static void test_integers_are_clipped_beyond_62_bits(void)
+{
+    const sway_real_t x = {INT32_MAX, 0};
+    const sway_real_t minus = {-INT32_MAX, 0};
+    TEST_ASSERT_EQUAL_INT64((int64_t)INT32_MAX << 31, sway_real_to_int64(x, 31));
+    TEST_ASSERT_EQUAL_INT64(INT64_C(1) << 62, sway_real_to_int64(x, 32));
+    TEST_ASSERT_EQUAL_INT64(-(INT64_C(1) << 62), sway_real_to_int64(minus, 32));
+    TEST_ASSERT_EQUAL_INT64(INT32_MAX, sway_real_to_int64(x, 0));
+    TEST_ASSERT_EQUAL_INT64(1, sway_real_to_int64(x, -31)); /* 1 - 2^-31 */
+    TEST_ASSERT_EQUAL_INT64(0, sway_real_to_int64(x, -32)); /* a little below 1/2 */
+    for (int32_t shift = -33; shift > -200; shift--) {
+        TEST_ASSERT_EQUAL_INT64(0, sway_real_to_int64(x, shift));
+        TEST_ASSERT_EQUAL_INT64(0, sway_real_to_int64(minus, shift));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -269,5 +347,10 @@ int main(void)
     RUN_TEST(test_wide_quotients);
     RUN_TEST(test_every_operation_ends_at_the_range);
     RUN_TEST(test_functions_beyond_their_arguments);
+    RUN_TEST(test_whole_numbers_are_rounded_to_the_nearest);
+    RUN_TEST(test_differences_round_by_their_last_bits);
+    RUN_TEST(test_a_zero_has_no_exponent_and_no_sign);
+    RUN_TEST(test_roots_of_squares_are_exact);
+    RUN_TEST(test_integers_are_clipped_beyond_62_bits);
     return UNITY_END();
 }

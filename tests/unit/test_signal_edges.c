@@ -594,6 +594,331 @@ static void a_channel_needs_three_fifths_of_its_blocks(void)
     }
 }
 
+/* --- the track, from values that are put in ------------------------------------------------------
+ */
+
+static void a_default_is_quiet_to_a_degree_and_steady_to_a_twentieth(void)
+{
+    TEST_ASSERT_EQUAL((int32_t)floor(1e6 * M_PI / 180), config.steering_quiet_urad);
+    TEST_ASSERT_EQUAL(1000 / 20, config.speed_change_milli);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_STARTING | SWAY_LINE_SEEKING, track.line.flags);
+}
+
+/* What a track has seen before a row that does not follow, it has not seen. */
+static void a_restart_leaves_nothing_of_before(void)
+{
+    sway_row_t row;
+    memset(&row, 0, sizeof row);
+    row.present_mask = row.valid_mask = SWAY_CHANNEL_BIT(1);
+    sway_track_push(&track, &row);
+    memset(&track.spectrum, 0x11, sizeof track.spectrum);
+    track.state = TRACK_LINE;
+    track.locked = track.free = true;
+    track.lost = 2;
+    track.past_count = 3;
+    track.rows_to_hop = 0;
+    track.harmonics_mask = 6;
+    track.change_time_us = 5;
+    row.restart = true;
+    sway_track_push(&track, &row);
+    static const sway_spectrum_t empty;
+    TEST_ASSERT_EQUAL_MEMORY(&empty, &track.spectrum, sizeof empty);
+    TEST_ASSERT_EQUAL(TRACK_IDLE, track.state);
+    TEST_ASSERT_FALSE(track.locked || track.free);
+    TEST_ASSERT_EQUAL(0, track.lost + track.past_count + track.harmonics_mask);
+    TEST_ASSERT_EQUAL(1, track.ring.filled);
+    TEST_ASSERT_TRUE(track.rows_to_hop > 0U && track.change_time_us == INT64_MIN);
+}
+
+static void a_search_without_rows_is_given_up(void)
+{
+    fill(20, 0.7, 0, 0.1, 0.001);
+    track.ring = ring;
+    track.line.valid_mask = 6;
+    track.sequence = 7;
+    TEST_ASSERT_EQUAL(0, sway_track_cost(&track));
+    TEST_ASSERT_FALSE(sway_track_run(&track)); /* not yet */
+    track.rows_to_hop = 1;
+    TEST_ASSERT_EQUAL(0, sway_track_cost(&track));
+    track.rows_to_hop = 0;
+    TEST_ASSERT_TRUE(sway_track_cost(&track) > 0U);
+    TEST_ASSERT_FALSE(sway_track_run(&track));
+    TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_STARTING | SWAY_LINE_SEEKING, track.line.flags);
+    TEST_ASSERT_EQUAL(0, track.line.valid_mask);
+    TEST_ASSERT_EQUAL(8, sway_track_sequence(&track));
+}
+
+/* Starts the line that is held, of 200 rows where it turns once a second. */
+static void start_held(int rows)
+{
+    fill(rows, 1, 0, 0.1, 0.001);
+    track.ring = ring;
+    track.locked = true;
+    track.omega_rad_s = real(2 * M_PI);
+    track.state = TRACK_HELD;
+    (void)sway_track_run(&track);
+}
+
+static void a_line_needs_seven_tenths_of_its_window(void)
+{
+    start_held(139);
+    TEST_ASSERT_EQUAL(TRACK_IDLE, track.state);
+    start_held(140);
+    TEST_ASSERT_EQUAL(TRACK_LINE, track.state);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_STARTING, track.line.flags & SWAY_LINE_STARTING);
+    start_held(200);
+    TEST_ASSERT_EQUAL(TRACK_LINE, track.state);
+    TEST_ASSERT_EQUAL_HEX32(0, track.line.flags & SWAY_LINE_STARTING);
+}
+
+/* A drift is known beyond four standard errors, and below a bow of one radian at the ends. */
+static void a_drift_is_known_that_stands_out_and_bends_little(void)
+{
+    static const struct {
+        double change, se;
+        bool known;
+    } cases[] = {{0.41, 0.07, true}, {-0.41, 0.07, true}, {0.39, 0.07, false}, {1.9, 0.01, true},
+                 {2.1, 0.01, false}, {-1.9, 0.01, true},  {-2.1, 0.01, false}, {0, 0, false}};
+    for (unsigned c = 0; c < sizeof cases / sizeof cases[0]; c++) {
+        for (int k = 0; k < SWAY_TRACK_HISTORY; k++) {
+            track.past_omega[k] = real(6 + cases[c].change * k / (double)(SWAY_TRACK_HISTORY - 1));
+            track.past_se[k] = real(cases[c].se);
+            track.past_us[k] = 2000000 * (int64_t)k / (SWAY_TRACK_HISTORY - 1);
+        }
+        track.past_count = SWAY_TRACK_HISTORY;
+        start_held(200); /* a second to each side */
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, cases[c].known ? cases[c].change / 2 : 0,
+                                  to_double(work.job.config.chirp_rad_s2));
+    }
+    track.past_count = SWAY_TRACK_HISTORY - 1;
+    start_held(200);
+    TEST_ASSERT_EQUAL_DOUBLE(0, to_double(work.job.config.chirp_rad_s2));
+}
+
+static void put_channel(int channel, double size, double se)
+{
+    track.line.channel[channel].amplitude = sway_complex(real(size), sway_real_zero());
+    track.line.channel[channel].amplitude_se = real(se);
+}
+
+static sway_channel_t pilot_of(uint32_t valid, uint32_t used)
+{
+    track.line.valid_mask = valid;
+    track.config.channel_mask = used;
+    track.state = TRACK_IDLE;
+    track.rows_to_hop = 0;
+    track.locked = true;
+    track.lost = 1;
+    track.pilot = SWAY_CHANNEL_COUNT;
+    (void)sway_track_run(&track);
+    TEST_ASSERT_EQUAL(TRACK_HELD, track.state);
+    return track.pilot;
+}
+
+/* Of the channels that are valid and used the one that stands out most, however little. */
+static void the_pilot_is_the_clearest_channel(void)
+{
+    for (int c = 0; c < SWAY_CHANNELS; c++) {
+        put_channel(c, 0.5, 1);
+    }
+    put_channel(0, 3, 1);
+    put_channel(2, 6, 1);
+    put_channel(3, 8, 2);
+    put_channel(4, 9, 1);
+    TEST_ASSERT_EQUAL(4, pilot_of(31, 31));
+    TEST_ASSERT_EQUAL(2, pilot_of(15, 31));
+    TEST_ASSERT_EQUAL(2, pilot_of(31, 15));
+    TEST_ASSERT_EQUAL(3, pilot_of(11, 9 + 2));
+    TEST_ASSERT_EQUAL(0, pilot_of(3, 3));
+    TEST_ASSERT_EQUAL(1, pilot_of(2, 31));
+    TEST_ASSERT_EQUAL(1, pilot_of(3, 2));
+    TEST_ASSERT_EQUAL(0, pilot_of(1, 31));
+    TEST_ASSERT_EQUAL(0, pilot_of(0, 31)); /* none: the first */
+    track.lost = 0;
+    track.pilot = SWAY_CHANNEL_COUNT;
+    track.state = TRACK_IDLE;
+    (void)sway_track_run(&track);
+    TEST_ASSERT_EQUAL(SWAY_CHANNEL_COUNT, track.pilot); /* while it is held none is asked for */
+}
+
+/* A driven line that had been free is looked at for the driver's tone. */
+static void a_tone_is_sought_beside_a_free_line_that_is_driven(void)
+{
+    for (int c = 0; c < 4; c++) {
+        fill(300, 1, 0, 0.1, 0.001);
+        track.ring = ring;
+        track.locked = true;
+        track.lost = 0;
+        track.state = TRACK_IDLE;
+        track.rows_to_hop = 0;
+        track.free = c % 2 == 1;
+        track.line.flags = c / 2 == 1 ? SWAY_LINE_FORCED : SWAY_LINE_GAP;
+        (void)sway_track_run(&track);
+        TEST_ASSERT_EQUAL(c == 3 ? TRACK_TONE_SEARCH : TRACK_HELD, track.state);
+    }
+}
+
+/* The job is done: what its line says is taken. */
+static void end_line(int state, uint32_t flags, double omega, double growth)
+{
+    memset(&work.job, 0, sizeof work.job);
+    work.job.half_s = real(2);
+    track.state = (uint8_t)state;
+    track.line.flags = flags;
+    track.line.omega_rad_s = real(omega);
+    track.line.growth_1_s = real(growth);
+    track.line.window_samples = 400;
+    track.line.mid_time_us = 10000000;
+    (void)sway_track_run(&track);
+}
+
+/* Over the window (4 s) a quarter of a turn from the line, and a tenth of growth at most. */
+static void a_tone_counts_that_is_clean_steady_and_apart(void)
+{
+    static const struct {
+        double apart, growth;
+        uint32_t flags;
+        bool counts;
+    } cases[] = {
+        {0.40, 0, 0, true},
+        {0.38, 0, 0, false},
+        {-0.40, 0, 0, true},
+        {-0.38, 0, 0, false},
+        {0.5, 0.024, 0, true},
+        {0.5, 0.0261, 0, false},
+        {0.5, -0.024, 0, true},
+        {0.5, -0.0261, 0, false},
+        {0.5, 0, SWAY_LINE_MISFIT, false},
+        {0.5, 0.0235, 0, true},
+        {0.5, 0, SWAY_LINE_NOT_CONVERGED, false},
+        {0.5, 0, SWAY_LINE_NO_OSCILLATION, false},
+        {0.5, 0, SWAY_LINE_FORCED, true},
+    };
+    track.locked = true;
+    for (unsigned c = 0; c < sizeof cases / sizeof cases[0]; c++) {
+        track.omega_rad_s = real(6);
+        track.forced_rad_s = sway_real_zero();
+        end_line(TRACK_TONE, cases[c].flags, 6 + cases[c].apart, cases[c].growth);
+        TEST_ASSERT_EQUAL(TRACK_HELD, track.state);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, cases[c].counts ? 6 + cases[c].apart : 0,
+                                  to_double(track.forced_rad_s));
+    }
+}
+
+static void a_line_that_is_taken_tells_whether_it_is_free(void)
+{
+    track.sequence = 4;
+    end_line(TRACK_LINE, 0, 6, 0);
+    TEST_ASSERT_TRUE(track.locked && track.free);
+    TEST_ASSERT_EQUAL(5, track.sequence);
+    TEST_ASSERT_TRUE(track.past_count == 1U && track.lost == 0U);
+    TEST_ASSERT_DOUBLE_WITHIN(1, 2 * 100 * 2 * M_PI / 6, track.spectrum.window);
+    end_line(TRACK_LINE, SWAY_LINE_FORCED, 6, 0);
+    TEST_ASSERT_TRUE(track.free); /* it was */
+    TEST_ASSERT_EQUAL(0, track.past_count);
+    end_line(TRACK_LINE, 0, 6, 0);
+    track.free = false;
+    end_line(TRACK_LINE, SWAY_LINE_FORCED, 6, 0);
+    TEST_ASSERT_FALSE(track.free);
+    for (int k = 0; track.locked; k++) { /* lost after some estimates without a line */
+        TEST_ASSERT_TRUE(k < 10);
+        track.free = true;
+        track.past_count = 3;
+        end_line(TRACK_LINE, SWAY_LINE_NO_OSCILLATION, 6, 0);
+    }
+    TEST_ASSERT_FALSE(track.free);
+    TEST_ASSERT_EQUAL(0, track.past_count);
+    TEST_ASSERT_EQUAL_HEX32(SWAY_LINE_SEEKING, track.line.flags & SWAY_LINE_SEEKING);
+}
+
+/* The sliding window follows when it is off by more than a sixteenth. */
+static void the_sliding_window_follows_by_sixteenths(void)
+{
+    static const struct {
+        uint32_t have;
+        bool stays;
+    } cases[] = {{200, true},  {188, true},  {212, true}, {187, false},
+                 {213, false}, {100, false}, {300, false}};
+    for (unsigned c = 0; c < sizeof cases / sizeof cases[0]; c++) {
+        TEST_ASSERT_EQUAL(SWAY_OK, sway_spectrum_init(&track.spectrum, cases[c].have));
+        end_line(TRACK_LINE, 0, 2 * M_PI, 0);
+        TEST_ASSERT_EQUAL(cases[c].stays ? cases[c].have : 200, track.spectrum.window);
+    }
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_spectrum_init(&track.spectrum, 150)); /* exactly a sixteenth */
+    end_line(TRACK_LINE, 0, 2 * M_PI * 200 / 160, 0);
+    TEST_ASSERT_EQUAL(150, track.spectrum.window);
+}
+
+/* --- a line's job --------------------------------------------------------------------------------
+ */
+
+static void a_job_keeps_nothing_of_the_one_before(void)
+{
+    sway_line_config_t how = line_config();
+    fill(300, 1, 0, 0.1, 0.001);
+    memset(&job, 0xFF, sizeof job);
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_line_start(&job, &how, &ring, 200, real(6), &line));
+    TEST_ASSERT_FALSE(job.converged || job.broken || job.final || job.changed);
+    for (int c = 0; c < SWAY_CHANNELS; c++) {
+        TEST_ASSERT_TRUE(job.data[c].missing == 0U && job.data[c].lost == 0U);
+    }
+    how.sample_period_us = 1;
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_line_start(&job, &how, &ring, 200, real(6), &line));
+}
+
+static void a_state_that_is_none_costs_and_does_nothing(void)
+{
+    for (unsigned state = 23; state < 256U; state++) { /* as many as sway_line.c has */
+        memset(&job, 0, sizeof job);
+        job.state = (uint8_t)state;
+        TEST_ASSERT_EQUAL(0, sway_line_cost(&job));
+        TEST_ASSERT_FALSE(sway_line_run(&job, &ring));
+        TEST_ASSERT_EQUAL(state, job.state);
+    }
+}
+
+/* 192 rows with a wheel that is turned evenly by `turned` and swings by `swing`, at a speed that
+ * grows by 960 mm/s. */
+static uint32_t flags_of(double turned, double swing, int32_t mean_mm_s)
+{
+    const sway_line_config_t how = line_config();
+    sway_ring_clear(&ring);
+    for (int k = 0; k < 192; k++) {
+        sway_row_t row;
+        memset(&row, 0, sizeof row);
+        row.time_us = 10000 * (int64_t)k;
+        row.valid_mask = 3U | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED);
+        row.present_mask = row.valid_mask;
+        row.value[0] = (int32_t)lround(
+            1e6 * (turned * (k - 95.5) / 192 + swing * cos(2 * M_PI * (k - 95.5) / 96)));
+        row.value[1] = (int32_t)lround(1e5 * sin(0.07 * k));
+        row.value[SWAY_CHANNEL_SPEED] = (mean_mm_s * 2 - 955 + 10 * k) / 2;
+        sway_ring_push(&ring, &row);
+    }
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_line_start(&job, &how, &ring, 192, real(6), &line));
+    for (int slice = 0; slice < 20 && sway_line_run(&job, &ring); slice++) {
+    }
+    return line.flags;
+}
+
+/* A wheel that is only turned, however far, does not swing: a degree about its line is quiet. */
+static void a_wheel_is_quiet_about_its_line(void)
+{
+    const double degree = M_PI / 180;
+    const uint32_t forced = SWAY_LINE_FORCED;
+    TEST_ASSERT_EQUAL_HEX32(0, flags_of(0.5, 0, 20000) & forced);
+    TEST_ASSERT_EQUAL_HEX32(0, flags_of(-2, 0, 20000) & forced);
+    TEST_ASSERT_EQUAL_HEX32(0, flags_of(0, 1.40 * degree, 20000) & forced); /* rms: by root 2 */
+    TEST_ASSERT_EQUAL_HEX32(forced, flags_of(0, 1.50 * degree, 20000) & forced);
+}
+
+static void a_speed_changes_from_its_twentieth_on(void)
+{
+    const uint32_t changing = SWAY_LINE_SPEED_CHANGING;
+    TEST_ASSERT_EQUAL_HEX32(0, flags_of(0, 0, 19212) & changing);
+    TEST_ASSERT_EQUAL_HEX32(changing, flags_of(0, 0, 19190) & changing);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -618,5 +943,19 @@ int main(void)
     RUN_TEST(the_speed_is_its_mean_with_its_slope);
     RUN_TEST(a_job_begins_anew);
     RUN_TEST(a_channel_needs_three_fifths_of_its_blocks);
+    RUN_TEST(a_default_is_quiet_to_a_degree_and_steady_to_a_twentieth);
+    RUN_TEST(a_restart_leaves_nothing_of_before);
+    RUN_TEST(a_search_without_rows_is_given_up);
+    RUN_TEST(a_line_needs_seven_tenths_of_its_window);
+    RUN_TEST(a_drift_is_known_that_stands_out_and_bends_little);
+    RUN_TEST(the_pilot_is_the_clearest_channel);
+    RUN_TEST(a_tone_is_sought_beside_a_free_line_that_is_driven);
+    RUN_TEST(a_tone_counts_that_is_clean_steady_and_apart);
+    RUN_TEST(a_line_that_is_taken_tells_whether_it_is_free);
+    RUN_TEST(the_sliding_window_follows_by_sixteenths);
+    RUN_TEST(a_job_keeps_nothing_of_the_one_before);
+    RUN_TEST(a_state_that_is_none_costs_and_does_nothing);
+    RUN_TEST(a_wheel_is_quiet_about_its_line);
+    RUN_TEST(a_speed_changes_from_its_twentieth_on);
     return UNITY_END();
 }

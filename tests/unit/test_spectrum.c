@@ -1,7 +1,9 @@
-/* Tests of sway_spectrum: the sliding sums are the fresh sums, bit for bit. */
+/* Tests of sway_spectrum: the sliding sums are the fresh sums, bit for bit; and of sway_search: its
+ * powers are those of the windowed sums. */
 #include <math.h>
 #include <string.h>
 
+#include "signal/sway_search.h"
 #include "signal/sway_spectrum.h"
 #include "unity.h"
 
@@ -221,6 +223,179 @@ static void test_windows_out_of_range_are_refused(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_spectrum_init(NULL, 100));
 }
 
+/* --- the search ---------------------------------------------------------------------------------
+ */
+
+static sway_search_t search;
+static int32_t pushed[SWAY_RING_SAMPLES];
+
+static sway_real_t real(double x)
+{
+    return sway_real((int64_t)llround(x * 1099511627776.0), -40);
+}
+
+/* Rows of channels 1 and 2: of the first amplitude times a damped cosine, and noise of +-`noise`.
+ */
+static void fill_tone(int rows, double hertz, double growth, double amplitude, double noise)
+{
+    sway_ring_clear(&ring);
+    for (int k = 0; k < rows; k++) {
+        sway_row_t row;
+        memset(&row, 0, sizeof row);
+        seed = seed * 1664525U + 1013904223U;
+        const double t = k * 0.01;
+        const double n = noise * ((seed >> 8) / 8388608.0 - 1.0);
+        row.present_mask = row.valid_mask = SWAY_CHANNEL_BIT(1) | SWAY_CHANNEL_BIT(2);
+        row.value[1] =
+            (int32_t)lround(1e6 * (amplitude * exp(growth * t) * cos(2 * M_PI * hertz * t) + n));
+        pushed[k] = row.value[1];
+        sway_ring_push(&ring, &row);
+    }
+}
+
+static void a_search_takes_the_least_of_everything(void)
+{
+    sway_search_config_t least = {.channel_mask = SWAY_CHANNEL_BIT(1),
+                                  .sample_period_us = 1,
+                                  .frequency_min_mhz = 1,
+                                  .frequency_max_mhz = 2};
+    fill_tone(SWAY_WINDOW_MIN, 1, 0, 0.1, 0);
+    TEST_ASSERT_EQUAL(SWAY_OK, sway_search_start(&search, &least, &ring));
+    fill_tone(SWAY_WINDOW_MIN - 1, 1, 0, 0.1, 0);
+    TEST_ASSERT_EQUAL(SWAY_ERROR_NO_DATA, sway_search_start(&search, &least, &ring));
+}
+
+/* Powers that are put in, of a window of one second: a bin is a Hertz. */
+static double found_hz(int32_t min_mhz, int32_t max_mhz)
+{
+    sway_real_t omega = sway_real_zero();
+    search.config.sample_period_us = 15625;
+    search.config.frequency_min_mhz = min_mhz;
+    search.config.frequency_max_mhz = max_mhz;
+    search.block = 1;
+    TEST_ASSERT_TRUE(sway_search_result(&search, &omega));
+    return to_double(omega) / (2 * M_PI);
+}
+
+/* The largest one of the band, to half a bin; of equals the lowest; what may be beyond it is not
+ * looked for beyond three fifths. */
+static void the_largest_power_of_the_band_is_found(void)
+{
+    memset(&search, 0, sizeof search);
+    for (int k = 1; k < SWAY_SEARCH_POINTS / 2; k++) {
+        search.power[k] = 100;
+    }
+    search.power[2] = search.power[9] = 10000;
+    search.power[5] = search.power[7] = 8100;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2, found_hz(2499, 8000));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 5, found_hz(2500, 8000));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 5, found_hz(2500, 8499));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 9, found_hz(2500, 8500));
+    search.power[1] = 20000;
+    search.power[0] = 100;
+    const double beside = found_hz(100, 8000);
+    TEST_ASSERT_TRUE(beside > 1 && beside < 1.6);
+    search.power[SWAY_SEARCH_POINTS / 2 - 1] = 1 << 24;
+    search.power[SWAY_SEARCH_POINTS / 2 - 2] = 30000;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 30.6, found_hz(100, 50000));
+}
+
+/* Between bins of a Hann window a tone of amplitude 1 is seen as sinc(d) / (1 - d^2). */
+static double hann(double d)
+{
+    return fabs(d) < 1e-9 ? 1 : sin(M_PI * d) / (M_PI * d) / (1 - d * d);
+}
+
+static void a_tone_between_bins_is_where_hanns_window_says(void)
+{
+    for (double x = -0.45; x < 0.46; x += 0.09) {
+        TEST_ASSERT_DOUBLE_WITHIN(
+            1e-5, x,
+            to_double(sway_search_offset(real(hann(1 + x)), real(hann(x)), real(hann(1 - x)))));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.6, to_double(sway_search_offset(real(0), real(1), real(5))));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.6, to_double(sway_search_offset(real(5), real(1), real(0))));
+}
+
+/* One channel: it is read, transformed, added; then nothing is left. Two are transformed at once.
+ */
+static void a_search_is_as_many_slices_as_it_needs(void)
+{
+    sway_search_config_t how = {.channel_mask = SWAY_CHANNEL_BIT(1),
+                                .sample_period_us = 10000,
+                                .frequency_min_mhz = 250,
+                                .frequency_max_mhz = 2000};
+    for (int channels = 1; channels < 3; channels++) {
+        how.channel_mask = channels == 1 ? 2U : 6U;
+        fill_tone(256, 1, 0, 0.1, 0.001);
+        TEST_ASSERT_EQUAL(SWAY_OK, sway_search_start(&search, &how, &ring));
+        for (int slice = 0; slice < channels + 1; slice++) {
+            TEST_ASSERT_TRUE(sway_search_run(&search, &ring));
+        }
+        TEST_ASSERT_FALSE(sway_search_run(&search, &ring));
+        TEST_ASSERT_FALSE(sway_search_run(&search, &ring));
+    }
+}
+
+/* The power of a search, against the sum over the points of what a window of Hann's leaves of
+ * them. */
+static void expect_powers(uint32_t points, uint32_t block)
+{
+    double x[SWAY_SEARCH_POINTS], total = 0, found = 0;
+    double expected[SWAY_SEARCH_POINTS / 2];
+    double mean = 0, moment = 0, spread = 0;
+    const uint32_t first = ring.filled - points * block;
+    for (uint32_t b = 0; b < points; b++) {
+        x[b] = 0;
+        for (uint32_t k = 0; k < block; k++) {
+            x[b] += pushed[first + b * block + k];
+        }
+        mean += x[b] / points;
+    }
+    for (uint32_t b = 0; b < points; b++) {
+        const double at = b - (points - 1) / 2.0;
+        moment += at * x[b];
+        spread += at * at;
+    }
+    for (uint32_t b = 0; b < points; b++) {
+        x[b] -= mean + (b - (points - 1) / 2.0) * moment / spread;
+        x[b] *= (1 - cos(2 * M_PI * (b + 0.5) / points)) / 2;
+    }
+    for (int k = 0; k < SWAY_SEARCH_POINTS / 2; k++) {
+        double re = 0, im = 0;
+        for (uint32_t b = 0; b < points; b++) {
+            re += x[b] * cos(2 * M_PI * k * b / SWAY_SEARCH_POINTS);
+            im += x[b] * sin(2 * M_PI * k * b / SWAY_SEARCH_POINTS);
+        }
+        expected[k] = re * re + im * im;
+        total += k > 0 ? expected[k] : 0;
+        found += k > 0 ? search.power[k] : 0;
+    }
+    TEST_ASSERT_TRUE(found > (1 << 22) - 32 && found < 1 << 23);
+    for (int k = 0; k < SWAY_SEARCH_POINTS / 2; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(3e-6 * found + 2, fmin(expected[k] / total * found, 1 << 24),
+                                  search.power[k]);
+    }
+}
+
+static void the_powers_are_those_of_the_windowed_sums(void)
+{
+    const sway_search_config_t how = {.channel_mask = SWAY_CHANNEL_BIT(1),
+                                      .sample_period_us = 10000,
+                                      .frequency_min_mhz = 250,
+                                      .frequency_max_mhz = 2000};
+    static const double hertz[5] = {0.7, 3.1, 1.9, 6.6, 0.25}; /* the last one is a slow bend */
+    static const int rows[5] = {256, 300, 192, 256, 200};
+    for (int c = 0; c < 5; c++) {
+        fill_tone(rows[c], hertz[c], -0.2, 25, c == 3 ? 1 : 0);
+        TEST_ASSERT_EQUAL(SWAY_OK, sway_search_start(&search, &how, &ring));
+        while (sway_search_run(&search, &ring)) {
+        }
+        const uint32_t block = ((uint32_t)rows[c] + 63U) / 64U;
+        expect_powers((uint32_t)rows[c] / block, block);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -231,5 +406,10 @@ int main(void)
     RUN_TEST(test_hann_bins_are_those_of_the_windowed_samples);
     RUN_TEST(test_filling_comes_in_even_slices_and_ends_at_the_window);
     RUN_TEST(test_windows_out_of_range_are_refused);
+    RUN_TEST(a_search_takes_the_least_of_everything);
+    RUN_TEST(the_largest_power_of_the_band_is_found);
+    RUN_TEST(a_tone_between_bins_is_where_hanns_window_says);
+    RUN_TEST(a_search_is_as_many_slices_as_it_needs);
+    RUN_TEST(the_powers_are_those_of_the_windowed_sums);
     return UNITY_END();
 }

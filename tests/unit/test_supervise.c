@@ -457,6 +457,206 @@ static void a_reset_forgets_everything(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-7, before / 2, value(sway_kalman_covariance(&gauss, 0, 0)));
 }
 
+/* Sensors and changes return to the belief; what the user said of the vehicle stays learnt. */
+static void only_sensors_and_changes_are_forgotten(void)
+{
+    vehicle = reference_vehicle();
+    drive_with(MOTIONS, NOTHING, SWAY_CHANNEL_SPEED, 512);
+    sway_row_t row = {.valid_mask = MOTIONS, .present_mask = MOTIONS};
+    row.value[SWAY_CHANNEL_SPEED] = 25000;
+    while (sway_supervise_run(&supervise)) {
+    }
+    for (int k = 0; k < 512; k++) {
+        sway_supervise_row(&supervise, &row);
+    }
+    for (int i = 0; i < SWAY_UNKNOWN_COUNT; i++) {
+        supervise.value[i] = real(0.01);
+    }
+    const uint8_t fading = supervise.stage;
+    while (supervise.stage == fading) {
+        (void)sway_supervise_run(&supervise);
+    }
+    for (int i = 0; i < SWAY_UNKNOWN_COUNT; i++) {
+        const bool fades = i < SWAY_UNKNOWN_SPEED || i >= SWAY_UNKNOWN_CHANGED_STIFFNESS;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, fades ? 0.0093 : 0.01, value(supervise.value[i]));
+    }
+}
+
+enum { HOLD = 2 }; /* a stage of sway_supervise.c */
+
+/* --- relations -----------------------------------------------------------------------------------
+ */
+
+typedef struct {
+    double residual, allowed, size;
+} held_t;
+
+/* A window in which the wheel moves at each harmonic, and the rest at some; another one each time.
+ */
+static void feed_window(int which)
+{
+    for (int k = 0; k < SWAY_RELATIONS_ROWS; k++) {
+        const uint32_t all = MOTIONS | SWAY_CHANNEL_BIT(SWAY_CHANNEL_ARTICULATION);
+        sway_row_t row = {.valid_mask = all, .present_mask = all};
+        const double turn = 2 * M_PI * k / SWAY_RELATIONS_ROWS;
+        double wheel = 0;
+        for (int h = SWAY_RELATIONS_FIRST; h <= SWAY_RELATIONS_LAST; h++) {
+            wheel += 0.1 * sin(h * (turn + M_PI) + which); /* so that Hann's window adds them */
+        }
+        row.value[SWAY_CHANNEL_SPEED] = 25000;
+        row.value[SWAY_CHANNEL_STEERING_WHEEL_ANGLE] = (int32_t)(1e6 * wheel);
+        row.value[SWAY_CHANNEL_CAR_YAW_RATE] = (int32_t)(5e4 * sin(3 * turn + 2 * which));
+        row.value[SWAY_CHANNEL_TRAILER_LATERAL_ACC] = (int32_t)(8e5 * cos((2 + which) * turn));
+        sway_supervise_row(&supervise, &row);
+    }
+}
+
+/* What the completed relation says by itself. */
+static held_t held_now(void)
+{
+    const sway_relations_t *const re = &supervise.relations;
+    held_t now = {pow(cabs(cvalue(re->residual)), 2), 2 * value(sway_relations_variance(re)),
+                  value(re->size_squared)};
+    for (int i = 0; i < SWAY_UNKNOWN_COUNT; i++) {
+        now.allowed += pow(cabs(cvalue(re->slope[i])) * 1e-6 * supervise.tolerance_ppm[i], 2);
+    }
+    return now;
+}
+
+/* Every relation is asked at harmonics 2 to 5 of every window, and held as means over sixteen. */
+static void relations_are_asked_at_each_harmonic_and_held_as_means(void)
+{
+    held_t mean[SWAY_RELATION_COUNT] = {{0, 0, 0}};
+    int asked[SWAY_RELATION_COUNT][8] = {{0}};
+    vehicle = reference_vehicle();
+    sway_supervise_init(&supervise, &vehicle, 10000);
+    for (int window = 0; window < 3; window++) {
+        feed_window(window);
+        memset(supervise.score_milli, 0x7F, sizeof supervise.score_milli);
+        while (sway_supervise_run(&supervise)) {
+            if (supervise.stage != HOLD) {
+                continue;
+            }
+            const int r = supervise.relation;
+            held_t *const m = &mean[r];
+            const sway_supervise_relation_t *const held = &supervise.held[r];
+            const held_t now = held_now();
+            const double share = held->state == SWAY_RELATION_NOT_ASKED ? 1 : 1.0 / 16;
+            const int before = held->state;
+            m->residual += share * (now.residual - m->residual);
+            m->allowed += share * (now.allowed - m->allowed);
+            m->size += share * (now.size - m->size);
+            asked[r][supervise.harmonic]++;
+            (void)sway_supervise_run(&supervise);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7 * m->residual, m->residual, value(held->residual));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7 * m->allowed, m->allowed, value(held->allowed));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7 * m->size, m->size, value(held->size));
+            TEST_ASSERT_EQUAL(m->residual > 9 * m->allowed ? SWAY_RELATION_BREAKS
+                              : before == SWAY_RELATION_NOT_ASKED || m->residual < 4 * m->allowed
+                                  ? SWAY_RELATION_HOLDS
+                                  : before,
+                              held->state);
+            (void)sway_supervise_run(&supervise);
+            for (int i = 0; i < SWAY_UNKNOWN_COUNT; i++) {
+                TEST_ASSERT_EQUAL_DOUBLE(value(supervise.relations.slope[i].re),
+                                         value(supervise.slope[i]));
+            }
+        }
+        for (int e = 0; e < SWAY_SUPERVISE_EXPLANATIONS; e++) {
+            TEST_ASSERT_TRUE(supervise.score_milli[e] != 0x7F7F7F7F); /* each is weighed anew */
+        }
+        for (int r = 0; r < SWAY_RELATION_COUNT; r++) {
+            const bool is_allowed = sway_relations_allow(&supervise.relations, (sway_relation_t)r);
+            for (int h = 0; h < 8; h++) {
+                TEST_ASSERT_EQUAL(is_allowed && h >= 2 && h <= 5 ? window + 1 : 0, asked[r][h]);
+            }
+        }
+    }
+}
+
+/* Residual over allowance beyond 3: broken; below 2: sound; between: as it was. */
+static void a_relation_breaks_and_holds_at_its_limits(void)
+{
+    static const struct {
+        double ratio;
+        int before, after;
+    } cases[] = {
+        {9.5, SWAY_RELATION_HOLDS, SWAY_RELATION_BREAKS},
+        {8.5, SWAY_RELATION_HOLDS, SWAY_RELATION_HOLDS},
+        {8.5, SWAY_RELATION_BREAKS, SWAY_RELATION_BREAKS},
+        {4.5, SWAY_RELATION_BREAKS, SWAY_RELATION_BREAKS},
+        {3.5, SWAY_RELATION_BREAKS, SWAY_RELATION_HOLDS},
+        {8.5, SWAY_RELATION_NOT_ASKED, SWAY_RELATION_HOLDS},
+    };
+    for (unsigned c = 0; c < sizeof cases / sizeof cases[0]; c++) {
+        vehicle = reference_vehicle();
+        drive_with(MOTIONS, NOTHING, SWAY_CHANNEL_SPEED, 512);
+        while (supervise.stage != HOLD) {
+            TEST_ASSERT_TRUE(sway_supervise_run(&supervise));
+        }
+        sway_supervise_relation_t *const held = &supervise.held[supervise.relation];
+        const held_t now = held_now();
+        held->state = (uint8_t)cases[c].before;
+        held->allowed = real(now.allowed);
+        supervise.relations.residual = complex_of(sqrt(cases[c].ratio * now.allowed));
+        held->residual = real(cases[c].ratio * now.allowed);
+        (void)sway_supervise_run(&supervise);
+        TEST_ASSERT_EQUAL(cases[c].after, held->state);
+    }
+}
+
+static void a_relation_is_shown_as_shares_of_its_size(void)
+{
+    int32_t size = -1, deviation = -1;
+    vehicle = reference_vehicle();
+    sway_supervise_init(&supervise, &vehicle, 10000);
+    TEST_ASSERT_EQUAL(SWAY_RELATION_NOT_ASKED,
+                      sway_supervise_relation(&supervise, 3, &size, &deviation));
+    TEST_ASSERT_EQUAL(0, size);
+    TEST_ASSERT_EQUAL(0, deviation);
+    supervise.held[3].state = SWAY_RELATION_BREAKS;
+    supervise.held[3].residual = real(36);
+    supervise.held[3].allowed = real(16);
+    supervise.held[3].size = real(4);
+    TEST_ASSERT_EQUAL(SWAY_RELATION_BREAKS,
+                      sway_supervise_relation(&supervise, 3, &size, &deviation));
+    TEST_ASSERT_EQUAL(3000000, size);
+    TEST_ASSERT_EQUAL(2000000, deviation);
+}
+
+/* Straight on nothing is known of the tyres: balances are not asked; of a sensor that is lost what
+ * it had said is forgotten. */
+static void what_cannot_be_asked_is_not(void)
+{
+    vehicle = reference_vehicle();
+    sway_supervise_init(&supervise, &vehicle, 10000);
+    feed_window(0);
+    while (sway_supervise_run(&supervise)) {
+    }
+    TEST_ASSERT_TRUE(supervise.held[SWAY_RELATION_CAR_YAW].state != SWAY_RELATION_NOT_ASKED);
+    TEST_ASSERT_TRUE(supervise.held[SWAY_RELATION_HITCH].state != SWAY_RELATION_NOT_ASKED);
+    const uint32_t without = MOTIONS & ~SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE);
+    for (int window = 0; window < 2; window++) {
+        const uint32_t valid = window == 0 ? without : MOTIONS;
+        for (int k = 0; k < 512; k++) {
+            sway_row_t row = {.valid_mask = valid, .present_mask = MOTIONS};
+            row.value[SWAY_CHANNEL_SPEED] = 25000;
+            sway_supervise_row(&supervise, &row);
+        }
+        supervise.held[SWAY_RELATION_CAR_YAW].state = SWAY_RELATION_NOT_ASKED;
+        int undriven = 0;
+        while (sway_supervise_run(&supervise)) {
+            TEST_ASSERT_TRUE(supervise.relation != SWAY_RELATION_CAR_YAW ||
+                             supervise.relations.term == 0U);
+            undriven += supervise.relation == SWAY_RELATION_CAR_YAW;
+        }
+        TEST_ASSERT_EQUAL(4, undriven); /* a slice for each harmonic */
+        TEST_ASSERT_EQUAL(SWAY_RELATION_NOT_ASKED, supervise.held[SWAY_RELATION_CAR_YAW].state);
+        TEST_ASSERT_EQUAL(window == 0,
+                          supervise.held[SWAY_RELATION_HITCH].state == SWAY_RELATION_NOT_ASKED);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -479,5 +679,10 @@ int main(void)
     RUN_TEST(a_load_that_was_left_behind_is_told);
     RUN_TEST(three_numbers_set_free_together_are_worth_the_whole_form);
     RUN_TEST(a_reset_forgets_everything);
+    RUN_TEST(only_sensors_and_changes_are_forgotten);
+    RUN_TEST(relations_are_asked_at_each_harmonic_and_held_as_means);
+    RUN_TEST(a_relation_breaks_and_holds_at_its_limits);
+    RUN_TEST(a_relation_is_shown_as_shares_of_its_size);
+    RUN_TEST(what_cannot_be_asked_is_not);
     return UNITY_END();
 }

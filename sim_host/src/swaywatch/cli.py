@@ -9,7 +9,6 @@ unexpected internal error (one line says where a report of it is);
 from __future__ import annotations
 
 import argparse
-import difflib
 import importlib
 import os
 import pkgutil
@@ -19,6 +18,7 @@ from typing import Any, NoReturn
 
 from swaywatch import __version__, commands
 from swaywatch.errors import SwaywatchError
+from swaywatch.nearest import did_you_mean, nearest
 from swaywatch.terminal import crash, output
 from swaywatch.terminal.interrupt import INTERRUPTED, ends_at_once
 
@@ -46,8 +46,8 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         words = message.split("unrecognized arguments: ")
         if len(words) == 2:
-            near = difflib.get_close_matches(words[1].split()[0], options_of(self), 1)
-            message += f"; did you mean {near[0]}?" if near else ""
+            near = nearest(words[1].split()[0], options_of(self))
+            message += f"; did you mean {near}?" if near else ""
         super().error(message)
 
 
@@ -91,10 +91,8 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
 
 def _unknown(word: str) -> str:
     """The message for a word that is no command."""
-    near = difflib.get_close_matches(word, command_names(), 1, 0.5)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
     return (
-        f"swaywatch: there is no command {word!r}{hint}\n"
+        f"swaywatch: there is no command {word!r}{did_you_mean(word, command_names())}\n"
         f"  commands: {', '.join(command_names())}\n  swaywatch --help explains them"
     )
 

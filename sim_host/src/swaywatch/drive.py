@@ -7,7 +7,6 @@ overlap in time with the same signals are separate runs.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
@@ -18,10 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from swaywatch.errors import RecordingError, SignalError
+from swaywatch.nearest import did_you_mean, with_known
 from swaywatch.recording import Frames, Recording, Series, read_recording
 from swaywatch.recording.dbc import Database, Decoded, frames_by_identifier
 from swaywatch.roles import CHANNELS, SINGLE_ROLES, WHEEL_ROLES, WHEELS
-from swaywatch.toml_file import load_toml
+from swaywatch.toml_file import load_toml, refuse_other_kind
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -211,12 +211,19 @@ def load_signals(path: Path) -> tuple[list[Mapping], list[Path]]:
         An unknown role, a wheel role without four signals, ...
     """
     content = load_toml(path, SignalError, "signals.toml")
+    refuse_other_kind(path, content, SignalError, "signals.toml")
     unknown = sorted(set(content) - {"dbc", "signals"})
     if unknown:
-        raise SignalError(f"{path}: unknown key {unknown[0]!r}; known: dbc, [signals]")
+        hint = with_known(unknown[0], ("dbc", "signals"))
+        raise SignalError(f"{path}: unknown key {unknown[0]!r}{hint}")
     table = content.get("signals")
-    if not isinstance(table, dict) or not table:
+    if not isinstance(table, dict):
         raise SignalError(f'{path}: no [signals] table; e.g. speed = "VehicleSpeed"')
+    if not table:
+        raise SignalError(
+            f"{path}: [signals] is empty: no signal is assigned to a role; e.g. speed = "
+            '"VehicleSpeed" (`swaywatch roles` lists the roles)'
+        )
     mappings = read_mappings(path, table)
     dbc = content.get("dbc", [])
     names = [dbc] if isinstance(dbc, str) else dbc
@@ -261,8 +268,8 @@ def read_mappings(
         elif role in CHANNELS or role in roles:
             mappings.append(_mapping(path, role, entry))
         else:
-            listed = ", ".join((*roles, *WHEEL_ROLES))
-            raise SignalError(f"{path}: unknown role {role!r}; known: {listed}")
+            hint = with_known(role, (*roles, *WHEEL_ROLES))
+            raise SignalError(f"{path}: [{name}] unknown role {role!r}{hint}")
     return mappings
 
 
@@ -456,10 +463,9 @@ class _FrameSource(_Source):
         pair = self._database.find(name)
         if pair is None:
             dbcs = ", ".join(str(path) for path in self._database.paths)
-            close = _closest(name, self._database.signal_names)
             raise SignalError(
                 f"{self.signals}: {channel} = {name!r}, but {dbcs} has no such signal"
-                + (f"; did you mean {close!r}?" if close else "")
+                + did_you_mean(name, self._database.signal_names)
             )
         message, signal = pair
         rows = self._rows_of(message)
@@ -547,11 +553,6 @@ class _FrameSource(_Source):
             f"{self.path}: {dbcs} does not match this recording: none of the messages that carry "
             f"{', '.join(names[:6])} is in it. Identifiers there: {there}"
         )
-
-
-def _closest(name: str, names: list[str]) -> str | None:
-    found = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-    return found[0] if found else None
 
 
 def _mean(parts: list[_Part]) -> _Part:

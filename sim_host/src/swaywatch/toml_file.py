@@ -30,3 +30,33 @@ def load_toml(path: Path, kind: type[SwaywatchError], what: str) -> dict[str, An
         raise kind(f"{path}: not valid TOML: {error}") from None
     except OSError as error:
         raise kind(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+_MARKS = {
+    "vehicle.toml": ("car", "trailer"),
+    "signals.toml": ("signals", "dbc"),
+    "scenario": ("manoeuvre", "vehicle"),
+}
+"""Top-level keys by which a file of another kind is recognised."""
+
+
+def refuse_other_kind(
+    path: Path, content: dict[str, Any], kind: type[SwaywatchError], what: str
+) -> None:
+    """Refuse a file that is of another kind than `what` ("vehicle.toml" or "signals.toml").
+
+    Raises
+    ------
+    SwaywatchError
+        Of the class `kind`; names the file, what it is and the option that takes it.
+    """
+    if any(key in content for key in _MARKS[what]):
+        return
+    option = "--" + what.removesuffix(".toml")
+    for other, keys in _MARKS.items():
+        there = [key for key in keys if key in content]
+        if other != what and there:
+            swapped = "; are --vehicle and --signals swapped?" if other.endswith(".toml") else ""
+            raise kind(
+                f"{path}: this is a {other} (it has {there[0]!r}); {option} takes a {what}{swapped}"
+            )

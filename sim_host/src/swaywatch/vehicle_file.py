@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from swaywatch.ecu.core import core_vehicle, vehicle_ranges
 from swaywatch.errors import VehicleError
-from swaywatch.toml_file import load_toml
+from swaywatch.nearest import with_known
+from swaywatch.toml_file import load_toml, refuse_other_kind
 from swaywatch.vehicle import UNKNOWNS, Car, Trailer, Vehicle
 
 _UNITS = {
@@ -40,11 +42,12 @@ def load_vehicle(path: Path | str) -> Vehicle:
     """
     path = Path(path)
     content = load_toml(path, VehicleError, "vehicle.toml")
-    unknown = sorted(set(content) - {"car", "trailer", "tolerance"})
+    refuse_other_kind(path, content, VehicleError, "vehicle.toml")
+    tables = ("car", "trailer", "tolerance")
+    unknown = sorted(set(content) - set(tables))
     if unknown:
-        raise VehicleError(
-            f"{path}: unknown table [{unknown[0]}]; known: [car], [trailer], [tolerance]"
-        )
+        hint = with_known(unknown[0], tables)
+        raise VehicleError(f"{path}: unknown table [{unknown[0]}]{hint}")
     if not isinstance(content.get("car"), dict):
         raise VehicleError(f"{path}: no [car] table; it needs at least mass, yaw_inertia, ...")
     car = Car(**_table(path, "car", content["car"], Car))
@@ -123,6 +126,7 @@ def _table(path: Path, name: str, table: Any, kind: type[Any]) -> dict[str, floa
     if not isinstance(table, dict):
         raise VehicleError(f"{path}: [{name}] must be a table")
     fields = _fields(kind)
+    _check_keys(path, name, table, fields)
     for key, field in fields.items():
         if key not in table and field.default is dataclasses.MISSING:
             low, high, unit = _range(name, key)
@@ -133,13 +137,18 @@ def _table(path: Path, name: str, table: Any, kind: type[Any]) -> dict[str, floa
     return {key: float(value) for key, value in table.items()}
 
 
-def _check_values(path: Path, name: str, table: Any, fields: dict[str, Any]) -> None:
-    """Refuse keys that are not known, and values that are no numbers in their range."""
+def _check_keys(path: Path, name: str, table: Any, fields: Iterable[str]) -> None:
+    """Refuse keys that are not known: before missing ones, which they are mostly meant to be."""
     for key in table:
         if key not in fields:
-            raise VehicleError(
-                f"{path}: [{name}] {key} is not known; known: {', '.join(sorted(fields))}"
-            )
+            extra = ("hitch_to_axle",) if name == "trailer" else ()
+            hint = with_known(key, sorted((*fields, *extra)))
+            raise VehicleError(f"{path}: [{name}] {key} is not known{hint}")
+
+
+def _check_values(path: Path, name: str, table: Any, fields: dict[str, Any]) -> None:
+    """Refuse keys that are not known, and values that are no numbers in their range."""
+    _check_keys(path, name, table, fields)
     for key, value in table.items():
         low, high, unit = _range(name, key)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -164,9 +173,8 @@ def _tolerances(path: Path, table: Any) -> dict[str, float]:
         known = [*TOLERATED, *(["steering_ratio"] if part == "car" else [])]
         for key, value in values.items():
             if key not in known:
-                raise VehicleError(
-                    f"{path}: [tolerance.{part}] {key} is not known; known: {', '.join(known)}"
-                )
+                hint = with_known(key, known)
+                raise VehicleError(f"{path}: [tolerance.{part}] {key} is not known{hint}")
             right = isinstance(value, (int, float)) and not isinstance(value, bool)
             if not right or not TIGHTEST <= value <= LOOSEST:
                 unit = "m" if key in ("cog", "hitch_to_cog") else "(0.02 is 2 %)"

@@ -369,6 +369,10 @@ def summarise(rows: list[Json], limits: Json) -> Json:
         "held_out_after_median": median([h["after"] for h in predicted]),
         "seconds_median": median([r["seconds"] for r in rows if r.get("seconds")]),
         "seconds_max": max([r["seconds"] for r in rows if r.get("seconds")], default=None),
+        "simulated_s_median": median([r["simulated_s"] for r in rows if r.get("simulated_s")]),
+        "simulated_s_max": max(
+            [r["simulated_s"] for r in rows if r.get("simulated_s")], default=None
+        ),
         "calibration": calibration(rows),
         "effects": effects,
     }
@@ -412,6 +416,9 @@ def print_tables(total: Json, rows: list[Json]) -> None:
     print("\nnot right: concealed -> said")
     for (true, said), count in sorted(confused.items(), key=lambda item: -item[1]):
         print(f"  {count:3d}  {true} -> {said}")
+    for r in rows:
+        if r.get("failed"):
+            print(f"failed: {r['case']}: {' '.join(r['failed'].split())}")
 
 
 def score(answers: Path, diagnoses: Path, *, predict: bool) -> list[Json]:
@@ -433,6 +440,7 @@ def score(answers: Path, diagnoses: Path, *, predict: bool) -> list[Json]:
             "visibility": answer["run1"]["visibility"],
             "hidden": answer["hidden_channels"],
             "seconds": (run or {}).get("seconds"),
+            "simulated_s": (diagnosis or {}).get("evidence", {}).get("simulated_s"),
             "failed": None if diagnosis else (run or {}).get("said", "no diagnosis.json"),
         }
         row |= judge(answer, diagnosis or {})

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from swaywatch import __version__
 from swaywatch.analysis import AXLE_NAMES, DriveResult, analyze, as_json
+from swaywatch.commands._options import add_files
 from swaywatch.ecu.core import AXLES, USUAL_WINDOW, WINDOW, unit_of
 from swaywatch.merge import write_merged
 from swaywatch.recording import Series, write_recording
@@ -34,17 +35,7 @@ def add_parser(subparsers: Any) -> None:
         description="Analyse recordings (.blf .asc .log .trc .mf4 .csv .parquet .mat .mcap .db3). "
         "Files that overlap in time with the same signals are separate drives, others are joined.",
     )
-    parser.add_argument("recording", type=Path, nargs="+", help="files of any supported format")
-    parser.add_argument(
-        "--vehicle",
-        type=Path,
-        required=True,
-        metavar="TOML",
-        help="vehicle.toml of the combination",
-    )
-    parser.add_argument(
-        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
-    )
+    add_files(parser, recording="files of any supported format")
     parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-report"), metavar="DIR",
         help="folder for report.html, summary.json and the estimates (default: %(default)s)",

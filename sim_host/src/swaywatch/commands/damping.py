@@ -37,7 +37,8 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("recording", type=Path, nargs="+", help="files of any supported format")
     parser.add_argument(
         "--channel", action="append", default=[], metavar="NAME",
-        help="a signal that swings; repeat it for several, which share the line. Without: the "
+        help="a signal that oscillates; repeat the option for several, which share one frequency "
+        "and damping ratio. Default: the "
         "signals named yaw rate, roll rate, lateral acceleration, articulation ...",
     )  # fmt: skip
     parser.add_argument(
@@ -54,27 +55,41 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--against", metavar="NAME",
-        help="signal on the horizontal axis of the damping plot (without: the speed, if one has "
-            "that name)",
+        help="signal on the horizontal axis of the damping plot (default: the speed, if a "
+        "signal has that name)",
     )  # fmt: skip
     parser.add_argument(
         "--against-values", type=float, nargs="+", default=[], metavar="X",
-        help="instead: one number for each recording",
+        help="instead of --against: one number for each recording",
     )  # fmt: skip
-    parser.add_argument("--signals", type=Path, metavar="TOML", help="names are roles of this file")
     parser.add_argument(
-        "--dbc", type=Path, action="append", default=[], help="to decode CAN frames"
+        "--signals",
+        type=Path,
+        metavar="TOML",
+        help="signals.toml of the recordings; the names above are then its roles",
+    )
+    parser.add_argument(
+        "--dbc",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="DBC file that decodes CAN frames; may be repeated",
     )
     parser.add_argument(
         "--band", type=float, nargs=2, default=(0.2, 10.0), metavar=("LOW", "HIGH"),
-        help="frequencies of a line in Hz (default: 0.2 10)",
+        help="range of frequencies to search, Hz (default: 0.2 10)",
     )  # fmt: skip
     parser.add_argument(
         "--compare", type=Path, nargs="+", default=[], metavar="RECORDING",
         help="a second group of recordings to compare",
     )  # fmt: skip
     parser.add_argument(
-        "--names", nargs=2, default=("first", "second"), metavar="NAME", help="of the two groups"
+        "--names",
+        nargs=2,
+        default=("first", "second"),
+        metavar="NAME",
+        help="names of the two groups",
     )
     parser.add_argument(
         "--model", metavar="LINEAR",

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
+from swaywatch.commands._options import add_files, add_simulation_signals
 from swaywatch.terminal import output
 
 HAS_JSON = True
@@ -19,21 +21,13 @@ def add_parser(subparsers: Any) -> None:
         description="Compare runs of a combination with a simulation, locate what differs, name "
         "the missing physics, fit it and test it on runs that were left out of the fit.",
     )
-    parser.add_argument("recording", nargs="+", type=Path, help="runs of the same combination")
-    parser.add_argument("--vehicle", required=True, type=Path, metavar="TOML",
-        help="vehicle.toml of the combination")  # fmt: skip
-    parser.add_argument("--signals", required=True, type=Path, metavar="TOML",
-        help="signals.toml of the recordings")  # fmt: skip
+    add_files(parser, recording="runs of the same combination")
     parser.add_argument(
         "--simulation", nargs="*", type=Path, default=[],
         help="your own simulation of the runs, in their order, or one FMU, which is driven with "
         "the recorded steering and speed (default: our own model)",
     )  # fmt: skip
-    parser.add_argument(
-        "--simulation-signals", type=Path, metavar="TOML",
-        help="roles of the simulation, if they are others than the recording's; for an FMU see "
-        "swaywatch.cosim.mapping",
-    )  # fmt: skip
+    add_simulation_signals(parser)
     parser.add_argument(
         "--physics", nargs="+", type=Path, default=[], metavar="FILE",
         help="effect files of your own, tried beside the library",
@@ -91,4 +85,6 @@ def run(args: argparse.Namespace) -> int:
         print(f"  {name}: {quantity['value']:.3g} ({interval})")
     for note in result["unexplained"]:
         print("  unexplained: " + what_is_left(note))
+    for text in result.get("failed", []):
+        print(f"swaywatch diagnose: {text}; the verdict stands without it", file=sys.stderr)
     return 0

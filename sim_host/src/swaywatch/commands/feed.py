@@ -1,12 +1,15 @@
-"""``swaywatch feed``: a recording or a scenario onto a bus, in time."""
+"""``swaywatch feed``: a recording or a scenario onto a bus, in real time."""
 
 from __future__ import annotations
 
 import argparse
+import errno
 from pathlib import Path
 from typing import Any
 
+from swaywatch.commands._options import add_bus
 from swaywatch.errors import RecordingError
+from swaywatch.nearest import with_known
 from swaywatch.recording import Frames
 
 
@@ -16,16 +19,16 @@ def add_parser(subparsers: Any) -> None:
         "feed",
         help="play a recording or a scenario onto a CAN bus",
         description="Play the frames of a recording, or a simulated scenario (.toml), onto a bus "
-        "at the times they carry. Any python-can interface will do.",
+        "at their recorded times, through any interface of python-can.",
     )
     parser.add_argument("source", type=Path, help="a recording, or a scenario (.toml)")
+    add_bus(parser)
     parser.add_argument(
-        "--interface", default="socketcan", help="python-can interface (default: socketcan)"
-    )
-    parser.add_argument("--channel", default="vcan0", help="channel (default: vcan0)")
-    parser.add_argument("--bitrate", type=int, help="for interfaces that set it")
-    parser.add_argument(
-        "--speed", type=float, default=1.0, metavar="N", help="N times real time; 0: without pause"
+        "--speed",
+        type=float,
+        default=1.0,
+        metavar="N",
+        help="play at N times real time (default: 1); 0: without pause",
     )
     parser.add_argument(
         "--signals",
@@ -33,7 +36,9 @@ def add_parser(subparsers: Any) -> None:
         metavar="TOML",
         help="send the recording's roles as frames of dbc/swaywatch.dbc instead of its own frames",
     )
-    parser.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="random seed, instead of the scenario's"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -74,7 +79,13 @@ def _frames(args: argparse.Namespace) -> Frames:
 
 
 def open_bus(args: argparse.Namespace) -> Any:
-    """The bus of ``--interface``, ``--channel`` and ``--bitrate``."""
+    """The bus of ``--interface``, ``--channel`` and ``--bitrate``.
+
+    Raises
+    ------
+    RecordingError
+        Names interface and channel, the cause, and what would be right.
+    """
     import can
 
     options: dict[str, Any] = {"interface": args.interface, "channel": args.channel}
@@ -82,8 +93,32 @@ def open_bus(args: argparse.Namespace) -> Any:
         options["bitrate"] = args.bitrate
     try:
         return can.Bus(**options)
-    except (can.CanError, OSError, ValueError, ImportError) as error:
+    except Exception as error:  # drivers raise anything from OSError to NameError
         raise RecordingError(
-            f"{args.interface} {args.channel}: cannot be opened: {error}; `ip link` lists "
-            "SocketCAN interfaces"
-        ) from None
+            f"--interface {args.interface} --channel {args.channel}: cannot be opened: "
+            f"{_bus_words(args, error)}"
+        ) from error
+
+
+def _bus_words(args: argparse.Namespace, error: Exception) -> str:
+    """Why a bus cannot be opened, and what would be right."""
+    number = getattr(error, "errno", None)
+    if number == errno.EAFNOSUPPORT:
+        return (
+            "this kernel has no CAN (AF_CAN); load it with `sudo modprobe can_raw vcan`, use a "
+            "machine that has it, or another --interface (on one machine `virtual`; over a "
+            "network `udp_multicast`)"
+        )
+    if number == errno.ENODEV and args.interface == "socketcan":
+        return (
+            "there is no such network interface; `ip link` lists them. A virtual one: `sudo ip "
+            f"link add {args.channel} type vcan && sudo ip link set {args.channel} up`"
+        )
+    if number == errno.ENETDOWN:
+        return f"it is down; `sudo ip link set {args.channel} up` starts it"
+    import can
+
+    names = sorted(can.VALID_INTERFACES)
+    if args.interface not in names:
+        return f"there is no such interface{with_known(args.interface, names)}"
+    return str(error) or type(error).__name__

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from swaywatch.commands._options import add_bus
 from swaywatch.terminal import output
 
 HAS_JSON = True
@@ -23,14 +24,12 @@ def add_parser(subparsers: Any) -> None:
         "swaywatch.simulate.expectation) becomes a verdict each; exit 1 if one fails.",
     )
     parser.add_argument("scenario", type=Path, help="the scenario, TOML")
+    add_bus(parser)
     parser.add_argument(
-        "--interface", default="socketcan", help="python-can interface (default: socketcan)"
+        "--seed", type=int, metavar="N", help="random seed, instead of the scenario's"
     )
-    parser.add_argument("--channel", default="vcan0", help="channel (default: vcan0)")
-    parser.add_argument("--bitrate", type=int, help="for interfaces that set it")
-    parser.add_argument("--seed", type=int, metavar="N", help="instead of the scenario's seed")
     parser.add_argument(
-        "--junit", type=Path, metavar="XML", help="write the verdicts there, as JUnit does"
+        "--junit", type=Path, metavar="XML", help="also write the verdicts as a JUnit XML file"
     )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from swaywatch.errors import SwaywatchError
+from swaywatch.nearest import with_known
 from swaywatch.terminal import output
 
 HAS_JSON = True
@@ -68,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
         if kept is not None and kept.confidence >= LIKELY:
             chosen[channel] = kept
         else:
-            perhaps.append(proposal)
+            perhaps.append(kept or proposal)
     output.folder(args.out)
     answers = write.vehicle_answers(chosen, ask, typical=args.typical)
     written = []
@@ -88,7 +89,9 @@ def run(args: argparse.Namespace) -> int:
             raise SwaywatchError(f"{path}: cannot be written: {error.strerror}") from None
         written.append(str(path))
         console.print(f"{path}: written", markup=False, soft_wrap=True)
-    answerable = write.what_can_be_answered(chosen, answers)
+    answerable = [
+        *write.what_can_be_answered(chosen, answers), *write.missing_units(perhaps, signals)
+    ]  # fmt: skip
     checked = write.check(args.recording, args.out)
     for line in [*answerable, *checked]:
         console.print(line, markup=False, soft_wrap=True)
@@ -122,8 +125,8 @@ def _asker(args: argparse.Namespace) -> Callable[[str, str, str], str]:
     unknown = [n for n in given if n not in QUESTIONS and not n.startswith("role.")]
     if unknown:
         raise SwaywatchError(
-            f"--set {unknown[0]}=...: there is no such question; known: {', '.join(QUESTIONS)}, "
-            "and role.ROLE"
+            f"--set {unknown[0]}=...: there is no such question"
+            + with_known(unknown[0], (*QUESTIONS, "role.ROLE", "role.ROLE.unit"))
         )
     quiet = args.no_questions or args.quiet or args.json or not sys.stdin.isatty()
 

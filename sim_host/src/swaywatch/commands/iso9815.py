@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
+from swaywatch.commands._options import add_files
 from swaywatch.commands.damping import say, write
 from swaywatch.damping.data import Choice
 from swaywatch.damping.study import StudyPlan, evaluate
@@ -26,12 +27,7 @@ def add_parser(subparsers: Any) -> None:
         "speed of damping ratio 0.05, with 95 % intervals that are valid beyond the speeds "
         "driven; the standard's straight line (Eq. 3.43 of the reference) beside it.",
     )
-    parser.add_argument(
-        "run_files", type=Path, nargs="+", metavar="RUN", help="one recording or several"
-    )
-    parser.add_argument(
-        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
-    )
+    add_files(parser, recording="runs of the same combination", vehicle=False)
     parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-iso9815"), metavar="DIR",
         help="folder for iso9815.html and iso9815.json (default: %(default)s)",
@@ -42,8 +38,8 @@ def run(args: argparse.Namespace) -> int:
     """Evaluate, write the files, print the summary."""
     plan = StudyPlan(Choice(signals=args.signals), iso9815=True)
     with LateProgress(Console(stderr=True)) as progress:
-        study = evaluate(args.run_files, plan, progress=progress.tell)
-        sources = {"recording": args.run_files, "signals": [args.signals]}
+        study = evaluate(args.recording, plan, progress=progress.tell)
+        sources = {"recording": args.recording, "signals": [args.signals]}
         written = write(study, sources, args.out, "iso9815")
     say(args, study, written)
     return 0

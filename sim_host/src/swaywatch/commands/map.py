@@ -13,15 +13,15 @@ def add_parser(subparsers: Any) -> None:
         "map",
         help="map of a car's own bus for the ECU, from its DBC and signals.toml",
         description="Write the map by which swaywatchd (--map) or an ECU finds its inputs in the "
-        "frames of a car's own bus: identifier, place, scale, sign, range of each, with or without "
-        "CRC and counter. It is checked by the ECU's own code.",
+        "frames of a car's own bus: identifier, position, scale, sign and range of each, with "
+        "or without CRC and counter. It is checked by the ECU's own code.",
     )
     parser.add_argument("--signals", type=Path, required=True, metavar="TOML",
                         help="roles and DBC of the bus, as for a recording of it")  # fmt: skip
     parser.add_argument("--protection", type=Path, metavar="TOML",
                         help="CRC and counter of its messages; see "
                              "swaywatch.ecu.bus_map")  # fmt: skip
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the map")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="file for the map")
 
 
 def run(args: argparse.Namespace) -> int:

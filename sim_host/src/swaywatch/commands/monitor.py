@@ -18,6 +18,8 @@ from rich.table import Table
 from rich.text import Text
 
 from swaywatch.analysis import AXLE_NAMES, LIMITS, SEARCHED_M_S
+from swaywatch.commands._options import add_bitrate, add_files
+from swaywatch.commands.feed import open_bus
 from swaywatch.drive import load_drive
 from swaywatch.ecu.bus import encode_drive
 from swaywatch.ecu.core import (
@@ -53,37 +55,35 @@ def add_parser(subparsers: Any) -> None:
         "time. Without --signals the frames are assumed to be those of dbc/swaywatch.dbc; with "
         "it, any bus is decoded by its DBC and roles.",
     )
-    parser.add_argument("recording", type=Path, nargs="?", help="play this instead of a bus")
+    parser.add_argument(
+        "recording", type=Path, nargs="?", help="recording to play instead of listening to a bus"
+    )
     parser.add_argument(
         "--speed", type=float, default=1.0, metavar="N",
-        help="of a recording: N times real time; 0: without pause",
+        help="play a recording at N times real time; 0: without pause",
     )  # fmt: skip
-    parser.add_argument("--interface", help="e.g. socketcan, pcan, vector, virtual")
-    parser.add_argument("--channel", help="e.g. can0, vcan0, PCAN_USBBUS1")
     parser.add_argument(
-        "--bitrate", type=int, metavar="BIT/S", help="for interfaces that set it, such as 500000"
+        "--interface", help="python-can interface, e.g. socketcan, pcan, vector, virtual"
     )
     parser.add_argument(
-        "--vehicle",
-        type=Path,
-        required=True,
-        metavar="TOML",
-        help="vehicle.toml of the combination",
+        "--channel", help="channel of the interface, e.g. can0, vcan0, PCAN_USBBUS1"
     )
+    add_bitrate(parser)
+    add_files(parser, signals=False)
     parser.add_argument(
         "--signals", type=Path, metavar="TOML", help="roles and DBC of the bus or of the recording"
     )
     parser.add_argument(
         "--car-accelerometer", type=float, default=0.0, metavar="M",
         help="position of the car's lateral accelerometer ahead of the centre of gravity "
-        "(negative: behind it); with --signals taken from there",
+        "(negative: behind it); with --signals, the position given there is used",
     )  # fmt: skip
     parser.add_argument(
         "--trailer-accelerometer",
         type=float,
         default=0.0,
         metavar="M",
-        help="the same of the trailer",
+        help="the same for the trailer",
     )
     parser.add_argument(
         "--send", action="store_true", help="send the status frames to the bus, as the ECU does"
@@ -123,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
             if args.signals is None
             else RoleFeed(vehicle, args.signals)
         )
-        bus = _open(args)
+        bus = open_bus(args)
     console = Console(highlight=False)
     with ExitStack() as stack:
         stack.enter_context(bus)
@@ -157,16 +157,6 @@ def _page(
 
 def _place(args: argparse.Namespace) -> str:
     return str(args.recording) if args.recording else f"{args.interface} {args.channel}"
-
-
-def _open(args: argparse.Namespace) -> can.BusABC:
-    options = {} if args.bitrate is None else {"bitrate": args.bitrate}
-    try:
-        return can.Bus(interface=args.interface, channel=args.channel, **options)
-    except Exception as error:  # drivers raise anything from OSError to NameError
-        raise SwaywatchError(
-            f"cannot open --interface {args.interface} --channel {args.channel}: {error}"
-        ) from None
 
 
 def _recorded(

@@ -7,6 +7,7 @@ import textwrap
 from typing import Any
 
 from swaywatch.errors import ScenarioError
+from swaywatch.nearest import with_known
 from swaywatch.terminal import output
 
 HAS_JSON = True
@@ -21,7 +22,7 @@ def add_parser(subparsers: Any) -> None:
         "sensors, wrong values) and that a scenario of `swaywatch simulate` can switch on: "
         "equation, source, where each enters, parameters with bounds and units.",
     )
-    parser.add_argument("id", nargs="?", help="one of them, in full")
+    parser.add_argument("id", nargs="?", help="show this entry in full")
 
 
 def known() -> dict[str, dict[str, Any]]:
@@ -82,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
             print(f"{name:24s} {_who(row):20s} {row['title']}")
         return 0
     if args.id not in rows:
-        raise ScenarioError(f"no effect {args.id!r}; known: {', '.join(rows)}")
+        raise ScenarioError(f"no effect {args.id!r}{with_known(args.id, rows)}")
     output.result(args, rows[args.id])
     print(_full(args.id, rows[args.id]))
     return 0

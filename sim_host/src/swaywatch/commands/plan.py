@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from swaywatch.commands._options import add_files
 from swaywatch.errors import SwaywatchError
 from swaywatch.recording.guard import whole_file
 from swaywatch.terminal import output
@@ -27,13 +28,7 @@ def add_parser(subparsers: Any) -> None:
         "from other sensors, the time a plain slalom would take; a scenario for `simulate` and a "
         "steering robot's CSV.",
     )
-    parser.add_argument(
-        "--vehicle",
-        type=Path,
-        required=True,
-        metavar="TOML",
-        help="vehicle.toml of the combination",
-    )
+    add_files(parser, signals=False)
     parser.add_argument(
         "--sensors", choices=("own", "articulation", "trailer", "forces"), default="own",
         help="own: yaw rate and lateral acceleration of the car; each of the others has more "

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from swaywatch.commands._options import add_simulation_signals
 from swaywatch.terminal import output
 
 HAS_JSON = True
@@ -19,23 +20,23 @@ def add_parser(subparsers: Any) -> None:
         description="Drive the baseline and the diagnosed model with the steering and speed of a "
         "run and score both against the recording.",
     )
-    parser.add_argument("--model", required=True, type=Path, help="diagnosis.json")
-    parser.add_argument("--recording", required=True, type=Path, help="the run to predict")
+    parser.add_argument("--model", required=True, type=Path, metavar="JSON",
+                        help="diagnosis.json that `swaywatch diagnose` wrote")  # fmt: skip
+    parser.add_argument("--recording", required=True, type=Path, metavar="FILE",
+                        help="the run to predict")  # fmt: skip
     parser.add_argument(
-        "--signals", type=Path, default=None,
-        help="signals.toml of the run (default: beside the recording, else inside the model)",
+        "--signals", type=Path, default=None, metavar="TOML",
+        help="signals.toml of the run (default: the one beside the recording, else the one "
+        "that is kept in the model)",
     )  # fmt: skip
     parser.add_argument(
-        "--simulation", type=Path, default=None,
+        "--simulation", type=Path, default=None, metavar="FILE",
         help="your own simulation of this run, or an FMU; the diagnosed physics is a correction "
         "to it",
     )  # fmt: skip
-    parser.add_argument(
-        "--simulation-signals", type=Path, metavar="TOML",
-        help="roles of the simulation, if they are others than the recording's; for an FMU see "
-        "swaywatch.cosim.mapping",
-    )  # fmt: skip
-    parser.add_argument("--out", required=True, type=Path, help="JSON file for the scores")
+    add_simulation_signals(parser)
+    parser.add_argument("--out", required=True, type=Path, metavar="JSON",
+                        help="file for the scores")  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:

@@ -21,7 +21,12 @@ def add_parser(subparsers: Any) -> None:
         "experiment that explains it. Exit code 1 if one has no explanation.",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write to")
-    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    parser.add_argument(
+        "--workers",
+        type=int,
+        metavar="N",
+        help="number of processes (default: one for each processor core)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:

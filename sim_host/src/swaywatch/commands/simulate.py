@@ -38,10 +38,13 @@ def add_parser(subparsers: Any) -> None:
         "--format",
         default=".blf",
         choices=FRAME_SUFFIXES,
-        help="of the recordings of a campaign (default: .blf)",
+        help="format of a campaign's recordings (default: .blf)",
     )
     parser.add_argument(
-        "--workers", type=int, metavar="N", help="processes of a campaign (default: one a core)"
+        "--workers",
+        type=int,
+        metavar="N",
+        help="number of processes of a campaign (default: one for each processor core)",
     )
     parser.add_argument(
         "--signals",

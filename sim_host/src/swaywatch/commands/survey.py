@@ -13,20 +13,27 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``survey`` command."""
     parser = subparsers.add_parser(
         "survey",
-        help="overnight: which recordings of a folder disagree with the model, where, why",
-        description="Analyse and diagnose every recording below a folder, and those of a "
-        "combination that disagree together. A vehicle.toml and a signals.toml beside a recording "
+        help="overnight: which recordings of a folder disagree with the model, where and why",
+        description="Analyse and diagnose every recording below a folder; those of the same "
+        "combination that disagree with the model are then diagnosed together. A "
+        "vehicle.toml and a signals.toml beside a recording "
         "(or above it) take precedence over those given here. Started again, it resumes where "
-        "it stopped. survey.parquet has a row for each run, survey.html the worst first and "
-        "the outliers of the fleet. Exit code 1: done, but some runs failed; the page gives "
+        "it stopped. survey.parquet has a row for each run, survey.html lists the worst first "
+        "and the outliers of the fleet. Exit code 1: done, but some runs failed; the page gives "
         "the reasons.",
     )
     parser.add_argument("folder", type=Path, help="folder with recordings, at any depth")
     parser.add_argument(
-        "--vehicle", type=Path, metavar="TOML", help="used where no nearer one exists"
+        "--vehicle",
+        type=Path,
+        metavar="TOML",
+        help="vehicle.toml of recordings that have none beside or above them",
     )
     parser.add_argument(
-        "--signals", type=Path, metavar="TOML", help="used where no nearer one exists"
+        "--signals",
+        type=Path,
+        metavar="TOML",
+        help="signals.toml of recordings that have none beside or above them",
     )
     parser.add_argument(
         "--out", type=Path, default=Path("swaywatch-survey"), metavar="DIR",
@@ -39,21 +46,22 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, metavar="N",
-        help="processes at a time (default: one a core)",
+        help="processes at a time (default: one for each processor core)",
     )  # fmt: skip
     parser.add_argument(
         "--scheduler", metavar="ADDRESS",
-        help="of a dask cluster whose workers do the work, such as tcp://host:8786; they need the "
-        "same swaywatch, the folder and --out (pip install 'swaywatch[cluster]')",
+        help="address of a dask cluster whose workers do the work, such as tcp://host:8786; they "
+        "need the same swaywatch, the folder and --out (pip install 'swaywatch[cluster]')",
     )  # fmt: skip
     parser.add_argument(
         "--diagnose", choices=("all", "outliers", "none"), default="all",
-        help="which runs; outliers: for a fleet, analyse all of them and diagnose the outliers "
+        help="which runs to diagnose; outliers: analyse all and diagnose only those that differ "
+            "from the rest of the fleet "
             "(default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--limit", type=float, default=1800.0, metavar="S",
-        help="time limit of one analysis or diagnosis (default: %(default)s)",
+        help="time limit of one analysis or diagnosis, s (default: %(default)s)",
     )  # fmt: skip
 
 

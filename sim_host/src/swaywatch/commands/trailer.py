@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from swaywatch import __version__
+from swaywatch.commands._options import add_files
 from swaywatch.drive import load_drives
 from swaywatch.ecu.remembered import Remembered, last_of
 from swaywatch.recording import read_recording
@@ -37,18 +38,8 @@ def add_parser(subparsers: Any) -> None:
         "at different speeds, are taken together. Where an ECU was on the bus (message "
         "SwayTrailer), what it said of the trailer that it remembers is repeated.",
     )
-    parser.add_argument("recording", type=Path, nargs="+", help="drives of the same combination")
-    parser.add_argument(
-        "--vehicle",
-        type=Path,
-        required=True,
-        metavar="TOML",
-        help="vehicle.toml of the combination",
-    )
-    parser.add_argument(
-        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
-    )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the result as JSON, too")
+    add_files(parser, recording="drives of the same combination")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="also write the result as JSON")
 
 
 def run(args: argparse.Namespace) -> int:

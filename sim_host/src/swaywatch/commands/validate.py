@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from swaywatch.commands._options import add_files, add_simulation_signals
 from swaywatch.recording.guard import whole_file
 from swaywatch.terminal.progress import LateProgress
 from swaywatch.validate.correct import write
@@ -27,29 +28,13 @@ def add_parser(subparsers: Any) -> None:
         "they have to agree within 5 %. Our own simulation is driven with the recorded steering "
         "and speed, corrected and run again until they agree.",
     )
-    parser.add_argument(
-        "recording", type=Path, nargs="+", help="measured drives of the combination"
-    )
-    parser.add_argument(
-        "--vehicle",
-        type=Path,
-        required=True,
-        metavar="TOML",
-        help="vehicle.toml of the combination",
-    )
-    parser.add_argument(
-        "--signals", type=Path, required=True, metavar="TOML", help="signals.toml of the recordings"
-    )
+    add_files(parser, recording="measured drives of the combination")
     parser.add_argument(
         "--simulation", type=Path, nargs="+", default=[], metavar="FILE",
         help="your own simulation of each recording, in the same order, or one FMU, instead of "
         "ours",
     )  # fmt: skip
-    parser.add_argument(
-        "--simulation-signals", type=Path, metavar="TOML",
-        help="roles of the simulations (default: those of the recordings); for an FMU see "
-        "swaywatch.cosim.mapping",
-    )  # fmt: skip
+    add_simulation_signals(parser)
     parser.add_argument(
         "--write", type=Path, metavar="TOML", help="write the corrected vehicle.toml there"
     )

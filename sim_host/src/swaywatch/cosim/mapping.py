@@ -21,7 +21,6 @@ derivative; ``car_brake_force`` and ``trailer_brake_force`` (N) take what an ECU
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,6 +29,7 @@ from typing import Any
 from swaywatch.drive import UNITS, canonical_unit, read_mappings
 from swaywatch.drive import Mapping as Entry
 from swaywatch.errors import FmuError
+from swaywatch.nearest import did_you_mean, with_known
 from swaywatch.roles import CHANNELS
 from swaywatch.toml_file import load_toml
 
@@ -99,9 +99,8 @@ def wire(
         content = load_toml(toml, FmuError, "mapping of an FMU")
         unknown = sorted(set(content) - {"signals", "inputs", "parameters", "dbc"})
         if unknown:
-            raise FmuError(
-                f"{toml}: unknown key {unknown[0]!r}; known: [signals], [inputs], [parameters]"
-            )
+            hint = with_known(unknown[0], ("signals", "inputs", "parameters"))
+            raise FmuError(f"{toml}: unknown key {unknown[0]!r}{hint}")
     finder = _VariableFinder(description, fmu, toml, recorded or {})
     inputs = finder.wires(content.get("inputs"), "input")
     if not any(w.role == STEERING for w in inputs):
@@ -171,10 +170,9 @@ class _VariableFinder:
     def _variable(self, role: str, name: str, causality: str) -> Any:
         variable = self.by_name.get(name)
         if variable is None:
-            close = difflib.get_close_matches(name, list(self.by_name), n=1, cutoff=0.6)
-            hint = f" (did you mean {close[0]!r}?)" if close else ""
+            hint = did_you_mean(name, self.by_name) or "."
             raise FmuError(
-                f"{self._toml}: {role} = {name!r}, but {self._fmu} has no such variable{hint}; its "
+                f"{self._toml}: {role} = {name!r}, but {self._fmu} has no such variable{hint} Its "
                 f"{causality}s: {self.listed(causality)}"
             )
         allowed = ("input",) if causality == "input" else ("output", "local")
@@ -215,10 +213,9 @@ class _VariableFinder:
         for name, value in table.items():
             variable = self.by_name.get(name)
             if variable is None or variable.causality not in ("parameter", "input", "local"):
-                close = difflib.get_close_matches(name, list(self.by_name), n=1, cutoff=0.6)
                 raise FmuError(
                     f"{self._toml}: [parameters] {name!r} is not a parameter of {self._fmu}"
-                    + (f"; did you mean {close[0]!r}?" if close else "")
+                    + did_you_mean(name, self.by_name)
                 )
             if isinstance(value, str) and value not in INPUT_UNITS:
                 raise FmuError(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -35,6 +35,34 @@ from swaywatch.errors import RecordingError
 from swaywatch.vehicle_file import load_vehicle
 
 FORMAT = 3
+
+
+#: Share of what may be simulated up to which a search is made once more.
+AGAIN = 0.5
+
+Made = TypeVar("Made")
+
+
+class Failures:
+    """Parts of a diagnosis that failed, although the verdict stands without them.
+
+    Attributes
+    ----------
+    sentences
+        What failed, and how.
+    """
+
+    def __init__(self) -> None:
+        self.sentences: list[str] = []
+
+    def part(self, what: str, make: Callable[[], Made], otherwise: Made) -> Made:
+        """What is made, or else, if that fails for whatever reason, the other."""
+        try:
+            return make()
+        except Exception as error:  # a verdict that took minutes must not be lost with a part of it
+            text = " ".join(str(error).split())[:200]
+            self.sentences.append(f"{what} failed ({type(error).__name__}: {text})")
+            return otherwise
 
 
 def _silent(stage: str, share: float) -> None:
@@ -98,38 +126,33 @@ def _combination(
 ) -> dict[str, Any]:
     """`diagnose` of a car with a trailer; `simulated` are simulations and their roles."""
     simulations, simulation_signals = simulated
+    failures = Failures()
     loaded = load(recordings, vehicle, signals, whole=bool(simulations))
     if loaded.problem is None:
         return _cannot(loaded)
-    problem = loaded.problem
     effects = library(extra)
     if simulations:
         _, problem, notes = attach(
-            problem, simulations, signals, simulation_signals=simulation_signals
+            loaded.problem, simulations, signals, simulation_signals=simulation_signals
         )
         loaded.checks += notes
-        verdict, law, _ = _searched(problem, effects, progress, own=False)
+        verdict, law, _ = _searched(problem, effects, progress, failures, own=False)
     else:
-        verdict, law, right = _searched_and_checked(problem, effects, progress, loaded)
-        again = load(recordings, vehicle, signals, right=right) if right else loaded
-        if again is not loaded and again.problem is not None:
-            loaded, problem = again, again.problem
-            verdict, law, _ = _searched_and_checked(problem, effects, progress, loaded)
+        files = recordings, vehicle, signals
+        loaded, verdict, law = _with_and_without_drifts(loaded, files, effects, progress, failures)
     loaded.problem = verdict.problem
-    if reduced_chi_square(verdict.fit) > UNEXPLAINED_ABOVE:
-        verdict.notes = locate_rest(
-            Fitter(replace(verdict.problem, observer=OBSERVER)), verdict.fit
-        )
-    if loaded.stretches is not None:
-        bad = loaded.stretches.contradictions(reduced_chi_square(verdict.fit))
-        verdict.notes = [*verdict.notes, *({"reason": text} for text in bad)]
-        if bad and verdict.word == "consistent":
-            verdict.word = "unexplained"
+    _say_what_is_left(loaded, verdict, failures)
+    loaded.checks += verdict.problem.budget.sentences()
     result = _result(loaded, verdict, effects)
     if loaded.stretches is not None and not loaded.stretches.whole:
         result["stretches"] = loaded.stretches.entries()
     take_law(result, law)
-    result["stability"] = stability(loaded.problem, verdict.fit, verdict.noise)
+    whole = verdict.problem
+    costs = failures.part(
+        "what each finding costs", lambda: stability(whole, verdict.fit, verdict.noise), None
+    )
+    if costs is not None:
+        result["stability"] = costs
     result["signals"] = embedded(signals)
     result["inputs"] = {
         "recordings": [str(path) for path in recordings],
@@ -137,10 +160,52 @@ def _combination(
         "signals": str(signals),
     }
     if report is not None:
-        text = page(result, loaded.problem, verdict.baseline, verdict.fit, loaded.vehicle)
-        write_page(text, report)
+        failures.part(
+            "the page",
+            lambda: write_page(
+                page(result, whole, verdict.baseline, verdict.fit, loaded.vehicle), report
+            ),
+            None,
+        )
+    if failures.sentences:
+        result["failed"] = failures.sentences
     progress("done", 1.0)
     return result
+
+
+def _with_and_without_drifts(
+    loaded: Loaded,
+    files: tuple[Sequence[Path], Path, Path],
+    effects: list[Effect],
+    progress: Progress,
+    failures: Failures,
+) -> tuple[Loaded, Verdict, Discovery | None]:
+    """What is found beside our own model; once more where a drift that was taken off was none."""
+    assert loaded.problem is not None
+    budget = loaded.problem.budget
+    verdict, law, right = _searched_and_checked(effects, progress, failures, loaded)
+    if not right or budget.refuses("the recording without drifts taken off", AGAIN):
+        return loaded, verdict, law
+    again = load(*files, right=right)
+    if again.problem is None:
+        return loaded, verdict, law
+    again.problem = replace(again.problem, budget=budget)
+    verdict, law, _ = _searched_and_checked(effects, progress, failures, again)
+    return again, verdict, law
+
+
+def _say_what_is_left(loaded: Loaded, verdict: Verdict, failures: Failures) -> None:
+    """Notes on the misfit that remains, and on stretches that contradict the verdict."""
+    if reduced_chi_square(verdict.fit) > UNEXPLAINED_ABOVE:
+        watched = Fitter(replace(verdict.problem, observer=OBSERVER))
+        verdict.notes = failures.part(
+            "where the rest acts", lambda: locate_rest(watched, verdict.fit), verdict.notes
+        )
+    if loaded.stretches is not None:
+        bad = loaded.stretches.contradictions(reduced_chi_square(verdict.fit))
+        verdict.notes = [*verdict.notes, *({"reason": text} for text in bad)]
+        if bad and verdict.word == "consistent":
+            verdict.word = "unexplained"
 
 
 #: A verdict, its law, and the channels that it shows to have had no drift.
@@ -151,6 +216,7 @@ def _searched(
     problem: Problem,
     effects: list[Effect],
     progress: Progress,
+    failures: Failures,
     *,
     own: bool,
     faults: SensorFaults | None = None,
@@ -164,16 +230,23 @@ def _searched(
     laws = Laws((planar[0], springs))
     for search in (*planar, springs):
         search.beyond = laws.alone
+
+    def discovered() -> Discovery | None:
+        return failures.part(
+            "the search for laws", lambda: laws.discover(verdict.paths, progress), None
+        )
+
     verdict = decide(planar, springs, progress)
-    law = laws.discover(verdict.paths, progress)
+    law = discovered()
     right = _without_drift(verdict, laws, faults)
     needs_more = (law is None or len(law.fit.terms) > 1) and not right
-    if needs_more and any(search.ended_by_law for search in (*planar, springs)):
+    needs_more &= any(search.ended_by_law for search in (*planar, springs))
+    if needs_more and not problem.budget.refuses("effects in place of a law", AGAIN):
         # for a law that does not explain it alone after all: the library goes as deep as without
         for search in (*planar, springs):
             search.beyond = None
         verdict = decide(planar, springs, progress)
-        law = laws.discover(verdict.paths, progress)
+        law = discovered()
     return (verdict if law is None else with_law(verdict, law)), law, right
 
 
@@ -189,18 +262,21 @@ def _without_drift(
 
 
 def _searched_and_checked(
-    problem: Problem, effects: list[Effect], progress: Progress, loaded: Loaded
+    effects: list[Effect], progress: Progress, failures: Failures, loaded: Loaded
 ) -> Searched:
     """The same; of a long recording with the stretches that do not fit searched once more."""
-    found = _searched(problem, effects, progress, own=True, faults=loaded.faults)
+    problem = loaded.problem
+    assert problem is not None
+    found = _searched(problem, effects, progress, failures, own=True, faults=loaded.faults)
     stretches = loaded.stretches
     if stretches is None or stretches.whole:
         return found
     stretches.misfit = misfit_of(found[0].problem, found[0].fit, stretches.others)
-    if stretches.apart(reduced_chi_square(found[0].fit)):
+    apart = stretches.apart(reduced_chi_square(found[0].fit))
+    if apart and not problem.budget.refuses("stretches that do not fit", AGAIN):
         stretches = stretches.with_worst(reduced_chi_square(found[0].fit))
         again = replace(problem, runs=tuple(stretches.searched))
-        found = _searched(again, effects, progress, own=True, faults=loaded.faults)
+        found = _searched(again, effects, progress, failures, own=True, faults=loaded.faults)
         stretches.misfit = misfit_of(found[0].problem, found[0].fit, stretches.others)
         loaded.stretches = stretches
     loaded.checks.append(stretches.summary(reduced_chi_square(found[0].fit)))
@@ -282,6 +358,7 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
             "independent_sample": verdict.noise,
             "tolerances_of_the_file_times": verdict.problem.beliefs.care,
             "could_be_hidden": verdict.hidden,
+            "simulated_s": round(problem.budget.spent_s, 1),
             "ranking": [{"name": n, "log_bayes_factor": v} for n, v in verdict.candidates],
         },
     }

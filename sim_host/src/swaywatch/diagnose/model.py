@@ -72,7 +72,7 @@ def _entries(terms: Sequence[ActiveEffect]) -> list[dict[str, Any]]:
 def terms_of(
     entries: Sequence[dict[str, Any]], effects: Sequence[Effect]
 ) -> tuple[ActiveEffect, ...]:
-    """Terms of a model block, windows included."""
+    """Active effects of a model block, windows included."""
     found = []
     for entry in entries:
         same = [e for e in effects if e.id == entry["id"] and e.component == entry["component"]]
@@ -133,8 +133,15 @@ def read_model(path: Path) -> dict[str, Any]:
         raise SwaywatchError(f"{path}: not a diagnosis.json ({error})") from error
     model = content.get("model") if isinstance(content, dict) else None
     if not model:
-        verdict = content.get("verdict") if isinstance(content, dict) else None
-        raise SwaywatchError(f"{path}: holds no model (verdict {verdict!r})")
+        if isinstance(content, dict) and "verdict" in content:
+            raise SwaywatchError(
+                f"{path}: holds no model: the diagnosis ended with the verdict "
+                f"{content['verdict']!r}, without one that could predict"
+            )
+        raise SwaywatchError(
+            f"{path}: holds no model: it is no result of `swaywatch diagnose`; --model takes the "
+            "diagnosis.json in the folder of its --out"
+        )
     return dict(content)
 
 

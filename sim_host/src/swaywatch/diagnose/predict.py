@@ -153,7 +153,7 @@ def _timeless(terms: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
 def _split(
     terms: Sequence[ActiveEffect], runs: Sequence[dict[str, Any]], run: Run
 ) -> tuple[tuple[ActiveEffect, ...], tuple[ActiveEffect, ...]]:
-    """Terms that last, and terms in true windows.
+    """Active effects that last, and active effects in true windows.
 
     Windows that cover every diagnosed run from end to end become one over the predicted run.
     """
@@ -173,7 +173,7 @@ def _split(
 
 
 def _covered(term: ActiveEffect, index: int, duration_s: float) -> float:
-    """Share of a run inside the windows of a term (windows do not overlap)."""
+    """Share of a run inside the windows of an active effect (windows do not overlap)."""
     inside = sum(
         min(w.stop, duration_s) - max(w.start, 0.0)
         for w in term.windows(index)

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.evidence.baselines import Path, noticeable
+from swaywatch.diagnose.evidence.baselines import LAWS, Path, noticeable
 from swaywatch.diagnose.evidence.evidence import (
     APART,
     CLAIMED,
@@ -388,6 +388,8 @@ class Laws:
         """All laws in the quickest search, the best of them in the others, which are slow."""
         if not search.on_springs:
             return all_laws()
+        if id(self.searches[0]) not in self._alone and search.refuses(LAWS):
+            return []
         return self._begun(self.searches[0]).ranked[:MOST_OPEN]
 
     def _begun(self, search: Search) -> LawSearch:
@@ -413,6 +415,8 @@ class Laws:
             Called with a stage and the completed share.
         """
         progress("laws beyond the library", 0.93)
+        if not self._alone and self.searches[0].refuses(LAWS):
+            return None
         clean = any(path.clean for path in paths)
         best_of_each = _one_of_each(paths)
         tried = {path.search.on_springs for path in best_of_each}
@@ -429,7 +433,8 @@ class Laws:
         _share_noise(law_searches)
         best = _best(law_searches)
         if best is None or not _leaves_noise(*best) or not _ahead(law_searches, best[1]):
-            _polish_best(law_searches)
+            if not self.searches[0].refuses(LAWS):
+                _polish_best(law_searches)
             _share_noise(law_searches)
             best = _best(law_searches)
         if best is None or not _ahead(law_searches, best[1]):

@@ -16,6 +16,7 @@ from swaywatch.drive import UNITS, canonical_unit, load_drives
 from swaywatch.errors import SwaywatchError
 from swaywatch.first_files.inventory import Signal
 from swaywatch.first_files.propose import LIKELY, ROAD_WHEEL, SURE, Proposal
+from swaywatch.nearest import with_known
 from swaywatch.roles import CHANNELS, WHEEL_ROLES, WHEELS
 from swaywatch.vehicle_file import load_vehicle
 
@@ -131,7 +132,7 @@ def confirm(proposal: Proposal, signals: Sequence[Signal], ask: Ask) -> Proposal
     by_name = {s.name: s for s in signals}
     if answer not in by_name:
         raise SwaywatchError(
-            f"{name}={answer}: the recording has no such signal; it has {', '.join(by_name)}"
+            f"{name}={answer}: the recording has no such signal{with_known(answer, by_name)}"
         )
     if answer != proposal.signal:
         proposal = replace(
@@ -153,6 +154,31 @@ def _with_unit(proposal: Proposal, signal: Signal, ask: Ask) -> Proposal | None:
     if canonical_unit(answer) in known:
         return replace(proposal, unit=canonical_unit(answer))
     return replace(proposal, confidence=0.0, reasons=(*proposal.reasons, f"its unit: {said}"))
+
+
+def missing_units(perhaps: Sequence[Proposal], signals: Sequence[Signal]) -> list[str]:
+    """What to add to the command for roles left out only because the unit is not known."""
+    by_name = {s.name: s for s in signals}
+    lines = []
+    for proposal in perhaps:
+        units = UNITS[CHANNELS[proposal.channel].unit]
+        stated = by_name[proposal.signal].unit
+        if canonical_unit(proposal.unit or stated) in units:
+            continue
+        role = f"role.{proposal.channel}"
+        said = f"an unknown unit, {stated!r}" if stated else "no unit"
+        lines.append(
+            f"  {proposal.signal} has {said}. If it is the {CHANNELS[proposal.channel].meaning}: "
+            f"--set {role}={proposal.signal} --set {role}.unit={next(iter(units))} (or "
+            f"{', '.join(list(units)[1:])})"
+        )
+    if lines:
+        lines.insert(
+            0,
+            "Signals left out because their unit is not known; add these options and --force to "
+            "assign them:",
+        )
+    return lines
 
 
 def vehicle_answers(chosen: dict[str, Proposal], ask: Ask, *, typical: bool) -> Answers:

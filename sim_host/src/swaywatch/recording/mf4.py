@@ -25,6 +25,8 @@ from swaywatch.recording.frames import (
 from swaywatch.recording.guard import must_fit, refusing
 
 _BUS_EVENT = 0x2  # flag of a channel group that holds bus events
+_COUNTED = (3, 6)  # types of channel that are not in the record: its number is their value
+_HAS_INVALIDATION = 0x2  # flag of a channel
 _LINKING = (b"##DG", b"##DL", b"##HL", b"##LD", b"##CG", b"##CN")
 _PLAIN = (b"##DT", b"##SD", b"##RD", b"##DV", b"##DI")
 _CHUNK = 1 << 20
@@ -52,6 +54,7 @@ def read(path: Path) -> Recording:
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)
     MDF4._file = None  # its destructor asks for it even where its constructor has failed
     with refusing(path, "MF4"), MDF(path) as mdf:
+        _check_records(path, mdf)
         start_ns = round(mdf.header.start_time.timestamp() * 1e6) * 1000
         frame_groups = [i for i, group in enumerate(mdf.groups) if _holds(group, "CAN_DataFrame")]
         if frame_groups:
@@ -133,6 +136,28 @@ def _set_start(mdf: Any, start_ns: int) -> None:
 
     mdf.header.start_time = datetime.fromtimestamp(start_ns / 1e9, tz=UTC)
     mdf.header.abs_time = start_ns
+
+
+def _check_records(path: Path, mdf: Any) -> None:
+    """Every channel lies within its record: asammdf reads it from wherever the file says."""
+    for index, group in enumerate(mdf.groups):
+        record = group.channel_group
+        size = int(record.samples_byte_nr)
+        for channel in group.channels if record.cycles_nr else []:
+            if channel.channel_type in _COUNTED:
+                continue
+            end = int(channel.byte_offset) + -(-(channel.bit_offset + channel.bit_count) // 8)
+            if end > size:
+                raise RecordingError(
+                    f"{path}: damaged MF4: channel {channel.name} of group {index} ends at byte "
+                    f"{end} of a record of {size}"
+                )
+            bit = int(channel.pos_invalidation_bit)
+            if channel.flags & _HAS_INVALIDATION and bit >= 8 * record.invalidation_bytes_nr:
+                raise RecordingError(
+                    f"{path}: damaged MF4: channel {channel.name} of group {index} says that bit "
+                    f"{bit} of {8 * record.invalidation_bytes_nr} tells whether it is valid"
+                )
 
 
 def _holds(group: Any, name: str) -> bool:

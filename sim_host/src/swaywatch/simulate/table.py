@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from swaywatch.errors import ScenarioError
+from swaywatch.nearest import did_you_mean, with_known
 
 
 class Table:
@@ -51,6 +52,7 @@ class Table:
         if value not in choices:
             raise ScenarioError(
                 f"{self.place}: {key} = {value!r}; expected one of: {', '.join(choices)}"
+                + did_you_mean(value, choices)
             )
         return str(value)
 
@@ -92,6 +94,5 @@ class Table:
         """
         left = sorted(set(self._content) - self._used)
         if left:
-            raise ScenarioError(
-                f"{self.place}: unknown key {left[0]!r}; known: {', '.join(sorted(self._used))}"
-            )
+            hint = with_known(left[0], sorted(self._used))
+            raise ScenarioError(f"{self.place}: unknown key {left[0]!r}{hint}")

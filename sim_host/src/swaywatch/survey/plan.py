@@ -56,6 +56,11 @@ def find_runs(
     RecordingError
         No such folder, or no recording in it.
     """
+    if folder.is_file():
+        raise RecordingError(
+            f"{folder}: this is a file; survey takes a folder, such as {folder.parent}"
+            " (analyze and diagnose take single recordings)"
+        )
     if not folder.is_dir():
         raise RecordingError(f"{folder}: no such folder (expected one with recordings in it)")
     runs = []

@@ -32,6 +32,8 @@ from swaywatch.effects.active import ActiveEffect
 
 SHORTEST_WINDOW_S = 0.6
 MOST_EFFECTS = 3
+#: What is left out where a diagnosis has simulated enough: another baseline, more effects.
+TRIED = ("effects beside another vehicle", "further combinations of effects")
 #: Tolerances of the vehicle's file, as stated and where its values turn out far more exact: a value
 #: that is off by its tolerance says nothing among others that are off as far, and much among ones
 #: that are not off at all.
@@ -41,6 +43,7 @@ EXACT = 0.4  # tolerances, median over the file
 HOPELESS = 1.25
 #: Effects that are tried before laws are; more only where no law alone leaves nothing but noise.
 BESIDE_LAW = 1
+LAWS = "laws that no library has"
 #: Misfit, over that of the best, up to which another first effect is followed.
 NEAR = 1.5
 
@@ -166,18 +169,20 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
 
 def _hopeless(rigid: Search, base: Candidate, same: Fit, other: Path) -> bool:
     """A rigid vehicle is far off, with the same effects or without, and one more does not help."""
+    if rigid.refuses(TRIED[0]):
+        return True
     parents = [base.fit, same] if same.terms else [base.fit]
     found = [c.fit for parent in parents for c in rigid.extend(parent, windowed=False)]
     return min(f.chi2 for f in (same, *found)) > HOPELESS * other.best.fit.chi2
 
 
 def _again(search: Search, terms: Sequence[ActiveEffect], base: Candidate) -> Fit:
-    """Terms found beside another baseline, fitted beside this one."""
+    """Active effects found beside another baseline, fitted beside this one."""
     return search.judge.run(replace(base.fit, terms=_own(search, terms)), 12)
 
 
 def _own(search: Search, terms: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
-    """Terms found beside another baseline, as this search says them."""
+    """Active effects found beside another baseline, as this search says them."""
     known = {(e.name, e.extra.get("form", "box")): e for e in search.effects}
     own = [known.get((t.effect.name, t.effect.extra.get("form", "box"))) for t in terms]
     return tuple(
@@ -242,14 +247,12 @@ def path(
         known = None
     best = base
     for depth in range(1, MOST_EFFECTS + 1):
-        if depth > most and not explained(base.fit, best.fit):
-            break
-        if rival and depth > rival.most and search.weighed(best).evidence < rival.evidence:
-            break
-        if depth > BESIDE_LAW and _needless(search, base, best):
+        if _ends(search, base, best, depth, most, rival):
             break
         found: list[Candidate] = []
         for index, parent in enumerate(beam):
+            if index and search.refuses(TRIED[1]):
+                break
             progress(f"{depth} effect{'s' * (depth > 1)}", (depth - 1 + index / len(beam)) / 3.0)
             again = known is None or depth > 1
             found += search.extend(parent.fit, windowed=again)
@@ -266,12 +269,26 @@ def path(
             break
         fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)
         best = found[0] = search.weighed(replace(found[0], fit=fit))
-        if depth == 1 and search.rebased(best.fit):
+        again = depth == 1 and not search.refuses(TRIED[1])
+        if again and search.rebased(best.fit):
             return path(search, search.baseline(), progress, rival, known, most)
         # where nothing is left, a second best start leads nowhere else
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
     return Path(search, base, _needed(search, best))
+
+
+def _ends(
+    search: Search, base: Candidate, best: Candidate, depth: int, most: int, rival: Rival | None
+) -> bool:
+    """Tell whether so many effects are one too many to try."""
+    if depth > most and not explained(base.fit, best.fit):
+        return True
+    if rival and depth > rival.most and search.weighed(best).evidence < rival.evidence:
+        return True
+    if search.refuses(TRIED[depth > 1]):
+        return True
+    return depth > BESIDE_LAW and _needless(search, base, best)
 
 
 def _needless(search: Search, base: Candidate, best: Candidate) -> bool:

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 #: Logarithm of the Bayes factor from which something is claimed: 150, "very strong" (Kass and
 #: Raftery 1995).
 CLAIMED = 5.0
-#: Logarithm of the Bayes factor below which two explanations cannot be told apart: 20.
+#: Logarithm of the Bayes factor below which two explanations cannot be distinguished: 20.
 APART = 3.0
 #: Reduced chi-square above which a verdict says that something unexplained remains, ...
 UNEXPLAINED_ABOVE = 1.3
@@ -92,12 +92,12 @@ def residuals(fitter: Fitter, fit: Fit) -> list[Array]:
 def worth(
     base: Fit, before: Fit, after: Fit, *, beside: bool = False, on_springs: bool = False
 ) -> bool:
-    """Whether one more term takes away more than what models of this depth leave anyway.
+    """Whether one more active effect takes away more than what models of this depth leave anyway.
 
     Parameters
     ----------
     base, before, after
-        Nothing missing; without and with the term (the last one).
+        Nothing missing; without and with the active effect (the last one).
     beside
         Whether the plant is a correction to the user's own simulation.
     on_springs
@@ -143,7 +143,7 @@ def log_evidence(fitter: Fitter, fit: Fit, noise: float, choices: int) -> float:
     noise
         As `inflation` has it.
     choices
-        Explanations that each term was chosen from.
+        Explanations that each active effect was chosen from.
     """
     beliefs = fitter.problem.beliefs
     values = [t.parameter(j) for t in fit.terms for j in range(len(t.values))]

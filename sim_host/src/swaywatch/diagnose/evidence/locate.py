@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.fit.fit import Fit, Fitter, Trial, plant_of
+from swaywatch.diagnose.fit.fit import Fit, Fitter, Trial, plant_of, slope
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect, Window
 from swaywatch.effects.runs import RATE_HZ
@@ -80,7 +80,7 @@ class Locator:
         self.paths = run_jobs(jobs, fine=fitter.fine)
 
     def _job(self, r: int, term: ActiveEffect) -> Job:
-        """A run with one more windowed term, simulated only while it can be seen."""
+        """A run with one more active effect in windows, simulated only while it can be seen."""
         problem, path = self.fitter.problem, self.paths[r]
         run, window = problem.runs[r], term.windows(r)[0]
         n = run.time.size
@@ -97,7 +97,7 @@ class Locator:
         return Job(plant, (first, last), path.states[first], columns)
 
     def _residual(self, r: int, term: ActiveEffect, job: Job, branch: Outcome) -> Array:
-        """Residuals of the run that goes along the branch, and without the term elsewhere."""
+        """Residuals of the run that goes along the branch, elsewhere without the active effect."""
         path, (first, last) = self.paths[r], job.span or (0, 0)
         assert path.output is not None
         blocks = path.blocks.copy()
@@ -117,14 +117,16 @@ class Locator:
         )
 
     def columns(self, r: int, terms: Sequence[ActiveEffect]) -> list[Array]:
-        """Change of the residuals of a run by each of the windowed terms."""
+        """Change of the residuals of a run by each of the active effects in windows."""
         found: list[Array] = []
         for at in range(0, len(terms), AT_ONCE):
             some = terms[at : at + AT_ONCE]
             jobs = [self._job(r, term) for term in some]
+            spans = [job.span or (0, 0) for job in jobs]
+            self.fitter.problem.budget.spend(sum(b - a for a, b in spans) / RATE_HZ)
             branches = run_jobs(jobs, fine=self.fitter.fine)
             found += [
-                self._residual(r, term, job, branch) - self.base[r]
+                slope(self._residual(r, term, job, branch), self.base[r], 1.0)
                 for term, job, branch in zip(some, jobs, branches, strict=True)
             ]
         return found
@@ -201,7 +203,7 @@ def _constant_level(normal: Array, pulses: int, parameters: int) -> Array:
 def windows(
     course: AmplitudeCourse, share: float = 0.35, sigmas: float = 4.0, least: float = 0.0
 ) -> ActiveEffect | None:
-    """Windows where the course stands out, as a term to start a fit from.
+    """Windows where the course stands out, as an active effect to start a fit from.
 
     Parameters
     ----------
@@ -276,7 +278,7 @@ def _standing_out(
 
 
 def joined(terms: Sequence[ActiveEffect]) -> ActiveEffect:
-    """Windows of one effect as one term."""
+    """Windows of one effect as one active effect."""
     values = tuple(value for term in terms for value in term.values)
     return ActiveEffect(
         terms[0].effect, values, tuple(run for term in terms for run in term.window_runs)
@@ -284,7 +286,7 @@ def joined(terms: Sequence[ActiveEffect]) -> ActiveEffect:
 
 
 def widened(term: ActiveEffect, by: float) -> ActiveEffect:
-    """The term with every window longer by `by` s at both ends."""
+    """The active effect with every window longer by `by` s at both ends."""
     values = list(term.values)
     for w in range(len(term.window_runs)):
         values[w * term.stride] -= by
@@ -293,7 +295,7 @@ def widened(term: ActiveEffect, by: float) -> ActiveEffect:
 
 
 def stretched(term: ActiveEffect, factor: float) -> ActiveEffect:
-    """The term with every window so much longer about its middle."""
+    """The active effect with every window so much longer about its middle."""
     values = list(term.values)
     for w in range(len(term.window_runs)):
         start, stop = values[w * term.stride : w * term.stride + 2]
@@ -303,7 +305,7 @@ def stretched(term: ActiveEffect, factor: float) -> ActiveEffect:
 
 
 def reformed(term: ActiveEffect, effect: Effect, start: int = 0) -> ActiveEffect:
-    """The windows of a term in another form of its effect; what that adds begins at `start`.
+    """An effect's windows in another form of it; what that form adds begins at `start`.
 
     Windows become as long as the form needs to have the same width at half of its height.
     """

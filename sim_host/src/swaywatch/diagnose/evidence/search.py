@@ -32,6 +32,7 @@ from swaywatch.diagnose.evidence.sparse_course import sparse_course
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, Problem, Trial
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import RISE, Effect
+from swaywatch.errors import RecordingError
 from swaywatch.plant.lanes import BODY
 
 Array = NDArray[np.float64]
@@ -57,6 +58,12 @@ HARDLY = 0.9  # of the misfit: effects that leave more of it wait until those in
 FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
 
+RUNS_AWAY = (
+    "the simulated vehicle runs away in this recording, even while it is held to the measured yaw "
+    "rates: masses, lengths or stiffnesses of vehicle.toml, or the units and signs of steering and "
+    "speed, cannot be right"
+)
+
 #: Forms of a windowed effect that its windows are looked for with; others refine them.
 FIRST_FORMS = ("box", "box_motion")
 
@@ -70,7 +77,7 @@ class Candidate:
     Attributes
     ----------
     fit, parent
-        With one more term than its parent.
+        With one more active effect than its parent.
     evidence
         Logarithm of the marginal likelihood.
     """
@@ -91,7 +98,7 @@ def reduced_chi_square(fit: Fit) -> float:
 
 
 def _moved_edges(term: ActiveEffect, at: int, edge: int) -> list[ActiveEffect]:
-    """The term with an edge of the window at `at` of its values shifted, by what is worth a try."""
+    """Active effects with one edge of the window at `at` of its values shifted, worth a try."""
     neutral = [p.neutral for p in term.effect.parameters]
     sizes = [j for j, p in enumerate(term.effect.parameters) if p.name != RISE.name]
     found = []
@@ -284,6 +291,8 @@ class Search:
         starts = [self.close.start(), *([] if near is None else [near])]
         close = self.close.side_by_side(lambda start: self.close.run(start, 20), starts)
         fit = min(map(self.released, close), key=lambda f: f.chi2)
+        if not np.isfinite(fit.chi2):
+            raise RecordingError(RUNS_AWAY)
         self.noise = inflation(residuals(self.judge, fit))
         self._base = Candidate(fit, fit)
         return self._base
@@ -413,7 +422,7 @@ class Search:
         return next(e for e in same if e.extra.get("form", "box") in FIRST_FORMS)
 
     def edges(self, fit: Fit, rounds: int = 3) -> Fit:
-        """Move the edges of the last term's windows over local minima."""
+        """Move the edges of the last active effect's windows over local minima."""
         for _ in range(rounds):
             moved = self._scan_edges(fit)
             if moved is None:
@@ -440,13 +449,13 @@ class Search:
         return Fit((*fit.terms[:-1], term), fit.nuisance, fit.shift)
 
     def _chi2(self, fit: Fit, terms: Sequence[ActiveEffect], run: int) -> list[float]:
-        """Of one run, with each of the terms as the last one."""
+        """Of one run, with each of the active effects as the last one."""
         nuisance, before = fit.nuisance[run], fit.terms[:-1]
         trials = [Trial(run, (*before, term), nuisance, fit.shift) for term in terms]
         return [float(np.dot(e, e)) for e in self.close.evaluate_all(trials)]
 
     def refined(self, fit: Fit) -> Fit:
-        """Better forms of windowed terms, where a module has them."""
+        """Better forms of active effects in windows, where a module has them."""
         for i, term in enumerate(fit.terms):
             refine = term.effect.extra.get("refine")
             better = refine(term, self.problem.runs) if callable(refine) else None
@@ -541,7 +550,7 @@ class Search:
         fits = self._polished(parent, in_parts) if first else []
         if not self.settled(parent, fits):
             lasts = self._lasting(parent, lasting)
-            if in_parts and not first and not self.settled(parent, lasts):
+            if in_parts and not first and not self._enough(parent, lasts):
                 fits = self._polished(parent, in_parts)
             fits = _best_of_each([*lasts, *fits])
         candidates = [Candidate(f, parent) for f in fits if np.isfinite(f.chi2)]
@@ -550,6 +559,14 @@ class Search:
             self.noise = min(self.noise, inflation(residuals(self.judge, least.fit)))
         self.tried += candidates
         return candidates
+
+    def _enough(self, parent: Fit, lasts: Sequence[Fit]) -> bool:
+        """Windows need not be looked for, or may not any more."""
+        return self.settled(parent, lasts) or self.refuses("effects in windows")
+
+    def refuses(self, what: str) -> bool:
+        """Tell whether `what` is left untried because the diagnosis has simulated enough."""
+        return self.problem.budget.refuses(what)
 
     @staticmethod
     def settled(parent: Fit, fits: Sequence[Fit]) -> bool:
@@ -627,7 +644,7 @@ class Search:
         return self.close.side_by_side(lambda f: self.close.run(f, 12), again)
 
     def without(self, fit: Fit, index: int) -> Fit:
-        """The fit without one of its terms, from the vehicle as believed."""
+        """The fit without one of its active effects, from the vehicle as believed."""
         start = self.close.start()
         terms = (*fit.terms[:index], *fit.terms[index + 1 :])
         near = self.close.run(Fit(terms, start.nuisance, start.shift), 15)

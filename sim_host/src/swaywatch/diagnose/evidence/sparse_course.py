@@ -60,7 +60,7 @@ class _Sparse:
         self.weight = np.full(self.n, WIDE)
 
     def term(self, pulses: Array, run: int) -> ActiveEffect:
-        """All pulses of a run as one term."""
+        """All pulses of a run as one active effect."""
         edges = self.edges[run]
         values: list[float] = []
         for i, row in enumerate(pulses):

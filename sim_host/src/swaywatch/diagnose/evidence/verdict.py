@@ -71,9 +71,9 @@ class Verdict:
     problem
         With the beliefs under which it was found.
     equivalents
-        For each claimed term the names of effects that do as well.
+        For each claimed active effect the names of effects that do as well.
     confidence
-        For each claimed term.
+        For each claimed active effect.
     candidates
         Ranked alternatives: names, logarithm of the Bayes factor to the calibrated vehicle.
     noise
@@ -83,7 +83,7 @@ class Verdict:
     hidden
         Where nothing is claimed: sizes up to which effects could be there unseen.
     notes
-        What remains, for `unexplained`.
+        What no effect explains, for `unexplained`.
     paths
         What was tried, from each baseline.
     """
@@ -132,7 +132,7 @@ def _said_from(search: Search, tolerance: float) -> float:
 
 
 def _beyond(search: Search, fit: Fit) -> Fit:
-    """Values of the file that lie beyond their bound, said as terms; the model stays what it was.
+    """Values of the file that lie beyond their bound, as active effects; the model is unchanged.
 
     A softer front axle and an elastic steering are the same in every planar signal; vehicles have
     the second, unless the rear axle is softer than believed as well.
@@ -156,7 +156,7 @@ def _beyond(search: Search, fit: Fit) -> Fit:
         if found is None or found[0].effect.name in taken:
             continue
         terms.append(found[0])
-        # what the value itself is off by, within its tolerance, cannot be told from another effect
+        # the value's own error within its tolerance cannot be distinguished from another effect
         own = found[0].effect.id != "parameter_error"
         left = float(search.problem.beliefs.spread[index]) ** 2 if own else 0.0
         joint.said_as_term(index, belief.tolerance * found[1], left)
@@ -167,7 +167,7 @@ def _beyond(search: Search, fit: Fit) -> Fit:
 
 
 class _Joint:
-    """Covariance of the values of a fit and of its shifts, in which shifts become terms."""
+    """Covariance of a fit's values and shifts, in which shifts become active effects."""
 
     def __init__(self, fit: Fit) -> None:
         self.values, shifts = sum(len(t.values) for t in fit.terms), fit.shift.size
@@ -334,7 +334,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
 def equivalents_of(
     term: ActiveEffect, terms: Sequence[ActiveEffect], equals: Sequence[Candidate]
 ) -> list[str]:
-    """Names that could stand in a term's place."""
+    """Names that could stand in an active effect's place."""
     rest = {t.effect.name for t in terms if t is not term}
     names: set[str] = set()
     for candidate in equals:
@@ -364,7 +364,7 @@ def _possible_twin(term: ActiveEffect, other: str, terms: Sequence[ActiveEffect]
 
 
 def _loss(search: Search, fit: Fit, term: ActiveEffect) -> float:
-    """Rise of chi2 when a term is taken out and nothing refitted."""
+    """Rise of chi2 when an active effect is taken out and nothing refitted."""
     rest = tuple(t for t in fit.terms if t is not term)
     total = 0.0
     for r in range(len(search.problem.runs)):
@@ -374,7 +374,7 @@ def _loss(search: Search, fit: Fit, term: ActiveEffect) -> float:
 
 
 def _ordered(fit: Fit, terms: Sequence[ActiveEffect]) -> Fit:
-    """The fit with its terms, and their covariance, in another order."""
+    """The fit with its active effects, and their covariance, in another order."""
     covariance, cross = fit.covariance, fit.cross
     sizes = [len(t.values) for t in fit.terms]
     if covariance.shape[0] == sum(sizes):

@@ -1,4 +1,4 @@
-"""From files to a problem: runs, vehicle, checks of what can be told at all."""
+"""From files to a problem: runs, vehicle, checks of what can be determined at all."""
 
 from __future__ import annotations
 

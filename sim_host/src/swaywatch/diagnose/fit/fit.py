@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter
 
 from swaywatch.diagnose.fit.beliefs import Beliefs
+from swaywatch.diagnose.fit.budget import Budget
 from swaywatch.diagnose.fit.side_by_side import Item, Result, SideBySide
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Parameter, no_observation
@@ -124,6 +125,8 @@ class Problem:
         Slots of the plant that are known, by name: load transfer as in the user's simulation.
     calibration, start_nuisance, start_shift
         What fits the plant to the user's simulation; part of every model.
+    budget
+        What all fits of the diagnosis may simulate, shared by problems made from this one.
     """
 
     runs: tuple[Run, ...]
@@ -135,6 +138,7 @@ class Problem:
     observer: float = 0.0
     beliefs: Beliefs = field(default_factory=Beliefs)
     given: tuple[tuple[str, float], ...] = ()
+    budget: Budget = field(default_factory=Budget, compare=False)
 
     def at_rest(self) -> Array:
         """Shifts of the vehicle and the sensors as they are believed, shape (beliefs,)."""
@@ -366,7 +370,7 @@ class RunComparison:
                 self.correction[:, i] = block_mean(correction[name])
 
     def wanted(self, terms: Sequence[ActiveEffect]) -> tuple[int, ...]:
-        """Columns of the plant that the sensors' part of the terms needs at every sample."""
+        """Columns of the plant that effects in the sensors need at every sample."""
         found: set[int] = set()
         for term in terms:
             sensor = term.effect.observe
@@ -386,7 +390,7 @@ class RunComparison:
     def residual(self, outcome: Outcome, terms: Sequence[ActiveEffect], shift: Array) -> Array:
         """Normalised residuals of a simulation, shape (n / BLOCK, channels).
 
-        The outcome has the columns that are `wanted` for the terms.
+        The outcome has the columns that are `wanted` for the active effects.
         """
         blocks = outcome.blocks[: self.measured.shape[0]] / BLOCK
         means = np.zeros_like(self.measured)
@@ -468,6 +472,14 @@ class Trial:
     shift: Array
 
 
+def slope(moved: Array, base: Array, step: float) -> Array:
+    """Derivative of residuals; none to a value whose trial has run away. Shapes (n,)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = (moved - base) / step
+        usable = np.isfinite(np.dot(found, found))
+    return np.asarray(found if usable else np.zeros_like(found))
+
+
 class Fitter:
     """Levenberg-Marquardt over effect values, start values and offsets of all runs."""
 
@@ -510,6 +522,7 @@ class Fitter:
                 )
                 for t in some
             ]
+            self.problem.budget.spend(sum(job.plant.speed.size for job in jobs) / RATE_HZ)
             for trial, outcome in zip(some, run_jobs(jobs, fine=self.fine), strict=True):
                 with np.errstate(over="ignore", invalid="ignore"):  # a trial that has run away
                     e = self.comparison(trial.run).residual(outcome, trial.terms, trial.shift)
@@ -548,7 +561,7 @@ class Fitter:
         steps = [*([_SHIFT_STEP] * len(self._simulated)), *_NUISANCE_STEP]
         found = self.comparison(index).sensors(base)
         for c, h, e in zip(places, steps, moved, strict=False):
-            found[:, c] = (e - base) / h
+            found[:, c] = slope(e, base, h)
         return found[:, : beliefs + (NUISANCES if self.problem.free_start else 0)]
 
     def backgrounds(
@@ -624,7 +637,7 @@ class Fitter:
         runs
             Indices of runs to use; all by default.
         free
-            Number of terms, counted from the end, whose values move; all by default.
+            Number of active effects, counted from the end, whose values move; all by default.
         calibrate
             Whether the beliefs move too, within their tolerances.
         frozen
@@ -636,6 +649,8 @@ class Fitter:
         use = tuple(range(len(self.problem.runs))) if runs is None else tuple(runs)
         task = _Task(self, start.terms, use, free, calibrate)
         state = task.first(start)
+        if not np.isfinite(state.chi2):  # it runs away from the first: there is no way to go
+            return replace(start, chi2=np.inf)
         background = frozen if frozen is not None else task.background(state)
         age = 0
         hessian = np.eye(task.size)
@@ -778,7 +793,7 @@ class _Task:
             base = state.errors[position]
             columns = np.zeros((base.size, k))
             for (c, step), e in zip(steps, found[first : first + len(trials)], strict=True):
-                columns[:, c] = (e - base) / step
+                columns[:, c] = slope(e, base, step)
             first += len(trials)
             at = common + position * self.n
             rest = np.r_[k:common, at : at + self.n]

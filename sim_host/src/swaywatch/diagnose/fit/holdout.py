@@ -74,7 +74,7 @@ def valued(
 
 
 def values_of(term: ActiveEffect, runs: Sequence[int]) -> list[tuple[float, ...]]:
-    """Values of a term's windows in some runs."""
+    """Values of an active effect's windows in some runs."""
     k = term.stride
     return [
         term.values[w * k + 2 : (w + 1) * k] for w, r in enumerate(term.window_runs) if r in runs
@@ -84,7 +84,7 @@ def values_of(term: ActiveEffect, runs: Sequence[int]) -> list[tuple[float, ...]
 def carried(
     problem: Problem, index: int, taught: Fit, nuisance: Array, notes: set[str]
 ) -> list[ActiveEffect]:
-    """Terms for a run that was left out: windows keep their times, never their values."""
+    """Active effects for a run that was left out: windows keep their times, never their values."""
     others = [r for r in range(len(problem.runs)) if r != index]
     terms = [t for t in taught.terms if not t.effect.windowed]
     for term in (t for t in taught.terms if t.effect.windowed):

@@ -113,7 +113,7 @@ def _size(value: float, neutral: float) -> float:
 
 
 def _windows(term: ActiveEffect, problem: Problem) -> list[dict[str, Any]]:
-    """Windows of a term in the order of its values."""
+    """Windows of an active effect in the order of its values."""
     windows = []
     describe_window = term.effect.extra.get("describe")
     names = [p.name for p in term.effect.parameters]

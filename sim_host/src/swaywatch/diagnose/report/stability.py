@@ -32,7 +32,7 @@ MOVING = ("vehicle", "typical")
 #: twice the yaw frequency is another one in every window, and its phase in two or three
 #: oscillations, of which those off the sway's frequency say least, hangs on the form of the model.
 #: 1.645 times the robust deviation (median over 0.6745) of 14 windows in four sealed recordings
-#: (s05, s12, s13, s19; 11 lie inside); `make bench-costs` judges it on practice and road.
+#: (s05, s12, s13, s19; 11 lie inside); `make bench-costs` tests it on practice and road.
 ONE_WINDOW = 0.43
 
 LASTING = Window(-1e6, 1e6, {})
@@ -88,7 +88,7 @@ def stability(problem: Problem, fit: Fit, reached: float) -> dict[str, Any]:
 
 
 def _left_out(term: ActiveEffect) -> str:
-    """Why a term has no cost; empty where it has one."""
+    """Why an active effect has no cost; empty where it has one."""
     if term.effect.kind == "measurement":
         return SENSOR
     return OUTSIDE if term.effect.id in _FROM_OUTSIDE else ""
@@ -113,13 +113,13 @@ def base_of(problem: Problem, at: Sequence[int], shift: Array) -> Base:
 
 
 def _first(terms: Sequence[ActiveEffect], term: ActiveEffect) -> int:
-    """Place of a term's first value among those of all terms."""
+    """Place of an active effect's first value among those of all active effects."""
     found = next(k for k, t in enumerate(terms) if t is term)
     return sum(len(t.values) for t in terms[:found])
 
 
 def causes_of(term: ActiveEffect, first: int) -> tuple[list[Cause], list[int]]:
-    """A cause of each window of a term, or one; and the places of their values."""
+    """A cause of each window of an active effect, or one; and the places of their values."""
     effect = term.effect
     names = [p.name for p in effect.parameters]
     follows = bool(effect.extra.get("follows_motion"))

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from swaywatch.nearest import with_known
 from swaywatch.plant.layout import AXLES, A, Array, P
 
 ALWAYS = (-math.inf, math.inf)
@@ -63,7 +64,7 @@ def axle_numbers(axle: str) -> tuple[int, ...]:
     if axle in groups:
         return groups[axle]
     if axle not in AXLES:
-        raise ValueError(f"axle {axle!r} is unknown; known: {', '.join((*AXLES, *groups))}")
+        raise ValueError(f"axle {axle!r} is unknown{with_known(axle, (*AXLES, *groups))}")
     return (AXLES.index(axle),)
 
 
@@ -125,7 +126,7 @@ def modules() -> dict[str, Module]:
 def module(effect_id: str) -> Module:
     """The module of an effect; ValueError names the known ones."""
     if effect_id not in modules():
-        raise ValueError(f"physics {effect_id!r} is unknown; known: {', '.join(modules())}")
+        raise ValueError(f"physics {effect_id!r} is unknown{with_known(effect_id, modules())}")
     return modules()[effect_id]
 
 
@@ -162,8 +163,8 @@ class PhysicsEffect:
             elif name in known:
                 self.values[name] = self._number(known[name], value)
             else:
-                names = ", ".join([*known, *self.module.options])
-                raise ValueError(f"{effect_id}: no parameter {name!r}; it has: {names}")
+                hint = with_known(name, [*known, *self.module.options])
+                raise ValueError(f"{effect_id}: no parameter {name!r}{hint}")
         for name, choices in self.module.options.items():
             self.options.setdefault(name, choices[0])
         self.windows = self._windows(windows, known)
