@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
-from swaywatch.damping.data import NO_INPUT, Choice
+from swaywatch.damping.data import NO_SIGNAL, Choice
 from swaywatch.damping.study import StudyPlan, evaluate
 
 Array = npt.NDArray[np.float64]
@@ -90,14 +90,14 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=200)
     parser.add_argument("--count", type=int, default=60)
     choice = parser.parse_args()
-    rows: dict[str, list[tuple[float, float, bool, bool]]] = {"by name": [], NO_INPUT: []}
+    rows: dict[str, list[tuple[float, float, bool, bool]]] = {"by name": [], NO_SIGNAL: []}
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(choice.first, choice.first + choice.count):
             path = Path(folder) / "flight.csv"
             pole = record(np.random.default_rng(seed), path)
             truth, frequency = -pole.real / abs(pole), pole.imag / (2 * math.pi)
             for name, own in rows.items():
-                inputs = (NO_INPUT,) if name == NO_INPUT else ()
+                inputs = (NO_SIGNAL,) if name == NO_SIGNAL else ()
                 study = evaluate([path], StudyPlan(Choice(inputs=inputs)))
                 for place in study.places[:1]:
                     ratio, hz = place.damping_ratio, place.frequency_hz

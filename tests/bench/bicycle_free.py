@@ -25,8 +25,9 @@ answer to all moment before, as `freed.py` has it. The act rule above asks wheth
 is distinct; this asks how much it adds, and where it adds more than `freed.ADDED` the oscillation
 is not free, whatever began it. What such a hand does to the values is told by the pushes' mean.
 
-With `along` (``--along``) a second signal is named; the rule that uses it was set on generated
-bicycles (``damping_hands.py``).
+Signals are those that the command takes by their names: the lean rate swings, the fork angle swings
+along; the rule that uses it was set on generated bicycles (``damping_hands.py``). With
+``along=("none",)`` it is left out.
 """
 
 from __future__ import annotations
@@ -155,11 +156,11 @@ def roll_moment(path: Path, pushes: Sequence[Push]) -> FloatArray:
 def place_of(
     folder: Path, mode: str, name: str, estimator: Estimator, along: tuple[str, ...] = ()
 ) -> Place:
-    """One recording, without and with the moment as an input; `along`: also named."""
+    """One recording, without and with the moment as an input; `along`: as ``--along``."""
     speed = SPEEDS[name]
     path = folder / f"{mode}_{name}kph.parquet"
     pushes = pushes_of(folder, mode, speed)
-    (run,) = load_runs([path], Choice(("lean_rate",), (), "speed", along=along))
+    (run,) = load_runs([path], Choice(along=along))
     points, _ = parted(points_of(find(run, BAND, estimator)))
     moment = roll_moment(path, pushes)
     free, seen = _free_under(run, moment, estimator, pushes)
@@ -224,7 +225,7 @@ def same_mode(point: Point, pushes: Sequence[Push]) -> bool:
 
 
 def places_of(folder: Path, along: tuple[str, ...] = ()) -> list[Place]:
-    """All sixteen recordings; `along`: signals named as swinging along."""
+    """All sixteen recordings; `along`: as ``--along``."""
     estimator = Estimator()
     return [
         place_of(folder, mode, name, estimator, along)

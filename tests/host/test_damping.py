@@ -23,7 +23,7 @@ from swaywatch.cli import main
 from swaywatch.damping.alike import parted
 from swaywatch.damping.compare import compare_groups, compare_model
 from swaywatch.damping.course import Bend, fit_course, levels, mean_of
-from swaywatch.damping.data import NO_INPUT, Choice, DampingRun, load_runs
+from swaywatch.damping.data import NO_SIGNAL, Choice, DampingRun, load_runs
 from swaywatch.damping.find import find
 from swaywatch.damping.intervals import IntervalValue, Point, points_of
 from swaywatch.damping.model import from_systems, load_model
@@ -469,7 +469,7 @@ def test_no_window_begins_within_the_pilots_doublet(tmp_path: Path) -> None:
         rows = np.column_stack([np.arange(800) / 20.0, value, rudder])
         path = tmp_path / f"{seed}.csv"
         np.savetxt(path, rows, delimiter=",", header="time_s,beta,p,r,rudder", comments="")
-        for inputs in ((), (NO_INPUT,)):
+        for inputs in ((), (NO_SIGNAL,)):
             study = evaluate([path], StudyPlan(Choice(inputs=inputs)))
             if not inputs:
                 assert study.points[0].start_s > 6.55
@@ -595,9 +595,9 @@ def test_pushes_are_found(bicycle: Any) -> None:
 
 
 def test_pushes_are_found_and_hands_left_out_by_the_fork(bicycle: Any) -> None:
-    """With `--along fork_angle` both requirements hold: pushes found, few false ones."""
+    """Both requirements hold without an option: pushes found, few false ones."""
     folder, *_ = bicycle
-    sure = bicycle_free.count(bicycle_free.places_of(folder, ("fork_angle",)))
+    sure = bicycle_free.count(bicycle_free.places_of(folder))
     assert sure.pushes_found >= 0.95 * sure.pushes
     assert sure.forced + sure.other_mode <= 0.02 * sure.judged
 
@@ -775,6 +775,26 @@ def _said(folder: Path, channel: str, time: Array, value: Array, *options: str) 
     write_recording(file, {channel: Series(stamps, value, "")})
     choice = Choice(options)
     return study_of(load_runs([file], choice), StudyPlan(choice))
+
+
+def test_signals_are_taken_by_what_their_names_say(tmp_path: Path) -> None:
+    """An angle whose rate is recorded does not swing beside it; one between two bodies goes along."""
+    names = ("LeanAngle", "lean_rate", "yaw angle", "fork_angle", "hitch_angle")
+    rng = np.random.default_rng(3)
+    rows = np.column_stack([np.arange(400) * 0.02, rng.normal(size=(400, len(names)))])
+    path = tmp_path / "ride.csv"
+    np.savetxt(path, rows, delimiter=",", header=",".join(("time_s", *names)), comments="")
+    for choice, channels, along in (
+        (Choice(), ("lean_rate", "hitch_angle"), ("fork_angle", "hitch_angle")),
+        (Choice(along=(NO_SIGNAL,)), ("lean_rate", "hitch_angle"), ()),
+        (Choice(("LeanAngle",)), ("LeanAngle",), ("fork_angle", "hitch_angle")),
+        (Choice(("hitch_angle",), along=("yaw angle",)), ("hitch_angle",), ("yaw angle",)),
+        (Choice(("hitch_angle",)), ("hitch_angle",), ("fork_angle",)),
+    ):
+        (run,) = load_runs([path], choice)
+        assert run.channels == channels
+        assert run.along_names == along
+        assert run.along.shape == (len(run.time_s), len(along))
 
 
 def test_a_channel_that_never_changes_is_named(tmp_path: Path) -> None:

@@ -51,7 +51,8 @@ def add_parser(subparsers: Any) -> None:
         "--along", action="append", default=[], metavar="NAME",
         help="angle between two bodies that swings along (fork, articulation): a swing in which "
         "its share of the motion is not the usual one (a hand or a gust still acts) is reported as "
-        "another motion; at six swings at a speed or more",
+        "another motion; at six swings at a speed or more. Without: signals named fork angle, "
+        "articulation or hitch angle; --along none: there is none",
     )  # fmt: skip
     parser.add_argument(
         "--against", metavar="NAME",

@@ -43,6 +43,8 @@ _SWINGS = re.compile(
 )
 _ANGLES = re.compile(r"(?:^|[_.\s])(?:roll|bank|lean|phi|yaw|psi)(?:$|[_.\s])", re.IGNORECASE)
 """Names that say an angle at most: taken where none says more."""
+_INTEGRAL = re.compile(r"(.+?)[_.\s]?angle$", re.IGNORECASE)
+_RATES = ("rate", "velocity", "vel", "dot")
 _SPEED = re.compile(
     r"(?:^|_|\b)(?:speed|velocity|airspeed|tas|cas|ias|vx|v_x|v)(?:$|_|\b)|speed$", re.IGNORECASE
 )
@@ -58,8 +60,11 @@ _DRIVER_NAME = re.compile(
 """Names of what a driver or pilot moves, taken as inputs where none is named: what a damper adds to
 a rudder decays with the swing and is recognised as its own."""
 
-NO_INPUT = "none"
-"""Name that says that no signal is an input."""
+_BETWEEN_NAME = re.compile(r"articulation|(?:hitch|fork).?angle", re.IGNORECASE)
+"""Names of angles between two bodies, taken as what swings along where none is named."""
+
+NO_SIGNAL = "none"
+"""Name that says that no signal is an input, or swings along."""
 
 
 @dataclass(frozen=True)
@@ -241,6 +246,15 @@ def _held(series: Series) -> str:
     return f"{value[0]:g} {series.unit}".strip() + " throughout"
 
 
+def _has_rate(name: str, channels: Sequence[str]) -> bool:
+    """Whether a channel is the rate of this angle: the same swing without the angle's drift."""
+    angle = _INTEGRAL.match(name)
+    if angle is None:
+        return False
+    rates = {re.sub(r"[_.\s]", "", f"{angle[1]}{rate}").lower() for rate in _RATES}
+    return any(re.sub(r"[_.\s]", "", other).lower() in rates for other in channels)
+
+
 def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
     """The choice with what the user left open taken by the signals' names."""
     channels = choice.channels
@@ -248,6 +262,8 @@ def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
         channels = channels or tuple(
             name for name, series in signals.items() if pattern.search(name) and _moves(series)
         )
+    if not choice.channels:
+        channels = tuple(name for name in channels if not _has_rate(name, channels))
     if not channels:
         still = [n for n in signals if any(p.search(n) for p in (_SWINGS, _ANGLES))]
         if still:
@@ -267,11 +283,19 @@ def _by_name(path: Path, signals: dict[str, Series], choice: Choice) -> Choice:
         for name, series in signals.items()
         if _DRIVER_NAME.search(name) and name not in channels and _moves(series)
     )
-    if inputs == (NO_INPUT,) and NO_INPUT not in signals:
+    if inputs == (NO_SIGNAL,) and NO_SIGNAL not in signals:
         inputs = ()
+    # the first channel is what the others' share is measured by
+    along = choice.along or tuple(
+        name
+        for name, series in signals.items()
+        if _BETWEEN_NAME.search(name) and name not in (channels[0], *inputs) and _moves(series)
+    )
+    if along == (NO_SIGNAL,) and NO_SIGNAL not in signals:
+        along = ()
     speeds = [n for n in signals if _SPEED.search(n) and n not in (*channels, *inputs)]
     against = choice.against or (speeds[0] if speeds else None)
-    return Choice(channels, inputs, against, along=choice.along)
+    return Choice(channels, inputs, against, along=along)
 
 
 def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:

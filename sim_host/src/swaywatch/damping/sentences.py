@@ -9,7 +9,7 @@ import numpy as np
 
 from swaywatch.damping.compare import Comparison, Difference
 from swaywatch.damping.course import Zero
-from swaywatch.damping.data import NO_INPUT
+from swaywatch.damping.data import NO_SIGNAL
 from swaywatch.damping.find import SLOWEST
 from swaywatch.damping.intervals import IntervalValue, too_high
 from swaywatch.damping.model import LinearModel
@@ -158,7 +158,7 @@ def _forced(study: Study) -> str:
     if names and not choice.inputs and choice.signals is None:
         texts.append(
             f"Taken as the driver's or pilot's input by name: {', '.join(names)} (--input names "
-            f"another, --input {NO_INPUT} none)."
+            f"another, --input {NO_SIGNAL} none)."
         )
     if not names:
         there = dict.fromkeys(name for found in study.found for name in found.run.may_drive)
