@@ -778,7 +778,7 @@ def _said(folder: Path, channel: str, time: Array, value: Array, *options: str) 
 
 
 def test_signals_are_taken_by_what_their_names_say(tmp_path: Path) -> None:
-    """An angle whose rate is recorded does not swing beside it; one between two bodies goes along."""
+    """No angle beside its own rate; an angle between two bodies swings along."""
     names = ("LeanAngle", "lean_rate", "yaw angle", "fork_angle", "hitch_angle")
     rng = np.random.default_rng(3)
     rows = np.column_stack([np.arange(400) * 0.02, rng.normal(size=(400, len(names)))])
