@@ -10,9 +10,9 @@ it predicts the left-out runs better.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,8 +181,8 @@ class LawSearch:
     path: Path
     tried: list[Candidate] = field(default_factory=list)
     alone: bool = False  # laws were tried without other effects
-    open: Sequence[Law] = field(default_factory=all_laws)  # started from the vehicle of the file
-    ranked: list[Law] = field(default_factory=list)  # of those, the best first
+    open: Callable[[], Sequence[Law]] = all_laws  # started from the vehicle of the file
+    ranked: Sequence[Law] = ()  # of those, once they were started, the best first
 
     @property
     def search(self) -> Search:
@@ -236,7 +236,7 @@ class LawSearch:
         begun = _best_of_each_law(begun)[:SHORT_LIST]
         if not near.terms:
             of_file = close.start()
-            starts = [replace(of_file, terms=(t,)) for law in self.open for t in _begun(law)]
+            starts = [replace(of_file, terms=(t,)) for law in self.open() for t in _begun(law)]
             rest = Linear(close, of_file).background
             far = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=rest), starts)
             far = _best_of_each_law(far)
@@ -354,6 +354,7 @@ class Laws:
         """Searches of baselines, the quickest first."""
         self.searches = searches
         self._alone: dict[int, LawSearch] = {}
+        self._on_rigid: list[LawSearch] = []
 
     def alone(self, search: Search) -> float | None:
         """Evidence that the library has to reach against a law that leaves only noise, or None.
@@ -381,22 +382,31 @@ class Laws:
         """The laws of a path, with the single laws tried before."""
         begun = self._alone.get(id(path.search))
         if begun is None:
-            return LawSearch(path, open=self._open(path.search))
+            return self._new(path)
         return LawSearch(path, [*begun.tried], alone=True)
 
+    def _new(self, path: Path) -> LawSearch:
+        found = LawSearch(path, open=partial(self._open, path.search))
+        if not path.search.on_springs:
+            self._on_rigid.append(found)
+        return found
+
     def _open(self, search: Search) -> Sequence[Law]:
-        """All laws in the quickest search, the best of them in the others, which are slow."""
+        """All laws on a rigid vehicle; with suspension, which is slow, the best of them there."""
         if not search.on_springs:
             return all_laws()
-        if id(self.searches[0]) not in self._alone and search.refuses(LAWS):
-            return []
-        return self._begun(self.searches[0]).ranked[:MOST_OPEN]
+        ranked = [law_search.ranked for law_search in self._on_rigid if law_search.ranked]
+        if not ranked:
+            if search.refuses(LAWS):
+                return []
+            ranked = [self._begun(self.searches[0]).ranked]
+        return ranked[-1][:MOST_OPEN]
 
     def _begun(self, search: Search) -> LawSearch:
         """Single laws, tried once."""
         if id(search) not in self._alone:
             base = search.baseline()
-            law_search = LawSearch(Path(search, base, base), open=self._open(search))
+            law_search = self._new(Path(search, base, base))
             self._alone[id(search)] = law_search
             _polish_best([law_search])
         return self._alone[id(search)]
@@ -430,6 +440,8 @@ class Laws:
             if wanted and search.on_springs not in tried:
                 base = search.baseline()
                 law_searches.append(self._going_on(Path(search, base, base)))
+        # which laws are worth trying with suspension is seen without it
+        law_searches.sort(key=lambda law_search: law_search.search.on_springs)
         _share_noise(law_searches)
         best = _best(law_searches)
         if best is None or not _leaves_noise(*best) or not _ahead(law_searches, best[1]):
