@@ -210,31 +210,11 @@ static bool is_small(sway_complex_t step, sway_real_t size)
     return sway_real_compare(sway_complex_norm(step), bound) <= 0;
 }
 
-/* A slope in two slices, `f` holding what the first has found. */
-static bool slope_s(const sway_margin_t *margin, sway_complex_t s, sway_real_t v, sway_complex_t *f)
-{
-    if (margin->count == 0U) {
-        *f = sway_single_track_above_s(&margin->stm, s, v);
-        return false;
-    }
-    *f = sway_single_track_slope_s(&margin->stm, s, v, *f);
-    return true;
-}
-
-static bool slope_v(const sway_margin_t *margin, sway_complex_t s, sway_real_t v, sway_complex_t *f)
-{
-    if (margin->count == 0U) {
-        *f = sway_single_track_above_v(&margin->stm, s, v);
-        return false;
-    }
-    *f = sway_single_track_slope_v(&margin->stm, s, v, *f);
-    return true;
-}
-
 /* Newton on f(s, v) = 0 at the present speed. */
 static bool step_root_slope(sway_margin_t *margin)
 {
-    return slope_s(margin, margin->next.root, margin->speed_m_s, &margin->f_s);
+    return sway_single_track_slope_s(&margin->stm, margin->next.root, margin->speed_m_s,
+                                     margin->count, &margin->f_s);
 }
 
 static bool step_root(sway_margin_t *margin)
@@ -294,13 +274,15 @@ static sway_complex_t at_limit(const sway_margin_t *margin)
 static bool step_critical_slope_s(sway_margin_t *margin)
 {
     return !critical_is_wanted(margin) ||
-           slope_s(margin, at_limit(margin), margin->next.v_crit_m_s, &margin->f_s);
+           sway_single_track_slope_s(&margin->stm, at_limit(margin), margin->next.v_crit_m_s,
+                                     margin->count, &margin->f_s);
 }
 
 static bool step_critical_slope_v(sway_margin_t *margin)
 {
     return !critical_is_wanted(margin) ||
-           slope_v(margin, at_limit(margin), margin->next.v_crit_m_s, &margin->f_v);
+           sway_single_track_slope_v(&margin->stm, at_limit(margin), margin->next.v_crit_m_s,
+                                     margin->count, &margin->f_v);
 }
 
 static sway_real_t limited(sway_real_t step, sway_real_t limit)
@@ -439,15 +421,6 @@ static bool step_root_derivative(sway_margin_t *margin)
     return false;
 }
 
-/* Change of the damping ratio -Re s/|s| with the root: (ds_im re - ds_re im) im / |s|^3. A root
- * that does not oscillate has a ratio of 1 or -1 whatever its size. */
-static sway_real_t ratio_change(sway_complex_t s, sway_complex_t ds)
-{
-    const sway_real_t across = SUB(MUL(ds.im, s.re), MUL(ds.re, s.im));
-    const sway_real_t size = sway_complex_abs(s);
-    return DIV(MUL(DIV(across, size), DIV(s.im, size)), size);
-}
-
 /* Errors from the variances of the filtered quantities. */
 static bool step_errors(sway_margin_t *margin)
 {
@@ -461,9 +434,11 @@ static bool step_errors(sway_margin_t *margin)
         sway_real_t im;
         parameter_variance(margin, (sway_parameter_t)i, &re, &im);
         limit = ADD(limit, ADD(MUL(re, sway_real_square(by.re)), MUL(im, sway_real_square(by.im))));
-        damping =
-            ADD(damping, ADD(MUL(re, sway_real_square(ratio_change(next->root, ds))),
-                             MUL(im, sway_real_square(ratio_change(next->root, times_j(ds))))));
+        damping = ADD(
+            damping,
+            ADD(MUL(re, sway_real_square(sway_single_track_damping_change(next->root, ds))),
+                MUL(im,
+                    sway_real_square(sway_single_track_damping_change(next->root, times_j(ds))))));
         next->sensitivity_m_s[i] = by.re;
     }
     next->v_crit_se_m_s = critical_is_wanted(margin) ? sway_real_sqrt(limit) : sway_real_zero();

@@ -402,6 +402,13 @@ sway_real_t sway_single_track_damping_ratio(sway_complex_t s)
     return sway_real_max(sway_real_min(ratio, one), sway_real_neg(one));
 }
 
+sway_real_t sway_single_track_damping_change(sway_complex_t s, sway_complex_t ds)
+{
+    const sway_real_t across = SUB(MUL(ds.im, s.re), MUL(ds.re, s.im));
+    const sway_real_t size = sway_complex_abs(s);
+    return DIV(MUL(DIV(across, size), DIV(s.im, size)), size);
+}
+
 sway_complex_t sway_single_track_dominant(const sway_single_track_roots_t *roots)
 {
     sway_complex_t best = roots->root[0];
@@ -438,43 +445,39 @@ static sway_real_t step_s(sway_complex_t s)
     return MUL(at_rest ? sway_real_int(1) : sway_complex_abs(s), sway_real_ratio(1, 1000));
 }
 
-static sway_real_t step_v(sway_real_t v)
-{
-    return MUL(v, sway_real_ratio(1, 1000));
-}
-
 static sway_complex_t over_twice(sway_complex_t difference, sway_real_t step)
 {
     const sway_real_t twice = sway_real_scale(step, 1);
     return sway_complex(DIV(difference.re, twice), DIV(difference.im, twice));
 }
 
-sway_complex_t sway_single_track_above_s(const sway_single_track_t *stm, sway_complex_t s,
-                                         sway_real_t v)
+/* f at (s, v), the upper half of a difference, or with the lower one the difference over `step`. */
+static bool slope(const sway_single_track_t *stm, sway_complex_t s, sway_real_t v, uint32_t half,
+                  sway_real_t step, sway_complex_t *f)
 {
-    s.re = ADD(s.re, step_s(s));
-    return sway_single_track_characteristic(stm, s, v);
+    const sway_complex_t at = sway_single_track_characteristic(stm, s, v);
+    *f = half == 0U ? at : over_twice(CSUB(*f, at), step);
+    return half != 0U;
 }
 
-sway_complex_t sway_single_track_slope_s(const sway_single_track_t *stm, sway_complex_t s,
-                                         sway_real_t v, sway_complex_t above)
+static sway_real_t moved(sway_real_t value, uint32_t half, sway_real_t step)
+{
+    return half == 0U ? ADD(value, step) : SUB(value, step);
+}
+
+bool sway_single_track_slope_s(const sway_single_track_t *stm, sway_complex_t s, sway_real_t v,
+                               uint32_t half, sway_complex_t *f)
 {
     const sway_real_t step = step_s(s);
-    s.re = SUB(s.re, step);
-    return over_twice(CSUB(above, sway_single_track_characteristic(stm, s, v)), step);
+    s.re = moved(s.re, half, step);
+    return slope(stm, s, v, half, step, f);
 }
 
-sway_complex_t sway_single_track_above_v(const sway_single_track_t *stm, sway_complex_t s,
-                                         sway_real_t v)
+bool sway_single_track_slope_v(const sway_single_track_t *stm, sway_complex_t s, sway_real_t v,
+                               uint32_t half, sway_complex_t *f)
 {
-    return sway_single_track_characteristic(stm, s, ADD(v, step_v(v)));
-}
-
-sway_complex_t sway_single_track_slope_v(const sway_single_track_t *stm, sway_complex_t s,
-                                         sway_real_t v, sway_complex_t above)
-{
-    const sway_real_t step = step_v(v);
-    return over_twice(CSUB(above, sway_single_track_characteristic(stm, s, SUB(v, step))), step);
+    const sway_real_t step = MUL(v, sway_real_ratio(1, 1000));
+    return slope(stm, s, moved(v, half, step), half, step, f);
 }
 
 /* The field that a parameter is; `index` tells of which body. */

@@ -92,17 +92,16 @@ sway_complex_t sway_single_track_dominant(const sway_single_track_roots_t *roots
 
 /// Damping ratio -Re s/|s| (3.39); 0 for s = 0.
 sway_real_t sway_single_track_damping_ratio(sway_complex_t s);
+/// Its change with the root: (ds_im re - ds_re im) im / |s|^3. A root that does not oscillate has a
+/// ratio of 1 or -1 whatever its size.
+sway_real_t sway_single_track_damping_change(sway_complex_t s, sway_complex_t ds);
 
-/// f a little above (s, v) in s or in v: the first half of a central difference.
-sway_complex_t sway_single_track_above_s(const sway_single_track_t *stm, sway_complex_t s,
-                                         sway_real_t v);
-sway_complex_t sway_single_track_above_v(const sway_single_track_t *stm, sway_complex_t s,
-                                         sway_real_t v);
-/// df/ds and df/dv at (s, v), from `above` and f a little below.
-sway_complex_t sway_single_track_slope_s(const sway_single_track_t *stm, sway_complex_t s,
-                                         sway_real_t v, sway_complex_t above);
-sway_complex_t sway_single_track_slope_v(const sway_single_track_t *stm, sway_complex_t s,
-                                         sway_real_t v, sway_complex_t above);
+/// df/ds or df/dv at (s, v), a central difference in two slices: with `half` 0 `f` becomes f a
+/// little above (false), after that the slope (true).
+bool sway_single_track_slope_s(const sway_single_track_t *stm, sway_complex_t s, sway_real_t v,
+                               uint32_t half, sway_complex_t *f);
+bool sway_single_track_slope_v(const sway_single_track_t *stm, sway_complex_t s, sway_real_t v,
+                               uint32_t half, sway_complex_t *f);
 /// Change of f for +1 % of a parameter.
 sway_complex_t sway_single_track_slope_parameter(const sway_single_track_t *stm, sway_complex_t s,
                                                  sway_real_t v, sway_parameter_t parameter);

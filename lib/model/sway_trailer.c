@@ -28,7 +28,9 @@
 
 /* Of what the samples tell of the parameters an eighth counts while the driver steers, else in
  * proportion to that square: errors of model and road last for as many samples (measured:
- * normalised squared errors of the parameters, over drawn vehicles and drives, are then 1 to 2). */
+ * normalised squared errors of the parameters, over drawn vehicles and drives, are then 1 to 2).
+ * Beyond the linear range it is less by the square of the acceleration's mean square: so grows the
+ * variance of what the assumed tyre curve is wrong by, and that error lasts, too. */
 #define LEARNING_SHIFT 3
 
 /* More than this of it does not count, that a hard swerve is over after 4 s, too. (m/s2)^2 */
@@ -80,7 +82,11 @@ static const uint8_t PARAMETER[SWAY_TRAILER_PARAMETERS] = {
     SWAY_STATE_CAR_FRONT,        SWAY_STATE_CAR_REAR,          SWAY_STATE_CAR_INERTIA,
     SWAY_STATE_CAR_COG,          SWAY_STATE_TRAILER_MASS,      SWAY_STATE_TRAILER_LENGTH,
     SWAY_STATE_TRAILER_GYRATION, SWAY_STATE_TRAILER_STIFFNESS, SWAY_STATE_TRAILER_AXLE,
+    SWAY_STATE_RELAXATION,
 };
+
+/* The last of them has derivatives of its own. */
+#define STIFF_PARAMETERS (SWAY_TRAILER_PARAMETERS - 1)
 
 static sway_real_t micro(int64_t value)
 {
@@ -264,7 +270,9 @@ static sway_real_t find_steering(sway_trailer_watch_t *trailer, const sway_obser
                                              sway_real_int(STEERING_POWER_MOST));
     follow(trailer, &trailer->steering, square);
     const sway_real_t share = DIV(trailer->steering, sway_real_ratio(LEARNING_POWER_PERCENT, 100));
-    return sway_real_scale(sway_real_min(share, sway_real_int(1)), -LEARNING_SHIFT);
+    const sway_real_t part =
+        sway_real_scale(sway_real_min(share, sway_real_int(1)), -LEARNING_SHIFT);
+    return DIV(part, sway_observer_beyond_linear(with));
 }
 
 static void take_sample(sway_trailer_watch_t *trailer)
@@ -402,35 +410,22 @@ static bool step_roots(sway_trailer_watch_t *trailer)
 
 static bool step_slope(sway_trailer_watch_t *trailer)
 {
-    const sway_complex_t s = trailer->next.root;
-    if (trailer->count == 0U) {
-        trailer->f_s = sway_single_track_above_s(&trailer->stm, s, trailer->speed_m_s);
-        return false;
-    }
-    trailer->f_s = sway_single_track_slope_s(&trailer->stm, s, trailer->speed_m_s, trailer->f_s);
-    return true;
-}
-
-/* Change of -Re s/|s| with the root. */
-static sway_real_t ratio_change(sway_complex_t s, sway_complex_t ds)
-{
-    const sway_real_t across = SUB(MUL(ds.im, s.re), MUL(ds.re, s.im));
-    const sway_real_t size = sway_complex_abs(s);
-    return DIV(MUL(DIV(across, size), DIV(s.im, size)), size);
+    return sway_single_track_slope_s(&trailer->stm, trailer->next.root, trailer->speed_m_s,
+                                     trailer->count, &trailer->f_s);
 }
 
 /* What one parameter does to the critical speed and to the damping ratio. */
 static bool step_derivative(sway_trailer_watch_t *trailer)
 {
-    const uint32_t many = trailer->complete ? TURN : SWAY_TRAILER_PARAMETERS;
-    const uint32_t which = ((uint32_t)trailer->turn + trailer->count) % SWAY_TRAILER_PARAMETERS;
+    const uint32_t many = trailer->complete ? TURN : STIFF_PARAMETERS;
+    const uint32_t which = ((uint32_t)trailer->turn + trailer->count) % STIFF_PARAMETERS;
     const sway_real_t step = sway_real_scale(sway_real_int(1), DIFFERENCE);
     sway_observer_body_t body;
     sway_single_track_t moved;
     sway_real_t v;
     sway_real_t omega;
     if (trailer->count >= many) {
-        trailer->turn = (uint8_t)((trailer->turn + many) % SWAY_TRAILER_PARAMETERS);
+        trailer->turn = (uint8_t)((trailer->turn + many) % STIFF_PARAMETERS);
         trailer->complete = true;
         return true;
     }
@@ -444,22 +439,101 @@ static bool step_derivative(sway_trailer_watch_t *trailer)
     const sway_complex_t df =
         sway_single_track_characteristic(&moved, trailer->next.root, trailer->speed_m_s);
     const sway_complex_t ds = sway_complex_div(df, trailer->f_s);
-    trailer->ratio_by[which] = sway_real_scale(ratio_change(trailer->next.root, ds), -DIFFERENCE);
+    trailer->ratio_by[which] =
+        sway_real_scale(sway_single_track_damping_change(trailer->next.root, ds), -DIFFERENCE);
     trailer->ratio_by[which] = NEG(trailer->ratio_by[which]);
     return false;
 }
 
-static sway_real_t spread(const sway_trailer_watch_t *trailer, const sway_real_t *by)
+/* --- tyres that lag: in proportion to their relaxation length --------------------------------- */
+
+static sway_real_t share_of(const sway_trailer_watch_t *trailer)
+{
+    return DIV(trailer->with.x[SWAY_STATE_RELAXATION], micro(RELAXATION_UM));
+}
+
+/* The model has lags from here on, until the next one begins. */
+static bool step_late_root(sway_trailer_watch_t *trailer)
+{
+    sway_margin_model_t *const next = &trailer->next;
+    for (uint32_t i = 0; i < 4U; i++) {
+        trailer->stm.body[i / 2U].relaxation_m[i % 2U] = micro(RELAXATION_UM);
+    }
+    const sway_complex_t f =
+        sway_single_track_characteristic(&trailer->stm, next->root, trailer->speed_m_s);
+    const sway_complex_t ds = sway_complex_div(f, trailer->f_s);
+    trailer->ratio_by[STIFF_PARAMETERS] =
+        DIV(NEG(sway_single_track_damping_change(next->root, ds)), micro(RELAXATION_UM));
+    next->root = sway_complex_sub(next->root, sway_complex_scale(ds, share_of(trailer)));
+    next->damping_ratio = sway_single_track_damping_ratio(next->root);
+    return true;
+}
+
+static sway_complex_t at_limit(const sway_trailer_watch_t *trailer)
+{
+    const sway_complex_t s = {sway_real_zero(), trailer->next.omega_crit_rad_s};
+    return s;
+}
+
+static bool step_late_slope_s(sway_trailer_watch_t *trailer)
+{
+    return sway_single_track_slope_s(&trailer->stm, at_limit(trailer), trailer->next.v_crit_m_s,
+                                     trailer->count, &trailer->f_s);
+}
+
+static bool step_late_slope_v(sway_trailer_watch_t *trailer)
+{
+    return sway_single_track_slope_v(&trailer->stm, at_limit(trailer), trailer->next.v_crit_m_s,
+                                     trailer->count, &trailer->f_v);
+}
+
+/* Lags move an oscillatory limit only; two steps of Newton with the same slopes. 0.3 m lower it by
+ * 3.5 %. */
+static bool step_late_limit(sway_trailer_watch_t *trailer)
+{
+    sway_margin_model_t *const next = &trailer->next;
+    sway_real_t *const by = &trailer->limit_by[STIFF_PARAMETERS];
+    sway_real_t d_omega = sway_real_zero();
+    sway_real_t d_v = sway_real_zero();
+    if (trailer->count == 0U) {
+        *by = sway_real_zero();
+    }
+    if (next->kind != SWAY_VCRIT_FOUND) {
+        return true;
+    }
+    const sway_real_t low = sway_single_track_speed_low();
+    const sway_real_t v = sway_real_max(ADD(next->v_crit_m_s, *by), low);
+    const sway_complex_t f = sway_single_track_characteristic(&trailer->stm, at_limit(trailer), v);
+    (void)sway_single_track_shift(trailer->f_s, trailer->f_v, f, &d_omega, &d_v);
+    next->omega_crit_rad_s = ADD(next->omega_crit_rad_s, d_omega);
+    *by = ADD(*by, d_v);
+    if (trailer->count == 0U) {
+        return false;
+    }
+    next->v_crit_m_s = sway_real_max(ADD(next->v_crit_m_s, MUL(*by, share_of(trailer))), low);
+    *by = DIV(*by, micro(RELAXATION_UM));
+    return true;
+}
+
+/* --- errors ----------------------------------------------------------------------------------- */
+
+/* Variance of a sum of states, each with its weight. */
+static sway_real_t variance_of(const sway_observer_t *observer, const uint8_t *state,
+                               const sway_real_t *weight, uint32_t n)
 {
     sway_real_t sum = sway_real_zero();
-    for (uint32_t i = 0; i < SWAY_TRAILER_PARAMETERS; i++) {
-        for (uint32_t j = 0; j < SWAY_TRAILER_PARAMETERS; j++) {
-            const sway_real_t both =
-                sway_observer_covariance(&trailer->with, PARAMETER[i], PARAMETER[j]);
-            sum = ADD(sum, MUL(MUL(by[i], by[j]), both));
+    for (uint32_t i = 0; i < n; i++) {
+        for (uint32_t j = 0; j < n; j++) {
+            const sway_real_t both = sway_observer_covariance(observer, state[i], state[j]);
+            sum = ADD(sum, MUL(MUL(weight[i], weight[j]), both));
         }
     }
     return sway_real_max(sum, sway_real_zero());
+}
+
+static sway_real_t spread(const sway_trailer_watch_t *trailer, const sway_real_t *by)
+{
+    return variance_of(&trailer->with, PARAMETER, by, SWAY_TRAILER_PARAMETERS);
 }
 
 /* The user's until half of the doubt is gone. */
@@ -498,8 +572,9 @@ typedef bool step_t(sway_trailer_watch_t *trailer);
 static const struct {
     step_t *run;
     uint8_t cost;
-} STEPS[] = {
-    {step_limit, 60}, {step_roots, 30}, {step_slope, 40}, {step_derivative, 60}, {step_errors, 50}};
+} STEPS[] = {{step_limit, 60},        {step_roots, 30},      {step_slope, 40},
+             {step_derivative, 60},   {step_late_root, 40},  {step_late_slope_s, 40},
+             {step_late_slope_v, 40}, {step_late_limit, 50}, {step_errors, 50}};
 enum { STEP_COUNT = sizeof STEPS / sizeof STEPS[0] };
 
 uint32_t sway_trailer_model_cost(const sway_trailer_watch_t *trailer)
@@ -568,23 +643,10 @@ static sway_trailer_number_t plain(sway_real_t value, sway_real_t se, int32_t sc
     return result;
 }
 
-/* Standard error of a sum of states, each with its weight. */
-typedef struct {
-    uint8_t state;
-    sway_real_t weight;
-} part_t;
-
-static sway_real_t se_of(const sway_observer_t *observer, const part_t *parts, uint32_t n)
+static sway_real_t se_of(const sway_observer_t *observer, const uint8_t *state,
+                         const sway_real_t *weight, uint32_t n)
 {
-    sway_real_t sum = sway_real_zero();
-    for (uint32_t i = 0; i < n; i++) {
-        for (uint32_t j = 0; j < n; j++) {
-            const sway_real_t both =
-                sway_observer_covariance(observer, parts[i].state, parts[j].state);
-            sum = ADD(sum, MUL(MUL(parts[i].weight, parts[j].weight), both));
-        }
-    }
-    return sway_real_sqrt(sway_real_max(sum, sway_real_zero()));
+    return sway_real_sqrt(variance_of(observer, state, weight, n));
 }
 
 static void report_trailer(const sway_observer_t *with, sway_trailer_report_t *report)
@@ -592,19 +654,18 @@ static void report_trailer(const sway_observer_t *with, sway_trailer_report_t *r
     const sway_real_t one = sway_real_int(1);
     sway_observer_body_t b;
     sway_observer_body(with, &b);
-    const part_t inertia[3] = {{SWAY_STATE_TRAILER_MASS, one},
-                               {SWAY_STATE_TRAILER_LENGTH, sway_real_int(2)},
-                               {SWAY_STATE_TRAILER_GYRATION, one}};
-    const part_t stiffness[2] = {{SWAY_STATE_TRAILER_MASS, one},
-                                 {SWAY_STATE_TRAILER_STIFFNESS, one}};
-    const part_t axle[2] = {{SWAY_STATE_TRAILER_LENGTH, b.length_m},
-                            {SWAY_STATE_TRAILER_AXLE, one}};
+    static const uint8_t INERTIA[3] = {SWAY_STATE_TRAILER_MASS, SWAY_STATE_TRAILER_GYRATION,
+                                       SWAY_STATE_TRAILER_LENGTH};
+    static const uint8_t STIFFNESS[2] = {SWAY_STATE_TRAILER_MASS, SWAY_STATE_TRAILER_STIFFNESS};
+    static const uint8_t AXLE[2] = {SWAY_STATE_TRAILER_AXLE, SWAY_STATE_TRAILER_LENGTH};
+    const sway_real_t powers[3] = {one, one, sway_real_int(2)};
+    const sway_real_t places[2] = {one, b.length_m};
     report->mass_kg = number(b.mass_kg, sway_observer_se(with, SWAY_STATE_TRAILER_MASS), 1);
     report->hitch_to_cog_mm =
         number(b.length_m, sway_observer_se(with, SWAY_STATE_TRAILER_LENGTH), 1000);
-    report->hitch_to_axle_mm = plain(ADD(b.length_m, b.axle_m), se_of(with, axle, 2), 1000);
-    report->yaw_inertia_kgm2 = number(b.trailer_inertia_kgm2, se_of(with, inertia, 3), 1);
-    report->stiffness_n_per_rad = number(b.trailer_n_per_rad, se_of(with, stiffness, 2), 1);
+    report->hitch_to_axle_mm = plain(ADD(b.length_m, b.axle_m), se_of(with, AXLE, places, 2), 1000);
+    report->yaw_inertia_kgm2 = number(b.trailer_inertia_kgm2, se_of(with, INERTIA, powers, 3), 1);
+    report->stiffness_n_per_rad = number(b.trailer_n_per_rad, se_of(with, STIFFNESS, powers, 2), 1);
     report->friction_nm =
         plain(with->x[SWAY_STATE_FRICTION], sway_observer_se(with, SWAY_STATE_FRICTION), 100);
     report->yaw_rate_urad_s = plain(with->x[SWAY_STATE_TRAILER_YAW_RATE],

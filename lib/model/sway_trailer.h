@@ -6,9 +6,10 @@
 /// whether a trailer is there: the logarithm of their likelihoods' ratio, less what a car's missing
 /// physics could win (0.4 a sample), over 2 for samples that tell the same. It is weighed while the
 /// driver steers: wind and road alone prove neither. The observer with the trailer gives
-/// the trailer's parameters, the damping ratio at the present speed and the critical speed, with
-/// standard errors from its whole covariance: masses and stiffnesses that cannot be told apart
-/// leave the critical speed well known.
+/// the trailer's parameters, the damping ratio at the present speed and the critical speed, tyres
+/// that lag included, with standard errors from its whole covariance: masses and stiffnesses that
+/// cannot be told apart leave the critical speed well known. Hard driving, in which tyres level
+/// off, teaches little.
 ///
 /// All this is silent, and costs nothing but its memory, as soon as a sensor of the trailer has
 /// been heard: then sway_identify knows more.
@@ -62,7 +63,7 @@ typedef struct {
 } sway_trailer_memory_t;
 
 /// Parameters that move the critical speed.
-#define SWAY_TRAILER_PARAMETERS 9
+#define SWAY_TRAILER_PARAMETERS 10
 
 typedef struct {
     bool sensed;  ///< a sensor of the trailer was heard
@@ -87,6 +88,7 @@ typedef struct {
     sway_real_t start_se; ///< of the critical speed, as the user's values give it; 0: not yet
     sway_real_t speed_m_s;
     sway_complex_t f_s;
+    sway_complex_t f_v; ///< at the limit
     sway_single_track_quartic_t quartic;
     sway_single_track_roots_t roots;
     sway_single_track_t stm;

@@ -61,7 +61,8 @@ def test_analyze_needs_no_sensor_on_the_trailer(own: Path) -> None:
         mine, theirs = result.values[name], full.values[name]
         assert abs(mine.value - theirs.value) < 3.0 * np.hypot(mine.error, theirs.error)
     critical = result.values["v_crit_m_s"]
-    assert abs(3.6 * critical.value - TRUE_KMH) < 2.0 * 3.6 * critical.error < 8.0
+    assert abs(3.6 * critical.value - TRUE_KMH) < 2.0
+    assert 2.0 * 3.6 * critical.error < 9.0  # 0.15 m of the tyres' lag alone are 2.2 km/h
     assert {alarm.state for alarm in result.alarms} - {"off"}
     assert "A trailer is attached" in presence_sentence(result.estimates.trailer)
     assert presence_sentence(full.estimates.trailer) == ""

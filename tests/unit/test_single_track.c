@@ -102,12 +102,18 @@ static void modes_at_five_speeds(void)
 
 static sway_complex_t slope_s(const sway_single_track_t *stm, sway_complex_t s, sway_real_t v)
 {
-    return sway_single_track_slope_s(stm, s, v, sway_single_track_above_s(stm, s, v));
+    sway_complex_t f;
+    TEST_ASSERT_FALSE(sway_single_track_slope_s(stm, s, v, 0, &f));
+    TEST_ASSERT_TRUE(sway_single_track_slope_s(stm, s, v, 1, &f));
+    return f;
 }
 
 static sway_complex_t slope_v(const sway_single_track_t *stm, sway_complex_t s, sway_real_t v)
 {
-    return sway_single_track_slope_v(stm, s, v, sway_single_track_above_v(stm, s, v));
+    sway_complex_t f;
+    TEST_ASSERT_FALSE(sway_single_track_slope_v(stm, s, v, 0, &f));
+    TEST_ASSERT_TRUE(sway_single_track_slope_v(stm, s, v, 1, &f));
+    return f;
 }
 
 static double sensitivity(const sway_single_track_t *stm, sway_parameter_t parameter)

@@ -148,8 +148,25 @@ static void parameters_are_learnt_while_the_driver_steers(void)
     TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]) == before);
     TEST_ASSERT_TRUE(se(SWAY_STATE_TRAILER_STIFFNESS) >= doubt);
     swerve(1.0, 400);
-    TEST_ASSERT_TRUE(value(watch.with.learning) == 0.125 && value(watch.alone.learning) == 0.125);
+    /* 3 m/s2 have a mean square of 4.5 */
+    TEST_ASSERT_DOUBLE_WITHIN(0.011, 0.125 / (1 + pow(4.5 / 8, 2)), value(watch.with.learning));
+    TEST_ASSERT_TRUE(value(watch.alone.learning) == value(watch.with.learning));
     TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]) != before);
+}
+
+/* Where tyres level off the assumed curve is wrong by as much: what is learnt falls with the
+ * square of the acceleration's mean square, as it was before the sample. */
+static void beyond_the_linear_range_less_is_learnt(void)
+{
+    static const double powers[] = {0, 8, 16, 40};
+    sway_trailer_init(&watch, &vehicle, 0, 10000);
+    swerve(1.0, 400);
+    for (int i = 0; i < 4; i++) {
+        watch.with.acc_power = real(powers[i]);
+        swerve(1.0, 4);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.125 / (1 + pow(powers[i] / 8, 2)),
+                                  value(watch.with.learning));
+    }
 }
 
 /* Five seconds after the wheel has come to rest nothing is steered, however hard it was. */
@@ -157,7 +174,7 @@ static void a_hard_swerve_is_soon_over(void)
 {
     sway_trailer_init(&watch, &vehicle, 0, 10000);
     swerve(1.0, 1000);
-    TEST_ASSERT_TRUE(value(watch.with.learning) == 0.125);
+    TEST_ASSERT_TRUE(value(watch.steering) > 0.5 && value(watch.with.learning) > 0.08);
     for (int k = 0; k < 500; k++) {
         push(0.0, 0.0, 0.0);
         work();
@@ -574,7 +591,10 @@ static const sway_state_t MOVING[SWAY_TRAILER_PARAMETERS] = {
     SWAY_STATE_CAR_FRONT,        SWAY_STATE_CAR_REAR,          SWAY_STATE_CAR_INERTIA,
     SWAY_STATE_CAR_COG,          SWAY_STATE_TRAILER_MASS,      SWAY_STATE_TRAILER_LENGTH,
     SWAY_STATE_TRAILER_GYRATION, SWAY_STATE_TRAILER_STIFFNESS, SWAY_STATE_TRAILER_AXLE,
+    SWAY_STATE_RELAXATION,
 };
+
+enum { STIFF = SWAY_TRAILER_PARAMETERS - 1 };
 
 static double ratio_of(sway_state_t state, double step, double v)
 {
@@ -607,9 +627,11 @@ static void a_model_has_the_errors_of_all_that_moves_it(void)
 {
     const double v = 100 / 3.6;
     sway_trailer_init(&watch, &vehicle, 0, 10000);
-    model_at(100);
-    TEST_ASSERT_TRUE(watch.has_model && watch.model.has_model && watch.model.has_steady);
-    const sway_complex_t s = watch.model.root;
+    sway_trailer_model_start(&watch, real(v));
+    while (watch.step < 3) {
+        TEST_ASSERT_TRUE(sway_trailer_model_run(&watch));
+    }
+    const sway_complex_t s = watch.next.root;
     const double h = 0.01;
     const double complex up =
         cvalue(sway_single_track_characteristic(&watch.stm, complex_of(cvalue(s) + h), real(v)));
@@ -617,7 +639,10 @@ static void a_model_has_the_errors_of_all_that_moves_it(void)
         cvalue(sway_single_track_characteristic(&watch.stm, complex_of(cvalue(s) - h), real(v)));
     const double complex slope = (up - down) / (2 * h);
     TEST_ASSERT_TRUE(cabs(cvalue(watch.f_s) - slope) < 1e-3 * cabs(slope));
-    for (int i = 0; i < SWAY_TRAILER_PARAMETERS; i++) {
+    while (sway_trailer_model_run(&watch)) {
+    }
+    TEST_ASSERT_TRUE(watch.has_model && watch.model.has_model && watch.model.has_steady);
+    for (int i = 0; i < STIFF; i++) {
         const double by = (ratio_of(MOVING[i], 0.004, v) - ratio_of(MOVING[i], -0.004, v)) / 0.008;
         TEST_ASSERT_DOUBLE_WITHIN(0.01 + 0.02 * fabs(by), by, value(watch.ratio_by[i]));
     }
@@ -626,6 +651,66 @@ static void a_model_has_the_errors_of_all_that_moves_it(void)
                               value(watch.model.v_crit_se_m_s));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, sqrt(spread_of(watch.ratio_by)),
                               value(watch.model.damping_ratio_se));
+}
+
+/* Root and limit of the watched combination by Newton with its tyres' lag. */
+static void late(double relaxation_m, double v, double *ratio, double *limit)
+{
+    sway_single_track_t stm = watch.stm;
+    sway_real_t v_crit, omega, d_omega, d_v;
+    sway_complex_t s = watch.next.root, f_s, f_v;
+    (void)sway_single_track_critical_speed(&stm, &v_crit, &omega);
+    for (int i = 0; i < 4; i++) {
+        stm.body[i / 2].relaxation_m[i % 2] = real(relaxation_m);
+    }
+    for (int i = 0; i < 30; i++) {
+        for (uint32_t half = 0; half < 2; half++) {
+            (void)sway_single_track_slope_s(&stm, s, real(v), half, &f_s);
+        }
+        const sway_complex_t f = sway_single_track_characteristic(&stm, s, real(v));
+        s = sway_complex_sub(s, sway_complex_div(f, f_s));
+    }
+    *ratio = value(sway_single_track_damping_ratio(s));
+    for (int i = 0; i < 30; i++) {
+        const sway_complex_t at = {real(0), omega};
+        for (uint32_t half = 0; half < 2; half++) {
+            (void)sway_single_track_slope_s(&stm, at, v_crit, half, &f_s);
+            (void)sway_single_track_slope_v(&stm, at, v_crit, half, &f_v);
+        }
+        const sway_complex_t f = sway_single_track_characteristic(&stm, at, v_crit);
+        TEST_ASSERT_EQUAL(SWAY_OK, sway_single_track_shift(f_s, f_v, f, &d_omega, &d_v));
+        v_crit = sway_real_add(v_crit, d_v);
+        omega = sway_real_add(omega, d_omega);
+    }
+    *limit = value(v_crit);
+}
+
+/* Tyres that lag lower damping and limit, in proportion: at the usual length nearly exact, at twice
+ * of it 0.0034 and 0.4 km/h are left. */
+static void tyres_that_lag_lower_damping_and_limit(void)
+{
+    static const struct {
+        double length, ratio_off, limit_off;
+    } cases[] = {{0, 1e-6, 1e-5}, {0.15, 5e-4, 0.02}, {0.3, 5e-4, 0.03}, {0.6, 4e-3, 0.15}};
+    double ratio, limit, first_ratio = 0, first_limit = 0;
+    for (int i = 0; i < 4; i++) {
+        sway_trailer_init(&watch, &vehicle, 0, 10000);
+        watch.with.x[SWAY_STATE_RELAXATION] = real(cases[i].length);
+        model_at(100);
+        late(cases[i].length, 100 / 3.6, &ratio, &limit);
+        TEST_ASSERT_DOUBLE_WITHIN(cases[i].ratio_off, ratio, value(watch.model.damping_ratio));
+        TEST_ASSERT_DOUBLE_WITHIN(cases[i].limit_off, limit, value(watch.model.v_crit_m_s));
+        first_ratio = i == 0 ? ratio : first_ratio;
+        first_limit = i == 0 ? limit : first_limit;
+        if (i == 2) {
+            TEST_ASSERT_DOUBLE_WITHIN(0.004, (ratio - first_ratio) / 0.3,
+                                      value(watch.ratio_by[STIFF]));
+            TEST_ASSERT_DOUBLE_WITHIN(0.1, (limit - first_limit) / 0.3,
+                                      value(watch.limit_by[STIFF]));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, value(watch.next.damping_ratio),
+                                      value(sway_single_track_damping_ratio(watch.next.root)));
+        }
+    }
 }
 
 /* Nine derivatives in the first model, then three a model in turn; a slice more ends them. */
@@ -640,7 +725,7 @@ static void derivatives_are_renewed_in_turn(void)
         TEST_ASSERT_EQUAL(0, watch.step + watch.count + watch.next.kind);
         TEST_ASSERT_TRUE(sway_real_is_zero(watch.next.v_crit_m_s));
         for (bool more = true; more;) {
-            const bool is_last = watch.step == 4;
+            const bool is_last = watch.step == 8;
             slices += watch.step == 3;
             more = sway_trailer_model_run(&watch);
             TEST_ASSERT_EQUAL(!is_last, more);
@@ -889,6 +974,7 @@ int main(void)
     RUN_TEST(a_trailers_tyres_that_are_not_known_are_typical_and_open);
     RUN_TEST(a_gust_is_no_proof);
     RUN_TEST(parameters_are_learnt_while_the_driver_steers);
+    RUN_TEST(beyond_the_linear_range_less_is_learnt);
     RUN_TEST(a_hard_swerve_is_soon_over);
     RUN_TEST(an_estimate_beyond_its_bound_comes_back);
     RUN_TEST(estimates_stay_where_cars_and_trailers_are);
@@ -909,6 +995,7 @@ int main(void)
     RUN_TEST(what_is_told_decides_by_its_sum);
     RUN_TEST(the_observer_speaks_of_what_it_has_learnt_and_believes);
     RUN_TEST(a_model_has_the_errors_of_all_that_moves_it);
+    RUN_TEST(tyres_that_lag_lower_damping_and_limit);
     RUN_TEST(derivatives_are_renewed_in_turn);
     RUN_TEST(a_limit_too_uncertain_is_not_told);
     RUN_TEST(what_is_reported_has_the_errors_of_its_parts);
