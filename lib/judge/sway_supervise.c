@@ -11,9 +11,9 @@ enum { STAGE_IDLE, STAGE_TERMS, STAGE_HOLD, STAGE_REAL, STAGE_IMAGINARY, STAGE_F
 static const int32_t TOLERANCE[SWAY_UNKNOWN_COUNT] = {
     30000,  50000, // steering wheel: gain; 10 ms of delay, as the phase of 0.8 Hz
     10000,  50000, // yaw rate of the car
-    40000,  50000, // its acceleration: bodies roll
+    15000,  50000, // its acceleration
     10000,  50000, // yaw rate of the trailer
-    40000,  50000, // its acceleration
+    15000,  50000, // its acceleration
     20000,  50000, // articulation
     30000,  50000, // hitch
     30000,  50000,  30000,  50000,  30000, 50000, 30000, 50000, // axles
@@ -26,6 +26,7 @@ static const int32_t TOLERANCE[SWAY_UNKNOWN_COUNT] = {
     200000,                         // friction
     25000,  25000,  25000,  25000,  // changes on the way: stiffnesses
     20000,  10000,                  // mass, place
+    40000,  40000,                  // accelerometers roll with their bodies, throughout a drive
 };
 
 /* What is forgotten: sensors and changes; a drive long the rest. Two in a hundred of a number in a
@@ -80,6 +81,14 @@ static const int32_t OFFSET_TOLERANCE[SWAY_SUPERVISE_OFFSETS] = {
 #define OFFSET_FADING UINT64_C(0x1F0)
 #define OFFSET_KEEP_PPM 950000
 
+/* Share of a relation's assumed variance that its innovations show: a mean of the last values, to
+ * begin with as if so many had been as assumed. A value counts as four times the mean at most, so
+ * that a fault does not soon pass as noise; believed are 1.5 times the mean, at least a tenth of
+ * what is assumed, and never more than that. */
+enum { TAKEN_FIRST = 8, TAKEN_MOST = 128 };
+#define BELIEVED sway_real_ratio(3 * SWAY_RELATIONS_ALIKE, 2)
+#define SHARE_LEAST sway_real_ratio(2, 30 * SWAY_RELATIONS_ALIKE)
+
 /* Rows in a mean. */
 #define MEAN_ROWS 256
 
@@ -87,6 +96,10 @@ static void reset_numbers(sway_supervise_t *su)
 {
     memcpy(su->tolerance_ppm, TOLERANCE, sizeof TOLERANCE);
     sway_kalman_reset(&su->numbers);
+    for (uint32_t i = 0; i < (uint32_t)SWAY_RELATION_COUNT; i++) {
+        su->share[i] = sway_real_ratio(1, SWAY_RELATIONS_ALIKE);
+        su->taken[i] = (uint8_t)TAKEN_FIRST;
+    }
     su->candidate = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
     su->reported = (uint8_t)SWAY_SUPERVISE_EXPLANATIONS;
     su->unresolved = false;
@@ -310,6 +323,27 @@ static void next_relation(sway_supervise_t *su)
     }
 }
 
+static sway_real_t believed_variance(const sway_supervise_t *su)
+{
+    const sway_real_t share = MUL(su->share[su->relation], BELIEVED);
+    const sway_real_t assumed = sway_relations_variance(&su->relations);
+    return sway_real_less(share, sway_real_int(1)) ? MUL(assumed, share) : assumed;
+}
+
+/* The value that was taken last joins the mean. */
+static void learn_share(sway_supervise_t *su)
+{
+    sway_real_t *const share = &su->share[su->relation];
+    uint8_t *const taken = &su->taken[su->relation];
+    const sway_real_t innovation = DIV(su->numbers.gain, su->numbers.by_variance);
+    const sway_real_t most = sway_real_scale(*share, 2);
+    sway_real_t now = DIV(sway_real_square(innovation), sway_relations_variance(&su->relations));
+    now = sway_real_less(now, most) ? now : most;
+    *taken = (uint8_t)(*taken < TAKEN_MOST ? *taken + 1 : TAKEN_MOST);
+    now = ADD(*share, DIV(SUB(now, *share), sway_real_int(*taken)));
+    *share = sway_real_max(now, SHARE_LEAST);
+}
+
 static void take(sway_supervise_t *su, bool imaginary)
 {
     const sway_relations_t *const re = &su->relations;
@@ -320,9 +354,10 @@ static void take(sway_supervise_t *su, bool imaginary)
     }
     const sway_complex_t residual = re->residual;
     if (sway_kalman_take(&su->numbers, imaginary ? residual.im : residual.re,
-                         sway_relations_variance(re))) {
+                         believed_variance(su))) {
         return;
     }
+    learn_share(su);
     if (imaginary) {
         next_relation(su);
     } else {
@@ -333,20 +368,24 @@ static void take(sway_supervise_t *su, bool imaginary)
 /* --- what is the matter ------------------------------------------------------------------------
  */
 
-static uint32_t group_of(uint32_t explanation, uint8_t group[SWAY_KALMAN_GROUP])
-{
-    if (explanation < SWAY_SUPERVISE_SENSORS) {
-        group[0] = (uint8_t)(2U * explanation);
-        group[1] = (uint8_t)(2U * explanation + 1U);
-        return 2U;
-    }
-    memcpy(group, BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].group, SWAY_KALMAN_GROUP);
-    return BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].size;
-}
-
 static sway_channel_t channel_of(uint32_t sensor)
 {
     return sway_origin_of_channel((sway_origin_t)(sensor + 1U));
+}
+
+/* A sensor by its gain and its phase, an accelerometer by its roll too. */
+static uint32_t group_of(uint32_t explanation, uint8_t group[SWAY_KALMAN_GROUP])
+{
+    if (explanation < SWAY_SUPERVISE_SENSORS) {
+        const sway_channel_t channel = channel_of(explanation);
+        const bool on_trailer = channel == SWAY_CHANNEL_TRAILER_LATERAL_ACC;
+        group[0] = (uint8_t)(2U * explanation);
+        group[1] = (uint8_t)(2U * explanation + 1U);
+        group[2] = (uint8_t)(SWAY_UNKNOWN_ROLL + (on_trailer ? 1 : 0));
+        return on_trailer || channel == SWAY_CHANNEL_CAR_LATERAL_ACC ? 3U : 2U;
+    }
+    memcpy(group, BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].group, SWAY_KALMAN_GROUP);
+    return BY_VEHICLE[explanation - SWAY_SUPERVISE_SENSORS].size;
 }
 
 /* Gain or delay of a sensor: what it shows is the truth over 1 + h. */

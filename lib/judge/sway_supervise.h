@@ -13,6 +13,10 @@
 /// rates and accelerations are found from their means over 2.5 s (r1 = r2, a = v r, a bank for both
 /// bodies) and reported; they do not affect the sway, so nothing is excluded.
 ///
+/// The noise of the sensors, the road and the wind are assumed large; each relation's innovations
+/// say how much of that is there, and 1.5 times of it is believed (at least a tenth, never more
+/// than assumed).
+///
 /// False alarms: if the values are right within their tolerances, worth is chi-square and tested
 /// anew about every minute of driving with steering; 19 explanations at 3e-7, twice in a row, are
 /// less than one false finding in 1,000 hours. That is arithmetic; what was simulated is in
@@ -90,6 +94,8 @@ typedef struct {
     sway_real_t moved[SWAY_UNKNOWN_COUNT];
     sway_real_t covariance[SWAY_KALMAN_TRIANGLE(SWAY_UNKNOWN_COUNT)];
     sway_supervise_relation_t held[SWAY_RELATION_COUNT];
+    sway_real_t share[SWAY_RELATION_COUNT]; ///< innovations squared over the assumed variance
+    uint8_t taken[SWAY_RELATION_COUNT];     ///< values in that mean
     sway_relations_sums_t sums;
     sway_relations_t relations;
 } sway_supervise_t;

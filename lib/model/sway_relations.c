@@ -12,9 +12,6 @@
 /* What a linear model of rigid bodies leaves out, in each term. */
 #define LEFT_OUT_PPM 30000
 
-/* Errors of harmonics and relations of a window are not independent: about so many are alike. */
-#define ALIKE 3
-
 /* Wind and road on a body, as an amplitude in the band of a harmonic: N, Nm. */
 #define UNSEEN_FORCE_N 100
 #define UNSEEN_MOMENT_NM 200
@@ -591,6 +588,8 @@ static void finish(sway_relations_t *re)
         const sway_real_t turn = sway_real_scale(sway_real_int(re->harmonic), -2);
         re->slope[2U * source + 1U] = sway_complex(NEG(MUL(part.im, turn)), MUL(part.re, turn));
     }
+    re->slope[SWAY_UNKNOWN_ROLL] = re->part[ACC_1];
+    re->slope[SWAY_UNKNOWN_ROLL + 1] = re->part[ACC_2];
 }
 
 void sway_relations_begin(sway_relations_t *re, sway_relation_t relation, uint32_t harmonic)
@@ -645,5 +644,5 @@ sway_real_t sway_relations_variance(const sway_relations_t *re)
     }
     const sway_real_t one =
         ADD(ADD(re->noise, sway_real_square(unseen)), MUL(left_out, re->size_squared));
-    return MUL(one, sway_real_int(ALIKE));
+    return MUL(one, sway_real_int(SWAY_RELATIONS_ALIKE));
 }

@@ -31,6 +31,9 @@
 #define SWAY_RELATIONS_SENSORS 11
 #define SWAY_RELATIONS_SOURCES 12
 
+/// Errors of harmonics and relations of a window are not independent: about so many are alike.
+#define SWAY_RELATIONS_ALIKE 3
+
 typedef enum {
     SWAY_RELATION_ARTICULATION,    ///< s theta = r2 - r1
     SWAY_RELATION_HITCH,           ///< both bodies accelerate the ball alike
@@ -67,7 +70,8 @@ typedef enum {
     SWAY_UNKNOWN_CHANGED_STIFFNESS,
     SWAY_UNKNOWN_CHANGED_MASS = SWAY_UNKNOWN_CHANGED_STIFFNESS + SWAY_AXLE_COUNT,
     SWAY_UNKNOWN_CHANGED_PLACE,
-    SWAY_UNKNOWN_COUNT
+    SWAY_UNKNOWN_ROLL, ///< gain of the accelerometers of car and trailer by the roll of the bodies
+    SWAY_UNKNOWN_COUNT = SWAY_UNKNOWN_ROLL + 2
 } sway_unknown_t;
 
 /// Sums of a window in the making.
@@ -118,7 +122,7 @@ bool sway_relations_is_driven(const sway_relations_t *relations);
 bool sway_relations_run(sway_relations_t *relations);
 
 /// Variance of the residual's real part, and of its imaginary one: from the sensors' noise, what
-/// the road and the wind do unseen, and what a linear model leaves out.
+/// the road and the wind do unseen, and what a linear model leaves out; SWAY_RELATIONS_ALIKE times.
 sway_real_t sway_relations_variance(const sway_relations_t *relations);
 
 #endif

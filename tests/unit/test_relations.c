@@ -126,7 +126,10 @@ static double complex shown(const truth_t *truth, int sensor, double complex at)
 {
     const double bin = 2 * M_PI / (512 * PERIOD_US * 1e-6);
     const double delay = off(truth, 2 * sensor + 1) / (4 * bin);
-    return cexp(-at * delay) / (1 + off(truth, 2 * sensor));
+    const double roll = sensor == SWAY_ORIGIN_CAR_ACC - 1       ? off(truth, SWAY_UNKNOWN_ROLL)
+                        : sensor == SWAY_ORIGIN_TRAILER_ACC - 1 ? off(truth, SWAY_UNKNOWN_ROLL + 1)
+                                                                : 0;
+    return cexp(-at * delay) / (1 + off(truth, 2 * sensor) + roll);
 }
 
 static void drive(const truth_t *truth)

@@ -335,7 +335,8 @@ static void put_covariance(int a, int b, double now)
     supervise.covariance[high * (high + 1) / 2 + low] = real(now);
 }
 
-/* The groups of numbers by which the vehicle explains; a sensor by its gain and its phase. */
+/* The groups of numbers by which the vehicle explains; a sensor by its gain and its phase, an
+ * accelerometer by its roll too. */
 static const struct {
     int finding, size, number[6];
 } GROUPS[] = {
@@ -364,7 +365,10 @@ static int group(int explanation, int number[6])
     if (explanation < SWAY_SUPERVISE_SENSORS) {
         number[0] = 2 * explanation;
         number[1] = 2 * explanation + 1;
-        return 2;
+        const bool car = explanation == SWAY_ORIGIN_CAR_ACC - 1;
+        const bool trailer = explanation == SWAY_ORIGIN_TRAILER_ACC - 1;
+        number[2] = SWAY_UNKNOWN_ROLL + (trailer ? 1 : 0);
+        return car || trailer ? 3 : 2;
     }
     memcpy(number, GROUPS[explanation - SWAY_SUPERVISE_SENSORS].number, 6 * sizeof *number);
     return GROUPS[explanation - SWAY_SUPERVISE_SENSORS].size;
