@@ -116,7 +116,6 @@ void sway_remember_restart(sway_remember_t *remember, sway_trailer_watch_t *watc
     if (crc_of(config) != remember->parameters) {
         remember->parameters = crc_of(config);
         remember->has_memory = false;
-        remember->was_another = false;
         remember->kept = false;
     }
     remember->asked_ms = 0;

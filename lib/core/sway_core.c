@@ -117,10 +117,10 @@ static void supervise_publish(sway_core_t *core)
  */
 
 #if SWAY_SWING
+/* A swing is of a held line; where nothing was identified, no axle is valid. */
 static void swing_take(sway_core_t *core, const sway_judgement_t *judgement)
 {
-    const uint32_t bad = SWAY_QUALITY_NO_OSCILLATION | SWAY_QUALITY_SEEKING | SWAY_QUALITY_FORCED;
-    if (core->identified && judgement->has_swing && (judgement->quality & bad) == 0U) {
+    if (judgement->has_swing && (judgement->quality & SWAY_QUALITY_FORCED) == 0U) {
         sway_swing_take(&core->swing, &core->work.identify, judgement->swing_rad_s);
     }
 }

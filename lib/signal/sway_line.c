@@ -214,7 +214,7 @@ static uint32_t run_speed(sway_line_job_t *job, const sway_ring_t *ring)
         known += ring->speed[slot] & 1U;
         slot = (slot + 1U) & (SWAY_RING_SAMPLES - 1U);
     }
-    if (4U * known < 3U * (uint32_t)n || sum == 0) {
+    if (4U * known < 3U * (uint32_t)n) {
         return STATE_BEGIN;
     }
     /* slope per row = 2 moment / (n (n^2 - 1) / 3) */

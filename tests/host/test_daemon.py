@@ -202,6 +202,25 @@ def damage(
 
 
 @pytest.mark.parametrize(
+    ("option", "meant"),
+    [
+        ("--vehicel", "--vehicle"),
+        ("--repaly=a.log", "--replay"),
+        ("--candumpout", "--candump-out"),
+        ("--kee", "--key"),
+        ("--nothing-like-it", None),
+        ("--a-name-that-is-far-too-long-to-be-an-option", None),
+        ("--vehicle", None),  # known, its value is missing
+    ],
+)
+def test_an_unknown_option_is_told_its_nearest(option: str, meant: str | None) -> None:
+    done = subprocess.run([DAEMON, option], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    hints = [line for line in done.stderr.splitlines() if "did you mean" in line]
+    assert hints == ([] if meant is None else [f"swaywatchd: did you mean {meant}?"])
+
+
+@pytest.mark.parametrize(
     ("number", "by"),
     [(n, by) for n in (9000, 34000) for by in (1000.0, -1000.0, 0.5, -0.5, 6e7)] + [(0, 1000.0)],
 )

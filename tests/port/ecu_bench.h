@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-#include "port_test.h"
+#include "bus_bench.h"
 #include "sway_checks.h"
 #include "sway_store.h"
 
@@ -16,11 +16,7 @@ static sway_ecu_retained_t retained;
 static sway_port_frame_t inbox[QUEUE];
 static unsigned inbox_count;
 static unsigned inbox_at;
-static sway_port_frame_t sent[4096];
-static unsigned sent_count;
-static int64_t now_us;
 static int32_t speed_mm_s; // sent before each request; negative: not at all
-static bool no_room;
 static bool read_fails[SWAY_STORE_SLOTS];
 static unsigned alive_count;
 
@@ -37,21 +33,6 @@ static inline bool receive(void *context, sway_port_frame_t *frame)
     }
     *frame = inbox[inbox_at++ % QUEUE];
     return true;
-}
-
-static inline bool send(void *context, const sway_port_frame_t *frame)
-{
-    (void)context;
-    if (!no_room && sent_count < sizeof sent / sizeof sent[0]) {
-        sent[sent_count++] = *frame;
-    }
-    return !no_room;
-}
-
-static inline int64_t time_us(void *context)
-{
-    (void)context;
-    return now_us;
 }
 
 static inline bool read(void *context, uint32_t slot, uint8_t *bytes, size_t size)

@@ -331,6 +331,177 @@ static void test_flash_is_not_worn(void)
     TEST_ASSERT_EQUAL_UINT(20, writes);
 }
 
+/* --- the record and the questions, without the ECU around them -------------------------------- */
+
+static sway_remember_t known;
+
+static uint32_t little_endian(const uint8_t *bytes, unsigned count)
+{
+    uint32_t value = 0;
+    for (unsigned i = count; i > 0U; i--) {
+        value = 256U * value + bytes[i - 1U];
+    }
+    return value;
+}
+
+/* CRC-32 of IEEE 802.3, bit by bit. */
+static uint32_t crc32_of(uint32_t before, const void *data, size_t size)
+{
+    uint32_t crc = ~before;
+    for (size_t i = 0; i < size; i++) {
+        crc ^= ((const uint8_t *)data)[i];
+        for (int bit = 0; bit < 8; bit++) {
+            crc = (crc >> 1U) ^ ((crc & 1U) != 0U ? 0xEDB88320U : 0U);
+        }
+    }
+    return ~crc;
+}
+
+static uint32_t parameters_of(const sway_core_config_t *config)
+{
+    uint32_t crc = crc32_of(0, &config->vehicle, sizeof config->vehicle);
+    crc = crc32_of(crc, &config->trailer_assumed, sizeof config->trailer_assumed);
+    return crc32_of(crc, &config->sample_period_us, sizeof config->sample_period_us);
+}
+
+static void expect_record(const uint8_t *record, uint32_t sequence,
+                          const sway_core_config_t *config)
+{
+    sway_trailer_memory_t memory;
+    sway_trailer_remember(watch(), &memory);
+    TEST_ASSERT_EQUAL_MEMORY("SWTR", record, 4);
+    TEST_ASSERT_EQUAL_UINT32(SWAY_REMEMBER_VERSION, little_endian(record + 4, 2));
+    TEST_ASSERT_EQUAL_UINT32(SWAY_REMEMBER_WORDS, little_endian(record + 6, 2));
+    TEST_ASSERT_EQUAL_HEX32(sequence, little_endian(record + 8, 4));
+    TEST_ASSERT_EQUAL_HEX32(parameters_of(config), little_endian(record + 12, 4));
+    for (unsigned i = 0; i < SWAY_REMEMBER_NUMBERS; i++) {
+        const sway_real_t number =
+            i < SWAY_TRAILER_MEMORY ? memory.value[i] : memory.covariance[i - SWAY_TRAILER_MEMORY];
+        TEST_ASSERT_EQUAL_HEX32((uint32_t)number.m, little_endian(record + 16 + 8 * i, 4));
+        TEST_ASSERT_EQUAL_HEX32((uint32_t)number.e, little_endian(record + 20 + 8 * i, 4));
+    }
+    const unsigned end = SWAY_REMEMBER_SIZE - 4U;
+    TEST_ASSERT_EQUAL_HEX32(crc32_of(0, record, end), little_endian(record + end, 4));
+}
+
+/* As its header says, to the byte; each has the number after the last one. */
+static void test_the_record_is_as_documented(void)
+{
+    struct {
+        uint8_t record[SWAY_REMEMBER_SIZE];
+        uint8_t behind[8];
+    } kept;
+    sway_core_config_t config = good_config();
+    config.trailer_assumed = 2;
+    begin_empty();
+    learn(0.8, 120);
+    memset(&known, 0xA5, sizeof known);
+    memset(&kept, 0xA5, sizeof kept);
+    sway_remember_begin(&known, NULL, 0, &config);
+    for (uint32_t sequence = 1; sequence < 4U; sequence++) {
+        TEST_ASSERT_TRUE(sway_remember_wants(&known, watch(), kept.record));
+        expect_record(kept.record, sequence, &config);
+        TEST_ASSERT_EACH_EQUAL_HEX8(0xA5, kept.behind, sizeof kept.behind);
+        sway_remember_kept(&known, watch());
+        TEST_ASSERT_EQUAL_UINT8(sequence, known.writes);
+        known.kept = false;
+    }
+    kept.record[8] = 0xFF; // a number of all its bytes
+    kept.record[9] = 0xFE;
+    kept.record[10] = 0xFD;
+    kept.record[11] = 0x7C;
+    const uint32_t crc = crc32_of(0, kept.record, SWAY_REMEMBER_SIZE - 4U);
+    for (unsigned i = 0; i < 4U; i++) {
+        kept.record[SWAY_REMEMBER_SIZE - 4U + i] = (uint8_t)(crc >> 8U * i);
+    }
+    sway_remember_begin(&known, kept.record, SWAY_REMEMBER_SIZE, &config);
+    known.was_another = true;
+    TEST_ASSERT_TRUE(sway_remember_wants(&known, watch(), kept.record));
+    expect_record(kept.record, 0x7CFDFF00U, &config);
+}
+
+/* Whatever the memory held before: nothing is known, and nothing has been said or written. */
+static void test_a_drive_begins_with_nothing_of_the_last_one(void)
+{
+    const sway_core_config_t config = good_config();
+    begin_empty();
+    learn(0.8, 120);
+    memset(&known, 0xA5, sizeof known);
+    sway_remember_begin(&known, NULL, 0, &config);
+    TEST_ASSERT_FALSE(known.has_memory || known.was_another || known.kept);
+    TEST_ASSERT_EQUAL_UINT8(0, known.writes);
+    TEST_ASSERT_EQUAL_UINT32(0, known.sequence);
+    TEST_ASSERT_EQUAL_INT32(0, known.asked_ms);
+    TEST_ASSERT_TRUE(sway_real_is_zero(known.likeness));
+    TEST_ASSERT_EQUAL(SWAY_REMEMBER_NEW, sway_remember_state(&known, watch()));
+}
+
+/* Recalls what was learnt with a trailer `off` from where it began. */
+static void recall(double off)
+{
+    const sway_core_config_t config = good_config();
+    uint8_t record[SWAY_REMEMBER_SIZE];
+    begin_empty();
+    learn(off, 120);
+    sway_remember_begin(&known, NULL, 0, &config);
+    TEST_ASSERT_TRUE(sway_remember_wants(&known, watch(), record));
+    sway_remember_begin(&known, record, sizeof record, &config);
+    TEST_ASSERT_TRUE(known.has_memory);
+}
+
+/* After every 20 s of learning, if there is anything to ask. */
+static void test_the_question_is_asked_every_20_s(void)
+{
+    static const struct {
+        int32_t learnt_ms;
+        bool asked;
+    } cases[] = {{19999, false}, {20000, true}, {20001, false}, {39999, false},
+                 {40000, true},  {65000, true}, {84999, false}, {85000, true}};
+    recall(0.8);
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        known.likeness = sway_real_zero();
+        watch()->learnt_ms = cases[k].learnt_ms;
+        TEST_ASSERT_EQUAL(cases[k].asked, sway_remember_look(&known, watch()));
+        TEST_ASSERT_EQUAL(cases[k].asked, !sway_real_is_zero(known.likeness));
+    }
+    known.likeness = sway_real_zero();
+    watch()->learnt_ms = 200000;
+    watch()->presence = SWAY_TRAILER_UNDECIDED;
+    TEST_ASSERT_FALSE(sway_remember_look(&known, watch()));
+    watch()->presence = SWAY_TRAILER_THERE;
+    known.has_memory = false;
+    TEST_ASSERT_FALSE(sway_remember_look(&known, watch()));
+    TEST_ASSERT_TRUE(sway_real_is_zero(known.likeness));
+    known.has_memory = true;
+    TEST_ASSERT_TRUE(sway_remember_look(&known, watch()));
+}
+
+/* The core begins anew, and its time of learning with it: the question is due after 20 s again.
+ * With the same parameters what was said stays, with others nothing does. */
+static void test_what_stays_when_the_core_begins_anew(void)
+{
+    for (int other = 0; other < 2; other++) {
+        uint8_t record[SWAY_REMEMBER_SIZE];
+        sway_core_config_t config = good_config();
+        config.vehicle.car.mass_g += other * 50000;
+        recall(0.8);
+        learn(-0.8, 100);
+        TEST_ASSERT_TRUE(sway_remember_look(&known, watch()));
+        TEST_ASSERT_TRUE(known.was_another);
+        sway_remember_kept(&known, watch());
+        sway_remember_restart(&known, watch(), &config);
+        TEST_ASSERT_TRUE(sway_real_is_zero(known.likeness));
+        TEST_ASSERT_EQUAL(other, sway_remember_wants(&known, watch(), record));
+        TEST_ASSERT_EQUAL(other ? SWAY_REMEMBER_NEW : SWAY_REMEMBER_ANOTHER,
+                          sway_remember_state(&known, watch()));
+        if (other) {
+            expect_record(record, 3, &config);
+        }
+        watch()->learnt_ms = 20000;
+        TEST_ASSERT_EQUAL(!other, sway_remember_look(&known, watch()));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -344,5 +515,9 @@ int main(void)
     RUN_TEST(test_damage_is_found);
     RUN_TEST(test_power_cut_at_every_byte);
     RUN_TEST(test_flash_is_not_worn);
+    RUN_TEST(test_the_record_is_as_documented);
+    RUN_TEST(test_a_drive_begins_with_nothing_of_the_last_one);
+    RUN_TEST(test_the_question_is_asked_every_20_s);
+    RUN_TEST(test_what_stays_when_the_core_begins_anew);
     return UNITY_END();
 }

@@ -380,6 +380,23 @@ static void test_selected_lists_are_asked_again_when_they_start(void)
     PACKET(2, 10, 10, 11, 12, 13, 14, 15);
 }
 
+/* The only list, which is the first. */
+static void test_the_first_list_is_asked_again_too(void)
+{
+    memset(&daq, 0, sizeof daq);
+    sway_xcp_daq_free(&daq);
+    OK(sway_xcp_daq_lists(&daq, 1));
+    OK(sway_xcp_daq_odts(&daq, 0, 1));
+    OK(sway_xcp_daq_entries(&daq, 0, 0, 2));
+    enter(0, 0, 0, bytes, 1);
+    enter(0, 0, 1, bytes, 6);
+    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
+    OK(sway_xcp_daq_start(&daq, 2, 0));
+    enter(0, 0, 0, bytes, 7);
+    TEST_ASSERT_EQUAL(SWAY_XCP_DAQ_CONFIG, sway_xcp_daq_synch(&daq, 1));
+    TEST_ASSERT_FALSE(sway_xcp_daq_is_running(&daq));
+}
+
 /* A frame without entries is sent by its number alone; it gets none while its list runs. */
 static void test_a_list_that_runs_gets_no_entries(void)
 {
@@ -415,6 +432,7 @@ int main(void)
     RUN_TEST(test_the_queue_keeps_its_order_and_tells_what_it_lost);
     RUN_TEST(test_selected_lists_and_no_others_are_started_and_stopped);
     RUN_TEST(test_selected_lists_are_asked_again_when_they_start);
+    RUN_TEST(test_the_first_list_is_asked_again_too);
     RUN_TEST(test_a_list_that_runs_gets_no_entries);
     return UNITY_END();
 }

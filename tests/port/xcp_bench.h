@@ -2,7 +2,7 @@
 #ifndef XCP_BENCH_H
 #define XCP_BENCH_H
 
-#include "port_test.h"
+#include "bus_bench.h"
 #include "sway_xcp.h"
 
 #define REQUEST 0x6E4
@@ -17,10 +17,6 @@ static sway_ecu_retained_t retained;
 static sway_port_frame_t inbox;
 static bool has_inbox;
 static bool is_endless;
-static bool no_room;
-static sway_port_frame_t sent[512];
-static unsigned sent_count;
-static int64_t now_us;
 static uint8_t speed_counter;
 
 static inline bool receive(void *context, sway_port_frame_t *frame)
@@ -30,21 +26,6 @@ static inline bool receive(void *context, sway_port_frame_t *frame)
     const bool was_there = has_inbox;
     has_inbox = is_endless;
     return was_there;
-}
-
-static inline bool send(void *context, const sway_port_frame_t *frame)
-{
-    (void)context;
-    if (!no_room && sent_count < sizeof sent / sizeof sent[0]) {
-        sent[sent_count++] = *frame;
-    }
-    return !no_room;
-}
-
-static inline int64_t time_us(void *context)
-{
-    (void)context;
-    return now_us;
 }
 
 static inline void begin(const uint8_t *key)

@@ -1,31 +1,6 @@
 /* Tests of sway_grid and sway_ring: rows from samples that come as they like. */
-#include <string.h>
-
+#include "grid_feed.h"
 #include "signal/sway_ring.h"
-#include "unity.h"
-
-static sway_grid_t grid;
-static sway_row_t tick;
-
-void setUp(void)
-{
-    const sway_grid_config_t config = sway_grid_default(10000);
-    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
-}
-
-void tearDown(void)
-{
-}
-
-static void put(sway_input_t input, int64_t time_us, int32_t value)
-{
-    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_input(&grid, input, time_us, value));
-}
-
-static bool is_valid(sway_channel_t channel)
-{
-    return (tick.valid_mask & SWAY_CHANNEL_BIT(channel)) != 0U;
-}
 
 /* Takes rows until the one of `time_us`. */
 static void take_row(int64_t time_us)
@@ -617,6 +592,16 @@ static void test_the_bounds_of_a_configuration_are_allowed(void)
     config.input_period_us = 100000;
     config.delay_us[0] = -500000;
     TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &config));
+    sway_grid_config_t beyond = config;
+    beyond.sample_period_us = beyond.max_gap_us = 100001;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &beyond));
+    beyond = config;
+    beyond.input_period_us = 100001;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &beyond));
+    beyond = config;
+    beyond.delay_us[1] = -500001;
+    TEST_ASSERT_EQUAL_INT(SWAY_ERROR_ARGUMENT, sway_grid_init(&grid, &beyond));
+    TEST_ASSERT_EQUAL_INT32(0, sway_grid_limit(SWAY_INPUT_COUNT)); // there is none
 }
 
 /* Long spans, where they are allowed to be data, are interpolated to the nearest as well. */
@@ -644,31 +629,6 @@ static void test_long_spans_are_interpolated_to_the_nearest(void)
         take_row(10000);
         TEST_ASSERT_EQUAL_INT32(sign, tick.value[SWAY_CHANNEL_CAR_YAW_RATE]);
     }
-}
-
-/* Nothing of before: rows that waited, an input's silence. */
-static void test_a_restart_leaves_nothing_of_before(void)
-{
-    for (int64_t t = 0; t <= 50000; t += 10000) {
-        put(SWAY_INPUT_CAR_YAW_RATE, t, 100);
-        put(SWAY_INPUT_TRAILER_YAW_RATE, t < 20000 ? t : 20000, 200); // rows wait for it
-    }
-    for (int k = 0; k < 16; k++) {
-        const sway_error_t error =
-            sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, -9000000 + 10000 * k, 7);
-        TEST_ASSERT_EQUAL_INT(k < 15 ? SWAY_ERROR_TIME : SWAY_OK, error);
-    }
-    TEST_ASSERT_EQUAL_UINT32(16, grid.faults.time_backward);
-    int rows = 0;
-    for (int64_t t = -8840000; t < -8500000; t += 10000) {
-        put(SWAY_INPUT_CAR_LATERAL_ACC, t, 5);
-        while (sway_grid_next_row(&grid, &tick)) {
-            TEST_ASSERT_FALSE(is_valid(SWAY_CHANNEL_TRAILER_YAW_RATE));
-            TEST_ASSERT_TRUE(!is_valid(SWAY_CHANNEL_CAR_YAW_RATE) || rows == 0);
-            rows++;
-        }
-    }
-    TEST_ASSERT_TRUE(rows > 20);
 }
 
 static void test_a_silence_that_outlasts_a_restart_is_counted_again(void)
@@ -939,7 +899,6 @@ int main(void)
     RUN_TEST(test_ring_sums_are_those_of_its_newest_rows);
     RUN_TEST(test_the_bounds_of_a_configuration_are_allowed);
     RUN_TEST(test_long_spans_are_interpolated_to_the_nearest);
-    RUN_TEST(test_a_restart_leaves_nothing_of_before);
     RUN_TEST(test_a_silence_that_outlasts_a_restart_is_counted_again);
     RUN_TEST(test_jumps_are_believed_as_it_is_said);
     RUN_TEST(test_a_sample_is_late_behind_its_row_and_refused_a_second_behind);

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "signal/sway_track.h"
+#include "line_feed.h"
 #include "unity.h"
 
 /* As in sway_track.c. */
@@ -29,45 +30,10 @@ void tearDown(void)
 {
 }
 
-static double to_double(sway_real_t x)
-{
-    return ldexp((double)x.m, x.e);
-}
-
-static sway_real_t real(double x)
-{
-    return sway_real((int64_t)llround(x * 1048576.0), -20);
-}
-
-/* Rows of channel 1: amplitude times a damped cosine, and noise of +-`noise`. */
 static void fill(int rows, double hertz, double growth, double amplitude, double noise)
 {
     uint32_t seed = 9;
-    sway_ring_clear(&ring);
-    for (int k = 0; k < rows; k++) {
-        sway_row_t row;
-        memset(&row, 0, sizeof row);
-        seed = seed * 1664525U + 1013904223U;
-        const double t = k * 0.01;
-        const double n = noise * ((seed >> 8) / 8388608.0 - 1.0);
-        row.time_us = 10000 * (int64_t)k;
-        row.present_mask = row.valid_mask = SWAY_CHANNEL_BIT(1) | SWAY_CHANNEL_BIT(2);
-        row.value[1] =
-            (int32_t)lround(1e6 * (amplitude * exp(growth * t) * cos(2 * M_PI * hertz * t) + n));
-        sway_ring_push(&ring, &row);
-    }
-}
-
-static sway_line_config_t line_config(void)
-{
-    const sway_line_config_t result = {.channel_mask = SWAY_CHANNEL_BIT(1) | SWAY_CHANNEL_BIT(2),
-                                       .sample_period_us = 10000,
-                                       .frequency_min_mhz = 250,
-                                       .frequency_max_mhz = 2000,
-                                       .steering_quiet_urad = 17453,
-                                       .speed_change_milli = 50,
-                                       .result_mask = UINT32_MAX};
-    return result;
+    fill_tone(&ring, &seed, rows, hertz, growth, amplitude, noise);
 }
 
 /* The line from `start_hz`, the job left at its end. */
@@ -184,7 +150,7 @@ static void what_lies_below_the_band_is_no_oscillation(void)
 {
     fill(500, 0.235, 0.0, 0.1, 0.0005);
     estimate(480, 0.25);
-    TEST_ASSERT_TRUE(to_double(line.omega_rad_s) < 2 * M_PI * 0.25);
+    TEST_ASSERT_TRUE(value(line.omega_rad_s) < 2 * M_PI * 0.25);
     TEST_ASSERT_BITS_HIGH(SWAY_LINE_NO_OSCILLATION, line.flags);
     fill(500, 0.27, 0.0, 0.1, 0.0005);
     estimate(480, 0.25);
@@ -195,9 +161,9 @@ static void what_is_not_known_to_a_tenth_is_no_oscillation(void)
 {
     fill(120, 1.1, 8.0, 0.2 * exp(-9.6), 0.001); // all of it in the last turn
     estimate(120, 1.1);
-    TEST_ASSERT_TRUE(to_double(sway_complex_abs(line.channel[1].amplitude)) >
-                     8.0 * to_double(line.channel[1].amplitude_se));
-    TEST_ASSERT_TRUE(to_double(line.omega_se_rad_s) > 0.1 * to_double(line.omega_rad_s));
+    TEST_ASSERT_TRUE(value(sway_complex_abs(line.channel[1].amplitude)) >
+                     8.0 * value(line.channel[1].amplitude_se));
+    TEST_ASSERT_TRUE(value(line.omega_se_rad_s) > 0.1 * value(line.omega_rad_s));
     TEST_ASSERT_BITS_HIGH(SWAY_LINE_NO_OSCILLATION, line.flags);
 }
 
@@ -283,7 +249,7 @@ static void finish_tone(double tone_hz, double growth, uint64_t missing, uint32_
 static void a_tone_counts_where_it_is_whole_apart_and_steady(void)
 {
     finish_tone(0.9, 0.0, 0U, 0U);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2 * M_PI * 0.9, to_double(track.forced_rad_s));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2 * M_PI * 0.9, value(track.forced_rad_s));
     finish_tone(0.9, 0.0, 0U, SWAY_LINE_MISFIT);
     TEST_ASSERT_EQUAL_INT32(0, track.forced_rad_s.m);
     finish_tone(0.9, 0.0, 4U, 0U);
@@ -428,9 +394,9 @@ static void columns_are_those_of_a_bent_oscillation(void)
             TEST_ASSERT_EQUAL_UINT32((50U + portion - 1U) / portion, calls);
             for (int b = 0; b < 50; b++) {
                 const double u = b - 24.5;
-                const double angle = to_double(pole.omega) * u + to_double(pole.chirp) * u * u / 2;
-                const double size = 268435456 * exp(to_double(pole.growth) * u -
-                                                    fabs(to_double(pole.growth)) * 24.5);
+                const double angle = value(pole.omega) * u + value(pole.chirp) * u * u / 2;
+                const double size =
+                    268435456 * exp(value(pole.growth) * u - fabs(value(pole.growth)) * 24.5);
                 TEST_ASSERT_DOUBLE_WITHIN(100, size * cos(angle), basis.column[0][b]);
                 TEST_ASSERT_DOUBLE_WITHIN(100, -size * sin(angle), basis.column[1][b]);
                 TEST_ASSERT_DOUBLE_WITHIN(100, 268435456 * cos(0.25 * u), basis.column[6][b]);
@@ -483,6 +449,21 @@ static void sums_are_scaled_by_the_largest_that_is_left_of_them(void)
             }
             TEST_ASSERT_EQUAL_INT32(0, sway_fit_center(sums, 4, data, &mean));
         }
+    }
+}
+
+/* Below 2^27 - 1 they stay as they are, of either sign; from there on they are halved. */
+static void sums_of_27_bits_stay_as_they_are(void)
+{
+    const int64_t bound = (INT64_C(1) << 27) - 1;
+    for (int64_t size = bound - 1; size <= bound; size++) {
+        const int64_t sums[2] = {size, -size};
+        int32_t data[2];
+        int64_t mean;
+        const int32_t shift = size == bound ? 1 : 0;
+        TEST_ASSERT_EQUAL_INT32(shift, sway_fit_center(sums, 2, data, &mean));
+        TEST_ASSERT_EQUAL_INT32(size / (1 + shift), data[0]);
+        TEST_ASSERT_EQUAL_INT32(-size / (1 + shift), data[1]);
     }
 }
 
@@ -542,8 +523,8 @@ static void the_speed_is_its_mean_with_its_slope(void)
 {
     fill_drive(0, 0, 20, 30, 0);
     estimate(256, 0.67);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 25, to_double(line.speed_m_s));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 10 / 2.55, to_double(line.speed_slope_m_s2));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 25, value(line.speed_m_s));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 10 / 2.55, value(line.speed_slope_m_s2));
     for (int sign = -1; sign <= 1; sign += 2) {
         for (int more = 0; more < 2; more++) { // 5 % over the window
             const double half = sign * (more != 0 ? 0.635 : 0.615);
@@ -555,7 +536,7 @@ static void the_speed_is_its_mean_with_its_slope(void)
     for (int unknown = 16; unknown <= 17; unknown++) { // three quarters are enough
         fill_drive(0, 0, 25, 25, unknown);
         estimate(256, 0.67);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, unknown == 16 ? 25 : 0, to_double(line.speed_m_s));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, unknown == 16 ? 25 : 0, value(line.speed_m_s));
     }
 }
 
@@ -688,11 +669,11 @@ static void a_drift_is_known_that_stands_out_and_bends_little(void)
         track.past_count = SWAY_TRACK_HISTORY;
         start_held(200); /* a second to each side */
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, cases[c].known ? cases[c].change / 2 : 0,
-                                  to_double(work.job.config.chirp_rad_s2));
+                                  value(work.job.config.chirp_rad_s2));
     }
     track.past_count = SWAY_TRACK_HISTORY - 1;
     start_held(200);
-    TEST_ASSERT_EQUAL_DOUBLE(0, to_double(work.job.config.chirp_rad_s2));
+    TEST_ASSERT_EQUAL_DOUBLE(0, value(work.job.config.chirp_rad_s2));
 }
 
 static void put_channel(int channel, double size, double se)
@@ -801,7 +782,7 @@ static void a_tone_counts_that_is_clean_steady_and_apart(void)
         end_line(TRACK_TONE, cases[c].flags, 6 + cases[c].apart, cases[c].growth);
         TEST_ASSERT_EQUAL(TRACK_HELD, track.state);
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, cases[c].counts ? 6 + cases[c].apart : 0,
-                                  to_double(track.forced_rad_s));
+                                  value(track.forced_rad_s));
     }
 }
 
@@ -939,6 +920,7 @@ int main(void)
     RUN_TEST(columns_are_those_of_a_bent_oscillation);
     RUN_TEST(a_model_is_clipped_to_either_side_where_it_is_asked_for);
     RUN_TEST(sums_are_scaled_by_the_largest_that_is_left_of_them);
+    RUN_TEST(sums_of_27_bits_stay_as_they_are);
     RUN_TEST(a_wheel_that_swings_forces_and_one_that_turns_does_not);
     RUN_TEST(the_speed_is_its_mean_with_its_slope);
     RUN_TEST(a_job_begins_anew);
