@@ -45,7 +45,8 @@ FW_CPU_m4f := $(FW_LEAN) -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 # With everything and XCP the M7 has little flash left: without what makes code longer. Like the R5 it
 # has no memory to keep a trailer in (SWAY_REMEMBER); no flash for SwaySwing either.
 FW_CPU_m7 := -DSWAY_REMEMBER=0 -DSWAY_SWING=0 -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard -fno-inline-small-functions -fno-ipa-cp -fno-ipa-sra \
-    -fno-tree-ch -fno-thread-jumps -fno-tree-forwprop -fno-move-loop-invariants
+    -fno-tree-ch -fno-thread-jumps -fno-tree-forwprop -fno-move-loop-invariants -fno-tree-loop-im \
+    -fno-tree-dominator-opts
 # The small one: steering, yaw rate and acceleration of the car, yaw rate of the trailer; rows at
 # 50 Hz, the last 2.5 s of them. On the host, too, to compare with.
 FW_SIZES_small := -DSWAY_TRAILER=0 -DSWAY_MAP=0 -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8
