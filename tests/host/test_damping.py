@@ -797,6 +797,19 @@ def test_signals_are_taken_by_what_their_names_say(tmp_path: Path) -> None:
         assert run.along.shape == (len(run.time_s), len(along))
 
 
+def test_german_names_are_known(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    names = "Giergeschwindigkeit,Querbeschleunigung,Knickwinkel,Lenkradwinkel,Fahrgeschwindigkeit"
+    rows = np.column_stack([np.arange(400) * 0.02, rng.normal(size=(400, 5))])
+    path = tmp_path / "fahrt.csv"
+    np.savetxt(path, rows, delimiter=",", header=f"time_s,{names}", comments="")
+    (run,) = load_runs([path], Choice())
+    assert run.channels == ("Giergeschwindigkeit", "Querbeschleunigung", "Knickwinkel")
+    assert run.along_names == ("Knickwinkel",)
+    assert run.input_names == ("Lenkradwinkel",)
+    assert run.against_name == "Fahrgeschwindigkeit"
+
+
 def test_a_channel_that_never_changes_is_named(tmp_path: Path) -> None:
     time, _ = _four_swings(0.8, 100.0)
     still = np.full(len(time), 1.25)

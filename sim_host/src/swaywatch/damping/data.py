@@ -37,6 +37,7 @@ MOST_CHANNELS = 15
 _SWINGS = re.compile(
     r"yaw.?rate|roll.?rate|lean.?rate|bank.?rate|steer.?rate|articulation|hitch.?angle|"
     r"side.?slip|roll.?angle|lean.?angle|bank.?angle|lateral.?acc|lat.?acc|^ay$|^acc_?y$|"
+    r"(?:gier|wank).?(?:rate|geschw)|knick.?winkel|schwimm.?winkel|quer.?beschl|"
     r"gyro.?(?:[xz]|roll|yaw)$|^[pr]$|^beta$|"
     r"(?:roll|yaw|lean|phi|psi).?(?:dot|vel|velocity)$|^d_?(?:phi|psi)$|omega.?[xz]$|w[xz]$",
     re.IGNORECASE,
@@ -46,7 +47,9 @@ _ANGLES = re.compile(r"(?:^|[_.\s])(?:roll|bank|lean|phi|yaw|psi)(?:$|[_.\s])", 
 _INTEGRAL = re.compile(r"(.+?)[_.\s]?angle$", re.IGNORECASE)
 _RATES = ("rate", "velocity", "vel", "dot")
 _SPEED = re.compile(
-    r"(?:^|_|\b)(?:speed|velocity|airspeed|tas|cas|ias|vx|v_x|v)(?:$|_|\b)|speed$", re.IGNORECASE
+    r"(?:^|_|\b)(?:speed|velocity|airspeed|tas|cas|ias|vx|v_x|v)(?:$|_|\b)|speed$|"
+    r"^(?:fahr)?geschwindigkeit",
+    re.IGNORECASE,
 )
 _INPUT_LIKE = re.compile(
     r"rudder|aileron|pedal|stick|delta_?[ar]\b|wheel_?angle|hand_?wheel|hand_?angle|handle|torque|"
@@ -54,13 +57,13 @@ _INPUT_LIKE = re.compile(
     re.IGNORECASE,
 )
 _DRIVER_NAME = re.compile(
-    r"steer(ing)?_?wheel_?angle|hand_?wheel|pilot|stick|yoke|rudder|aileron|delta_?[ar]\b",
+    r"steer(ing)?_?wheel_?angle|hand_?wheel|lenkrad|pilot|stick|yoke|rudder|aileron|delta_?[ar]\b",
     re.IGNORECASE,
 )
 """Names of what a driver or pilot moves, taken as inputs where none is named: what a damper adds to
 a rudder decays with the swing and is recognised as its own."""
 
-_BETWEEN_NAME = re.compile(r"articulation|(?:hitch|fork).?angle", re.IGNORECASE)
+_BETWEEN_NAME = re.compile(r"articulation|(?:hitch|fork).?angle|knick.?winkel", re.IGNORECASE)
 """Names of angles between two bodies, taken as what swings along where none is named."""
 
 NO_SIGNAL = "none"
