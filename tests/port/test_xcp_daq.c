@@ -380,14 +380,20 @@ static void test_selected_lists_are_asked_again_when_they_start(void)
     PACKET(2, 10, 10, 11, 12, 13, 14, 15);
 }
 
-/* The only list, which is the first. */
-static void test_the_first_list_is_asked_again_too(void)
+/* One list; `entries` in its first frame. */
+static void only_list(uint8_t odts, uint8_t entries)
 {
     memset(&daq, 0, sizeof daq);
     sway_xcp_daq_free(&daq);
     OK(sway_xcp_daq_lists(&daq, 1));
-    OK(sway_xcp_daq_odts(&daq, 0, 1));
-    OK(sway_xcp_daq_entries(&daq, 0, 0, 2));
+    OK(sway_xcp_daq_odts(&daq, 0, odts));
+    OK(sway_xcp_daq_entries(&daq, 0, 0, entries));
+}
+
+/* The only list, which is the first. */
+static void test_the_first_list_is_asked_again_too(void)
+{
+    only_list(1, 2);
     enter(0, 0, 0, bytes, 1);
     enter(0, 0, 1, bytes, 6);
     OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
@@ -400,11 +406,7 @@ static void test_the_first_list_is_asked_again_too(void)
 /* A frame without entries is sent by its number alone; it gets none while its list runs. */
 static void test_a_list_that_runs_gets_no_entries(void)
 {
-    memset(&daq, 0, sizeof daq);
-    sway_xcp_daq_free(&daq);
-    OK(sway_xcp_daq_lists(&daq, 1));
-    OK(sway_xcp_daq_odts(&daq, 0, 2));
-    OK(sway_xcp_daq_entries(&daq, 0, 0, 1));
+    only_list(2, 1);
     enter(0, 0, 0, bytes, 2);
     OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
     OK(sway_xcp_daq_start(&daq, 1, 0));
