@@ -797,6 +797,29 @@ def test_signals_are_taken_by_what_their_names_say(tmp_path: Path) -> None:
         assert run.along.shape == (len(run.time_s), len(along))
 
 
+@pytest.mark.parametrize("dead", ["stuck", "silent"])
+def test_an_angle_that_dies_makes_no_other_motion(dead: str, tmp_path: Path) -> None:
+    """Half of ten equal swings have no angle between the bodies: they count as the others do."""
+    rng = np.random.default_rng(6)
+    time = np.arange(9000) * 0.02
+    value = 0.002 * rng.normal(size=(len(time), 2))
+    mode = complex(-0.1, 1.0) * 2 * math.pi
+    for k in range(10):
+        since = time - 8.0 - 17.0 * k
+        swing = np.where(since > 0, np.exp(mode * np.maximum(since, 0.0)), 0.0)
+        value += np.stack([swing.imag, (0.5 * np.exp(2.0j) * swing).real], axis=1)
+    text = [f"{t:.2f},{a:.5f},{b:.5f}" for t, (a, b) in zip(time, value, strict=True)]
+    last = 6500  # in front of the seventh swing's end
+    for row in range(last, len(text)):
+        text[row] = f"{text[row].rpartition(',')[0]},{'0.125' if dead == 'stuck' else ''}"
+    path = tmp_path / "drive.csv"
+    path.write_text("time_s,yaw_rate,fork_angle\n" + "\n".join(text) + "\n")
+    study = evaluate([path], StudyPlan(Choice()))
+    assert study.found[0].run.along_names == ("fork_angle",)
+    assert len({point.number for point in study.points}) == 10
+    assert not study.others
+
+
 def test_german_names_are_known(tmp_path: Path) -> None:
     rng = np.random.default_rng(4)
     names = "Giergeschwindigkeit,Querbeschleunigung,Knickwinkel,Lenkradwinkel,Fahrgeschwindigkeit"

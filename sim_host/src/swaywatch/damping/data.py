@@ -92,6 +92,7 @@ class DampingRun:
         Other signals of the file whose names are those of an input.
     along_names, along : shape (n, signals)
         Angles that swing along: not evaluated, but every free swing has the same share of them.
+        NaN where they have a gap.
     """
 
     name: str
@@ -325,10 +326,9 @@ def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:
     valid = np.ones(count, dtype=np.bool_)
     columns = []
     for series in swinging:
-        own = (series.time_ns - first) * 1e-9
+        own = np.asarray((series.time_ns - first) * 1e-9, dtype=np.float64)
         columns.append(np.interp(time_s, own, series.value))
-        after = np.clip(np.searchsorted(own, time_s - 1e-9), 1, len(own) - 1)
-        valid &= own[after] - own[after - 1] <= 4.0 * step
+        valid &= _apart(time_s, own) <= 4.0 * step
     return DampingRun(
         path.stem if path.stem else str(path),
         path,
@@ -351,8 +351,24 @@ def _run(path: Path, signals: dict[str, Series], choice: Choice) -> DampingRun:
             and _moves(series)
         ),
         tuple(choice.along),
-        _on(time_s, along, first),
+        _without_gaps(time_s, along, first),
     )
+
+
+def _apart(time_s: FloatArray, own_s: FloatArray) -> FloatArray:
+    """Time between the samples before and behind each row, s."""
+    after = np.clip(np.searchsorted(own_s, time_s - 1e-9), 1, len(own_s) - 1)
+    return np.asarray(own_s[after] - own_s[after - 1])
+
+
+def _without_gaps(time_s: FloatArray, series: Sequence[Series], first_ns: int) -> FloatArray:
+    """Signals on the axis, NaN where one has a gap, is not yet there or no longer."""
+    value = _on(time_s, series, first_ns)
+    for column, s in enumerate(series):
+        own = np.asarray((s.time_ns - first_ns) * 1e-9, dtype=np.float64)
+        gap = _apart(time_s, own) > 4.0 * max(time_s[1], float(np.median(np.diff(own))))
+        value[gap | (time_s < own[0] - 1e-9) | (time_s > own[-1] + 1e-9), column] = np.nan
+    return value
 
 
 def _on(time_s: FloatArray, series: Sequence[Series], first_ns: int) -> FloatArray:

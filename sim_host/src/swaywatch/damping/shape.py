@@ -66,7 +66,7 @@ class Shape(NamedTuple):
 
 
 def shape_of(run: DampingRun, line: Line, starts: IntArray) -> Shape | None:
-    """Shape of one window; None where no signal is named that swings along.
+    """Shape of one window; None where no signal swings along, or one has a gap or is stuck in it.
 
     Parameters
     ----------
@@ -82,10 +82,14 @@ def shape_of(run: DampingRun, line: Line, starts: IntArray) -> Shape | None:
     value = np.column_stack([run.value[:, :1], run.along])
     rows = max(8, round(line.length_s / run.step_s))
     first = max(0, min(round(line.start_s / run.step_s), len(value) - rows))
-    middle, aside = _weights(line, rows, run.step_s)
-    quiet = np.array([aside @ value[k : k + rows] for k in starts])
-    power = np.einsum("nki,nkj->kij", quiet, np.conj(quiet)) / len(quiet)
     own = value[first : first + rows]
+    windows = [value[k : k + rows] for k in starts]
+    windows = [window for window in windows if np.isfinite(window).all()]
+    if not np.isfinite(own).all() or not np.ptp(own, axis=0).all() or not windows:
+        return None
+    middle, aside = _weights(line, rows, run.step_s)
+    quiet = np.array([aside @ window for window in windows])
+    power = np.einsum("nki,nkj->kij", quiet, np.conj(quiet)) / len(quiet)
     return Shape(middle @ own, aside @ own, power)
 
 
