@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "names.h"
+
 #define LINE_MAX_LENGTH 400
 
 typedef struct {
@@ -43,6 +45,31 @@ static const char *place(reader_t *r)
 static bool refuse(reader_t *r, const char *what, const char *value)
 {
     snprintf(r->message, r->size, "%s: %s: \"%.80s\"", place(r), what, value);
+    return false;
+}
+
+/* An unknown key, with the one of this table that was probably meant. */
+static bool refuse_key(reader_t *r, const char *key)
+{
+    size_t count = 0;
+    const sway_vehicle_range_t *ranges = sway_vehicle_ranges(&count);
+    const size_t table = strlen(r->table);
+    const char *nearest = NULL;
+    size_t least = NAMES_ALIKE + 1U;
+    for (size_t i = 0; i < count; i++) {
+        const char *name = sway_vehicle_name(&ranges[i])->key;
+        const bool here = strncmp(name, r->table, table) == 0 && name[table] == '.';
+        const size_t apart = here ? names_apart(key, strlen(key), name + table + 1U) : least;
+        if (apart < least) {
+            least = apart;
+            nearest = name + table + 1U;
+        }
+    }
+    (void)refuse(r, "unknown key", key);
+    if (nearest != NULL) {
+        const size_t said = strlen(r->message);
+        snprintf(r->message + said, r->size - said, "; did you mean \"%s\"?", nearest);
+    }
     return false;
 }
 
@@ -111,7 +138,7 @@ static bool read_value(reader_t *r, const char *key, char *text)
     const sway_vehicle_range_t *range = find(r->table, key, &index);
     double value = 0.0;
     if (range == NULL) {
-        return refuse(r, "unknown key", key);
+        return refuse_key(r, key);
     }
     if (!parse_number(text, &value)) {
         return refuse(r, "not a number", text);

@@ -21,6 +21,7 @@
 #include "sway_version.h"
 #include "sway_xcp.h"
 #include "swaywatch_dbc.h"
+#include "names.h"
 #include "vehicle_file.h"
 
 #define EXIT_USAGE 2
@@ -560,32 +561,6 @@ static bool read_option(int option, options_t *options)
     }
 }
 
-#define NAME_MOST 32U
-
-/* Letters to be changed, put in or left out between two names; NAME_MOST for a longer one. */
-static size_t apart(const char *a, size_t size, const char *b)
-{
-    size_t row[NAME_MOST];
-    if (size >= NAME_MOST) {
-        return NAME_MOST;
-    }
-    for (size_t i = 0; i <= size; i++) {
-        row[i] = i;
-    }
-    for (; *b != '\0'; b++) {
-        size_t left_above = row[0];
-        row[0]++;
-        for (size_t i = 1; i <= size; i++) {
-            const size_t above = row[i];
-            size_t least = left_above + (a[i - 1U] != *b ? 1U : 0U);
-            least = above + 1U < least ? above + 1U : least;
-            row[i] = row[i - 1U] + 1U < least ? row[i - 1U] + 1U : least;
-            left_above = above;
-        }
-    }
-    return row[size];
-}
-
 /* Names the option that an unknown one is two letters or fewer away from. */
 static void suggest(const char *argument, const struct option *known)
 {
@@ -596,11 +571,11 @@ static void suggest(const char *argument, const struct option *known)
     const char *name = argument + 2;
     const size_t size = strcspn(name, "=");
     for (; known->name != NULL; known++) {
-        if (apart(name, size, known->name) < apart(name, size, nearest->name)) {
+        if (names_apart(name, size, known->name) < names_apart(name, size, nearest->name)) {
             nearest = known;
         }
     }
-    if (apart(name, size, nearest->name) <= 2U) {
+    if (names_apart(name, size, nearest->name) <= NAMES_ALIKE) {
         fprintf(stderr, "swaywatchd: did you mean --%s?\n", nearest->name);
     }
 }

@@ -155,7 +155,10 @@ def test_missing_files_are_named(tmp_path: Path) -> None:
     [
         ("[car]\nmass = heavy\n", ':2: not a number: "heavy"'),
         ("[car]\nmass = 1e9\n", "car.mass = 1e+09 is out of range; expected 300 to 60000"),
-        ("[car]\nweight = 1000\n", ':2: unknown key: "weight"'),
+        ("[car]\nweight = 1000\n", ':2: unknown key: "weight"\n'),
+        ("[car]\nmaas = 1\n", ':2: unknown key: "maas"; did you mean "mass"?\n'),
+        ("[trailer]\nmasss = 1\n", ':2: unknown key: "masss"; did you mean "mass"?\n'),
+        ("[trailer]\nsteering_ration = 1\n", ':2: unknown key: "steering_ration"\n'),
         ("[boat]\n", ":1: unknown table"),
         ("mass = 1000\n", "before the first table"),
         ("[car\nmass = 1000\n", ":1: a table is written as"),

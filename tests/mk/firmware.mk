@@ -129,7 +129,7 @@ $(FW)/a53.bin: port/zynqmp_r5/a53_start.S
 	@clang --target=aarch64-none-elf -c $< -o $(FW)/a53.o
 	@llvm-objcopy -O binary -j .text $(FW)/a53.o $@
 
-$(FW)/make_block: port/replay/make_block.c port/sway_block.c port/vehicle_file.c $(B)/gcc/libsway.a
+$(FW)/make_block: port/replay/make_block.c port/sway_block.c port/vehicle_file.c port/names.c $(B)/gcc/libsway.a
 	@mkdir -p $(@D)
 	@gcc $(FW_WARN) -O2 $(FW_INCLUDE) $(filter %.c,$^) $(B)/gcc/libsway.a -lm -o $@
 

@@ -2,7 +2,7 @@
 #   make fuzz-port    with libFuzzer for FUZZ_SECONDS each, from the corpora in tests/fuzz/corpus
 #   make fuzz-corpus  the corpora and some mutations of them by gcc's sanitizers (in `make test`)
 FUZZERS := fuzz_node fuzz_ecu fuzz_files
-FUZZ_PORT := $(PORT_COMMON) port/vehicle_file.c port/socketcan/log_file.c port/replay/candump.c
+FUZZ_PORT := $(PORT_COMMON) port/vehicle_file.c port/names.c port/socketcan/log_file.c port/replay/candump.c
 FUZZ_FLAGS := -std=c99 -Wall -Wextra -D_GNU_SOURCE -DUNITY_SUPPORT_64 $(DEFINE) $(INCLUDE) -Iport \
     -Iport/replay -Iport/socketcan -Itests/port -I$(UNITY_DIR)
 FUZZ_RUNS ?= 150
