@@ -46,17 +46,31 @@ static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measur
     *variance = MUL(*variance, SUB(sway_real_int(1), gain));
 }
 
+/* Variance of an estimate if the value so far is right. A stiffness is a force over a slip, and its
+ * error comes mostly from the noise of the slip: noise that makes the slip too large makes the
+ * stiffness and its stated error too small together. Taken as stated, the low estimates of a swing
+ * that fades would outweigh the high ones. */
+static sway_real_t variance_at(const sway_quantity_t *quantity, const sway_estimate_t *estimate)
+{
+    const sway_real_t low = estimate->value.re;
+    sway_real_t se = estimate->se;
+    if (sway_real_sign(low) > 0 && sway_real_less(low, quantity->value.re)) {
+        se = DIV(MUL(se, quantity->value.re), low);
+    }
+    return sway_real_square(se);
+}
+
 /* A change that the drift cannot explain (a tyre loses pressure, a load moves): start again from
  * what is measured. Two estimates in a row must say so. */
-static void follow_jump(sway_quantity_t *quantity, const sway_estimate_t *estimate)
+static void follow_jump(sway_quantity_t *quantity, sway_real_t measured, sway_real_t variance)
 {
-    const sway_real_t innovation = SUB(estimate->value.re, quantity->value.re);
-    const sway_real_t expected = ADD(quantity->variance_re, sway_real_square(estimate->se));
-    const bool far = sway_real_less(MUL(sway_real_int(12), expected), sway_real_square(innovation));
+    const sway_real_t innovation = SUB(measured, quantity->value.re);
+    const sway_real_t square = sway_real_square(innovation);
+    const sway_real_t expected = ADD(quantity->variance_re, variance);
+    const bool far = sway_real_less(MUL(sway_real_int(12), expected), square);
     if (far && quantity->strange) {
-        quantity->variance_re = ADD(quantity->variance_re, sway_real_square(innovation));
-        quantity->variance_im =
-            ADD(quantity->variance_im, sway_real_scale(sway_real_square(innovation), -2));
+        quantity->variance_re = ADD(quantity->variance_re, square);
+        quantity->variance_im = ADD(quantity->variance_im, sway_real_scale(square, -2));
     }
     quantity->strange = far;
 }
@@ -77,7 +91,8 @@ void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estima
                         sway_complex_t s_by_v)
 {
     const sway_complex_t value = estimate->value;
-    const sway_real_t r = MUL(sway_real_square(estimate->se), sway_real_int(SWAY_QUANTITY_OVERLAP));
+    const sway_real_t variance = variance_at(quantity, estimate);
+    const sway_real_t r = MUL(variance, sway_real_int(SWAY_QUANTITY_OVERLAP));
     move_to(quantity, s_by_v);
     if (!quantity->started) {
         quantity->value = value;
@@ -85,7 +100,7 @@ void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estima
         quantity->variance_im = r;
         quantity->started = true;
     } else {
-        follow_jump(quantity, estimate);
+        follow_jump(quantity, value.re, variance);
         update(&quantity->value.re, &quantity->variance_re, value.re, r);
         update(&quantity->value.im, &quantity->variance_im, value.im, r);
     }

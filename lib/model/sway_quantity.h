@@ -3,7 +3,8 @@
 ///
 /// A scalar Kalman filter for each part: it starts at the user's value with the user's likely
 /// error, drifts a little with time, and takes every usable estimate by its variance. Windows
-/// overlap 16-fold, so an estimate counts as one of SWAY_QUANTITY_OVERLAP.
+/// overlap 16-fold, so an estimate counts as one of SWAY_QUANTITY_OVERLAP. An estimate below the
+/// value so far counts with its relative error times that value: low ones state too small an error.
 #ifndef SWAY_QUANTITY_H
 #define SWAY_QUANTITY_H
 

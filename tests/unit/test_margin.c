@@ -611,6 +611,26 @@ static void a_jump_is_followed_at_the_second_estimate(void)
     }
 }
 
+/* Noise that makes a slip too large makes the stiffness too small, and its stated error with it: an
+ * estimate at half the value counts with twice its error, one above the value with its own. */
+static void a_low_estimate_counts_with_the_error_it_would_have_at_the_value_so_far(void)
+{
+    for (int k = 0; k < 4; k++) {
+        const double measured[4] = {500, 999, 1001, -500};
+        const double counted[4] = {100, 50.05, 50, 50};
+        sway_quantity_start(&quantity, real(1000), 1000000, 1000000);
+        estimate_1000(measured[k] - 1000, 50);
+        const double r = counted[k] * counted[k] * SWAY_QUANTITY_OVERLAP;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * r, 1e6 * r / (1e6 + r), value(quantity.variance_re));
+    }
+    /* Stated errors of 90 and 70 are 150 and 135 at the value so far. */
+    sway_quantity_start(&quantity, real(1000), 10000, 10000);
+    estimate_1000(-400, 90);
+    TEST_ASSERT_FALSE(quantity.strange); // 400 < 3.46 * 150
+    estimate_1000(-480, 70);
+    TEST_ASSERT_TRUE(quantity.strange); // 480 > 3.46 * 135
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -642,5 +662,6 @@ int main(void)
     RUN_TEST(a_users_quantity_has_its_errors_and_its_lag_at_two_thirds_of_a_hertz);
     RUN_TEST(a_first_estimate_is_taken_with_its_error);
     RUN_TEST(a_jump_is_followed_at_the_second_estimate);
+    RUN_TEST(a_low_estimate_counts_with_the_error_it_would_have_at_the_value_so_far);
     return UNITY_END();
 }
