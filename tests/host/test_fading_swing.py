@@ -17,10 +17,10 @@ SCENARIO = ROOT / "tests/data/scenarios/through_critical.toml"
 VEHICLE = ROOT / "tests/data/practice/p01/vehicle.toml"
 
 
-@pytest.mark.parametrize("seed", range(3, 9))
+@pytest.mark.parametrize("seed", range(3, 13))
 def test_the_critical_speed_outlives_its_swing(tmp_path: Path, seed: int) -> None:
     """Three swings, each fades: with low estimates of the stiffness taken by their stated errors
-    the critical speed became 226 +- 502 km/h where 124 +- 2 had been known."""
+    the critical speed became 226 +- 502 km/h where 124 +- 2 had been known (seed 3)."""
     recording, signals = tmp_path / "drive.csv", tmp_path / "signals.toml"
     command = ["simulate", str(SCENARIO), "--seed", str(seed), "--out", str(recording)]
     assert main([*command, "--signals", str(signals), "--quiet"]) == 0
@@ -28,5 +28,7 @@ def test_the_critical_speed_outlives_its_swing(tmp_path: Path, seed: int) -> Non
     shown = found_critical(estimates) & (estimates.time_s > 8.0)
     true = SingleTrack.of(load_vehicle(VEHICLE)).critical_speed()
     assert np.count_nonzero(shown) > 150
-    np.testing.assert_allclose(estimates["v_crit_m_s"][shown], true, rtol=0.04)
-    assert estimates["v_crit_se_m_s"][shown].max() < 0.03 * true
+    error = estimates["v_crit_m_s"][shown] - true
+    assert np.abs(error).max() < 0.06 * true
+    assert estimates["v_crit_se_m_s"][shown].max() < 0.12 * true
+    assert np.abs(error / estimates["v_crit_se_m_s"][shown]).max() < 3.0
