@@ -46,17 +46,34 @@ static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measur
     *variance = MUL(*variance, SUB(sway_real_int(1), gain));
 }
 
-/* A change that the drift cannot explain (a tyre loses pressure, a load moves): start again from
- * what is measured. Two estimates in a row must say so. */
-static void follow_jump(sway_quantity_t *quantity, const sway_estimate_t *estimate)
+/* Variance of an estimate. A stiffness is a force over a slip, and its error comes mostly from the
+ * noise of the slip: noise that makes the slip too large makes the stiffness and its stated error
+ * too small together. Taken as stated, the low estimates of a swing that fades into the noise
+ * would outweigh the high ones, so they count with the error that they would have at the value so
+ * far. In a swing that grows the tyres may have failed: there they count as stated. */
+static sway_real_t variance_of(const sway_quantity_t *quantity, const sway_estimate_t *estimate,
+                               bool fades)
 {
-    const sway_real_t innovation = SUB(estimate->value.re, quantity->value.re);
-    const sway_real_t expected = ADD(quantity->variance_re, sway_real_square(estimate->se));
-    const bool far = sway_real_less(MUL(sway_real_int(12), expected), sway_real_square(innovation));
+    const sway_real_t low = estimate->value.re;
+    sway_real_t se = estimate->se;
+    if (fades && sway_real_sign(low) > 0 && sway_real_less(low, quantity->value.re)) {
+        se = DIV(MUL(se, quantity->value.re), low);
+    }
+    return sway_real_square(se);
+}
+
+/* A change that the drift cannot explain (a tyre loses pressure, a load moves): two estimates in a
+ * row are off by more than two errors. Windows overlap 16-fold, so about 16 estimates see one
+ * change, and each adds a sixteenth of its square to the variance. */
+static void follow_jump(sway_quantity_t *quantity, sway_real_t measured, sway_real_t variance)
+{
+    const sway_real_t innovation = SUB(measured, quantity->value.re);
+    const sway_real_t square = sway_real_square(innovation);
+    const sway_real_t expected = ADD(quantity->variance_re, variance);
+    const bool far = sway_real_less(sway_real_scale(expected, 2), square);
     if (far && quantity->strange) {
-        quantity->variance_re = ADD(quantity->variance_re, sway_real_square(innovation));
-        quantity->variance_im =
-            ADD(quantity->variance_im, sway_real_scale(sway_real_square(innovation), -2));
+        quantity->variance_re = ADD(quantity->variance_re, sway_real_scale(square, -4));
+        quantity->variance_im = ADD(quantity->variance_im, sway_real_scale(square, -6));
     }
     quantity->strange = far;
 }
@@ -77,7 +94,8 @@ void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estima
                         sway_complex_t s_by_v)
 {
     const sway_complex_t value = estimate->value;
-    const sway_real_t r = MUL(sway_real_square(estimate->se), sway_real_int(SWAY_QUANTITY_OVERLAP));
+    const sway_real_t variance = variance_of(quantity, estimate, sway_real_sign(s_by_v.re) < 0);
+    const sway_real_t r = MUL(variance, sway_real_int(SWAY_QUANTITY_OVERLAP));
     move_to(quantity, s_by_v);
     if (!quantity->started) {
         quantity->value = value;
@@ -85,7 +103,7 @@ void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estima
         quantity->variance_im = r;
         quantity->started = true;
     } else {
-        follow_jump(quantity, estimate);
+        follow_jump(quantity, value.re, variance);
         update(&quantity->value.re, &quantity->variance_re, value.re, r);
         update(&quantity->value.im, &quantity->variance_im, value.im, r);
     }

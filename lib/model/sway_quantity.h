@@ -3,7 +3,8 @@
 ///
 /// A scalar Kalman filter for each part: it starts at the user's value with the user's likely
 /// error, drifts a little with time, and takes every usable estimate by its variance. Windows
-/// overlap 16-fold, so an estimate counts as one of SWAY_QUANTITY_OVERLAP.
+/// overlap 16-fold, so an estimate counts as one of SWAY_QUANTITY_OVERLAP. In a swing that
+/// fades an estimate below the value so far counts with its relative error times that value.
 #ifndef SWAY_QUANTITY_H
 #define SWAY_QUANTITY_H
 
@@ -34,7 +35,7 @@ void sway_quantity_drift(sway_quantity_t *quantity, int64_t time_us, int32_t re_
                          int32_t im_ppm);
 
 /// Takes an estimate made at complex frequency over speed `s_by_v`, in 1/m. Where two in a row are
-/// farther off than drift explains, it starts again from what is measured.
+/// farther off than drift explains, the value so far grows less certain with each of them.
 void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estimate,
                         sway_complex_t s_by_v);
 

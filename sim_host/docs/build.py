@@ -336,6 +336,7 @@ def build(out: Path) -> list[str]:
     for name, make in MADE.items():
         (source / name).write_text(make(), encoding="utf-8")
     shutil.copy(HERE / "site.css", source)
+    shutil.copy(HERE / "picture.svg", source)
     shutil.copy(HERE / "mkdocs.yml", out)
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-f",

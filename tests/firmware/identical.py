@@ -26,7 +26,7 @@ KEEPERS = ("stm32g4",)
 KEEPER_IDS = ("6E6#",)
 """Frames that only they send: SwayTrailer."""
 SWING_IDS = ("1BC#",)
-"""SwaySwing, which neither LEAN ones nor the M7 send (SWAY_SWING=0: no flash left for it)."""
+"""SwaySwing, which LEAN ones do not send (SWAY_SWING needs the supervision's sums)."""
 ESTIMATES_MIN = 20
 """Estimates that a case has to bring, so that more than silence is compared."""
 OSCILLATION_ID = "1A4#"
@@ -54,7 +54,7 @@ def without(answers: list[str], ids: tuple[str, ...]) -> list[str]:
 def shared(answers: list[str], target: str) -> list[str]:
     """Return of a supervising machine's answers (lines or frames) those that a target gives too."""
     lacking = SUPERVISION_IDS if target in LEAN else ()
-    lacking += SWING_IDS if target in (*LEAN, "m7") else ()
+    lacking += SWING_IDS if target in LEAN else ()
     return without(answers, lacking)
 
 

@@ -29,9 +29,9 @@ FW = ROOT / "build" / "firmware"
 CASE = "p01-run1"
 
 
-@pytest.fixture(scope="module", params=["m7", "mips"])
+@pytest.fixture(scope="module", params=["m3", "mips"])
 def board(request: pytest.FixtureRequest) -> str:
-    """An emulated Cortex-M7; a big-endian MIPS."""
+    """An emulated Cortex-M3; a big-endian MIPS."""
     name = str(request.param)
     wanted = [
         f"replay_{name}.elf",

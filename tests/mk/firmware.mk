@@ -42,11 +42,9 @@ FW_LEAN := -DSWAY_TRAILER=0 -DSWAY_SUPERVISION=0 -DSWAY_MAP=0
 FW_CPU_m0plus := -mcpu=cortex-m0plus $(FW_LEAN)
 FW_CPU_m3 := -mcpu=cortex-m3 $(FW_LEAN)
 FW_CPU_m4f := $(FW_LEAN) -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
-# With everything and XCP the M7 has little flash left: without what makes code longer. Like the R5 it
-# has no memory to keep a trailer in (SWAY_REMEMBER); no flash for SwaySwing either.
-FW_CPU_m7 := -DSWAY_REMEMBER=0 -DSWAY_SWING=0 -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard -fno-inline-small-functions -fno-ipa-cp -fno-ipa-sra \
-    -fno-tree-ch -fno-thread-jumps -fno-tree-forwprop -fno-move-loop-invariants -fno-tree-loop-im \
-    -fno-tree-dominator-opts
+# The M7 is the whole core within 96 KiB of flash. Like the R5 it has no memory to keep a trailer in
+# (SWAY_REMEMBER); XCP is on the M3.
+FW_CPU_m7 := -DSWAY_REMEMBER=0 -mcpu=cortex-m7 -mfpu=fpv5-d16 -mfloat-abi=hard
 # The small one: steering, yaw rate and acceleration of the car, yaw rate of the trailer; rows at
 # 50 Hz, the last 2.5 s of them. On the host, too, to compare with.
 FW_SIZES_small := -DSWAY_TRAILER=0 -DSWAY_MAP=0 -DSWAY_CHANNELS=4 -DSWAY_RING_SAMPLES=128 -DSWAY_FIT_BLOCKS=32 -DSWAY_GRID_ROWS=8
@@ -69,8 +67,8 @@ FW_START_r5 := image_start
 FW_FLAGS_r5 := -DSWAY_SUPERVISION=0 -DSWAY_REMEMBER=0 -mcpu=cortex-r5 -mthumb -mfloat-abi=soft -Iport/zynqmp_r5 $(FW_EMBEDDED)
 FW_SOURCES_r5 := $(FW_REPLAY) port/sway_bit_timing.c port/can.c port/zynqmp_r5/startup.S port/zynqmp_r5/r5.c \
     port/zynqmp_r5/can.c port/zynqmp_r5/main.c port/semihosting/semihosting.c
-# These three can be measured and calibrated over XCP; they are of both byte orders.
-FW_XCP := m7 mips m3
+# These two can be measured and calibrated over XCP; they are of both byte orders.
+FW_XCP := mips m3
 $(foreach t,$(FW_XCP),$(eval FW_FLAGS_$t += -DREPLAY_XCP=1 -Iport/xcp)\
     $(eval FW_SOURCES_$t += port/xcp/sway_xcp.c port/xcp/sway_xcp_daq.c))
 FW_LINK_r5 := -nostartfiles --specs=nano.specs -Wl,--gc-sections -T port/zynqmp_r5/zynqmp_r5.ld

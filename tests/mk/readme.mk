@@ -2,3 +2,8 @@
 .PHONY: readme-tables
 readme-tables:
 	@tests/tools/readme-tables
+
+# readme-picture: the picture at the top of README.md, from a simulated drive and a diagnosis.
+.PHONY: readme-picture
+readme-picture: setup-test
+	$(VENV)/bin/python tests/tools/readme_picture.py sim_host/docs/picture.svg

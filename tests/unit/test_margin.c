@@ -586,11 +586,12 @@ static void a_first_estimate_is_taken_with_its_error(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 9 * SWAY_QUANTITY_OVERLAP, value(quantity.variance_im));
 }
 
-/* Two estimates in a row that are off by more than sqrt(12) errors start it anew; one does not. */
+/* With two estimates in a row that are off by more than two errors the value so far grows less
+ * certain, by a sixteenth of the square; with one it does not. */
 static void a_jump_is_followed_at_the_second_estimate(void)
 {
     for (int k = 0; k < 2; k++) {
-        const double off = sqrt(k == 0 ? 11.9 : 12.1) * hypot(100, 10);
+        const double off = sqrt(k == 0 ? 3.99 : 4.01) * hypot(100, 10);
         sway_quantity_start(&quantity, real(1000), 100000, 40000);
         estimate_1000(off, 10);
         TEST_ASSERT_EQUAL_INT(k == 1, quantity.strange);
@@ -602,13 +603,38 @@ static void a_jump_is_followed_at_the_second_estimate(void)
         const double off = 500 - (value(quantity.value.re) - 1000);
         const double r = 100.0 * SWAY_QUANTITY_OVERLAP;
         estimate_1000(500, 10);
-        const double grown_re = value(before.variance_re) + (k == 1 ? off * off : 0);
-        const double grown_im = value(before.variance_im) + (k == 1 ? off * off / 4 : 0);
+        const double grown_re = value(before.variance_re) + (k == 1 ? off * off / 16 : 0);
+        const double grown_im = value(before.variance_im) + (k == 1 ? off * off / 64 : 0);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * r, grown_re * r / (grown_re + r),
                                   value(quantity.variance_re));
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * r, grown_im * r / (grown_im + r),
                                   value(quantity.variance_im));
     }
+}
+
+/* Noise that makes a slip too large makes the stiffness too small, and its stated error with it: in
+ * a swing that fades an estimate at half the value counts with twice its error, one above the value
+ * with its own. In one that grows or stays all count as stated. */
+static void a_low_estimate_of_a_fading_swing_counts_with_the_error_it_would_have(void)
+{
+    const double measured[4] = {500, 999, 1001, -500};
+    const double counted[4] = {100, 50.05, 50, 50};
+    for (int k = 0; k < 12; k++) {
+        const double growth[3] = {-0.01, 0, 0.01};
+        const double se = k < 4 ? counted[k] : 50;
+        const double r = se * se * SWAY_QUANTITY_OVERLAP;
+        const sway_estimate_t estimate = {complex_of(measured[k % 4]), real(50)};
+        sway_quantity_start(&quantity, real(1000), 1000000, 1000000);
+        sway_quantity_take(&quantity, &estimate, complex_of(growth[k / 4] + 0.14 * I));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * r, 1e6 * r / (1e6 + r), value(quantity.variance_re));
+    }
+    /* Stated errors of 130 and 100 are 217 and 192 at the value so far. */
+    const sway_complex_t fading = complex_of(-0.01 + 0.14 * I);
+    sway_quantity_start(&quantity, real(1000), 10000, 10000);
+    sway_quantity_take(&quantity, &(sway_estimate_t){complex_of(600), real(130)}, fading);
+    TEST_ASSERT_FALSE(quantity.strange); // 400 < 2 * 217
+    sway_quantity_take(&quantity, &(sway_estimate_t){complex_of(520), real(100)}, fading);
+    TEST_ASSERT_TRUE(quantity.strange); // about 480 > 2 * 192
 }
 
 int main(void)
@@ -642,5 +668,6 @@ int main(void)
     RUN_TEST(a_users_quantity_has_its_errors_and_its_lag_at_two_thirds_of_a_hertz);
     RUN_TEST(a_first_estimate_is_taken_with_its_error);
     RUN_TEST(a_jump_is_followed_at_the_second_estimate);
+    RUN_TEST(a_low_estimate_of_a_fading_swing_counts_with_the_error_it_would_have);
     return UNITY_END();
 }
