@@ -263,6 +263,21 @@ static void test_said_at_once_and_every_second(void)
     TEST_ASSERT_EQUAL_UINT(1, sent_within(100000, &second_us));
 }
 
+/* Where a frame was sent, there may be another one: the caller is to ask again. */
+static void test_a_poll_that_says_it_is_not_the_last(void)
+{
+    begin_empty();
+    for (int i = 0; i < 64; i++) {
+        sent_count = 0U;
+        const bool again = sway_ecu_poll(&ecu);
+        if (last_of(SWAYWATCH_DBC_SWAY_TRAILER_FRAME_ID) != NULL) {
+            TEST_ASSERT_TRUE(again);
+            return;
+        }
+    }
+    TEST_FAIL_MESSAGE("no SwayTrailer");
+}
+
 /* A write that failed is tried again after ten seconds, not before. */
 static void test_looks_every_ten_seconds(void)
 {
@@ -574,6 +589,7 @@ int main(void)
     RUN_TEST(test_the_same_and_another_trailer);
     RUN_TEST(test_the_next_drive_begins_with_the_car);
     RUN_TEST(test_said_at_once_and_every_second);
+    RUN_TEST(test_a_poll_that_says_it_is_not_the_last);
     RUN_TEST(test_looks_every_ten_seconds);
     RUN_TEST(test_likeness_is_in_hundredths);
     RUN_TEST(test_a_record_of_other_parameters_is_not_used);
