@@ -8,12 +8,13 @@ PORT_COMMON := $(addprefix port/,sway_ecu.c sway_access.c sway_siphash.c sway_bl
     sway_remember.c sway_store.c sway_checks.c sway_bit_timing.c can.c)
 PORT_STM32G4 := $(addprefix port/stm32g4/,board.c fdcan.c flash.c program.c)
 
-PORT_TESTS := stm32g4 zynqmp_can ecu ecu_access ecu_store ecu_trailer common xcp xcp_daq
+PORT_TESTS := stm32g4 stm32g4_trailer zynqmp_can ecu ecu_access ecu_store ecu_trailer common xcp xcp_daq
 PORT_SOURCES_xcp := port/xcp/sway_xcp.c port/xcp/sway_xcp_daq.c
 PORT_INCLUDE_xcp := -Iport/xcp
 PORT_SOURCES_xcp_daq := $(PORT_SOURCES_xcp)
 PORT_INCLUDE_xcp_daq := $(PORT_INCLUDE_xcp)
 PORT_SOURCES_stm32g4 := tests/port/model_stm32g4.c $(PORT_STM32G4)
+PORT_SOURCES_stm32g4_trailer := $(PORT_SOURCES_stm32g4)
 PORT_SOURCES_zynqmp_can := port/zynqmp_r5/can.c
 
 define port_test
@@ -27,6 +28,7 @@ $(B)/port/test_$(1): tests/port/test_$(1).c $$(PORT_SOURCES_$(1)) $(PORT_COMMON)
 endef
 $(foreach t,$(PORT_TESTS),$(eval $(call port_test,$(t))))
 PORT_INCLUDE_stm32g4 := -Iport/stm32g4
+PORT_INCLUDE_stm32g4_trailer := $(PORT_INCLUDE_stm32g4)
 
 .PHONY: port-test board-images
 port-test: $(PORT_TESTS:%=$(B)/port/test_%)

@@ -4,7 +4,7 @@
 # up with the tests and not down.
 PORT_COVERAGE_LINES ?= 97.5
 PORT_COVERAGE_BRANCHES ?= 91
-PORT_COVERAGE_TESTS := stm32g4 ecu ecu_access ecu_store ecu_trailer common xcp xcp_daq
+PORT_COVERAGE_TESTS := stm32g4 stm32g4_trailer ecu ecu_access ecu_store ecu_trailer common xcp xcp_daq
 PORT_COVERAGE := $(B)/port-coverage
 .PHONY: coverage-port
 coverage-port: setup-test $(B)/gcc/libsway.a

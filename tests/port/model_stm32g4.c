@@ -254,8 +254,8 @@ static void write_flash_control(uint32_t value)
         return;
     }
     const uint32_t page = (value >> 3) & 127U;
-    if ((value & FLASH_CR_PER) == 0U || (value & FLASH_CR_BANK2) == 0U || page > 1U) {
-        forbidden("erasing what holds the program", page);
+    if ((value & FLASH_CR_PER) == 0U || (value & FLASH_CR_BANK2) == 0U || page == 2U || page > 4U) {
+        forbidden("erasing what holds the program or the key", page);
     }
     if (model_write_protected || (flash[FLASH_SR / 4U] & FLASH_SR_ERRORS) != 0U) {
         flash[FLASH_SR / 4U] |= 1U << 4;

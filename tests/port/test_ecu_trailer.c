@@ -233,6 +233,84 @@ static void test_the_next_drive_begins_with_the_car(void)
     TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, told().trailer_state);
 }
 
+/* The next frames; how many SwayTrailer among them, and when the last one was sent. */
+static unsigned sent_within(int64_t us, int64_t *last_us)
+{
+    unsigned count = 0U;
+    for (const int64_t end_us = now_us + us; now_us < end_us;) {
+        now_us += 9000;
+        sent_count = 0U;
+        give_speed();
+        if (last_of(SWAYWATCH_DBC_SWAY_TRAILER_FRAME_ID) != NULL) {
+            count++;
+            *last_us = now_us;
+        }
+    }
+    return count;
+}
+
+/* The first one at once, also where the ECU was given its record anew, then every second. */
+static void test_said_at_once_and_every_second(void)
+{
+    int64_t first_us = 0;
+    begin_empty();
+    TEST_ASSERT_EQUAL_UINT(1, sent_within(500000, &first_us));
+    TEST_ASSERT_INT64_WITHIN(10000, 10000, first_us);
+    int64_t second_us = 0;
+    TEST_ASSERT_EQUAL_UINT(1, sent_within(800000, &second_us));
+    TEST_ASSERT_INT64_WITHIN(10000, first_us + 1000000, second_us);
+    sway_ecu_remember(&ecu, keep, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT(1, sent_within(100000, &second_us));
+}
+
+/* Where a frame was sent, there may be another one: the caller is to ask again. */
+static void test_a_poll_that_says_it_is_not_the_last(void)
+{
+    begin_empty();
+    for (int i = 0; i < 64; i++) {
+        sent_count = 0U;
+        const bool again = sway_ecu_poll(&ecu);
+        if (last_of(SWAYWATCH_DBC_SWAY_TRAILER_FRAME_ID) != NULL) {
+            TEST_ASSERT_TRUE(again);
+            return;
+        }
+    }
+    TEST_FAIL_MESSAGE("no SwayTrailer");
+}
+
+/* A write that failed is tried again after ten seconds, not before. */
+static void test_looks_every_ten_seconds(void)
+{
+    int64_t last_us = 0;
+    begin_empty();
+    speed_mm_s = 0;
+    learn(0.5, 120);
+    cut_after = 0;
+    (void)sent_within(9500000, &last_us);
+    TEST_ASSERT_EQUAL_UINT(1, writes);
+    (void)sent_within(10000000, &last_us);
+    TEST_ASSERT_EQUAL_UINT(2, writes);
+    cut_after = -1;
+    (void)sent_within(10000000, &last_us);
+    TEST_ASSERT_EQUAL_UINT(3, writes);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_BLOCK_OK,
+                            sway_remember_check(slot_of[0], SWAY_REMEMBER_SIZE, &(uint32_t){0}));
+}
+
+/* In hundredths, and as far as its 16 bits go. */
+static void test_likeness_is_in_hundredths(void)
+{
+    static const struct {
+        int32_t tenths;
+        int hundredths;
+    } cases[] = {{123, 1230}, {-123, -1230}, {10000, INT16_MAX}, {-10000, -INT16_MAX}};
+    begin_empty();
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        ecu.remember.likeness = sway_real_ratio(cases[k].tenths, 10);
+        TEST_ASSERT_EQUAL_INT(cases[k].hundredths, told().trailer_likeness);
+    }
+}
+
 /* Learnt with other parameters it says nothing, and is replaced. */
 static void test_a_record_of_other_parameters_is_not_used(void)
 {
@@ -510,6 +588,10 @@ int main(void)
     RUN_TEST(test_a_new_trailer_is_kept_at_standstill);
     RUN_TEST(test_the_same_and_another_trailer);
     RUN_TEST(test_the_next_drive_begins_with_the_car);
+    RUN_TEST(test_said_at_once_and_every_second);
+    RUN_TEST(test_a_poll_that_says_it_is_not_the_last);
+    RUN_TEST(test_looks_every_ten_seconds);
+    RUN_TEST(test_likeness_is_in_hundredths);
     RUN_TEST(test_a_record_of_other_parameters_is_not_used);
     RUN_TEST(test_the_same_is_written_again_where_it_is_known_much_better);
     RUN_TEST(test_damage_is_found);

@@ -380,6 +380,34 @@ static void test_selected_lists_are_asked_again_when_they_start(void)
     PACKET(2, 10, 10, 11, 12, 13, 14, 15);
 }
 
+/* Nothing behind the last list is taken for one: there the first ODT lies, here with a first entry
+ * whose bits would be those of a list that is selected and runs. */
+static void test_there_is_no_list_behind_the_last(void)
+{
+    const uint8_t first = SWAY_XCP_MODE_RUNNING | SWAY_XCP_MODE_SELECTED;
+    sway_xcp_odt_t before[SWAY_XCP_ODTS];
+    memset(&daq, 0, sizeof daq);
+    sway_xcp_daq_free(&daq);
+    OK(sway_xcp_daq_lists(&daq, SWAY_XCP_LISTS));
+    for (uint32_t list = 0; list < SWAY_XCP_LISTS; list++) {
+        OK(sway_xcp_daq_odts(&daq, list, 1));
+    }
+    OK(sway_xcp_daq_entries(&daq, 1, 0, first));
+    OK(sway_xcp_daq_entries(&daq, 0, 0, 1));
+    enter(0, 0, 0, bytes + 3, 1);
+    TEST_ASSERT_EQUAL_HEX8(first, daq.odt_of[0].first);
+    memcpy(before, daq.odt_of, sizeof before);
+    OK(sway_xcp_daq_mode(&daq, 0, 0, 1, 1));
+    OK(sway_xcp_daq_start(&daq, 2, 0));
+    OK(sway_xcp_daq_synch(&daq, 1));
+    for (int64_t now = 0; now < 30000; now += 10000) {
+        sway_xcp_daq_sample(&daq, 0, now);
+        PACKET(0, 13);
+    }
+    OK(sway_xcp_daq_synch(&daq, 0));
+    TEST_ASSERT_EQUAL_MEMORY(before, daq.odt_of, sizeof before);
+}
+
 /* One list; `entries` in its first frame. */
 static void only_list(uint8_t odts, uint8_t entries)
 {
@@ -434,6 +462,7 @@ int main(void)
     RUN_TEST(test_the_queue_keeps_its_order_and_tells_what_it_lost);
     RUN_TEST(test_selected_lists_and_no_others_are_started_and_stopped);
     RUN_TEST(test_selected_lists_are_asked_again_when_they_start);
+    RUN_TEST(test_there_is_no_list_behind_the_last);
     RUN_TEST(test_the_first_list_is_asked_again_too);
     RUN_TEST(test_a_list_that_runs_gets_no_entries);
     return UNITY_END();
