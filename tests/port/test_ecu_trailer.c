@@ -311,6 +311,24 @@ static void test_likeness_is_in_hundredths(void)
     }
 }
 
+/* It is the same one where that is e^6 times more probable, not before. */
+static void test_the_same_trailer_has_to_be_400_times_more_probable(void)
+{
+    sway_trailer_watch_t seen = {.presence = (uint8_t)SWAY_TRAILER_THERE};
+    sway_remember_t asked = {.has_memory = true};
+    static const struct {
+        int32_t hundredths;
+        sway_remember_state_t state;
+    } cases[] = {{601, SWAY_REMEMBER_SAME},
+                 {600, SWAY_REMEMBER_UNKNOWN},
+                 {-99, SWAY_REMEMBER_UNKNOWN},
+                 {599, SWAY_REMEMBER_UNKNOWN}};
+    for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        asked.likeness = sway_real_ratio(cases[k].hundredths, 100);
+        TEST_ASSERT_EQUAL_INT(cases[k].state, sway_remember_state(&asked, &seen));
+    }
+}
+
 /* Learnt with other parameters it says nothing, and is replaced. */
 static void test_a_record_of_other_parameters_is_not_used(void)
 {
@@ -592,6 +610,7 @@ int main(void)
     RUN_TEST(test_a_poll_that_says_it_is_not_the_last);
     RUN_TEST(test_looks_every_ten_seconds);
     RUN_TEST(test_likeness_is_in_hundredths);
+    RUN_TEST(test_the_same_trailer_has_to_be_400_times_more_probable);
     RUN_TEST(test_a_record_of_other_parameters_is_not_used);
     RUN_TEST(test_the_same_is_written_again_where_it_is_known_much_better);
     RUN_TEST(test_damage_is_found);
