@@ -272,7 +272,6 @@ def path(
         again = depth == 1 and not search.refuses(TRIED[1])
         if again and search.rebased(best.fit):
             return path(search, search.baseline(), progress, rival, known, most)
-        base = search.baseline()
         # where nothing is left, a second best start leads nowhere else
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
