@@ -10,11 +10,11 @@ import pytest
 from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, synthetic
 
-from swaywatch.diagnose.evidence.search import Search
+from swaywatch.diagnose.evidence.search import Linear, Search
 from swaywatch.diagnose.fit.holdout import typical
 from swaywatch.diagnose.model import _entries, terms_of
-from swaywatch.discover.find import Laws
-from swaywatch.discover.grammar import Law, effect_of, grammar, law_of
+from swaywatch.discover.find import SCREENED, Laws, _begun, _ranked
+from swaywatch.discover.grammar import Law, all_laws, effect_of, grammar, law_of
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
@@ -279,6 +279,32 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
         assert found.term.values[0] * found.term.values[1] == pytest.approx(values[0], rel=0.05)
     else:
         assert found.term.values == pytest.approx(values, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("law", "values"),
+    [
+        (Law("hitch", "articulation", "dead zone"), (60000.0, 0.025)),
+        (Law("slip_trailer", "articulation", "hysteretic"), (0.3, 0.01)),
+        (Law("moment_car", "yaw_rate_trailer", "cube"), (1.5e5,)),
+        (Law("moment_car", "articulation", "saturating", 2), (44000.0, 0.02)),
+    ],
+)
+def test_the_law_that_acts_is_among_the_few_that_are_begun(
+    law: Law, values: tuple[float, ...]
+) -> None:
+    """By two simulations of each, from the calibrated vehicle or from that of the file."""
+    close = searched((ActiveEffect(effect_of(law), values),)).close
+    terms = [term for other in all_laws() for term in _begun(other)]
+    spent = close.problem.budget.spent_s
+    places = []
+    for fit in (close.run(close.start(), 20), close.start()):
+        ranked = _ranked(Linear(close, fit), terms)
+        assert set(ranked) == set(all_laws())
+        places.append(ranked.index(law))
+    assert min(places) < SCREENED, places
+    seconds = sum(run.time.size for run in close.problem.runs) / 100.0
+    assert close.problem.budget.spent_s - spent < 3.0 * len(terms) * seconds
 
 
 def test_a_swinging_load_is_found_with_its_frequency() -> None:

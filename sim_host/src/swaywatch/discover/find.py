@@ -35,7 +35,7 @@ from swaywatch.diagnose.evidence.search import (
     Search,
     reduced_chi_square,
 )
-from swaywatch.diagnose.fit.fit import Background, Fit
+from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.holdout import BETTER, left_out, typical
 from swaywatch.discover.grammar import (
     BODIES,
@@ -56,7 +56,9 @@ from swaywatch.plant.lanes import BODY
 Array = NDArray[np.float64]
 
 SHORT_LIST = 12  # laws that are fitted under the observer
-BEGUN = 3  # iterations of the fits of all shapes; the best of them are continued
+SCREENED = 48  # laws that are begun, of those that a vehicle promises most of to first order
+STRONGER = 4.0  # times its initial size at which a law is looked at too
+BEGUN = 3  # iterations of their fits; the best of them are continued
 MOST_OPEN = 40  # laws that are started in another search than the quickest one
 POLISHED = 2  # of them in free simulation, beside each parent, ...
 MOST_POLISHED = 4  # ... and of all
@@ -149,6 +151,31 @@ def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
     return list(kept.values())
 
 
+def _ranked(course: Linear, terms: Sequence[ActiveEffect]) -> list[Law]:
+    """Laws by the drop of the misfit that their initial values promise, the best first.
+
+    Each from the first of its initial values, and from `STRONGER` ones the other way: what a strong
+    law that limits or cuts off changes is nothing like what a weak one does.
+    """
+    firsts: dict[Law, ActiveEffect] = {}
+    for term in terms:
+        firsts.setdefault(law_in(term), term)
+    laws = [*firsts, *firsts]
+    tried = [*firsts.values(), *map(_stronger, firsts.values())]
+    promised: dict[Law, float] = {}
+    for law, gain in zip(laws, course.promises(tried), strict=True):
+        promised[law] = max(gain, promised.get(law, 0.0))
+    return sorted(promised, key=lambda law: -promised[law])
+
+
+def _stronger(term: ActiveEffect) -> ActiveEffect:
+    """A law several times as strong, the other way where it can act so."""
+    size, bounds = term.values[0], term.effect.parameters[0]
+    other_way = bounds.low < 0.0 < bounds.high
+    size = min(max((-STRONGER if other_way else STRONGER) * size, bounds.low), bounds.high)
+    return replace(term, values=(size, *term.values[1:]))
+
+
 def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
     """A linear law in other shapes, with initial values."""
     law = law_in(straight)
@@ -211,15 +238,13 @@ class LawSearch:
         starts = [replace(near, terms=(*near.terms, term)) for term in terms]
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         if not self._plain:
-            fits = [*fits, *self._in_other_shapes(near, fits, course.background)]
+            fits = [*fits, *self._in_other_shapes(course, fits)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
         least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
         found = [Candidate(f, parent) for f in fits if f.chi2 < least]
         return found if parent.terms else [*found, *self._swinging(parent, least)]
 
-    def _in_other_shapes(
-        self, near: Fit, straight: Sequence[Fit], background: Background
-    ) -> list[Fit]:
+    def _in_other_shapes(self, course: Linear, straight: Sequence[Fit]) -> list[Fit]:
         """The linear laws in other shapes: a linear law hardly imitates a stop or a cubic law.
 
         Only where the library alone does not suffice. Without other effects all open laws are
@@ -231,16 +256,11 @@ class LawSearch:
         close = self.search.close
         terms = [nonlinear for fit in straight for nonlinear in _nonlinear(fit.terms[-1])]
         terms += [term for law in NONLINEAR_ONLY for term in _begun(law)]
-        starts = [replace(near, terms=(*near.terms, term)) for term in terms]
-        begun = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=background), starts)
-        begun = _best_of_each_law(begun)[:SHORT_LIST]
-        if not near.terms:
-            of_file = close.start()
-            starts = [replace(of_file, terms=(t,)) for law in self.open() for t in _begun(law)]
-            rest = Linear(close, of_file).background
-            far = close.side_by_side(lambda f: close.run(f, BEGUN, frozen=rest), starts)
-            far = _best_of_each_law(far)
-            self.ranked = [law_in(f.terms[-1]) for f in far]
+        begun = self._begun_best(course, terms)[0][:SHORT_LIST]
+        if not course.fit.terms:
+            of_file = Linear(close, close.start())
+            terms = [term for law in self.open() for term in _begun(law)]
+            far, self.ranked = self._begun_best(of_file, terms)
             # the vehicle of the file leaves a larger misfit: the best of each start are kept
             begun = _best_of_each_law([*begun, *far[:SHORT_LIST]])
         found = close.side_by_side(lambda f: close.run(f, 10), begun)
@@ -251,6 +271,27 @@ class LawSearch:
                 name = term.effect.component
                 lines[name] = min(lines.get(name, fit.chi2), fit.chi2)
         return [f for f in found if self._fits_better(f, lines)]
+
+    def _begun_best(
+        self, course: Linear, terms: Sequence[ActiveEffect]
+    ) -> tuple[list[Fit], list[Law]]:
+        """Fits of the laws that promise most, begun, the best first; all laws, ranked.
+
+        What a law promises is seen from two simulations of each run; a fit takes ten.
+        """
+        ranked = _ranked(course, terms)
+        kept = set(ranked[:SCREENED])
+        starts = [
+            replace(course.fit, terms=(*course.fit.terms, term))
+            for term in terms
+            if law_in(term) in kept
+        ]
+        close = self.search.close
+        begun = _best_of_each_law(
+            close.side_by_side(lambda f: close.run(f, BEGUN, frozen=course.background), starts)
+        )
+        first = [law_in(fit.terms[-1]) for fit in begun]
+        return begun, [*first, *ranked[len(kept) :]]
 
     def _fits_better(self, fit: Fit, lines: Mapping[str, float]) -> bool:
         """A linear law, or clearly better than the same law in linear form."""

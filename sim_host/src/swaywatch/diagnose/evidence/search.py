@@ -171,6 +171,14 @@ class Linear:
         turns = [id(f[2]) for pair in zip(by_form, plain, strict=True) for f in pair]
         return [moved_too[name] for name in dict.fromkeys(turns)]
 
+    def promises(self, terms: Sequence[ActiveEffect]) -> list[float]:
+        """Drop of chi2 that each active effect promises along the course towards its values."""
+        moved = self._moved([(term.effect, term.values) for term in terms])
+        return [
+            self._promise(term.effect, np.array(term.values), own)[0]
+            for term, own in zip(terms, moved, strict=True)
+        ]
+
     def _moved(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> list[Array]:
         """Residuals of all runs with each effect at its values, one after the other."""
         fit, count = self.fit, len(self.runs)
