@@ -333,6 +333,51 @@ static void what_is_not_friction_is_an_error(void)
     TEST_ASSERT_FALSE(id.rubs);
 }
 
+/* What drives is unexplained beyond three errors of the inertia, and nothing that rubs from two on;
+ * what rubs is said beyond two errors and a thirty-second of the inertia. Errors grow with those of
+ * the channels, so these place the motion at a chosen number of errors. */
+static void what_acts_at_the_ball_is_judged_by_its_errors(void)
+{
+    test_plant_t plant = reference_plant(100);
+    plant.friction = -3000;
+    plant_line(&plant, &vehicle, &line);
+    errors_of_all(1e-5);
+    identify();
+    const double drives = fabs(value(id.trailer_inertia.value.im));
+    const double drives_se = value(id.trailer_inertia.se);
+    const double errors[] = {2.8, 3.2};
+    for (int k = 0; k < 2; k++) {
+        errors_of_all(1e-5 * drives / drives_se / errors[k]);
+        identify();
+        TEST_ASSERT_FALSE(id.rubs);
+        const double expected = k == 0 ? drives / 2.8 : drives;
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * expected, expected, value(id.freed_inertia[1].se));
+    }
+    plant.friction = 6000;
+    plant_line(&plant, &vehicle, &line);
+    errors_of_all(1e-5);
+    identify();
+    const double by_im = drives / 3000; // of a moment of 1 Nms
+    const double rubs = 6000 * by_im;
+    const double rubs_se = value(id.damping_se_nms) * by_im;
+    const double like = value(id.freed_inertia[1].value.re) / 32;
+    TEST_ASSERT_TRUE(like < 0.6 * rubs);
+    for (int k = 0; k < 2; k++) {
+        const double wanted_se = ((k == 0 ? 0.9 : 1.1) * rubs - like) / 2;
+        errors_of_all(1e-5 * wanted_se / rubs_se);
+        identify();
+        TEST_ASSERT_TRUE(id.rubs);
+        TEST_ASSERT_EQUAL_INT(k == 0, (id.quality & SWAY_QUALITY_HITCH) != 0);
+    }
+    /* Where the car turns more than the trailer the articulation has the other sign. */
+    plant_line(&plant, &vehicle, &line);
+    line.channel[SWAY_CHANNEL_CAR_YAW_RATE].amplitude =
+        sway_complex_scale(line.channel[SWAY_CHANNEL_TRAILER_YAW_RATE].amplitude, real(2));
+    errors_of_all(1);
+    identify();
+    TEST_ASSERT_TRUE(id.rubs);
+}
+
 static void bad_lines_are_refused(void)
 {
     test_plant_t plant = reference_plant(100);
@@ -589,6 +634,7 @@ int main(void)
     RUN_TEST(what_rubs_at_the_ball_is_no_inertia);
     RUN_TEST(the_error_of_what_rubs_is_in_all_that_is_freed_of_it);
     RUN_TEST(what_is_not_friction_is_an_error);
+    RUN_TEST(what_acts_at_the_ball_is_judged_by_its_errors);
     RUN_TEST(bad_lines_are_refused);
     RUN_TEST(no_slip_gives_no_stiffness);
     RUN_TEST(standard_errors_are_those_of_the_scatter);

@@ -497,6 +497,18 @@ static void every_variance_is_in_the_error_of_the_limit(void)
         TEST_ASSERT_TRUE(value(margin.model.v_crit_se_m_s) > 1.00002 * before);
         TEST_ASSERT_TRUE(value(margin.model.damping_ratio_se) > 1.00002 * ratio_before);
     }
+    /* An inertia's variance is that of this inertia: 30 % instead of the user's 7 %. */
+    for (int body = 0; body < 2; body++) {
+        setUp();
+        margin.inertia[body].variance_re = real(pow(0.3 * value(margin.inertia[body].value.re), 2));
+        run(NULL, 1000000, 110);
+        const int parameter =
+            body == 0 ? SWAY_PARAMETER_CAR_YAW_INERTIA : SWAY_PARAMETER_TRAILER_YAW_INERTIA;
+        const double by_percent = value(margin.model.sensitivity_m_s[parameter]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * before,
+                                  sqrt(before * before + by_percent * by_percent * (900 - 49)),
+                                  value(margin.model.v_crit_se_m_s));
+    }
     setUp();
     margin.stiffness[3].variance_re = real(pow(100 * value(margin.stiffness[3].value.re), 2));
     run(NULL, 1000000, 110);

@@ -62,6 +62,18 @@ static void a_relation_moves_numbers_as_kalman_says(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.0025, value(sway_kalman_covariance(&gauss, 2, 2)));
 }
 
+/* A correction that was broken off is not gone on with. */
+static void after_a_reset_a_relation_is_taken_from_its_first_number(void)
+{
+    sway_kalman_t gauss = three_numbers();
+    memset(moved, 0, sizeof moved);
+    gauss.row = 2;
+    sway_kalman_reset(&gauss);
+    take(&gauss, 1, 2, 0.1, 0.01);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, -0.01 * 0.1 / 0.18, value(found[0]));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, -0.08 * 0.1 / 0.18, value(found[1]));
+}
+
 static void what_is_far_off_counts_as_three_errors(void)
 {
     sway_kalman_t gauss = three_numbers();
@@ -454,6 +466,7 @@ static void a_reset_forgets_everything(void)
     sway_kalman_t gauss = three_numbers();
     take(&gauss, 1, 2, 0.1, 0.01);
     TEST_ASSERT_TRUE(value(sway_kalman_covariance(&gauss, 1, 0)) != 0);
+    memset(moved, 0, sizeof moved);
     gauss.row = 2;
     sway_kalman_reset(&gauss);
     for (uint32_t i = 0; i < 3U; i++) {
@@ -734,6 +747,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(a_relation_moves_numbers_as_kalman_says);
+    RUN_TEST(after_a_reset_a_relation_is_taken_from_its_first_number);
     RUN_TEST(what_is_far_off_counts_as_three_errors);
     RUN_TEST(setting_free_is_worth_what_the_tolerance_cost);
     RUN_TEST(what_fades_returns_to_its_tolerance_and_not_beyond);
