@@ -629,15 +629,15 @@ static void a_jump_is_followed_at_the_second_estimate(void)
  * with its own. In one that grows or stays all count as stated. */
 static void a_low_estimate_of_a_fading_swing_counts_with_the_error_it_would_have(void)
 {
-    const double measured[4] = {500, 999, 1001, -500};
-    const double counted[4] = {100, 50.05, 50, 50};
-    for (int k = 0; k < 12; k++) {
+    const double measured[5] = {500, 999, 1001, 0, -500};
+    const double counted[5] = {100, 50.05, 50, 50, 50};
+    for (int k = 0; k < 15; k++) {
         const double growth[3] = {-0.01, 0, 0.01};
-        const double se = k < 4 ? counted[k] : 50;
+        const double se = k < 5 ? counted[k] : 50;
         const double r = se * se * SWAY_QUANTITY_OVERLAP;
-        const sway_estimate_t estimate = {complex_of(measured[k % 4]), real(50)};
+        const sway_estimate_t estimate = {complex_of(measured[k % 5]), real(50)};
         sway_quantity_start(&quantity, real(1000), 1000000, 1000000);
-        sway_quantity_take(&quantity, &estimate, complex_of(growth[k / 4] + 0.14 * I));
+        sway_quantity_take(&quantity, &estimate, complex_of(growth[k / 5] + 0.14 * I));
         TEST_ASSERT_DOUBLE_WITHIN(1e-4 * r, 1e6 * r / (1e6 + r), value(quantity.variance_re));
     }
     /* Stated errors of 130 and 100 are 217 and 192 at the value so far. */
