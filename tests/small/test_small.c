@@ -6,6 +6,7 @@
 
 #include "bus/sway_e2e.h"
 #include "reference_vehicle.h"
+#include "signal/sway_grid.h"
 #include "sway_node.h"
 #include "unity.h"
 
@@ -92,6 +93,26 @@ static void samples_of_what_is_dropped_are_good_samples(void)
     TEST_ASSERT_EQUAL_INT(SWAY_MESSAGE_GOOD, sway_node_message_state(&node, SWAY_MESSAGE_SPEED));
 }
 
+/* A row has the four channels and the speed, and the speed in no other place. */
+static void a_row_has_no_channel_beyond_the_last(void)
+{
+    static sway_grid_t grid;
+    const sway_grid_config_t how = sway_grid_default(20000);
+    sway_row_t row;
+    TEST_ASSERT_EQUAL_INT(SWAY_OK, sway_grid_init(&grid, &how));
+    for (int64_t t = 0; t < 200000; t += 20000) {
+        (void)sway_grid_input(&grid, SWAY_INPUT_CAR_YAW_RATE, t, 7);
+        (void)sway_grid_input(&grid, SWAY_INPUT_SPEED, t, 25000);
+    }
+    TEST_ASSERT_TRUE(sway_grid_next_row(&grid, &row));
+    TEST_ASSERT_EQUAL_HEX32(SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE) |
+                                SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED),
+                            row.present_mask);
+    TEST_ASSERT_EQUAL_HEX32(row.present_mask, row.valid_mask);
+    TEST_ASSERT_EQUAL_INT32(0, row.value[SWAY_CHANNELS]);
+    TEST_ASSERT_EQUAL_INT32(25000, row.value[SWAY_CHANNEL_SPEED]);
+}
+
 /* As many rows as the grid holds but two: an input may come so late. */
 static void an_input_may_be_late_by_six_rows(void)
 {
@@ -106,6 +127,7 @@ int main(void)
     RUN_TEST(the_range_of_what_is_dropped_is_checked_all_the_same);
     RUN_TEST(frames_of_what_is_dropped_are_good_frames);
     RUN_TEST(samples_of_what_is_dropped_are_good_samples);
+    RUN_TEST(a_row_has_no_channel_beyond_the_last);
     RUN_TEST(an_input_may_be_late_by_six_rows);
     return UNITY_END();
 }

@@ -9,7 +9,15 @@ static sway_identify_t id;
 static sway_margin_t margin;
 
 /* Steps of a computation, as sway_margin.c counts them. */
-enum { STEP_ROOTS = 2, STEP_ROOT = 4, STEP_CRITICAL_NEWTON = 9, STEP_CRITICAL_RANGE = 10 };
+enum {
+    STEP_ROOTS = 2,
+    STEP_ROOT = 4,
+    STEP_CRITICAL_SLOPE_S = 7,
+    STEP_CRITICAL_NEWTON = 9,
+    STEP_CRITICAL_RANGE = 10,
+    STEP_LIMIT_SLOPE_S,
+    STEP_LIMIT_SLOPE_V
+};
 
 void setUp(void)
 {
@@ -291,6 +299,87 @@ static void a_limit_that_leaves_the_range_is_held_at_its_end(void)
     TEST_ASSERT_EQUAL_UINT32(1U, sway_margin_cost(&margin)); // nothing is left to do
 }
 
+/* Without lags the limit is that of the closed form to the last bit, whatever was found before. */
+static void without_lags_the_limit_is_that_of_the_closed_form(void)
+{
+    sway_real_t v;
+    sway_real_t omega;
+    for (int time = 0; time < 2; time++) {
+        start(100);
+        finish();
+        TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND,
+                              sway_single_track_critical_speed(&margin.stm, &v, &omega));
+        TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, margin.model.kind);
+        TEST_ASSERT_EQUAL_MEMORY(&v, &margin.model.v_crit_m_s, sizeof v);
+        TEST_ASSERT_EQUAL_MEMORY(&omega, &margin.model.omega_crit_rad_s, sizeof omega);
+        margin.stiffness[1].value.re = real(1.1 * value(margin.stiffness[1].value.re));
+    }
+}
+
+static int slices_at(int step)
+{
+    int slices = 0;
+    until(step);
+    while ((int)margin.step == step) {
+        TEST_ASSERT_TRUE(sway_margin_run(&margin));
+        slices++;
+    }
+    return slices;
+}
+
+/* Slopes at the limit that was found cost two slices each; they are made where lags have moved the
+ * limit, and far. */
+static void slopes_are_made_again_only_at_a_limit_that_lags_moved_far(void)
+{
+    for (int lags = 0; lags < 2; lags++) {
+        for (int far = 0; far < 2; far++) {
+            const int expected = lags != 0 && far != 0 ? 2 : 1;
+            setUp();
+            if (lags != 0) {
+                lag(1, 0.02 + 0.16 * I, -0.1);
+            }
+            start(100);
+            until(STEP_LIMIT_SLOPE_S);
+            TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_FOUND, margin.next.kind);
+            margin.far = far != 0;
+            TEST_ASSERT_EQUAL_INT(expected, slices_at(STEP_LIMIT_SLOPE_S));
+            TEST_ASSERT_EQUAL_INT(expected, slices_at(STEP_LIMIT_SLOPE_V));
+        }
+    }
+}
+
+/* Derivatives are renewed two at a time only where all of them are there: after a result without a
+ * limit, or without a root, all are made. */
+static void what_was_not_whole_is_made_whole_the_next_time(void)
+{
+    start(100);
+    finish();
+    const sway_margin_t whole = margin;
+    for (int missing = 0; missing < 2; missing++) {
+        setUp();
+        start(100);
+        if (missing == 0) {
+            until(STEP_CRITICAL_SLOPE_S);
+            margin.next.kind = SWAY_VCRIT_BEYOND_RANGE;
+        } else {
+            until(STEP_ROOTS);
+            margin.count = 30; // sweeps: the most that it may take
+        }
+        finish();
+        TEST_ASSERT_EQUAL(missing == 0, margin.model.has_model);
+        TEST_ASSERT_EQUAL(missing == 1, margin.model.kind == SWAY_VCRIT_FOUND);
+        start(100);
+        finish();
+        for (int p = 0; p < (int)SWAY_PARAMETER_COUNT; p++) {
+            const double limit = value(whole.model.sensitivity_m_s[p]);
+            const double complex root = cvalue(whole.root_per_percent[p]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4 * fabs(limit), limit,
+                                      value(margin.model.sensitivity_m_s[p]));
+            TEST_ASSERT_TRUE(cabs(cvalue(margin.root_per_percent[p]) - root) <= 1e-4 * cabs(root));
+        }
+    }
+}
+
 /* --- the filter of a quantity ----------------------------------------------------------------- */
 
 static void a_lag_seen_at_rest_keeps_its_argument(void)
@@ -325,6 +414,9 @@ int main(void)
     RUN_TEST(a_root_that_newton_does_not_find_is_no_model);
     RUN_TEST(a_limit_that_newton_does_not_find_is_singular);
     RUN_TEST(a_limit_that_leaves_the_range_is_held_at_its_end);
+    RUN_TEST(without_lags_the_limit_is_that_of_the_closed_form);
+    RUN_TEST(slopes_are_made_again_only_at_a_limit_that_lags_moved_far);
+    RUN_TEST(what_was_not_whole_is_made_whole_the_next_time);
     RUN_TEST(a_lag_seen_at_rest_keeps_its_argument);
     return UNITY_END();
 }

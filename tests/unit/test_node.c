@@ -583,6 +583,7 @@ static void time_may_begin_below_zero(void)
     int beats = 0;
     for (int64_t t = -10000000; t < -9000000; t += 10000) {
         sway_node_time(&node, t);
+        TEST_ASSERT_EQUAL_INT64(t, node.time_us);
         beats += drain(sway_frames_output_id(SWAY_OUTPUT_ALARM), data);
     }
     TEST_ASSERT_EQUAL(10, beats);

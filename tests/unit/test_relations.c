@@ -599,6 +599,26 @@ static void a_part_of_a_residual_is_in_newton_and_metre(void)
     TEST_ASSERT_EQUAL_DOUBLE(once, value(sway_relations_variance(&relations)));
 }
 
+/* Dry friction of 100 Nm, sliding to and fro at the fourth harmonic with most of the rate at which
+ * it is whole: so much of 100 Nm turns the car back. */
+static void friction_is_in_newton_metre(void)
+{
+    memset(&sums, 0, sizeof sums);
+    for (int k = 0; k < SWAY_RELATIONS_ROWS; k++) {
+        sway_row_t row = {.valid_mask = ALL | SWAY_CHANNEL_BIT(SWAY_CHANNEL_SPEED)};
+        row.value[SWAY_CHANNEL_SPEED] = 25000;
+        row.value[SWAY_CHANNEL_TRAILER_YAW_RATE] =
+            (int32_t)lround(8000 * cos(2 * M_PI * 4 * k / SWAY_RELATIONS_ROWS));
+        (void)sway_relations_add(&sums, &row);
+    }
+    TEST_ASSERT_TRUE(sway_relations_start(&relations, &vehicle, &sums, PERIOD_US));
+    run(SWAY_RELATION_CAR_YAW, 4);
+    const double expected = -100 * 4 * 2 * M_PI / 5.12 * 8000 / 8727; // its rate: times j omega
+    const double complex slope = cvalue(relations.slope[SWAY_UNKNOWN_FRICTION]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * fabs(expected), expected, cimag(slope));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * fabs(expected), 0, creal(slope));
+}
+
 static void what_is_not_there_is_not_used(void)
 {
     /* sliding needs both yaw rates */
@@ -666,6 +686,7 @@ int main(void)
     RUN_TEST(one_row_beyond_the_linear_range_spoils_a_window);
     RUN_TEST(the_amplitude_of_the_wheel_decides_not_its_rate);
     RUN_TEST(a_part_of_a_residual_is_in_newton_and_metre);
+    RUN_TEST(friction_is_in_newton_metre);
     RUN_TEST(what_is_not_there_is_not_used);
     RUN_TEST(a_term_that_is_not_there_takes_no_slice);
     return UNITY_END();

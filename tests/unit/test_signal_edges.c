@@ -273,14 +273,15 @@ static void finish_line(double of_tone, uint32_t flags)
     track.line.omega_rad_s = real(4.2);
     track.line.window_samples = 250;
     work.job.basis.scale = sway_real_int(1);
-    work.job.data[1].parameter[0] = real(1.0);
+    work.job.data[1].parameter[0] = real(0.8); // of size 1
+    work.job.data[1].parameter[1] = real(0.6);
     work.job.data[1].parameter[6] = real(of_tone);
     (void)sway_track_run(&track);
 }
 
 static void a_tone_that_is_larger_than_the_line_beside_it_takes_its_place(void)
 {
-    finish_line(0.5, SWAY_LINE_STEERING_MODELLED);
+    finish_line(0.9, SWAY_LINE_STEERING_MODELLED);
     TEST_ASSERT_TRUE(track.locked && track.free);
     finish_line(2.0, SWAY_LINE_STEERING_MODELLED);
     TEST_ASSERT_FALSE(track.locked || track.free);

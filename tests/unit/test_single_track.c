@@ -266,6 +266,36 @@ static void speeds_outside_the_search(void)
                           sway_single_track_steady_state(&stm, sway_real_int(20), &result));
 }
 
+/* No speed at all at which the swing neither grows nor decays: no limit, and no frequency of one.
+ */
+static void a_determinant_that_is_never_zero_is_no_limit(void)
+{
+    sway_single_track_t stm = reference_model();
+    sway_real_t v;
+    sway_real_t omega;
+    stm.body[0].mass_kg = real(3900);
+    stm.body[1].mass_kg = real(1730);
+    stm.body[0].yaw_inertia_kgm2 = real(3962);
+    stm.body[1].yaw_inertia_kgm2 = real(15577);
+    stm.body[0].axle_m[0] = real(1.018);
+    stm.body[0].axle_m[1] = real(-1.044);
+    stm.body[0].hitch_m = real(-1.711);
+    stm.body[1].hitch_m = real(7.249);
+    stm.body[0].stiffness_n_per_rad[0] = real(209747);
+    stm.body[0].stiffness_n_per_rad[1] = real(217425);
+    stm.body[1].stiffness_n_per_rad[0] = real(99581);
+    stm.body[1].stiffness_n_per_rad[1] = real(186351);
+    TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_BEYOND_RANGE,
+                          sway_single_track_critical_speed(&stm, &v, &omega));
+    TEST_ASSERT_TRUE(value(v) == value(sway_single_track_speed_high()));
+    TEST_ASSERT_TRUE(sway_real_is_zero(omega));
+    for (double kmh = 10; kmh < 250; kmh += 0.5) {
+        const sway_single_track_quartic_t quartic =
+            sway_single_track_quartic(&stm, real(kmh / 3.6));
+        TEST_ASSERT_TRUE(is_stable(&quartic));
+    }
+}
+
 static void the_closed_form_limit_is_the_first_change_of_stability(void)
 {
     uint32_t random = 12345;
@@ -523,6 +553,7 @@ int main(void)
     RUN_TEST(a_trailer_with_one_axle);
     RUN_TEST(a_car_without_trailer);
     RUN_TEST(speeds_outside_the_search);
+    RUN_TEST(a_determinant_that_is_never_zero_is_no_limit);
     RUN_TEST(the_closed_form_limit_is_the_first_change_of_stability);
     RUN_TEST(relaxation_lowers_the_critical_speed);
     RUN_TEST(at_low_speed_only_the_slow_root_can_be_unstable);
