@@ -248,11 +248,12 @@ static void raise_alarm(sway_judge_t *judge, const sway_judge_evidence_t *eviden
 {
     const sway_margin_model_t *const model = evidence->model;
     const sway_line_t *const line = evidence->line;
+    const bool counts = evidence->modelled && !model->vague;
     const sway_alarm_input_t input = {
         .time_us = evidence->time_us,
         .speed_mm_s = speed_for_alarm(judge, evidence, seen->has_swing),
-        .has_critical_speed = evidence->modelled && sway_judge_has_limit(model),
-        .is_below_range = evidence->modelled && model->kind == SWAY_VCRIT_BELOW_RANGE,
+        .has_critical_speed = counts && sway_judge_has_limit(model),
+        .is_below_range = counts && model->kind == SWAY_VCRIT_BELOW_RANGE,
         .is_static = model->kind == SWAY_VCRIT_DIVERGENCE,
         .is_identified = model->source == SWAY_SOURCE_IDENTIFIED,
         .v_crit_mm_s = millimetre(model->v_crit_m_s),

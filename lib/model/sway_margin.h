@@ -20,6 +20,7 @@
 
 typedef struct {
     bool has_model; ///< damping ratio is valid
+    bool vague;     ///< the critical speed is too uncertain for a notice or a warning
     bool has_steady;
     sway_vcrit_t kind;
     sway_source_t source;

@@ -21,7 +21,7 @@
 #define WANDER_PARAMETER_NANO 1
 
 /* How the road is followed. A mean of 16 innovations has 1/31 of their variance where they are
- * white; of wind and swaths of road it has more, and so much larger the road is told to be, a
+ * white; of wind and swaths of road it has more, and by so much the road is taken to be larger, a
  * thousandth of it with each innovation (30 s), in bounds. */
 #define LAG_SHIFT 4
 #define LAG_WHITE 31
@@ -426,7 +426,7 @@ static void pull(sway_observer_t *observer, uint32_t state, sway_real_t off)
     }
 }
 
-/* Brings estimates back to their bounds. Nothing is told to be known better for it. */
+/* Brings estimates back to their bounds. Nothing counts as better known for it. */
 static bool step_keep(sway_observer_t *observer)
 {
     for (uint32_t k = 0; k < BOUND_COUNT; k++) {

@@ -19,7 +19,7 @@
 #define EVIDENCE_SURE 10
 
 /* Steering speaks, wind and road do not: lateral acceleration, mean square, that the steering asks
- * for (speed squared times angle by wheelbase). From the first on all that is told counts for the
+ * for (speed squared times angle by wheelbase). From the first on every sample counts fully for the
  * parameters, from the second on for a trailer, from the third on against one: a trailer hardly
  * shows in gentle driving. (m/s2)^2 x 100 */
 #define LEARNING_POWER_PERCENT 30
@@ -70,8 +70,11 @@ static const struct {
 /* Derivatives that are renewed each time, after the first. */
 #define TURN 3
 
-/* A critical speed less certain than this is not told. */
-#define TELLING_PPM 150000
+/* A model whose critical speed is less certain than the first is no evidence of the damping, and
+ * raises no notice. Less certain than the second it is not given: more than half of the variance
+ * that a trailer of typical values starts with (about 0.35 squared) is still there. */
+#define EVIDENCE_PPM 150000
+#define REPORTED_PPM 250000
 
 /* Step of the differences. */
 #define DIFFERENCE (-9)
@@ -208,12 +211,12 @@ void sway_trailer_init(sway_trailer_watch_t *trailer, const sway_vehicle_t *vehi
     sway_observer_car_t car;
     sway_observer_start_t start;
     memset(trailer, 0, sizeof *trailer);
-    trailer->told = vehicle->trailer.axles > 0;
+    trailer->configured = vehicle->trailer.axles > 0;
     trailer->rows_due = (uint8_t)(SAMPLE_US / sample_period_us);
     set_car(&car, vehicle, (int32_t)trailer->rows_due * sample_period_us);
     set_car_start(&start, &vehicle->car);
     set_typical(&start, &vehicle->car);
-    if (trailer->told) {
+    if (trailer->configured) {
         set_believed(&start, vehicle);
     }
     const uint32_t open = open_values(vehicle, assumed);
@@ -366,8 +369,8 @@ void sway_trailer_run(sway_trailer_watch_t *trailer)
 
 bool sway_trailer_speaks(const sway_trailer_watch_t *trailer)
 {
-    const bool believed = trailer->told ? trailer->presence != SWAY_TRAILER_NONE
-                                        : trailer->presence == SWAY_TRAILER_THERE;
+    const bool believed = trailer->configured ? trailer->presence != SWAY_TRAILER_NONE
+                                              : trailer->presence == SWAY_TRAILER_THERE;
     return !trailer->sensed && believed && trailer->learnt_ms > 0;
 }
 
@@ -558,9 +561,10 @@ static bool step_errors(sway_trailer_watch_t *trailer)
     next->source = source_of(trailer, sway_real_sqrt(limit));
     next->v_crit_se_m_s = sway_real_sqrt(ADD(floor, limit));
     next->damping_ratio_se = sway_real_sqrt(ratio);
-    if (sway_real_less(MUL(next->v_crit_m_s, micro(TELLING_PPM)), next->v_crit_se_m_s)) {
+    next->vague = sway_real_less(MUL(next->v_crit_m_s, micro(EVIDENCE_PPM)), next->v_crit_se_m_s);
+    next->has_model = next->has_model && !next->vague;
+    if (sway_real_less(MUL(next->v_crit_m_s, micro(REPORTED_PPM)), next->v_crit_se_m_s)) {
         next->kind = SWAY_VCRIT_NONE;
-        next->has_model = false;
     }
     trailer->model = *next;
     trailer->has_model = true;
@@ -833,7 +837,7 @@ static bool add_memory(weighed_t *to, sway_trailer_memory_t *memory, const sway_
     return add_normal(to, memory->covariance, memory->value, sign);
 }
 
-/* What is known now holds what the drive has told and the start: the drive is as probable with the
+/* What is known now holds what the drive has shown and the start: the drive is as probable with the
  * remembered trailer as the integral of now times memory by start. */
 sway_real_t sway_trailer_likeness(const sway_trailer_watch_t *trailer,
                                   const sway_trailer_memory_t *memory)

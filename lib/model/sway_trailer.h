@@ -8,7 +8,7 @@
 /// driver steers: wind and road alone prove neither. The observer with the trailer gives
 /// the trailer's parameters, the damping ratio at the present speed and the critical speed, tyres
 /// that lag included, with standard errors from its whole covariance: masses and stiffnesses that
-/// cannot be told apart leave the critical speed well known. Hard driving, in which tyres level
+/// cannot be separated leave the critical speed well known. Hard driving, in which tyres level
 /// off, teaches little.
 ///
 /// All this is silent, and costs nothing but its memory, as soon as a sensor of the trailer has
@@ -66,9 +66,9 @@ typedef struct {
 #define SWAY_TRAILER_PARAMETERS 10
 
 typedef struct {
-    bool sensed;  ///< a sensor of the trailer was heard
-    bool told;    ///< the user believes in a trailer: axles > 0
-    bool busy[2]; ///< an observer has work: alone, with
+    bool sensed;     ///< a sensor of the trailer was heard
+    bool configured; ///< the user's vehicle has a trailer: axles > 0
+    bool busy[2];    ///< an observer has work: alone, with
     bool has_model;
     bool complete;    ///< all derivatives have been computed once
     uint8_t presence; ///< sway_trailer_presence_t

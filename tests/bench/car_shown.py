@@ -40,7 +40,8 @@ def limits(f: dict[str, Any]) -> str:
     """Error of the critical speed and its intervals."""
     return (
         f"median error {f['median_error_percent']:.1f} % (signed {f['bias_percent']:+.1f} %), "
-        f"{100 * f['in_90_percent_interval']:.0f} % of the 90 % intervals hold, {f['told']} told"
+        f"{100 * f['in_90_percent_interval']:.0f} % of the 90 % intervals hold, "
+        f"{f['reported']} reported"
     )
 
 
@@ -104,14 +105,20 @@ def card(found: dict[str, Any]) -> Row:
     )
 
 
-def of_ordinary(f: dict[str, Any]) -> Row:
-    """Five minutes at three speeds, nothing known."""
+ORDINARY = (
+    ("nothing", "nothing known, not even that there is a trailer"),
+    ("attached", "nothing known but that there is a trailer (an empty `[trailer]`)"),
+)
+
+
+def of_ordinary(f: dict[str, Any], words: str) -> Row:
+    """Five minutes at three speeds."""
     return Row(
         f"{f['drives']} ordinary drives of five minutes at three speeds, production sensors, "
-        "nothing known: critical speed",
-        "<= 10 %, 80 to 97 % hold, told in each",
-        limits(f) if f["told"] else "told in none",
-        bool(f["told"] == f["drives"] and held(f, 10.0)),
+        f"{words}: critical speed",
+        "<= 10 %, 80 to 97 % hold, reported in each",
+        limits(f) if f["reported"] else "reported in none",
+        bool(f["reported"] == f["drives"] and held(f, 10.0)),
     )
 
 
@@ -232,7 +239,7 @@ def shown(args: argparse.Namespace) -> list[Row]:
         ):
             add(*of_pairs(trailer_swap.pairs(args.pairs, most), which))
     if args.drives:
-        add(of_ordinary(car_sensors.ordinary(args.drives)))
+        add(*(of_ordinary(car_sensors.ordinary(args.drives, how), w) for how, w in ORDINARY))
     if args.warnings:
         add(*of_warnings(car_sensors.warnings(args.warnings, args.hours)))
     add(*ELSEWHERE)

@@ -649,6 +649,20 @@ static void the_error_of_a_limit_is_taken_to_the_millimetre(void)
     TEST_ASSERT_EQUAL_HEX32(small, reasons());
 }
 
+/* Such a limit is reported with its error; what it would say of this speed is a guess. */
+static void a_vague_limit_raises_no_notice(void)
+{
+    no_line();
+    set_limit(SWAY_VCRIT_FOUND, 25.0, 0);
+    model.vague = true;
+    TEST_ASSERT_EQUAL_HEX32(0, reasons());
+    set_limit(SWAY_VCRIT_BELOW_RANGE, 2.778, 0);
+    model.vague = true;
+    TEST_ASSERT_EQUAL_HEX32(0, reasons());
+    model.vague = false;
+    TEST_ASSERT_EQUAL_HEX32(SWAY_REASON_SMALL_MARGIN, reasons());
+}
+
 /* Then 3/4 of an error is enough. */
 static void a_swing_at_the_limit_amplitude_warns_sooner(void)
 {
@@ -848,6 +862,7 @@ int main(void)
     RUN_TEST(a_speed_that_never_came_is_judged_with_a_swing_only);
     RUN_TEST(a_margin_is_that_of_a_limit_that_was_found_now);
     RUN_TEST(the_error_of_a_limit_is_taken_to_the_millimetre);
+    RUN_TEST(a_vague_limit_raises_no_notice);
     RUN_TEST(a_swing_at_the_limit_amplitude_warns_sooner);
     RUN_TEST(a_model_that_is_unstable_at_any_speed_warns_by_its_damping);
     RUN_TEST(a_swing_that_is_little_damped_is_noticed);

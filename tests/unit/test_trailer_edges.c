@@ -544,12 +544,12 @@ static void the_observer_speaks_of_what_it_has_learnt_and_believes(void)
 {
     for (int c = 0; c < 24; c++) {
         memset(&watch, 0, sizeof watch);
-        watch.told = c % 2 == 1;
+        watch.configured = c % 2 == 1;
         watch.sensed = c / 2 % 2 == 1;
         watch.learnt_ms = c / 4 % 2;
         watch.presence = (uint8_t)(c / 8);
         const bool believed = watch.presence == SWAY_TRAILER_THERE ||
-                              (watch.told && watch.presence == SWAY_TRAILER_UNDECIDED);
+                              (watch.configured && watch.presence == SWAY_TRAILER_UNDECIDED);
         TEST_ASSERT_EQUAL(believed && !watch.sensed && watch.learnt_ms == 1,
                           sway_trailer_speaks(&watch));
     }
@@ -706,13 +706,36 @@ static void derivatives_are_renewed_in_turn(void)
     }
 }
 
-static void a_limit_too_uncertain_is_not_told(void)
+/* All variances together, so that the error is this share of the critical speed. */
+static void limit_uncertain_by(double share)
 {
     sway_trailer_init(&watch, &vehicle, 0, 10000);
+    model_at(100);
+    const double limit = value(watch.model.v_crit_m_s);
+    const double floor = 0.013 * limit;
+    const double now = value(watch.model.v_crit_se_m_s);
+    const double factor =
+        (share * share * limit * limit - floor * floor) / (now * now - floor * floor);
+    sway_trailer_init(&watch, &vehicle, 0, 10000);
     for (int i = 0; i < SWAY_OBSERVER_TRIANGLE; i++) {
-        watch.with.p[i] = sway_real_scale(watch.with.p[i], 8);
+        watch.with.p[i] = sway_real_mul(watch.with.p[i], real(factor));
     }
     model_at(100);
+}
+
+static void a_limit_too_uncertain_is_not_reported(void)
+{
+    limit_uncertain_by(0.149);
+    TEST_ASSERT_EQUAL(SWAY_VCRIT_FOUND, watch.model.kind);
+    TEST_ASSERT_TRUE(watch.model.has_model);
+    TEST_ASSERT_FALSE(watch.model.vague);
+    limit_uncertain_by(0.151);
+    TEST_ASSERT_EQUAL(SWAY_VCRIT_FOUND, watch.model.kind);
+    TEST_ASSERT_FALSE(watch.model.has_model);
+    TEST_ASSERT_TRUE(watch.model.vague);
+    limit_uncertain_by(0.249);
+    TEST_ASSERT_EQUAL(SWAY_VCRIT_FOUND, watch.model.kind);
+    limit_uncertain_by(0.251);
     TEST_ASSERT_EQUAL(SWAY_VCRIT_NONE, watch.model.kind);
     TEST_ASSERT_FALSE(watch.model.has_model);
 }
@@ -818,7 +841,7 @@ int main(void)
     RUN_TEST(a_model_has_the_errors_of_all_that_moves_it);
     RUN_TEST(tyres_that_lag_lower_damping_and_limit);
     RUN_TEST(derivatives_are_renewed_in_turn);
-    RUN_TEST(a_limit_too_uncertain_is_not_told);
+    RUN_TEST(a_limit_too_uncertain_is_not_reported);
     RUN_TEST(what_is_reported_has_the_errors_of_its_parts);
     return UNITY_END();
 }

@@ -45,7 +45,7 @@ VISIBLE = 2.0
 """RMS of a swing in units of the quiet RMS, at the larger end of a window."""
 
 SLOWEST = 4.0
-"""Rows a swing needs in one cycle: a line of fewer is not told from its mirror image (of 3.3 rows
+"""Rows a swing needs in one cycle: a line of fewer looks like its mirror image (of 3.3 rows
 none is found, of 2.9 one that grows)."""
 
 SHORTEST, LONGEST = 1.0, 6.0

@@ -24,8 +24,8 @@ ADDED = 0.25
 """Answer to the input within a window over the free swing, up to which it can be taken out."""
 
 GAIN_DOUBT = 0.25
-"""What remains of the input's part: an act is larger than a hand's wandering, so tyres give less
-for it, and other motion is in the amplitude at the begin of the window."""
+"""What stays uncertain of the input's part: an act is larger than a hand's wandering, so tyres give
+less for it, and other motion is in the amplitude at the begin of the window."""
 
 _MEMORY_DECAYS, _MEMORY_CYCLES = 5.0, 40.0
 """How far back the input counts."""

@@ -122,7 +122,7 @@ class Point:
     parts
         How its damping goes with the size of the swing.
     shape
-        How other signals swing along; None: none is named, or that cannot be told.
+        How other signals swing along; None: none is named, or that cannot be determined.
     """
 
     run: str

@@ -23,7 +23,7 @@ IntArray = npt.NDArray[np.int64]
 
 ASIDE = 0.25
 """Where the shape is looked at: before and behind the middle, in half lengths of the window. At its
-ends a shape cannot be told (an offset is fitted too), in its middle a drift is not seen."""
+ends a shape cannot be determined (an offset is fitted too), in its middle a drift is not seen."""
 
 
 class Shape(NamedTuple):

@@ -2,7 +2,7 @@
 
 The core works on windows of 32 to 496 rows; :func:`core_rows` brings a window of any length and
 rate there (means of whole blocks where there are too many rows, a spline where there are too few).
-Time is told to the core as if a row lasted 10 ms, so 0.2 Hz and 10 Hz are the same to it. Nothing
+The core gets times as if a row lasted 10 ms, so 0.2 Hz and 10 Hz are the same to it. Nothing
 is estimated here: :class:`Line` is what ``sway_line`` found; the functions below say how a
 disturbance of the samples would have moved it (its first-order sensitivity).
 """

@@ -38,12 +38,12 @@ class Remembered:
         """The state in plain words, with its likelihood."""
         odds = f"{_times(abs(self.likeness))} times"
         more = "more" if self.likeness >= 0.0 else "less"
-        told = f"this drive is {odds} {more} probable with it than with an unknown one"
+        compared = f"this drive is {odds} {more} probable with it than with an unknown one"
         words = {
             "no trailer": "no trailer is attached",
             "new": "a trailer is attached; none is remembered to compare it with",
-            "same": f"the trailer is the one of earlier drives ({told})",
-            "another": f"this is another trailer than in earlier drives ({told})",
+            "same": f"the trailer is the one of earlier drives ({compared})",
+            "another": f"this is another trailer than in earlier drives ({compared})",
         }
         if self.state not in words:
             return "The ECU cannot tell yet whether a trailer is attached and whether it knows it."
