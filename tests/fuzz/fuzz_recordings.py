@@ -201,7 +201,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--count", type=int, default=10**9)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=Path("build/fuzz-recordings"))
+    parser.add_argument("--out", type=Path, default=Path("build/fuzz/fuzz_recordings"))
     args = parser.parse_args()
     faulthandler.enable()
     ended, findings = fuzz(args.seconds, args.count, args.seed, args.out)

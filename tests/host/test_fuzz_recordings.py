@@ -1,9 +1,10 @@
-"""A fixed few of the mutated files of ``make fuzz-recordings``, and those that it once found."""
+"""A fixed few of the mutated files of ``make fuzz FUZZ=fuzz_recordings``, and those that it once found."""
 
 from __future__ import annotations
 
 import importlib.util
 import struct
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -53,3 +54,29 @@ def test_a_channel_behind_its_record_is_refused(
     path.write_bytes(data)
     with pytest.raises(RecordingError, match=r"damaged MF4: channel .* of a record of \d+"):
         read_recording(path)
+
+
+def test_fuzzing_hours_are_kept(tmp_path: Path) -> None:
+    """What a run adds to RESULT.md is read again: more of the same version, a row of another."""
+    spec = importlib.util.spec_from_file_location("fuzz_run", PLACE.with_name("run.py"))
+    assert spec is not None and spec.loader is not None
+    run = importlib.util.module_from_spec(spec)
+    sys.modules["fuzz_run"] = run  # its dataclass looks itself up there
+    spec.loader.exec_module(run)
+    result = tmp_path / "RESULT.md"
+    for row in (
+        run.Row("fuzz_xcp", "abc1234", "2026-11-25", 10.0, 5000, "**yes**"),
+        run.Row("fuzz_real", "abc1234", "2026-11-25", 1.0, 7, "nothing"),
+        run.Row("fuzz_xcp", "abc1234", "2026-11-26", 50.5, 6000, "nothing"),
+        run.Row("fuzz_xcp", "fed4321x", "2026-11-27", 1.0, 1, "nothing"),
+    ):
+        rows = run.added(run.rows_of(result), row)
+        result.write_text(run.TITLE + "".join(f"{r}\n" for r in rows))
+    assert run.rows_of(result) == [
+        run.Row("fuzz_real", "abc1234", "2026-11-25", 1.0, 7, "nothing"),
+        run.Row("fuzz_xcp", "abc1234", "2026-11-26", 60.5, 11000, "**yes**"),
+        run.Row("fuzz_xcp", "fed4321x", "2026-11-27", 1.0, 1, "nothing"),
+    ]
+    committed = PLACE.with_name("RESULT.md")
+    assert {row.name for row in run.rows_of(committed)} == set(run.ATTACKS)
+    assert all(row.found == "nothing" for row in run.rows_of(committed))

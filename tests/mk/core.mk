@@ -1,4 +1,4 @@
-# The estimator: its benchmark, its instruction counts, its fuzzers and proofs.
+# The estimator: its benchmark, its instruction counts, its proofs.
 ESTIMATOR_SOURCES := $(wildcard lib/arithmetic/*.c lib/signal/*.c)
 ESTIMATOR_SO := $(B)/bench/libestimator.so
 BENCH_PYTHON := $(wildcard tests/bench/estimator*.py)
@@ -86,21 +86,6 @@ $(B)/bench/drift.txt: $(FAST_FORWARD)
 	@$< 1000000000 >$@
 checks:: $(FAST_FORWARD)
 	@$< 2000000
-
-# --- fuzzers: make fuzz FUZZ_SECONDS=600; in the tests a few thousand runs ------------------------
-FUZZ_SECONDS ?= 60
-FUZZ_CC ?= clang
-$(B)/fuzz/%: tests/fuzz/%.c $(ESTIMATOR_SOURCES) $(wildcard lib/*.h lib/*/*.h) | $(KISSFFT_DIR)/kiss_fft.h
-	@mkdir -p $(@D)
-	@$(FUZZ_CC) -std=c99 -Wall -Wextra -O1 -g -fsanitize=fuzzer,address,undefined \
-	    -fno-sanitize-recover=all -Wno-sign-compare $(DEFINE) $(INCLUDE) $< $(ESTIMATOR_SOURCES) \
-	    $(KISSFFT_DIR)/kiss_fft.c -lm -o $@
-
-.PHONY: fuzz
-fuzz: $(B)/fuzz/fuzz_track $(B)/fuzz/fuzz_real
-	@for f in $^; do mkdir -p $$f.corpus; \
-	    $$f -max_total_time=$(FUZZ_SECONDS) -max_len=400 -print_final_stats=1 -artifact_prefix=$$f- \
-	    $$f.corpus 2>&1 | tail -n 8; done
 
 # --- proofs of the bounds: needs frama-c-base, why3 and z3 (`why3 config detect` once) ------------
 PROVE := frama-c -wp -wp-rte -wp-prover z3 -wp-timeout 60 -wp-fct fresh_sum,slide,block_product

@@ -1,10 +1,12 @@
-# Fuzzers of the bus, the ECU and what is read from files.
-#   make fuzz-port    with libFuzzer for FUZZ_SECONDS each, from the corpora in tests/fuzz/corpus
+# Attacks: fuzzers of everything that takes bytes from outside, and a campaign of faults.
+#   make fuzz         FUZZ_SECONDS (60) of processor time for each of FUZZ (all); adds a row of each to
+#                     tests/fuzz/RESULT.md; what is found is kept in build/fuzz
 #   make fuzz-corpus  the corpora and some mutations of them by gcc's sanitizers (in `make test`)
-FUZZERS := fuzz_node fuzz_ecu fuzz_files
-FUZZ_PORT := $(PORT_COMMON) port/vehicle_file.c port/names.c port/socketcan/log_file.c port/replay/candump.c
+FUZZERS := fuzz_node fuzz_ecu fuzz_xcp fuzz_files
+FUZZ_PORT := $(PORT_COMMON) port/vehicle_file.c port/names.c port/socketcan/log_file.c port/replay/candump.c \
+    $(PORT_SOURCES_xcp)
 FUZZ_FLAGS := -std=c99 -Wall -Wextra -D_GNU_SOURCE -DUNITY_SUPPORT_64 $(DEFINE) $(INCLUDE) -Iport \
-    -Iport/replay -Iport/socketcan -Itests/port -I$(UNITY_DIR)
+    -Iport/replay -Iport/socketcan -Iport/xcp -Itests/port -I$(UNITY_DIR)
 FUZZ_RUNS ?= 150
 FUZZ_NEEDS := tests/fuzz/fuzz.h tests/port/port_test.h $(FUZZ_PORT) \
     $(wildcard lib/*.h lib/*/*.h lib/*/*.c port/*.h port/*/*.h)
@@ -25,18 +27,26 @@ $(FUZZERS:%=$(B)/fuzz/libfuzzer_%): $(B)/fuzz/libfuzzer_%: tests/fuzz/%.c $(FUZZ
 	    $< $(FUZZ_PORT) $(LIB_NAMES:%=lib/%.c) $(CODEC).c $(KISSFFT_FLAGS) $(KISSFFT_DIR)/kiss_fft.c \
 	    $(UNITY_DIR)/unity.c -w -lm -o $@
 
-.PHONY: fuzz-corpus fuzz-port
+# The estimator's need no port.
+FUZZERS_CORE := fuzz_track fuzz_real
+$(FUZZERS_CORE:%=$(B)/fuzz/libfuzzer_%): $(B)/fuzz/libfuzzer_%: tests/fuzz/%.c $(ESTIMATOR_SOURCES) \
+    $(wildcard lib/*.h lib/*/*.h) | $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $(@D)
+	@echo "CC $@"
+	@tests/tools/need /usr/lib/clang/14/lib/linux/libclang_rt.fuzzer-x86_64.a=libclang-rt-14-dev
+	@clang -std=c99 -Wall -Wextra -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
+	    -Wno-sign-compare $(DEFINE) $(INCLUDE) $< $(ESTIMATOR_SOURCES) $(KISSFFT_DIR)/kiss_fft.c -lm -o $@
+
+FUZZ ?= $(FUZZERS_CORE) $(FUZZERS) fuzz_recordings
+FUZZ_SECONDS ?= 60
+.PHONY: fuzz fuzz-corpus
+fuzz: setup-test $(patsubst %,$(B)/fuzz/libfuzzer_%,$(filter $(FUZZERS_CORE) $(FUZZERS),$(FUZZ)))
+	@$(PY) tests/fuzz/run.py --seconds $(FUZZ_SECONDS) --build $(B)/fuzz --result tests/fuzz/RESULT.md $(FUZZ)
+
 fuzz-corpus: $(FUZZERS:%=$(B)/fuzz/corpus_%)
 	@for f in $(FUZZERS); do \
 	    $(B)/fuzz/corpus_$$f $(FUZZ_RUNS) $$(find tests/fuzz/corpus/$$f -type f | sort) \
 	    2>$(B)/fuzz/$$f.err || { tail -n 30 $(B)/fuzz/$$f.err; exit 1; }; done
-
-fuzz-port: setup-test $(FUZZERS:%=$(B)/fuzz/libfuzzer_%)
-	@for f in $(FUZZERS); do mkdir -p $(B)/fuzz/$$f.corpus; \
-	    $(B)/fuzz/libfuzzer_$$f -max_total_time=$(or $(FUZZ_SECONDS),60) -max_len=4096 \
-	    -artifact_prefix=$(B)/fuzz/$$f- -print_final_stats=1 $(B)/fuzz/$$f.corpus \
-	    tests/fuzz/corpus/$$f >$(B)/fuzz/$$f.log 2>&1 || { tail -n 40 $(B)/fuzz/$$f.log; exit 1; }; \
-	    echo "$$f: $$(grep -E 'number_of_executed_units' $(B)/fuzz/$$f.log), no finding"; done
 
 checks:: fuzz-corpus
 # make fault-campaign: 10,000 faults of bus, sensors, time, power and logs, each in a drive of its
