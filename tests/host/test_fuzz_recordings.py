@@ -1,4 +1,4 @@
-"""A fixed few of the mutated files of ``make fuzz FUZZ=fuzz_recordings``, and those that it once found."""
+"""A fixed few of the mutated files of ``make fuzz``, and those that it once found."""
 
 from __future__ import annotations
 
@@ -59,7 +59,8 @@ def test_a_channel_behind_its_record_is_refused(
 def test_fuzzing_hours_are_kept(tmp_path: Path) -> None:
     """What a run adds to RESULT.md is read again: more of the same version, a row of another."""
     spec = importlib.util.spec_from_file_location("fuzz_run", PLACE.with_name("run.py"))
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     run = importlib.util.module_from_spec(spec)
     sys.modules["fuzz_run"] = run  # its dataclass looks itself up there
     spec.loader.exec_module(run)
