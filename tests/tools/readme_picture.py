@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from swaywatch.analysis import DriveResult, analyze, found_critical
 from swaywatch.cli import main as swaywatch
 from swaywatch.diagnose import engine
-from swaywatch.diagnose.fit.fit import Problem
 from swaywatch.diagnose.report import page
 from swaywatch.report.figures import ALARM_COLOUR, BLUE, GREY, RED
 
@@ -42,21 +41,11 @@ def drive() -> DriveResult:
         return analyze([recording], DRIVEN, signals)[0]
 
 
-def diagnosed() -> dict[str, Any]:
-    """The diagnosis of the case with its fits, as its page gets them."""
-    found: dict[str, Any] = {}
-
-    def keep(result: Any, problem: Problem, baseline: Any, fit: Any, *_: Any) -> str:
-        found.update(result=result, problem=problem, baseline=baseline, fit=fit)
-        return ""
-
-    engine.page = keep  # type: ignore[assignment]
-    with tempfile.TemporaryDirectory() as folder:
-        engine.diagnose(
-            [CASE / "run1.asc", CASE / "run2.asc"], CASE / "vehicle.toml", CASE / "signals.toml",
-            report=Path(folder) / "page.html",
-        )  # fmt: skip
-    return found
+def diagnosed() -> engine.Diagnosed:
+    """The diagnosis of the case with its fits."""
+    return engine.diagnose_combination(
+        [CASE / "run1.asc", CASE / "run2.asc"], CASE / "vehicle.toml", CASE / "signals.toml"
+    )
 
 
 def draw_drive(axes: list[Axes], result: DriveResult) -> None:
@@ -105,11 +94,15 @@ def _band(axes: Axes, time: Any, value: Any, error: Any, colour: str) -> None:
         axes.plot(time[part], value[part], color=colour, lw=1.2)
 
 
-def draw_diagnosis(axes: list[Axes], found: dict[str, Any]) -> None:
+def draw_diagnosis(axes: list[Axes], found: engine.Diagnosed) -> None:
     """Measured, simulated before and after; the difference; the load of the axle concerned."""
     signal, error, load = axes
-    run = found["problem"].runs[0]
-    measured, before, after = page._three(found["problem"], found["baseline"], found["fit"], 0)
+    verdict = found.verdict
+    assert verdict is not None
+    run = verdict.problem.runs[0]
+    measured, before, after = page.measured_before_after(
+        verdict.problem, verdict.baseline, verdict.fit, 0
+    )
     wheels = ("wheel_vertical_load_rl", "wheel_vertical_load_rr")
     for (_, channels, _), label, colour, width in (
         (measured, "measured", "black", 0.9), (before, "simulated", RED, 1.1),
@@ -133,7 +126,7 @@ def draw_diagnosis(axes: list[Axes], found: dict[str, Any]) -> None:
     load.text(18.6, load.get_ylim()[0] + 0.15,
               "found: an axle load that oscillates\nat twice the yaw frequency, from when\n"
               "to when and how strongly", color=BLUE, va="bottom")  # fmt: skip
-    for effect in found["result"]["effects"]:
+    for effect in found.result["effects"]:
         for window in effect.get("window_details", []):
             if window["run"] == run.name:
                 for one in axes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -32,6 +32,7 @@ from swaywatch.discover.find import Discovery, Laws
 from swaywatch.discover.report import take_law, with_law
 from swaywatch.effects.effect import Effect, library
 from swaywatch.errors import RecordingError
+from swaywatch.vehicle import Vehicle
 from swaywatch.vehicle_file import load_vehicle
 
 FORMAT = 3
@@ -109,9 +110,63 @@ def diagnose(
                 f"{vehicle}: no [trailer]: a car alone is compared with our own model only"
             )
         return diagnose_car_alone(recordings, believed, signals, progress, report)
+    found = diagnose_combination(
+        recordings, vehicle, signals, simulations=simulations,
+        simulation_signals=simulation_signals, extra=extra, progress=progress,
+    )  # fmt: skip
+    if report is not None and found.verdict is not None:
+        found.write_page(found.verdict, report)
+    if found.failures.sentences:
+        found.result["failed"] = found.failures.sentences
+    progress("done", 1.0)
+    return found.result
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """What a diagnosis found.
+
+    Attributes
+    ----------
+    result
+        The content of diagnosis.json.
+    verdict
+        The fits behind it; None where the recordings cannot be compared with a model.
+    vehicle
+        As read.
+    failures
+        Parts that could not be made.
+    """
+
+    result: dict[str, Any]
+    verdict: Verdict | None
+    vehicle: Vehicle
+    failures: Failures
+
+    def write_page(self, verdict: Verdict, report: Path) -> None:
+        """Write the HTML page; a page that fails costs no verdict."""
+
+        def made() -> None:
+            text = page(self.result, verdict.problem, verdict.baseline, verdict.fit, self.vehicle)
+            write_page(text, report)
+
+        self.failures.part("the page", made, None)
+
+
+def diagnose_combination(
+    recordings: Sequence[Path],
+    vehicle: Path,
+    signals: Path,
+    *,
+    simulations: Sequence[Path] = (),
+    simulation_signals: Path | None = None,
+    extra: Sequence[Effect] = (),
+    progress: Progress = _silent,
+) -> Diagnosed:
+    """`diagnose` of a car with a trailer, without its page."""
     with threadpool_limits(1):  # small matrices: threads would wait for each other
         return _combination(
-            recordings, vehicle, signals, (simulations, simulation_signals), extra, progress, report
+            recordings, vehicle, signals, (simulations, simulation_signals), extra, progress
         )
 
 
@@ -122,14 +177,13 @@ def _combination(
     simulated: tuple[Sequence[Path], Path | None],
     extra: Sequence[Effect],
     progress: Progress,
-    report: Path | None,
-) -> dict[str, Any]:
-    """`diagnose` of a car with a trailer; `simulated` are simulations and their roles."""
+) -> Diagnosed:
+    """All of it; `simulated` are simulations and their roles."""
     simulations, simulation_signals = simulated
     failures = Failures()
     loaded = load(recordings, vehicle, signals, whole=bool(simulations))
     if loaded.problem is None:
-        return _cannot(loaded)
+        return Diagnosed(_cannot(loaded), None, loaded.vehicle, failures)
     effects = library(extra)
     if simulations:
         _, problem, notes = attach(
@@ -159,18 +213,7 @@ def _combination(
         "vehicle": str(vehicle),
         "signals": str(signals),
     }
-    if report is not None:
-        failures.part(
-            "the page",
-            lambda: write_page(
-                page(result, whole, verdict.baseline, verdict.fit, loaded.vehicle), report
-            ),
-            None,
-        )
-    if failures.sentences:
-        result["failed"] = failures.sentences
-    progress("done", 1.0)
-    return result
+    return Diagnosed(result, verdict, loaded.vehicle, failures)
 
 
 def _with_and_without_drifts(

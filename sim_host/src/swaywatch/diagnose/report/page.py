@@ -203,7 +203,7 @@ def _claimed(result: Mapping[str, Any], run: Run) -> list[tuple[float, float]]:
     ]
 
 
-def _three(
+def measured_before_after(
     problem: Problem, baseline: Fit, fit: Fit, index: int
 ) -> list[tuple[str, dict[str, Array], str]]:
     """Measured, before, after: channels by name; one simulation where nothing is claimed."""
@@ -390,7 +390,7 @@ def page(
     """HTML of the page."""
     evidence = result["evidence"]
     runs = range(len(problem.runs))
-    threes = [_three(problem, baseline, fit, index) for index in runs]
+    threes = [measured_before_after(problem, baseline, fit, index) for index in runs]
     return document(
         "diagnose/report/page.html",
         "Diagnosis: where simulation and recording differ",
