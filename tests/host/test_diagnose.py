@@ -165,6 +165,9 @@ def _is_right(result: dict[str, Any], case: Path) -> None:
                 assert said["parameters"][key]["value"] == pytest.approx(value, rel=0.25)
             elif key in ("axle", "parameter", "channel"):
                 assert value in (said["component"], said["role"])
+    for fit in (e["fit"] for e in result["effects"] if e["fit"]):
+        assert fit["diagnosed_nrmse"] < 0.97 * fit["baseline_nrmse"]
+        assert fit["diagnosed_nrmse"] < 0.97 * fit["as_written_nrmse"]
 
 
 assert len(BODY) == BODY_VALUES.size

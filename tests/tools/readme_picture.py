@@ -100,9 +100,7 @@ def draw_diagnosis(axes: list[Axes], found: engine.Diagnosed) -> None:
     verdict = found.verdict
     assert verdict is not None
     run = verdict.problem.runs[0]
-    measured, before, after = page.measured_before_after(
-        verdict.problem, verdict.baseline, verdict.fit, 0
-    )
+    measured, before, after = page.measured_before_after(verdict, 0)
     wheels = ("wheel_vertical_load_rl", "wheel_vertical_load_rr")
     for (_, channels, _), label, colour, width in (
         (measured, "measured", "black", 0.9), (before, "simulated", RED, 1.1),

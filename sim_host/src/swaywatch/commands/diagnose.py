@@ -48,8 +48,7 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, write diagnosis.json and report.html, print the verdict."""
     from swaywatch.analysis import refuse_trailer_roles
     from swaywatch.diagnose.engine import diagnose, write
-    from swaywatch.diagnose.report.labels import how_much, part, what_is_left
-    from swaywatch.diagnose.report.sentences import sentence
+    from swaywatch.diagnose.report.labels import what_is_left
     from swaywatch.discover.save import read_physics, save_law
     from swaywatch.terminal.progress import LateProgress
     from swaywatch.vehicle_file import load_vehicle
@@ -66,18 +65,7 @@ def run(args: argparse.Namespace) -> int:
     write(result, args.out / "diagnosis.json")
     output.result(args, result)
     print(f"verdict: {result['verdict']}")
-    for effect in result["effects"]:
-        place = part(effect["component"])
-        print(f"  {effect['id']} at {place} (confidence {effect['confidence']:.2f})")
-        print(f"    {sentence(effect, result.get('stability'))}")
-        for text in how_much(effect):
-            print(f"    {text}")
-        if effect["equivalent_details"]:
-            print("    cannot be distinguished from: " + ", ".join(effect["equivalent_details"]))
-    for law in result.get("discovered", []):
-        print(f"  a law that is in no library: {law['text']}")
-        if law["perhaps"]:
-            print(f"    perhaps {law['perhaps']}")
+    _print_findings(result)
     if args.save_law is not None and not save_law(result, args.save_law):
         print(f"  no law was found beyond the library: {args.save_law} is not written")
     for name, quantity in result.get("quantities", {}).items():
@@ -88,3 +76,24 @@ def run(args: argparse.Namespace) -> int:
     for text in result.get("failed", []):
         print(f"swaywatch diagnose: {text}; the verdict stands without it", file=sys.stderr)
     return 0
+
+
+def _print_findings(result: dict[str, Any]) -> None:
+    """Effects and laws, how large they are, and how much better the simulation is with them."""
+    from swaywatch.diagnose.report.labels import how_much, how_well, part
+    from swaywatch.diagnose.report.sentences import sentence
+
+    for effect in result["effects"]:
+        place = part(effect["component"])
+        print(f"  {effect['id']} at {place} (confidence {effect['confidence']:.2f})")
+        print(f"    {sentence(effect, result.get('stability'))}")
+        for text in how_much(effect):
+            print(f"    {text}")
+        if effect["equivalent_details"]:
+            print("    cannot be distinguished from: " + ", ".join(effect["equivalent_details"]))
+    if how_well(result):
+        print(f"  {how_well(result)}")
+    for law in result.get("discovered", []):
+        print(f"  a law that is in no library: {law['text']}")
+        if law["perhaps"]:
+            print(f"    perhaps {law['perhaps']}")

@@ -51,8 +51,11 @@ def run(args: argparse.Namespace) -> int:
     write(result, args.out)
     output.result(args, result)
     print(f"roles: {result['signals']}")
+    written = result.get("as_written_nrmse")
+    first = "" if written is None else f"vehicle.toml as written {written:.3f}, "
     print(
-        f"NRMSE baseline {result['baseline_nrmse']:.3f}, diagnosed {result['diagnosed_nrmse']:.3f}"
+        f"NRMSE {first}baseline {result['baseline_nrmse']:.3f}, "
+        f"diagnosed {result['diagnosed_nrmse']:.3f}"
     )
     if result["baseline_iso18571"] is not None:
         print(

@@ -18,6 +18,7 @@ from swaywatch.diagnose.evidence.drifts import contradicted
 from swaywatch.diagnose.evidence.evidence import UNEXPLAINED_ABOVE
 from swaywatch.diagnose.evidence.search import Progress, Search, reduced_chi_square
 from swaywatch.diagnose.evidence.verdict import Verdict, decide
+from swaywatch.diagnose.fit.as_written import as_written
 from swaywatch.diagnose.fit.data import Loaded, load
 from swaywatch.diagnose.fit.fit import COMPARED, OBSERVER, Fitter, Problem
 from swaywatch.diagnose.fit.road_vehicle import on_springs, outside
@@ -147,7 +148,7 @@ class Diagnosed:
         """Write the HTML page; a page that fails costs no verdict."""
 
         def made() -> None:
-            text = page(self.result, verdict.problem, verdict.baseline, verdict.fit, self.vehicle)
+            text = page(self.result, verdict, self.vehicle)
             write_page(text, report)
 
         self.failures.part("the page", made, None)
@@ -197,6 +198,9 @@ def _combination(
     loaded.problem = verdict.problem
     _say_what_is_left(loaded, verdict, failures)
     loaded.checks += verdict.problem.budget.sentences()
+    verdict.written = failures.part(
+        "the simulation with vehicle.toml as written", lambda: as_written(verdict.problem), None
+    )
     result = _result(loaded, verdict, effects)
     if loaded.stretches is not None and not loaded.stretches.whole:
         result["stretches"] = loaded.stretches.entries()
@@ -387,7 +391,7 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
         "effects": [*effects_found, *faults],
         "calibrated": calibrated(verdict, problem),
         "unexplained": verdict.notes,
-        "model": model_block(problem, verdict.fit, verdict.baseline),
+        "model": model_block(problem, verdict.fit, verdict.baseline, verdict.written),
         "checks": [
             *loaded.checks,
             *loaded.cannot,
@@ -395,6 +399,9 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
             *_unseen(verdict),
         ],
         "evidence": {
+            "reduced_chi_square_as_written": (
+                None if verdict.written is None else reduced_chi_square(verdict.written)
+            ),
             "reduced_chi_square_calibrated": reduced_chi_square(verdict.baseline),
             "reduced_chi_square_diagnosed": reduced_chi_square(verdict.fit),
             "log_bayes_factor": verdict.evidence,

@@ -24,7 +24,9 @@ from swaywatch.plant.lanes import BODY
 from swaywatch.toml_file import load_toml
 
 
-def model_block(problem: Problem, fit: Fit, baseline: Fit) -> dict[str, Any]:
+def model_block(
+    problem: Problem, fit: Fit, baseline: Fit, written: Fit | None = None
+) -> dict[str, Any]:
     """Constants of the file, effects with raw values, calibration to the user's simulation."""
     block: dict[str, Any] = {
         "kind": "combination",
@@ -35,6 +37,7 @@ def model_block(problem: Problem, fit: Fit, baseline: Fit) -> dict[str, Any]:
         "given": [list(pair) for pair in problem.given],
         "shift": fit.shift.tolist(),
         "shift_calibrated": baseline.shift.tolist(),
+        "shift_as_written": None if written is None else written.shift.tolist(),
         "runs": [
             {"name": run.name, "duration_s": float(run.time[-1] - run.time[0])}
             for run in problem.runs

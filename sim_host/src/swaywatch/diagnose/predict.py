@@ -64,7 +64,8 @@ def predict(
     Returns
     -------
     dict
-        ``baseline_nrmse``, ``diagnosed_nrmse`` (a pure prediction), per channel, ISO/TS 18571,
+        ``as_written_nrmse`` (the vehicle of the file), ``baseline_nrmse`` (calibrated, without
+        the findings), ``diagnosed_nrmse`` (all three pure predictions), per channel, ISO/TS 18571,
         5 % criterion; ``diagnosed_with_windows_nrmse`` where the diagnosis holds windows (their
         times are looked for in the run, so it is no prediction); what was taken from the run.
     """
@@ -92,7 +93,10 @@ def predict(
     result["effects_in_windows"] = [t.effect.name for t in windowed]
     shift = np.array(content["model"]["shift"])
     calibrated = np.array(content["model"]["shift_calibrated"])
-    for word, used, own in (("baseline", (), calibrated), ("diagnosed", lasting, shift)):
+    models = [("baseline", (), calibrated), ("diagnosed", lasting, shift)]
+    if content["model"].get("shift_as_written") is not None and simulation is None:
+        models.insert(0, ("as_written", (), np.array(content["model"]["shift_as_written"])))
+    for word, used, own in models:
         nuisance = start_values(problem, 0, _timeless(used), own)
         outputs = blind_run(problem, used, nuisance, own)
         result |= _scores(word, problem, outputs)

@@ -86,6 +86,8 @@ class Verdict:
         What no effect explains, for `unexplained`.
     paths
         What was tried, from each baseline.
+    written
+        The vehicle of the file as it is written; None where it runs away, or not simulated yet.
     """
 
     word: str
@@ -100,6 +102,16 @@ class Verdict:
     hidden: list[dict[str, Any]] = field(default_factory=list)
     notes: list[dict[str, Any]] = field(default_factory=list)
     paths: Sequence[Path] = ()
+    written: Fit | None = None
+
+    @property
+    def before(self) -> Fit:
+        """What the claim is compared with.
+
+        The calibrated vehicle where the claim goes beyond it; where calibration itself is the
+        claim, or nothing is claimed, the vehicle as written.
+        """
+        return self.baseline if self.written is None or self.evidence > 0.0 else self.written
 
 
 def _hidden(tried: Sequence[Candidate], noise: float) -> list[dict[str, Any]]:

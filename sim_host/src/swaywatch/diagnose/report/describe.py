@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from swaywatch.diagnose.evidence.calibration import BESIDE, interval
 from swaywatch.diagnose.evidence.verdict import Verdict
 from swaywatch.diagnose.fit.agreement import errors, iso18571, nrmse
-from swaywatch.diagnose.fit.fit import Problem, predict_run
+from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.fit.holdout import held_out
 from swaywatch.effects.active import ActiveEffect
 
@@ -155,23 +155,30 @@ def _over_windows(
     return parameters
 
 
+def _reproduced(problem: Problem, fit: Fit | None) -> tuple[float | None, float | None]:
+    """How well a model reproduces the runs: means of NRMSE and ISO/TS 18571."""
+    if fit is None:
+        return None, None
+    scores = []
+    for r, run in enumerate(problem.runs):
+        outputs = predict_run(problem, r, fit.terms, fit.nuisance[r], fit.shift)
+        scores.append((nrmse(errors(problem, r, outputs)), iso18571(run, outputs)))
+    mean = np.mean(scores, axis=0)
+    return float(mean[0]), float(mean[1])
+
+
 def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
-    before: list[float] = []
-    after: list[float] = []
-    iso_before: list[float] = []
-    iso_after: list[float] = []
-    for r in range(len(problem.runs)):
-        for fit, scores, iso in (
-            (verdict.baseline, before, iso_before), (verdict.fit, after, iso_after),
-        ):  # fmt: skip
-            outputs = predict_run(problem, r, fit.terms, fit.nuisance[r], fit.shift)
-            scores.append(nrmse(errors(problem, r, outputs)))
-            iso.append(iso18571(problem.runs[r], outputs))
+    written, before, after = (
+        _reproduced(problem, fit) for fit in (verdict.written, verdict.before, verdict.fit)
+    )
     block: dict[str, Any] = {
-        "baseline_nrmse": float(np.mean(before)),
-        "diagnosed_nrmse": float(np.mean(after)),
-        "iso18571_before": float(np.mean(iso_before)),
-        "iso18571_after": float(np.mean(iso_after)),
+        "baseline": "as_written" if verdict.before is verdict.written else "calibrated",
+        "as_written_nrmse": written[0],
+        "baseline_nrmse": before[0],
+        "diagnosed_nrmse": after[0],
+        "iso18571_as_written": written[1],
+        "iso18571_before": before[1],
+        "iso18571_after": after[1],
     }
     return block | held_out(problem, verdict.fit)
 

@@ -70,6 +70,31 @@ def when(windows: Sequence[Mapping[str, Any]], run: str = "") -> str:
     return ", ".join(words) + (f" and {more} more" if more > 0 else "")
 
 
+def how_well(result: Mapping[str, Any]) -> str:
+    """Errors of the simulation with and without the findings; empty where nothing is claimed."""
+    fit = next((effect["fit"] for effect in result["effects"] if effect.get("fit")), None)
+    if fit is None:
+        return ""
+    beside = "calibration" in result.get("model", {})
+    named_errors = {
+        "as_written_nrmse": "with " + ("your simulation" if beside else "vehicle.toml as written"),
+        "baseline_nrmse": "without the findings",
+        "diagnosed_nrmse": "with the findings",
+    }
+    if fit.get("baseline") == "as_written":  # calibration itself is the finding
+        del named_errors["baseline_nrmse"]
+    parts = [
+        f"{fit[key]:.3f} {words}" for key, words in named_errors.items() if fit.get(key) is not None
+    ]
+    left = [fit.get(key) for key in ("held_out_baseline_nrmse", "held_out_diagnosed_nrmse")]
+    more = ""
+    if None not in left:
+        more = (
+            f"; of a run predicted by the others {left[0]:.3f} without and {left[1]:.3f} with them"
+        )
+    return "error of the simulation (NRMSE): " + ", ".join(parts) + more
+
+
 def how_much(effect: Mapping[str, Any]) -> list[str]:
     """Parameters with 90 % intervals; of an effect in several windows a line for each window.
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from swaywatch.diagnose.evidence.evidence import UNEXPLAINED_ABOVE
+from swaywatch.diagnose.evidence.verdict import Verdict
 from swaywatch.diagnose.fit.agreement import FIVE_PERCENT, errors
-from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
+from swaywatch.diagnose.fit.fit import Problem, predict_run
 from swaywatch.diagnose.report.costs_page import costs_part
 from swaywatch.diagnose.report.labels import (
     named,
@@ -203,14 +204,16 @@ def _claimed(result: Mapping[str, Any], run: Run) -> list[tuple[float, float]]:
     ]
 
 
-def measured_before_after(
-    problem: Problem, baseline: Fit, fit: Fit, index: int
-) -> list[tuple[str, dict[str, Array], str]]:
-    """Measured, before, after: channels by name; one simulation where nothing is claimed."""
+def measured_before_after(verdict: Verdict, index: int) -> list[tuple[str, dict[str, Array], str]]:
+    """Measured, before, after: channels by name."""
+    problem, fit = verdict.problem, verdict.fit
     run = problem.runs[index]
     found: list[tuple[str, dict[str, Array], str]] = [("measured", run.channels, MEASURED)]
-    models = [("before", baseline, BEFORE), ("after", fit, AFTER)]
-    for label, model, colour in models if fit.terms else [("simulated", fit, AFTER)]:
+    first = "as written" if verdict.before is verdict.written else "calibrated"
+    models = [(first, verdict.before, BEFORE)]
+    if fit.terms or first == "as written":
+        models.append(("with the findings" if fit.terms else "calibrated", fit, AFTER))
+    for label, model, colour in models:
         outputs = predict_run(problem, index, model.terms, model.nuisance[index], model.shift)
         found.append((label, outputs, colour))
     return found
@@ -339,11 +342,13 @@ def _scores(result: Mapping[str, Any]) -> dict[str, Any] | None:
         return None
     rows = []
     for label, keys in (
-        ("NRMSE, fitted runs", ("baseline_nrmse", "diagnosed_nrmse")),
-        ("NRMSE, left-out runs", ("held_out_baseline_nrmse", "held_out_diagnosed_nrmse")),
-        ("ISO/TS 18571, fitted runs", ("iso18571_before", "iso18571_after")),
-        ("ISO/TS 18571, left-out runs", ("held_out_iso18571_before", "held_out_iso18571_after")),
-    ):
+        ("NRMSE, fitted runs", ("as_written_nrmse", "baseline_nrmse", "diagnosed_nrmse")),
+        ("NRMSE, left-out runs", ("", "held_out_baseline_nrmse", "held_out_diagnosed_nrmse")),
+        ("ISO/TS 18571, fitted runs",
+         ("iso18571_as_written", "iso18571_before", "iso18571_after")),
+        ("ISO/TS 18571, left-out runs",
+         ("", "held_out_iso18571_before", "held_out_iso18571_after")),
+    ):  # fmt: skip
         rows.append([label, *(_number(fit.get(key)) for key in keys)])
     return {"rows": rows, "held_out": fit["held_out_how"]}
 
@@ -384,13 +389,12 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
 
 
-def page(
-    result: Mapping[str, Any], problem: Problem, baseline: Fit, fit: Fit, vehicle: Vehicle
-) -> str:
+def page(result: Mapping[str, Any], verdict: Verdict, vehicle: Vehicle) -> str:
     """HTML of the page."""
     evidence = result["evidence"]
+    problem = verdict.problem
     runs = range(len(problem.runs))
-    threes = [measured_before_after(problem, baseline, fit, index) for index in runs]
+    threes = [measured_before_after(verdict, index) for index in runs]
     return document(
         "diagnose/report/page.html",
         "Diagnosis: where simulation and recording differ",
@@ -414,7 +418,9 @@ def page(
         laws=law_section(result),
         amounts=amounts(result),
         costs=costs_part(result),
-        claimed=bool(fit.terms),
+        own=problem.free_start,
+        by_calibration=bool(verdict.fit.terms) and verdict.before is verdict.written,
+        claimed=bool(verdict.fit.terms),
         scores=_scores(result),
         five_percent=_five_percent(problem, threes),
         signals=[
