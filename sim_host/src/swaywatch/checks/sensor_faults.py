@@ -162,7 +162,7 @@ def entry(
         "confidence": SHARED if others else SURE,
         "equivalent": [name] if others else [],
         "equivalent_details": [f"{name}:{signals.get(c, c)}" for c in others],
-        "told_apart_by": "a second sensor of the same quantity" if others else "",
+        "distinguished_by": "a second sensor of the same quantity" if others else "",
         "equation": EQUATIONS[name],
         "source": "fault of the measurement",
         "kind": "measurement",

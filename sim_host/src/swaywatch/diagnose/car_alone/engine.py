@@ -380,7 +380,7 @@ def _effect(
         "confidence": round(sure, 3),
         "equivalent": sorted({name.split(":")[0] for name, _ in claim.equals}),
         "equivalent_details": [name for name, _ in claim.equals],
-        "told_apart_by": effect.decided_by if claim.equals else "",
+        "distinguished_by": effect.decided_by if claim.equals else "",
         "equation": effect.equation, "source": effect.source, "kind": effect.kind,
         "fit": {
             "baseline_nrmse": base, "diagnosed_nrmse": best,

@@ -51,7 +51,7 @@ def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> lis
             "confidence": verdict.confidence[index],
             "equivalent": sorted({name.split(":")[0] for name in verdict.equivalents[index]}),
             "equivalent_details": verdict.equivalents[index],
-            "told_apart_by": effect.decided_by if verdict.equivalents[index] else "",
+            "distinguished_by": effect.decided_by if verdict.equivalents[index] else "",
             "equation": effect.equation,
             "source": effect.source,
             "kind": effect.kind,

@@ -109,8 +109,8 @@ def effect_rows(result: Mapping[str, Any]) -> list[list[str]]:
     for rank, effect in enumerate(result["effects"], start=1):
         windows = when(effect["window_details"])
         same = _names(effect["equivalent_details"], 9) or "–"
-        if effect["told_apart_by"]:
-            same += f" (decided by: {effect['told_apart_by']})"
+        if effect["distinguished_by"]:
+            same += f" (decided by: {effect['distinguished_by']})"
         rows.append(
             [
                 str(rank), effect["id"].replace("_", " "), part(effect["component"]),
