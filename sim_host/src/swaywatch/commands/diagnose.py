@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, write diagnosis.json and report.html, print the verdict."""
     from swaywatch.analysis import refuse_trailer_roles
     from swaywatch.diagnose.engine import diagnose, write
-    from swaywatch.diagnose.report.labels import what_is_left
+    from swaywatch.diagnose.report.labels import VERDICTS, what_is_left
     from swaywatch.discover.save import read_physics, save_law
     from swaywatch.terminal.progress import LateProgress
     from swaywatch.vehicle_file import load_vehicle
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
         )  # fmt: skip
     write(result, args.out / "diagnosis.json")
     output.result(args, result)
-    print(f"verdict: {result['verdict']}")
+    print(f"verdict: {result['verdict']}: {VERDICTS[result['verdict']][1]}")
     _print_findings(result)
     if args.save_law is not None and not save_law(result, args.save_law):
         print(f"  no law was found beyond the library: {args.save_law} is not written")

@@ -19,6 +19,14 @@ COMPONENTS = {
     "all": "all axles",
 }  # fmt: skip
 MOST_WINDOWS = 6
+VERDICTS = {
+    "consistent": ("good", "Simulation and recording agree: no physics is missing."),
+    "missing_physics": ("bad", "Physics is missing in the simulation"),
+    "measurement_fault": ("near", "The measurement is at fault, not the simulation"),
+    "parameter_error": ("near", "A value of vehicle.toml is wrong; no physics is missing"),
+    "unexplained": ("bad", "Simulation and recording differ; no known effect surely explains it"),
+}
+"""Verdict to its colour and its sentence."""
 
 
 def quantity(name: str) -> tuple[str, str]:

@@ -21,6 +21,7 @@ from swaywatch.diagnose.fit.agreement import FIVE_PERCENT, errors
 from swaywatch.diagnose.fit.fit import Problem, predict_run
 from swaywatch.diagnose.report.costs_page import costs_part
 from swaywatch.diagnose.report.labels import (
+    VERDICTS,
     named,
     part,
     quantity,
@@ -63,13 +64,6 @@ _ESTIMATES = {
     "car_rear.cornering_stiffness_n_per_rad": ("C car rear, kN/rad", "car_rear"),
 }
 _AXLES = (("car front axle load, kN", ("fl", "fr")), ("car rear axle load, kN", ("rl", "rr")))
-_VERDICT = {
-    "consistent": ("good", "Simulation and recording agree: no physics is missing."),
-    "missing_physics": ("bad", "Physics is missing in the simulation"),
-    "measurement_fault": ("near", "The measurement is at fault, not the simulation"),
-    "parameter_error": ("near", "A value of vehicle.toml is wrong; no physics is missing"),
-    "unexplained": ("bad", "Simulation and recording differ; no known effect surely explains it"),
-}
 
 
 def packed(figure: go.Figure, run: str = "", name: str = "", least_width: int = 0) -> PackedPlot:
@@ -84,7 +78,7 @@ def packed(figure: go.Figure, run: str = "", name: str = "", least_width: int = 
 
 def headline(result: Mapping[str, Any]) -> dict[str, Any]:
     """The verdict for ``ui.verdict``: the sentence and one line for each effect."""
-    kind, sentence = _VERDICT[result["verdict"]]
+    kind, sentence = VERDICTS[result["verdict"]]
     lines: list[tuple[str, str]] = []
     for effect in result["effects"]:
         same = _names(effect["equivalent_details"], 3)
@@ -412,7 +406,7 @@ def page(result: Mapping[str, Any], verdict: Verdict, vehicle: Vehicle) -> str:
         ],
         effects=effect_rows(result),
         best=[
-            (" + ".join(named(n) for n in name.split(" + ")), f"{reached:+.0f}")
+            (" + ".join(named(n) for n in name.split(" + ")), f"{round(reached):+d}")
             for name, reached in _best_forms(evidence["ranking"]).items()
         ],
         laws=law_section(result),
