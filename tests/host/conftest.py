@@ -21,9 +21,12 @@ EXAMPLES = re.findall(
 
 
 def built_fmu(name: str) -> Path:
-    """One of our FMUs, built."""
+    """One of our FMUs, built; one process at a time, since they share objects."""
     path = ROOT / "build" / "fmu" / f"{name}.fmu"
-    subprocess.run(["make", "-s", "-C", str(ROOT), str(path.relative_to(ROOT))], check=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with (path.parent / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        subprocess.run(["make", "-s", "-C", str(ROOT), str(path.relative_to(ROOT))], check=True)
     return path
 
 
