@@ -2,7 +2,8 @@
 # first. `make help` lists the targets.
 #
 # A part of the project adds its own recipes in tests/mk/NAME.mk or port/NAME/rules.mk:
-# double-colon rules for `quick`, `test`, `bench` and `lint`, and items for SYSTEM_TEST.
+# prerequisites of `quick`, `checks` and `lint` (each a target of its own: they run side by side),
+# double-colon rules for `bench` (one after the other), and items for SYSTEM_TEST.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -211,36 +212,32 @@ diagnosis: $(VENV)/stamp-test $(VENV)/stamp-package
 	@echo "$(B)/diagnosis/report.html"
 
 # --- tests ----------------------------------------------------------------------------------------
-# quick: under a minute; test: all of it. Fragments add to quick and checks.
+# quick: under a minute; test: all of it. Fragments add prerequisites to quick, checks and lint.
 .PHONY: quick test checks hil-checks lint bench
-quick:: $(UNIT_NAMES:%=$(B)/sanitize/unit/%)
-	$(call run-unit,sanitize)
 
-checks:: $(UNIT_NAMES:%=$(B)/sanitize/unit/%)
-	$(call run-unit,sanitize)
-checks:: $(UNIT_NAMES:%=$(B)/clang/unit/%)
-	$(call run-unit,clang)
+# unit-FLAVOUR: the unit tests so built.
+define unit
+.PHONY: unit-$(1)
+unit-$(1): $(UNIT_NAMES:%=$(B)/$(1)/unit/%)
+	$$(call run-unit,$(1))
+endef
+$(foreach f,sanitize clang gcc $(LEVELS),$(eval $(call unit,$f)))
+quick: unit-sanitize
+# The firmware is the longest of them: begun first, nobody waits for it at the end.
+checks: firmware-test unit-sanitize unit-clang unit-gcc
 
 # The unit tests at every level of optimisation, without a sanitizer or -fwrapv: what is undefined
 # would show as a difference. In `make test` gcc's -O2, of the objects that are there.
 .PHONY: unit-levels
-define unit_level
-.PHONY: unit-level-$(1)
-unit-level-$(1): $(UNIT_NAMES:%=$(B)/$(1)/unit/%)
-	$$(call run-unit,$(1))
-endef
-$(foreach l,$(LEVELS),$(eval $(call unit_level,$l)))
-unit-levels: $(LEVELS:%=unit-level-%)
-checks:: $(UNIT_NAMES:%=$(B)/gcc/unit/%)
-	$(call run-unit,gcc)
+unit-levels: $(LEVELS:%=unit-%)
 
-lint:: setup-test lib
+lint: lib
 
 bench:: setup-test
 
 -include $(sort $(wildcard port/*/rules.mk)) $(sort $(wildcard tests/mk/*.mk))
 
-checks:: lint
+checks: lint
 
 # The loop with hardware waits for real time more than it works: the other checks run beside it, two
 # at a time.

@@ -18,7 +18,7 @@ dist: $(DIST)/stamp
 dist-test: $(DIST)/stamp
 	@tests/tools/need $(SYSTEM_DIST)
 	@tests/package/run $(DIST) $(B)/dist-test
-checks:: dist-test
+checks: dist-test
 
 # The manifests by the tools of their own systems (from PyPI, in a folder of their own).
 DIST_TOOLS := platformio==6.2.0 idf-component-manager==3.1.2 kconfiglib==14.1.0

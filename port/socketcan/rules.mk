@@ -7,5 +7,5 @@ $(SWAYWATCHD): $(SWAYWATCHD_SOURCES) $(wildcard port/socketcan/*.h port/xcp/*.h 
 	@gcc -std=c99 -D_GNU_SOURCE -Wall -Wextra -Wconversion -Wshadow -Werror -O2 -g $(DEFINE) \
 	    $(INCLUDE) -Iport -Iport/xcp -Iport/replay $(SWAYWATCHD_SOURCES) $(B)/gcc/libsway.a -lm -o $@
 
-quick:: $(SWAYWATCHD)
-checks:: $(SWAYWATCHD)
+quick: $(SWAYWATCHD)
+checks: $(SWAYWATCHD)

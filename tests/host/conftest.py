@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -20,9 +21,12 @@ EXAMPLES = re.findall(
 
 
 def built_fmu(name: str) -> Path:
-    """One of our FMUs, built."""
+    """One of our FMUs, built; one process at a time, since they share objects."""
     path = ROOT / "build" / "fmu" / f"{name}.fmu"
-    subprocess.run(["make", "-s", "-C", str(ROOT), str(path.relative_to(ROOT))], check=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with (path.parent / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        subprocess.run(["make", "-s", "-C", str(ROOT), str(path.relative_to(ROOT))], check=True)
     return path
 
 
@@ -51,30 +55,59 @@ def run_example(body: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.fixture(scope="session")
-def diagnosed_p03(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder that the README's ``swaywatch diagnose`` wrote of practice case p03.
-
-    It is run once for all tests and processes of a session.
-    """
-    (example,) = (body for _, body in EXAMPLES if "swaywatch diagnose" in body)
-    own = tmp_path_factory.getbasetemp()
+def once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], None]) -> Path:
+    """Folder that `make` fills, once for all tests and processes of a session."""
+    own = factory.getbasetemp()
     shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
-    done = shared / "diagnosed_p03"
-    with (shared / "diagnosed_p03.lock").open("w") as lock:
+    folder, done = shared / name, shared / f"{name}.done"
+    with (shared / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not done.exists():
-            run_example(example)
+            folder.mkdir(exist_ok=True)
+            make(folder)
             done.touch()
+    return folder
+
+
+@pytest.fixture(scope="session")
+def diagnosed_p03(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder that the README's ``swaywatch diagnose`` wrote of practice case p03."""
+    (example,) = (body for _, body in EXAMPLES if "swaywatch diagnose" in body)
+    once(tmp_path_factory, "diagnosed_p03", lambda folder: run_example(example))
     return ROOT / "build" / "readme" / "diagnose"
+
+
+DIAGNOSE = """
+import json, resource, sys
+from pathlib import Path
+from swaywatch.diagnose.engine import diagnose
+case, out = map(Path, sys.argv[1:])
+result = diagnose(sorted(case.glob("run*.*")), case / "vehicle.toml", case / "signals.toml",
+                  simulations=sorted(case.glob("simulation_run*.*")), report=out / "report.html")
+(out / "diagnosis.json").write_text(json.dumps(result))
+(out / "peak_kib").write_text(str(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))
+"""
+
+
+def diagnose_alone(case: Path, out: Path) -> None:
+    """A diagnosis in a process of its own: diagnosis.json, report.html, peak_kib of memory."""
+    subprocess.run([sys.executable, "-c", DIAGNOSE, str(case), str(out)], check=True)
+
+
+@pytest.fixture(scope="session")
+def diagnosed_p08(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `diagnose_alone` wrote of practice case p08."""
+    case = recordings("practice", "p08")
+    return once(tmp_path_factory, "diagnosed_p08", lambda folder: diagnose_alone(case, folder))
 
 
 #: Files of tests that take longest, the longest first: begun late, one of them is what everybody
 #: waits for (`make test` hands them out in this order).
 LONGEST = (
-    "test_diagnose.py", "test_pages.py", "test_sensor_faults.py", "test_survey.py",
-    "test_discover.py", "test_project_readme.py", "test_plan.py", "test_road_vehicle.py",
-    "test_multibody.py", "test_reproduce.py", "test_live.py", "test_memory.py",
+    "test_diagnose.py", "test_sensor_faults.py", "test_survey.py", "test_pages.py",
+    "test_plan.py", "test_discover.py", "test_road_vehicle.py", "test_reproduce.py",
+    "test_project_readme.py", "test_memory.py", "test_blind.py", "test_attacks.py",
+    "test_analyze.py", "test_bad_input.py",
 )  # fmt: skip
 
 

@@ -143,11 +143,16 @@ def test_predict_refuses_what_is_no_model(tmp_path: Path) -> None:
         predict(bad, tmp_path / "run.blf")
 
 
-@pytest.mark.parametrize("name", [f"p{i:02d}" for i in range(1, 11) if i != 3])
+@pytest.mark.parametrize("name", [f"p{i:02d}" for i in range(1, 11) if i not in (3, 8)])
 def test_practice_case(name: str) -> None:
     case = _case("practice", name)
     result = diagnose(sorted(case.glob("run*.*")), case / "vehicle.toml", case / "signals.toml")
     _is_right(result, case)
+
+
+def test_practice_case_alone(diagnosed_p08: Path) -> None:
+    result = json.loads((diagnosed_p08 / "diagnosis.json").read_text())
+    _is_right(result, _case("practice", "p08"))
 
 
 def test_practice_case_by_the_command(diagnosed_p03: Path) -> None:

@@ -6,6 +6,7 @@ import subprocess
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import can
 import numpy as np
@@ -138,24 +139,32 @@ def test_feeding_in_bulk_is_feeding_one_by_one() -> None:
 
 @pytest.mark.parametrize("own", [True, False])
 def test_monitor_shows_the_state_of_a_live_bus(
-    capsys: pytest.CaptureFixture[str], frames: Frames, own: bool
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, frames: Frames, own: bool
 ) -> None:
+    """Its duration is over when all has been taken from the bus, on a slow machine too."""
     channel = f"swaywatch-test-{own}"
     sent = frames if own else read_recording(P01 / "run1.blf").frames
     assert sent is not None
     sent = sent.take(slice(0, 14000))  # 15 s of driving, sent at once
     offset = time.time() - sent.time_ns[0] * 1e-9
+    now = [0.0]
+    clock = SimpleNamespace(time=time.time, monotonic=lambda: now[0])
+    monkeypatch.setattr("swaywatch.commands.monitor.time", clock)
 
     def send() -> None:
-        deadline = time.monotonic() + 10.0
-        while not virtual_channels.get(channel) and time.monotonic() < deadline:
-            time.sleep(0.05)
+        while not virtual_channels.get(channel):
+            time.sleep(0.02)
+        (listening,) = virtual_channels[channel]
         with can.Bus(interface="virtual", channel=channel, preserve_timestamps=True) as bus:
             for message in messages(sent):
                 message.timestamp += offset
                 bus.send(message)
+            now[0] = 14.9
+            while not listening.empty():
+                time.sleep(0.02)
+            now[0] = 15.0
 
-    sender = threading.Thread(target=send)
+    sender = threading.Thread(target=send, daemon=True)
     sender.start()
     arguments = ["monitor", "--interface", "virtual", "--channel", channel, "--duration", "15",
                  "--vehicle", str(P01 / "vehicle.toml")]  # fmt: skip

@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
-import pytest
-from conftest import recordings
+from conftest import diagnose_alone, recordings
 
 LIMIT_KIB = 2 * 1024 * 1024
-PROGRAM = """
-import resource, sys
-from pathlib import Path
-from swaywatch.diagnose.engine import diagnose
-case = Path(sys.argv[1])
-diagnose(sorted(case.glob("run*.*")), case / "vehicle.toml", case / "signals.toml",
-         simulations=sorted(case.glob("simulation_run*.*")))
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-"""
 
 
-@pytest.mark.parametrize("parts", [("practice", "p08"), ("chrono", "practice_chrono")])
-def test_peak_memory(parts: tuple[str, ...]) -> None:
-    import subprocess
+def test_peak_memory(diagnosed_p08: Path) -> None:
+    assert int((diagnosed_p08 / "peak_kib").read_text()) < LIMIT_KIB
 
-    case: Path = recordings(*parts)
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, str(case)], capture_output=True, text=True, check=True
-    )
-    assert int(done.stdout.split()[-1]) < LIMIT_KIB
+
+def test_peak_memory_beside_a_simulation(tmp_path: Path) -> None:
+    diagnose_alone(recordings("chrono", "practice_chrono"), tmp_path)
+    assert int((tmp_path / "peak_kib").read_text()) < LIMIT_KIB

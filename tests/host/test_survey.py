@@ -37,6 +37,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(DATA / "practice", top)
     for name in ("p01/run2.blf", "p03/run2.asc"):
         (top / name).unlink()
+    concealed = top / "p03" / "run1.asc"
+    lines = concealed.read_text().splitlines(keepends=True)
+    end = next(i for i, line in enumerate(lines[4:], 4) if float(line.split()[0]) > 19.0)
+    concealed.write_text("".join(lines[:end]))  # until after its second window, 15 to 18 s
     whole = (top / "p01" / "run1.blf").read_bytes()
     (top / "p01" / "cut.blf").write_bytes(whole[:3000])
     shutil.copy(top / "p01" / "run1.blf", top / "alone.blf")

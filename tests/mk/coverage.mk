@@ -19,4 +19,4 @@ coverage: setup-test $(UNIT_NAMES:%=$(B)/coverage/unit/%) $(SMALL)/test_small
 	@$(VENV)/bin/gcovr --root . --filter 'lib/' --merge-mode-functions=separate \
 	    --json $(B)/coverage/lib.json --html-details $(B)/coverage/index.html $(B)/coverage $(SMALL)
 	@$(PY) tests/coverage/gate.py $(B)/coverage/lib.json tests/coverage/allowed.txt
-checks:: coverage
+checks: coverage

@@ -169,11 +169,12 @@ $(FW_MEMORY): tests/firmware/memory.c port/cortex_m/memory.S
 
 FW_SHORT := $(FW_CASES:%=$(FW)/cases/%.short.log)
 FW_WHOLE := $(FW_CASES:%=$(FW)/cases/%.log)
-# Linking the images is most of the work: side by side.
-firmware-built: setup-test $(CODEC).c $(FW)/kiss_fft.c
-	@$(MAKE) --no-print-directory -j$(shell nproc) firmware
+# Linking the images is most of the work: side by side, here or in the make that asked for it. What
+# others build too is there before.
+firmware-built: setup-test $(CODEC).c $(FW)/kiss_fft.c $(FW)/make_block $(B)/gcc/libsway.a
+	@$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc)) firmware
 
-firmware-test: setup-test firmware-built firmware $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block) \
+firmware-test: setup-test firmware-built $(FW)/soak $(FW_SHORT) $(FW_CASES:%=$(FW)/cases/%.block) \
     $(FW_CASES:%=$(FW)/cases/%.small.block) $(FW_MEMORY) board-images
 	@qemu-arm-static $(FW_MEMORY) || { echo "port/cortex_m/memory.S is wrong"; exit 1; }
 	@$(PY) tests/firmware/boards.py $(FW)
@@ -198,5 +199,4 @@ soak: setup-test $(FW)/soak
 	@nice -n 19 $(FW)/soak 600 $(FW)/soak.md
 	@cat $(FW)/soak.md
 
-checks:: firmware-test
 bench:: firmware-bench

@@ -34,5 +34,5 @@ bench-golden: $(B)/bench/golden
 	@$< >$(B)/bench/golden.md || { cat $(B)/bench/golden.md; exit 1; }
 	@tail -n 1 $(B)/bench/golden.md
 
-checks:: bench-golden
+checks: bench-golden
 bench:: bench-golden

@@ -17,14 +17,22 @@ PORT_SOURCES_stm32g4 := tests/port/model_stm32g4.c $(PORT_STM32G4)
 PORT_SOURCES_stm32g4_trailer := $(PORT_SOURCES_stm32g4)
 PORT_SOURCES_zynqmp_can := port/zynqmp_r5/can.c
 
+# What all of them have in common is compiled once.
+PORT_HEADERS := $(wildcard port/*.h port/*/*.h tests/port/*.h lib/*.h lib/*/*.h)
+PORT_OBJECTS := $(PORT_COMMON:%.c=$(B)/port/%.o) $(B)/port/unity.o
+$(B)/port/port/%.o: port/%.c $(PORT_HEADERS) $(CODEC).c | $(UNITY_DIR)/unity.h $(KISSFFT_DIR)/kiss_fft.h
+	@mkdir -p $(@D)
+	@gcc $(PORT_FLAGS) $(PORT_INCLUDE) -c $< -o $@
+$(B)/port/unity.o: $(UNITY_DIR)/unity.h
+	@mkdir -p $(@D)
+	@gcc $(PORT_FLAGS) $(PORT_INCLUDE) -c $(UNITY_DIR)/unity.c -o $@
 define port_test
-$(B)/port/test_$(1): tests/port/test_$(1).c $$(PORT_SOURCES_$(1)) $(PORT_COMMON) \
-    $$(wildcard port/*.h port/*/*.h tests/port/*.h lib/*.h lib/*/*.h) $(B)/sanitize/libsway.a \
-    | $(UNITY_DIR)/unity.h
+$(B)/port/test_$(1): tests/port/test_$(1).c $$(PORT_SOURCES_$(1)) $(PORT_HEADERS) $(PORT_OBJECTS) \
+    $(B)/sanitize/libsway.a
 	@mkdir -p $$(@D)
 	@echo "CC $$@"
 	@gcc $$(PORT_FLAGS) $$(PORT_INCLUDE) $$(PORT_INCLUDE_$(1)) -o $$@ $$(filter %.c,$$^) \
-	    $(UNITY_DIR)/unity.c $(B)/sanitize/libsway.a -lm
+	    $(PORT_OBJECTS) $(B)/sanitize/libsway.a -lm
 endef
 $(foreach t,$(PORT_TESTS),$(eval $(call port_test,$(t))))
 PORT_INCLUDE_stm32g4 := -Iport/stm32g4
@@ -35,8 +43,8 @@ port-test: $(PORT_TESTS:%=$(B)/port/test_%)
 	@status=0; for t in $^; do out=$$($$t 2>&1) || { status=1; echo "$$out"; }; \
 	    echo "$${t#$(B)/}: $$(grep -E 'Tests [0-9]+ Failures' <<<"$$out" || tail -n 1 <<<"$$out")"; \
 	    done; exit $$status
-quick:: port-test
-checks:: port-test
+quick: port-test
+checks: port-test
 
 # --- NUCLEO-G474RE --------------------------------------------------------------------------------
 BOARD_FLAGS := -std=gnu99 -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard -mthumb -Os -g \

@@ -19,6 +19,8 @@ $(ANY_NAMES:%=proof-any-%): proof-any-%: $(CODEC).c | $(KISSFFT_DIR)/kiss_fft.h
 	    ! grep -qE 'eva:alarm|eva:garbled|No code nor implicit' $$log || { cat $$log; exit 1; }
 proofs-any: $(ANY_NAMES:%=proof-any-%)
 	@echo "proofs-any: $(words $(ANY_NAMES)) of $(words $(ANY_NAMES)) proved: $(ANY_NAMES)"
-checks::
+.PHONY: proofs-any-here
+checks: proofs-any-here
+proofs-any-here: $(CODEC).c | $(KISSFFT_DIR)/kiss_fft.h
 	@if command -v frama-c >/dev/null; then $(MAKE) --no-print-directory -s proofs-any; \
 	    else echo "proofs-any: not run, frama-c is not here"; fi

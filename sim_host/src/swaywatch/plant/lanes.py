@@ -337,7 +337,7 @@ def run_jobs(jobs: Sequence[Job], *, fine: bool = True) -> list[Outcome]:
 
     What a simulation gives does not depend on the others.
     """
-    groups: dict[tuple[int, ...], list[int]] = {}
+    groups: dict[tuple[int, bool, bytes], list[int]] = {}
     for index, job in enumerate(jobs):
         groups.setdefault(_kind(job, fine), []).append(index)
     parts: list[tuple[int, list[int]]] = []
@@ -360,17 +360,17 @@ def _length(job: Job) -> int:
     return job.plant.speed.size if job.span is None else job.span[1] - job.span[0]
 
 
-def _kind(job: Job, fine: bool) -> tuple[int, ...]:
+def _kind(job: Job, fine: bool) -> tuple[int, bool, bytes]:
     """Stride, and what the kernel must calculate: jobs of one kind share its lanes."""
     scalars = job.plant.scalars
     axles = job.plant.axles
     found = scalars[_RELAXATION] if axles is None else axles[:, AXLE.index("relaxation")]
     lengths = [value for value in found.tolist() if value > 0.0]
     stride = 1 if fine or (lengths and min(lengths) < SHORT_RELAXATION_M) else 2
-    used = tuple(int(value != 0.0) for value in scalars[_FEATURES].tolist())
+    used = (scalars[_FEATURES] != 0.0).tobytes()
     if axles is not None:
-        used += tuple(int(value) for value in np.any(axles != 0.0, axis=0))
-    return (stride, int(bool(job.columns)), *used)
+        used += np.any(axles != 0.0, axis=0).tobytes()
+    return stride, bool(job.columns), used
 
 
 def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
