@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from test_diagnose import effect, synthetic
 
 from swaywatch.diagnose.evidence.locate import AmplitudeCourse, reformed, simplified, windows
-from swaywatch.effects.active import ActiveEffect
+from swaywatch.diagnose.fit.fit import EDGE_STEP_S, OBSERVER, Fit, Fitter
+from swaywatch.effects.active import ROOM_S, ActiveEffect
 from swaywatch.effects.effect import RISE, Effect, Parameter, Window, library
 from swaywatch.effects.library.axle_load_harmonic import generator_effect
 from swaywatch.effects.library.sensor_roll_gravity import EFFECTS as GRAVITY_EFFECTS
@@ -170,3 +172,42 @@ def test_the_load_made_by_the_motion_may_be_asked_for_by_several_threads() -> No
     generator_effect("car_rear").act(plant, run, {}, [window])
     generator_effect("car_rear").act(quiet, replace(run, simulated={}), {}, [window])
     assert plant.series["load_car_rear"] == pytest.approx(quiet.series["load_car_rear"])
+
+
+@pytest.fixture(scope="module")
+def softer() -> Fitter:
+    """Trailer tyres that are softer for some seconds of the first run, held by an observer."""
+    term = ActiveEffect(effect("tyre_stiffness_change:trailer"), (12.0, 23.0, 0.8), (0,))
+    return Fitter(replace(synthetic((term,), seed=3), observer=OBSERVER), fine=False)
+
+
+def _fitted(fitter: Fitter, values: tuple[float, ...], iterations: int) -> tuple[float, ...]:
+    start = fitter.start()
+    term = ActiveEffect(effect("tyre_stiffness_change:trailer"), values, (0,))
+    fit = fitter.run(Fit((term,), start.nuisance, start.shift), iterations, tolerance=1e-6)
+    return fit.terms[0].values
+
+
+def test_an_edge_beyond_the_recording_is_moved_to_its_end(softer: Fitter) -> None:
+    time = softer.problem.runs[0].time
+    start, stop, factor = _fitted(softer, (-1e9, 1e9, 0.9), 1)
+    assert time[0] <= start < stop <= time[-1]
+    assert factor < 1.0
+
+
+def test_an_edge_moves_a_little_in_one_iteration(softer: Fitter) -> None:
+    start = (10.0, 21.0, 0.95)
+    moved = np.abs(np.subtract(_fitted(softer, start, 1), start))[:2]
+    assert 0.5 * EDGE_STEP_S < moved.max() <= EDGE_STEP_S + 1e-12
+
+
+def test_what_rises_gradually_may_have_begun_before_the_recording() -> None:
+    run = Run("run1", np.arange(5.0, 30.0, 0.01), {}, {}, 16.0)
+    for form, room in (("box", 0.0), ("half_sine", ROOM_S)):
+        gust = _effect("crosswind_gust:car", form)
+        values = (0.0, 1e9, *(p.neutral for p in gust.parameters))
+        term = ActiveEffect(gust, values, (0,))
+        start, stop, size = (term.bounded(i, [run]) for i in range(3))
+        assert start == replace(start, low=5.0 - room, high=float(run.time[-1]) + room)
+        assert (stop.low, stop.high) == (start.low, start.high)
+        assert size == gust.parameters[0]

@@ -45,11 +45,12 @@ SHORT_LIST = 8  # candidates that are fitted
 POLISHED = 3  # of them to the end
 WINDOWED_LIST = 5
 WEAK = 0.6  # of the gain of the best one in windows, below which another is not followed
-MORE_SHARE = 0.35  # of the usual amplitude that further windows must have
+MORE_SHARE = 0.15  # of the usual amplitude that further windows must have
 MOST_WINDOWS = 40
 #: Pulls of the observer on the way from the search to free simulation, 1/s: near the critical speed
 #: a free simulation converges only from nearby.
 RELEASED = (0.5, 0.0)
+STUCK = 0.1  # of what an effect takes away, done by its vehicle alone: the baseline was stuck
 BENT = 0.8  # an effect that takes more of the misfit away has bent the values of its parent
 LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
 TRAILER_FRONT = BODY.index("trailer.front_cornering_stiffness")
@@ -306,17 +307,21 @@ class Search:
         return self._base
 
     def rebased(self, found: Fit) -> bool:
-        """Whether the vehicle that an effect was found beside fits better without it than before.
+        """Whether a search from the baseline has to be begun again, because it was stuck.
 
-        Then the baseline was stuck, and the effect only led out of there; it is the baseline now.
+        The vehicle that an effect was found beside is the baseline from now on if it fits better
+        without the effect than the one before. Where that is much of what the effect took away, the
+        effect only led out of there; where it is little, what was found is found from both.
         """
         before = self.baseline().fit
         fit = self.judge.run(replace(found, terms=()), 12, tolerance=3e-4)
         if not fit.chi2 < (1.0 - DISCREPANCY) * before.chi2:
             return False
-        self.noise = inflation(residuals(self.judge, fit))
         self._base = Candidate(fit, fit)
-        return True
+        noise = inflation(residuals(self.judge, fit))
+        stuck = before.chi2 - fit.chi2 > STUCK * (before.chi2 - found.chi2)
+        self.noise = noise if stuck else min(self.noise, noise)
+        return stuck
 
     def released(self, fit: Fit, iterations: int = 10) -> Fit:
         """A fit under the observer, refitted with everything free where it is judged."""
@@ -644,6 +649,13 @@ class Search:
         starts from them may not find back.
         """
         return self.judge.side_by_side(self.released, self._close_from_rest(fits))
+
+    def afresh(self, fit: Fit) -> Fit:
+        """A fit with one effect once more from the vehicle as believed, its windows moved too."""
+        near = self._close_from_rest([fit])[0]
+        if fit.terms[-1].effect.windowed:
+            near = self.pruned(self.completed(self.edges(near)))
+        return self.released(near)
 
     def _close_from_rest(self, fits: Sequence[Fit]) -> list[Fit]:
         """The same as far as the observer."""
