@@ -8,7 +8,15 @@ import numpy as np
 import pytest
 from test_diagnose import effect, synthetic
 
-from swaywatch.diagnose.evidence.locate import AmplitudeCourse, reformed, simplified, windows
+from swaywatch.diagnose.evidence.evidence import least_gain
+from swaywatch.diagnose.evidence.locate import (
+    AmplitudeCourse,
+    Locator,
+    reformed,
+    simplified,
+    windows,
+)
+from swaywatch.diagnose.evidence.search import Search
 from swaywatch.diagnose.fit.fit import EDGE_STEP_S, OBSERVER, Fit, Fitter
 from swaywatch.effects.active import ROOM_S, ActiveEffect
 from swaywatch.effects.effect import RISE, Effect, Parameter, Window, library
@@ -211,3 +219,20 @@ def test_what_rises_gradually_may_have_begun_before_the_recording() -> None:
         assert start == replace(start, low=5.0 - room, high=float(run.time[-1]) + room)
         assert (stop.low, stop.high) == (start.low, start.high)
         assert size == gust.parameters[0]
+
+
+@pytest.mark.parametrize(("factor", "begun"), [(0.99, False), (0.97, True)])
+def test_no_windows_are_begun_that_could_not_be_claimed(factor: float, begun: bool) -> None:
+    """One effect is more than chance in both, but only one takes away as much as a claim needs."""
+    softer = effect("tyre_stiffness_change:trailer")
+    problem = synthetic((ActiveEffect(softer, (12.0, 17.0, factor), (0,)),), seed=3)
+    search = Search(problem, library(), lambda stage, share: None)
+    near = search._near(search.baseline().fit)
+    course = Locator(search.close, near).course(softer)
+    assert course.gain > 2.0 * np.log(len(search.effects)) + search._by_chance(course)
+    least = least_gain(near, near, windowed=True, on_springs=False)
+    assert (course.gain > least) is begun
+    tried: list[AmplitudeCourse] = []
+    search.rough = lambda locator, course: tried.append(course)  # type: ignore[method-assign]
+    assert search._windowed(near, [softer]) == []
+    assert bool(tried) is begun

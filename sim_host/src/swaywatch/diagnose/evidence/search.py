@@ -14,6 +14,7 @@ from swaywatch.diagnose.evidence.evidence import (
     UNEXPLAINED_ABOVE,
     explained,
     inflation,
+    least_gain,
     log_evidence,
     residuals,
 )
@@ -45,7 +46,9 @@ SHORT_LIST = 8  # candidates that are fitted
 POLISHED = 3  # of them to the end
 WINDOWED_LIST = 5
 WEAK = 0.6  # of the gain of the best one in windows, below which another is not followed
-MORE_SHARE = 0.15  # of the usual amplitude that further windows must have
+PROMISED = 0.5  # of what one more effect has to take away to be claimed; below it none is begun
+MORE_SHARE = 0.35  # of the usual amplitude that further windows must have; ...
+FADED_SHARE = 0.15  # ... of what follows the motion, whose square falls as a swing decays
 MOST_WINDOWS = 40
 #: Pulls of the observer on the way from the search to free simulation, 1/s: near the critical speed
 #: a free simulation converges only from nearby.
@@ -337,6 +340,8 @@ class Search:
     def constants(self, fitter: Fitter, parent: Fit, open_: Sequence[Effect]) -> list[Fit]:
         """The most promising effects without windows, the best of them with everything free."""
         price = 2.0 * np.log(len(self.effects))
+        if parent.terms:
+            price = max(price, self._promised(fitter, parent, windowed=False))
         course = Linear(fitter, parent)
         found = [f for f in course.best(open_) if f[0] > price]
         starts = [
@@ -353,6 +358,18 @@ class Search:
         first = _followed(near[:POLISHED])
         best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), first)
         return [*best, *near[len(first) :]]
+
+    def _promised(self, fitter: Fitter, parent: Fit, *, windowed: bool) -> float:
+        """Drop of chi2 that one more effect has to promise to first order to be begun.
+
+        Nothing where so much is left that a first-order course says little.
+        """
+        if reduced_chi_square(parent) > LINEAR:
+            return 0.0
+        base = self.baseline().fit
+        base = self._near(base) if fitter is self.close else base
+        least = least_gain(base, parent, windowed=windowed, on_springs=self.on_springs)
+        return PROMISED * least
 
     def windowed(self, locator: Locator, course: AmplitudeCourse) -> Fit | None:
         """Best fit of an effect in windows on top of the locator's parent."""
@@ -413,7 +430,8 @@ class Search:
         course = locator.course(self._first_form(term.effect))
         if course.gain < WINDOW_WORTH + self._by_chance(course):
             return fit
-        least = MORE_SHARE * float(usual)
+        follows = term.effect.extra.get("follows_motion")
+        least = (FADED_SHARE if follows else MORE_SHARE) * float(usual)
         more = self._of_course(locator, course, least) if final else windows(course, least=least)
         if more is None or len(rows) + len(more.window_runs) > MOST_WINDOWS:
             return fit
@@ -677,6 +695,7 @@ class Search:
         with ThreadPoolExecutor(WORKERS) as pool:
             courses = list(pool.map(locator.course, first))
         price = 2.0 * np.log(len(self.effects))
+        price = max(price, self._promised(self.close, parent, windowed=True))
         courses = [c for c in courses if c.gain > price + self._by_chance(c)]
         courses.sort(key=lambda c: -c.gain)
         started = self.close.side_by_side(lambda c: self.rough(locator, c), courses[:WINDOWED_LIST])
