@@ -159,7 +159,8 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
         # a rigid vehicle that the first effect leaves far behind is not searched to the end first
         behind = known is not None and HOPELESS * known.chi2 < short.best.fit.chi2
         if likelier and not behind:
-            found = path(first, base, part.next())
+            ended = explained(base.fit, short.best.fit)  # it was searched to the end
+            found = short if ended else path(first, base, part.next())
             if found.clean:
                 return [found]
             return [path(springs, other, part.next(), known=known), found]
