@@ -10,10 +10,12 @@ import pytest
 
 from swaywatch.diagnose.evidence import baselines
 from swaywatch.diagnose.evidence.baselines import Path, explore
-from swaywatch.diagnose.evidence.search import Candidate, Search
-from swaywatch.diagnose.fit.fit import Fit
+from swaywatch.diagnose.evidence.evidence import worth
+from swaywatch.diagnose.evidence.search import PROMISED, Candidate, Search
+from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
+from swaywatch.plant.lanes import BODY
 
 COUNT = 1000
 FRICTION = next(e for e in library() if e.name == "hitch_friction:hitch")
@@ -64,3 +66,19 @@ def test_a_rigid_vehicle_far_behind_with_the_same_effect_is_not_searched_to_the_
         [_search("rigid", 190.0, -1e5)], _search("springs", 700.0, -4e5), lambda stage, share: None
     )
     assert searched == order
+
+
+@pytest.mark.parametrize(("calibrated", "left"), [(1.3, 1.2), (190.0, 1.2)])
+def test_what_an_effect_must_promise_is_half_of_what_makes_it_worth_it(
+    calibrated: float, left: float
+) -> None:
+    """The stronger the first effect, the more its form leaves, and the more a second must take."""
+    search = Search(Problem((), np.zeros(len(BODY))), [], lambda stage, share: None)
+    search._base = Candidate(_fit(calibrated), _fit(calibrated))
+    before = _fit(left, TERM)
+    least = search._promised(search.judge, before, windowed=False) / PROMISED
+    for share, enough in ((0.99, False), (1.01, True)):
+        after = Fit((*before.terms, TERM), before.nuisance, before.shift)
+        after.chi2, after.count = before.chi2 - share * least, COUNT
+        assert worth(_fit(calibrated), before, after) is enough
+    assert search._promised(search.judge, _fit(5.0, TERM), windowed=False) == 0.0
