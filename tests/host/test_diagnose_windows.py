@@ -12,6 +12,7 @@ from swaywatch.diagnose.evidence.evidence import least_gain
 from swaywatch.diagnose.evidence.locate import (
     AmplitudeCourse,
     Locator,
+    faint_windows,
     reformed,
     simplified,
     windows,
@@ -219,6 +220,41 @@ def test_what_rises_gradually_may_have_begun_before_the_recording() -> None:
         assert start == replace(start, low=5.0 - room, high=float(run.time[-1]) + room)
         assert (stop.low, stop.high) == (start.low, start.high)
         assert size == gust.parameters[0]
+
+
+def _faint(amplitude: np.ndarray) -> AmplitudeCourse:
+    """Pulses of two values, each known to 10 N, whose mean nobody knows."""
+    pulses, values = amplitude.shape
+    both = replace(FORCE, parameters=(SIZE,) * values)
+    level = np.kron(np.full((pulses, pulses), 1.0 / pulses), np.eye(values))
+    information = 0.01 * (np.eye(amplitude.size) - level)
+    course = _course([0.0] * pulses, [10.0] * pulses)
+    return replace(
+        course, effect=both, amplitude=(amplitude,), error=(np.full(amplitude.shape, 10.0),),
+        information=(information,), toward=(information @ amplitude.ravel(),),
+    )  # fmt: skip
+
+
+def test_weak_pulses_of_one_sign_are_a_window_together() -> None:
+    """None of them is sure, and all lie over a level that the vehicle's own values leave open."""
+    amplitude = np.full((36, 2), 5.0)
+    amplitude[8:13] += (-30.0, 10.0)
+    amplitude[25:29] += (-30.0, 10.0)
+    course = _faint(amplitude)
+    assert windows(course) is None
+    found = faint_windows(course, 25.0)
+    assert found is not None
+    assert found.values == pytest.approx((8.0, 13.0, -30.0, 10.0, 25.0, 29.0, -30.0, 10.0))
+    assert faint_windows(course, 60.0) is None
+
+
+def test_what_lasts_most_of_a_run_is_no_window() -> None:
+    amplitude = np.zeros((36, 2))
+    amplitude[:17] += 30.0
+    found = faint_windows(_faint(amplitude), 25.0)
+    assert found is not None
+    assert found.values[:2] == (0.0, 17.0)
+    assert faint_windows(_faint(np.full((36, 2), 30.0)), 1e-6) is None
 
 
 @pytest.mark.parametrize(("factor", "begun"), [(0.99, False), (0.97, True)])

@@ -22,6 +22,7 @@ from swaywatch.diagnose.evidence.locate import (
     MOST_AT_ONCE,
     AmplitudeCourse,
     Locator,
+    faint_windows,
     joined,
     reformed,
     simplified,
@@ -50,6 +51,8 @@ PROMISED = 0.5  # of what one more effect has to take away to be claimed; below 
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have; ...
 FADED_SHARE = 0.15  # ... of what follows the motion, whose square falls as a swing decays
 MOST_WINDOWS = 40
+COMPLETED = 2  # times that further windows are looked for
+CHOICES = 500  # windows that a run of forty seconds has room for
 #: Pulls of the observer on the way from the search to free simulation, 1/s: near the critical speed
 #: a free simulation converges only from nearby.
 RELEASED = (0.5, 0.0)
@@ -380,6 +383,8 @@ class Search:
         """Fit of an effect in windows before their edges are moved over local minima."""
         parent = locator.fit
         terms = [windows(course), self._of_course(locator, course)]
+        if terms == [None, None]:
+            terms = [faint_windows(course, self._faint(parent))]
         starts = [(parent, t) for t in terms if t is not None]
         own = bool(course.effect.extra.get("trials"))  # its pulses are not its real form
         found = None
@@ -421,29 +426,48 @@ class Search:
 
     def completed(self, fit: Fit) -> Fit:
         """With windows that show once the first ones are in the model."""
+        for _ in range(COMPLETED):
+            more = self._with_more_windows(fit)
+            if more is None:
+                return fit
+            fit = more
+        return fit
+
+    def _with_more_windows(self, fit: Fit) -> Fit | None:
+        """With further windows of the last effect, if they are worth it."""
         term = fit.terms[-1]
-        sizes = term.effect.parameters
-        rows = np.array(term.values).reshape(-1, term.stride)[:, 2:]
-        usual = np.median(np.hypot.reduce(rows - [p.neutral for p in sizes], axis=1))
-        final = term.effect.extra.get("final")
-        locator = Locator(self.close, fit)
-        course = locator.course(self._first_form(term.effect))
-        if course.gain < WINDOW_WORTH + self._by_chance(course):
-            return fit
-        follows = term.effect.extra.get("follows_motion")
-        least = (FADED_SHARE if follows else MORE_SHARE) * float(usual)
-        more = self._of_course(locator, course, least) if final else windows(course, least=least)
-        if more is None or len(rows) + len(more.window_runs) > MOST_WINDOWS:
-            return fit
-        if more.effect is not term.effect and not final:
+        count = len(term.window_runs)
+        more = self._more_windows(fit)
+        if more is None or count + len(more.window_runs) > MOST_WINDOWS:
+            return None
+        if more.effect is not term.effect and not term.effect.extra.get("final"):
             more = reformed(more, term.effect)
         both = ActiveEffect(
             term.effect, term.values + more.values, term.window_runs + more.window_runs
         )
         trial = Fit((*fit.terms[:-1], simplified(both)), fit.nuisance, fit.shift)
         trial = self.edges(self.close.run(trial, 6, free=1))
-        added = max(len(trial.terms[-1].window_runs) - len(rows), 1)
-        return trial if trial.chi2 < fit.chi2 - added * _window_worth(fit) else fit
+        added = max(len(trial.terms[-1].window_runs) - count, 1)
+        return trial if trial.chi2 < fit.chi2 - added * _window_worth(fit) else None
+
+    def _more_windows(self, fit: Fit) -> ActiveEffect | None:
+        """Windows of the last effect that stand out beside its own, in pulses short or long."""
+        term = fit.terms[-1]
+        sizes, extra = term.effect.parameters, term.effect.extra
+        rows = np.array(term.values).reshape(-1, term.stride)[:, 2:]
+        usual = np.median(np.hypot.reduce(rows - [p.neutral for p in sizes], axis=1))
+        least = (FADED_SHARE if extra.get("follows_motion") else MORE_SHARE) * float(usual)
+        locator = Locator(self.close, fit)
+        course = locator.course(self._first_form(term.effect))
+        if course.gain < WINDOW_WORTH + self._by_chance(course):
+            return None
+        if extra.get("final"):
+            return self._of_course(locator, course, least)
+        return windows(course, least=least) or faint_windows(course, self._faint(fit))
+
+    def _faint(self, fit: Fit) -> float:
+        """Drop of chi2 that a window must promise whose single pulses do not stand out."""
+        return _window_worth(fit) + 2.0 * float(np.log(CHOICES * len(self.effects)))
 
     def _first_form(self, effect: Effect) -> Effect:
         """The form of an effect in windows that it is looked for with."""
