@@ -120,3 +120,20 @@ def test_a_baseline_that_was_stuck_is_begun_again(problem: Problem) -> None:
     assert search.rebased(replace(best.fit, terms=(ActiveEffect(effect, (1.0,)),)))
     assert not search.baseline().fit.terms
     assert search.baseline().fit.chi2 == pytest.approx(best.fit.chi2, rel=1e-3)
+
+
+def test_a_search_is_not_begun_again_for_a_baseline_that_was_a_little_off(
+    problem: Problem,
+) -> None:
+    """What an effect took away is far more than what its vehicle alone does."""
+    search = Search(problem, [], lambda stage, share: None)
+    best = search.baseline()
+    shift = best.fit.shift.copy()
+    shift[problem.beliefs.at["vehicle", TYRES[1]]] += 3.0
+    off = search.judge.run(replace(best.fit, shift=shift), 0)
+    search._base = Candidate(off, off)
+    effect = next(e for e in library() if e.name == "hitch_damping:hitch")
+    terms = (ActiveEffect(effect, (1.0,)),)
+    much = replace(best.fit, terms=terms, chi2=off.chi2 - 20.0 * (off.chi2 - best.fit.chi2))
+    assert not search.rebased(much)
+    assert search.baseline().fit.chi2 == pytest.approx(best.fit.chi2, rel=1e-3)

@@ -6,9 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from test_diagnose import effect, synthetic
 
-from swaywatch.diagnose.evidence.locate import AmplitudeCourse, reformed, simplified, windows
-from swaywatch.effects.active import ActiveEffect
+from swaywatch.diagnose.evidence.evidence import least_gain
+from swaywatch.diagnose.evidence.locate import (
+    AmplitudeCourse,
+    Locator,
+    faint_windows,
+    reformed,
+    simplified,
+    windows,
+)
+from swaywatch.diagnose.evidence.search import Search
+from swaywatch.diagnose.fit.fit import EDGE_STEP_S, OBSERVER, Fit, Fitter
+from swaywatch.effects.active import ROOM_S, ActiveEffect
 from swaywatch.effects.effect import RISE, Effect, Parameter, Window, library
 from swaywatch.effects.library.axle_load_harmonic import generator_effect
 from swaywatch.effects.library.sensor_roll_gravity import EFFECTS as GRAVITY_EFFECTS
@@ -170,3 +181,94 @@ def test_the_load_made_by_the_motion_may_be_asked_for_by_several_threads() -> No
     generator_effect("car_rear").act(plant, run, {}, [window])
     generator_effect("car_rear").act(quiet, replace(run, simulated={}), {}, [window])
     assert plant.series["load_car_rear"] == pytest.approx(quiet.series["load_car_rear"])
+
+
+@pytest.fixture(scope="module")
+def softer() -> Fitter:
+    """Trailer tyres that are softer for some seconds of the first run, held by an observer."""
+    term = ActiveEffect(effect("tyre_stiffness_change:trailer"), (12.0, 23.0, 0.8), (0,))
+    return Fitter(replace(synthetic((term,), seed=3), observer=OBSERVER), fine=False)
+
+
+def _fitted(fitter: Fitter, values: tuple[float, ...], iterations: int) -> tuple[float, ...]:
+    start = fitter.start()
+    term = ActiveEffect(effect("tyre_stiffness_change:trailer"), values, (0,))
+    fit = fitter.run(Fit((term,), start.nuisance, start.shift), iterations, tolerance=1e-6)
+    return fit.terms[0].values
+
+
+def test_an_edge_beyond_the_recording_is_moved_to_its_end(softer: Fitter) -> None:
+    time = softer.problem.runs[0].time
+    start, stop, factor = _fitted(softer, (-1e9, 1e9, 0.9), 1)
+    assert time[0] <= start < stop <= time[-1]
+    assert factor < 1.0
+
+
+def test_an_edge_moves_a_little_in_one_iteration(softer: Fitter) -> None:
+    start = (10.0, 21.0, 0.95)
+    moved = np.abs(np.subtract(_fitted(softer, start, 1), start))[:2]
+    assert 0.5 * EDGE_STEP_S < moved.max() <= EDGE_STEP_S + 1e-12
+
+
+def test_what_rises_gradually_may_have_begun_before_the_recording() -> None:
+    run = Run("run1", np.arange(5.0, 30.0, 0.01), {}, {}, 16.0)
+    for form, room in (("box", 0.0), ("half_sine", ROOM_S)):
+        gust = _effect("crosswind_gust:car", form)
+        values = (0.0, 1e9, *(p.neutral for p in gust.parameters))
+        term = ActiveEffect(gust, values, (0,))
+        start, stop, size = (term.bounded(i, [run]) for i in range(3))
+        assert start == replace(start, low=5.0 - room, high=float(run.time[-1]) + room)
+        assert (stop.low, stop.high) == (start.low, start.high)
+        assert size == gust.parameters[0]
+
+
+def _faint(amplitude: np.ndarray) -> AmplitudeCourse:
+    """Pulses of two values, each known to 10 N, whose mean nobody knows."""
+    pulses, values = amplitude.shape
+    both = replace(FORCE, parameters=(SIZE,) * values)
+    level = np.kron(np.full((pulses, pulses), 1.0 / pulses), np.eye(values))
+    information = 0.01 * (np.eye(amplitude.size) - level)
+    course = _course([0.0] * pulses, [10.0] * pulses)
+    return replace(
+        course, effect=both, amplitude=(amplitude,), error=(np.full(amplitude.shape, 10.0),),
+        information=(information,), toward=(information @ amplitude.ravel(),),
+    )  # fmt: skip
+
+
+def test_weak_pulses_of_one_sign_are_a_window_together() -> None:
+    """None of them is sure, and all lie over a level that the vehicle's own values leave open."""
+    amplitude = np.full((36, 2), 5.0)
+    amplitude[8:13] += (-30.0, 10.0)
+    amplitude[25:29] += (-30.0, 10.0)
+    course = _faint(amplitude)
+    assert windows(course) is None
+    found = faint_windows(course, 25.0)
+    assert found is not None
+    assert found.values == pytest.approx((8.0, 13.0, -30.0, 10.0, 25.0, 29.0, -30.0, 10.0))
+    assert faint_windows(course, 60.0) is None
+
+
+def test_what_lasts_most_of_a_run_is_no_window() -> None:
+    amplitude = np.zeros((36, 2))
+    amplitude[:17] += 30.0
+    found = faint_windows(_faint(amplitude), 25.0)
+    assert found is not None
+    assert found.values[:2] == (0.0, 17.0)
+    assert faint_windows(_faint(np.full((36, 2), 30.0)), 1e-6) is None
+
+
+@pytest.mark.parametrize(("factor", "begun"), [(0.99, False), (0.97, True)])
+def test_no_windows_are_begun_that_could_not_be_claimed(factor: float, begun: bool) -> None:
+    """One effect is more than chance in both, but only one takes away as much as a claim needs."""
+    softer = effect("tyre_stiffness_change:trailer")
+    problem = synthetic((ActiveEffect(softer, (12.0, 17.0, factor), (0,)),), seed=3)
+    search = Search(problem, library(), lambda stage, share: None)
+    near = search._near(search.baseline().fit)
+    course = Locator(search.close, near).course(softer)
+    assert course.gain > 2.0 * np.log(len(search.effects)) + search._by_chance(course)
+    least = least_gain(near, near, windowed=True, on_springs=False)
+    assert (course.gain > least) is begun
+    tried: list[AmplitudeCourse] = []
+    search.rough = lambda locator, course: tried.append(course)  # type: ignore[method-assign]
+    assert search._windowed(near, [softer]) == []
+    assert bool(tried) is begun

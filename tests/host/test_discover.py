@@ -11,9 +11,10 @@ from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, synthetic
 
 from swaywatch.diagnose.evidence.search import Linear, Search
+from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.holdout import typical
 from swaywatch.diagnose.model import _entries, terms_of
-from swaywatch.discover.find import SCREENED, Laws, _begun, _ranked
+from swaywatch.discover.find import SCREENED, Laws, _begun, _beside_what_suffices, _ranked
 from swaywatch.discover.grammar import Law, all_laws, effect_of, grammar, law_of
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
@@ -407,3 +408,18 @@ def test_each_left_out_run_counts_by_how_many_times_better_it_is() -> None:
     _, library_, law = typical([(1.99, 0.169, 0.286), (0.114, 0.130, 0.030)])
     assert library_ == pytest.approx(np.sqrt(0.169 * 0.130))
     assert law < 0.65 * library_
+
+
+@pytest.mark.parametrize(
+    ("reduced", "beside", "needless"),
+    [(1.1, "hitch_friction:hitch", True), (1.1, "", False), (1.5, "hitch_friction:hitch", False)],
+)
+def test_no_law_beside_effects_that_leave_only_noise(
+    reduced: float, beside: str, needless: bool
+) -> None:
+    friction = next(e for e in library() if e.name == "hitch_friction:hitch")
+    known = ActiveEffect(friction, tuple(p.starts[0] for p in friction.parameters))
+    law = _begun(all_laws()[0])[0]
+    explains = Fit((known,), np.zeros((1, 5)), np.zeros(0), reduced * 1000.0, 1000)
+    terms = (known, law) if beside else (law,)
+    assert _beside_what_suffices(explains, replace(explains, terms=terms)) is needless

@@ -617,6 +617,8 @@ def _claimed(
     from_, library = _library(law_searches)
     if not _ahead(law_searches, candidate) or not noticeable(candidate.fit.terms[-1]):
         return None
+    if _beside_what_suffices(library.fit, candidate.fit):
+        return None
     if (
         reduced_chi_square(candidate.fit) > UNEXPLAINED_ABOVE
     ):  # distorted vehicle values that fit a wrong law: a share of the misfit does not count
@@ -638,6 +640,19 @@ def _claimed(
         law_search.search, base, library.fit, candidate.fit, candidate.evidence - library.evidence,
         _others(law_searches, candidate), rows,
     )  # fmt: skip
+
+
+def _beside_what_suffices(library: Fit, fit: Fit) -> bool:
+    """Library effects that leave only noise, and a law that replaces none of them.
+
+    Such a law absorbs what the form of the effects leaves: the stronger they act, the more.
+    """
+    names = {t.effect.name for t in fit.terms}
+    return (
+        bool(library.terms)
+        and reduced_chi_square(library) <= UNEXPLAINED_ABOVE
+        and all(t.effect.name in names for t in library.terms)
+    )
 
 
 def _others(law_searches: Sequence[LawSearch], best: Candidate) -> list[tuple[Law, float]]:

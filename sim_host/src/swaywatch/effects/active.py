@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from swaywatch.effects.effect import Effect, Parameter, Window
+from swaywatch.effects.runs import Run
 
 _START = Parameter("start", "s", 0.0, -1e9, 1e9, (0.0,), 0.1)
 _STOP = Parameter("stop", "s", 0.0, -1e9, 1e9, (0.0,), 0.1)
+#: Room before and behind a recording for the edges of a window, s: what rises gradually may have
+#: begun before it. A sharp edge outside it says nothing, so that a fit could never bring it back.
+ROOM_S = 2.0
+SHARP = ("box", "box_motion", "generator")
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,19 @@ class ActiveEffect:
         if not self.effect.windowed:
             return self.effect.parameters[index]
         return (_START, _STOP, *self.effect.parameters)[index % self.stride]
+
+    def is_edge(self, index: int) -> bool:
+        """Whether a place in `values` is where a window begins or ends."""
+        return self.effect.windowed and index % self.stride < 2
+
+    def bounded(self, index: int, runs: Sequence[Run]) -> Parameter:
+        """Parameter of a place in `values`, the edges of a window near the recording of its run."""
+        parameter, run = self.parameter(index), self.run_of(index)
+        if run is None or not self.is_edge(index):
+            return parameter
+        time = runs[run].time
+        room = 0.0 if self.effect.extra.get("form", "box") in SHARP else ROOM_S
+        return replace(parameter, low=float(time[0]) - room, high=float(time[-1]) + room)
 
     @property
     def stride(self) -> int:

@@ -146,16 +146,24 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
     """
     other = springs.baseline()
     first.noise = springs.noise = min(first.noise, springs.noise)
-    if first.weighed(base).evidence >= springs.weighed(other).evidence:
-        found = path(first, base, part.next())
-        return [found] if found.clean else [path(springs, other, part.next()), found]
+    likelier = first.weighed(base).evidence >= springs.weighed(other).evidence
+    unclear = reduced_chi_square(other.fit) > LINEAR and base.fit.chi2 < HOPELESS * other.fit.chi2
     known = None
-    if reduced_chi_square(other.fit) > LINEAR and base.fit.chi2 < HOPELESS * other.fit.chi2:
+    if likelier or unclear:
         short = path(first, base, first.progress, most=1)
+        base = first.baseline()
         if short.clean:
             return [short]
         if short.best.fit.terms:
             known = _again(springs, short.best.fit.terms, other)
+        # a rigid vehicle that the first effect leaves far behind is not searched to the end first
+        behind = known is not None and HOPELESS * known.chi2 < short.best.fit.chi2
+        if likelier and not behind:
+            ended = explained(base.fit, short.best.fit)  # it was searched to the end
+            found = short if ended else path(first, base, part.next())
+            if found.clean:
+                return [found]
+            return [path(springs, other, part.next(), known=known), found]
     found = path(springs, other, part.next(), known=known)
     if not found.clean:
         return [found, path(first, base, part.next())]
@@ -177,8 +185,14 @@ def _hopeless(rigid: Search, base: Candidate, same: Fit, other: Path) -> bool:
 
 
 def _again(search: Search, terms: Sequence[ActiveEffect], base: Candidate) -> Fit:
-    """Active effects found beside another baseline, fitted beside this one."""
-    return search.judge.run(replace(base.fit, terms=_own(search, terms)), 12)
+    """Active effects found beside another baseline, fitted beside this one.
+
+    Where that leaves much, from the vehicle as believed too: this baseline is bent without them.
+    """
+    fit = search.judge.run(replace(base.fit, terms=_own(search, terms)), 12)
+    if not fit.terms or reduced_chi_square(fit) <= UNEXPLAINED_ABOVE:
+        return fit
+    return min(fit, search.afresh(fit), key=lambda f: f.chi2)
 
 
 def _own(search: Search, terms: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
@@ -272,6 +286,7 @@ def path(
         again = depth == 1 and not search.refuses(TRIED[1])
         if again and search.rebased(best.fit):
             return path(search, search.baseline(), progress, rival, known, most)
+        base = search.baseline()
         # where nothing is left, a second best start leads nowhere else
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
@@ -305,7 +320,9 @@ def _in_windows(search: Search, base: Candidate, known: Fit) -> bool:
     """One effect in windows that leaves only noise of what the baseline leaves more of."""
     if len(known.terms) != 1 or not known.terms[0].effect.windowed:
         return False
-    return search.settled(base.fit, [known])
+    return search.settled(base.fit, [known]) and (
+        reduced_chi_square(known) <= UNEXPLAINED_ABOVE or not search.on_springs
+    )
 
 
 def _needed(search: Search, best: Candidate) -> Candidate:

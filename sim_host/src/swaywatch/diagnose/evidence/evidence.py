@@ -113,6 +113,23 @@ def worth(
     return gain > max(least * before.chi2, form * (base.chi2 - after.chi2))
 
 
+def least_gain(base: Fit, before: Fit, *, windowed: bool, on_springs: bool) -> float:
+    """Drop of chi2 without which one more effect cannot be `worth` it, in one window or without.
+
+    Parameters
+    ----------
+    base, before
+        Nothing missing; without the effect.
+    windowed
+        Whether it acts in windows.
+    on_springs
+        Whether the vehicle is on springs.
+    """
+    least = IN_WINDOWS + WINDOW_DISCREPANCY + ON_SPRINGS * on_springs if windowed else DISCREPANCY
+    form = WINDOW_FORM if windowed or any(t.effect.windowed for t in before.terms) else FORM
+    return max(least * before.chi2, form * (base.chi2 - before.chi2))
+
+
 def explained(base: Fit, fit: Fit) -> bool:
     """Whether what a fit leaves is noise, or what the form of a right effect leaves."""
     before, after = (f.chi2 / max(f.count, 1) for f in (base, fit))

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 AT_ONCE = 4 * LANES  # pulses in memory at a time
 PULSE_S = 1.0
 MOST_AT_ONCE = 8  # windows that a course begins with
+MOST_FAINT = 4  # windows of a run whose single pulses do not stand out
+LONGEST = 0.5  # of a run: what lasts longer is no window
 NORMAL_QUARTER = 0.3186  # a quarter of normal numbers are smaller than so many sigmas
 NEIGHBOUR = 0.6  # a pulse beside a sure one needs this share of the same evidence
 UNSEEN = 0.02  # share of its pulses' own effect below which a constant level is not observable
@@ -44,6 +46,10 @@ class AmplitudeCourse:
         Same shape, standard error.
     gain
         Drop of chi2 that the linear course promises.
+    information, toward
+        Per run, shapes (n, n) and (n,) with n = pulses times parameters, in scales of the
+        parameters: second derivative of half of chi2 to the amplitudes with all else refitted, and
+        slope of its fall where nothing acts.
     """
 
     effect: Effect
@@ -51,6 +57,8 @@ class AmplitudeCourse:
     amplitude: tuple[Array, ...]
     error: tuple[Array, ...]
     gain: float
+    information: tuple[Array, ...] = ()
+    toward: tuple[Array, ...] = ()
 
 
 def pulses_of(effect: Effect, run: int, edges: Array) -> list[ActiveEffect]:
@@ -147,6 +155,7 @@ class Locator:
         pulse_s = pulse_s or float(str(effect.extra.get("pulse_s", PULSE_S)))
         runs = self.fitter.problem.runs
         edges, amplitude, error, gain = [], [], [], 0.0
+        information, toward = [], []
         for r, run in enumerate(runs):
             start, stop = float(run.time[0]), float(run.time[-1])
             count = max(1, round((stop - start) / pulse_s))
@@ -157,11 +166,16 @@ class Locator:
             normal = full.T @ full
             weight, pull = self._prior(full.shape[1], k)
             prior = weight[k:, k:].copy()
+            right = full.T @ self.base[r] + pull
+            cross, nuisance = normal[k:, :k], normal[k:, k:] + prior
+            nuisance += np.diag(1e-9 * np.diag(nuisance) + 1e-12)
+            refitted = np.linalg.solve(nuisance, np.c_[cross, right[k:]])
+            information.append(normal[:k, :k] - cross.T @ refitted[:, :-1])
+            toward.append(cross.T @ refitted[:, -1] - right[:k])
             weight[range(k), range(k)] = ridge * np.mean(np.diag(normal)[:k])
             constant = _constant_level(normal, k, len(effect.parameters))
             normal += weight + np.diag(1e-9 * np.diag(normal) + 1e-12)
             normal[:k, :k] += np.mean(np.diag(normal)[:k]) * constant @ constant.T
-            right = full.T @ self.base[r] + pull
             x = -np.linalg.solve(normal, right)
             rest = self.base[r] + full @ x
             for level in constant.T:
@@ -179,7 +193,10 @@ class Locator:
             edges.append(edge)
             amplitude.append((x[:k] * scales).reshape(count, -1))
             error.append((se * scales).reshape(count, -1))
-        return AmplitudeCourse(effect, tuple(edges), tuple(amplitude), tuple(error), gain)
+        return AmplitudeCourse(
+            effect, tuple(edges), tuple(amplitude), tuple(error), gain,
+            tuple(information), tuple(toward),
+        )  # fmt: skip
 
 
 def _constant_level(normal: Array, pulses: int, parameters: int) -> Array:
@@ -236,6 +253,86 @@ def windows(
     if not runs or len(runs) > MOST_AT_ONCE:
         return None
     return ActiveEffect(course.effect, tuple(values), tuple(runs))
+
+
+def faint_windows(course: AmplitudeCourse, worth: float) -> ActiveEffect | None:
+    """Windows of an effect whose single pulses do not stand out, as an active effect.
+
+    One after the other, each where, with all before it and the vehicle refitted, it takes most of
+    chi2 away to first order: several weak pulses of the same sign are found together.
+
+    Parameters
+    ----------
+    course
+        In pulses.
+    worth
+        Drop of chi2 below which a window is none.
+    """
+    scales = np.array([p.scale for p in course.effect.parameters])
+    neutral = np.array([p.neutral for p in course.effect.parameters])
+    values: list[float] = []
+    runs: list[int] = []
+    for r, edges in enumerate(course.edges):
+        found, sizes = _one_by_one(course.information[r], course.toward[r], scales.size, worth)
+        for (first, stop), size in sorted(zip(found, sizes, strict=True)):
+            values += [float(edges[first]), float(edges[stop]), *(neutral + scales * size).tolist()]
+            runs.append(r)
+    if not runs or len(runs) > MOST_AT_ONCE:
+        return None
+    return ActiveEffect(course.effect, tuple(values), tuple(runs))
+
+
+def _one_by_one(
+    information: Array, toward: Array, parameters: int, worth: float
+) -> tuple[list[tuple[int, int]], list[tuple[float, ...]]]:
+    """First and last edge of windows, and their amplitudes, of a run."""
+    n = toward.size // parameters
+    each = information.reshape(n, parameters, n, parameters)
+    own = np.zeros((n + 1, parameters, n + 1, parameters))  # sums over the first pulses
+    own[1:, :, 1:] = each.cumsum(axis=0).cumsum(axis=2)
+    found: list[tuple[int, int]] = []
+    inside: Array = np.zeros((toward.size, 0))
+    sizes: Array = np.zeros(0)
+    while len(found) < MOST_FAINT:
+        beside = information @ inside
+        within = inside.T @ beside
+        pull = _summed((toward - beside @ sizes).reshape(n, parameters))
+        cross = _summed(beside.reshape(n, parameters, -1))
+        best = (worth, (0, 0))
+        for i in range(n):
+            for j in range(i + 1, min(i + int(LONGEST * n), n) + 1):
+                if any(i < stop and first < j for first, stop in found):
+                    break
+                square = own[j, :, j] - own[i, :, j] - own[j, :, i] + own[i, :, i]
+                drop = _drop(square, pull[j] - pull[i], cross[j] - cross[i], within)
+                if drop > best[0]:
+                    best = drop, (i, j)
+        if best[1] == (0, 0):
+            break
+        found.append(best[1])
+        column = np.zeros((n, parameters, parameters))
+        column[slice(*best[1])] = np.eye(parameters)
+        inside = np.hstack([inside, column.reshape(-1, parameters)])
+        sizes = np.asarray(
+            np.linalg.solve(inside.T @ information @ inside, inside.T @ toward), float
+        )
+    return found, [tuple(row) for row in sizes.reshape(-1, parameters).tolist()]
+
+
+def _summed(rows: Array) -> Array:
+    """Sums over the first rows, none of them to all. Shape (n, ...) to (n + 1, ...)."""
+    return np.concatenate([np.zeros((1, *rows.shape[1:])), rows.cumsum(axis=0)])
+
+
+def _drop(square: Array, pull: Array, cross: Array, within: Array) -> float:
+    """Drop of chi2 by one more window, the amplitudes of those before refitted."""
+    own = 1e-6 * np.diag(np.diag(square))  # what those before have as well promises nothing
+    try:
+        if within.size:
+            square = square + own - cross @ np.linalg.solve(within, cross.T)
+        return float(pull @ np.linalg.solve(square, pull))
+    except np.linalg.LinAlgError:
+        return 0.0
 
 
 def stretches(

@@ -14,6 +14,7 @@ from swaywatch.diagnose.evidence.evidence import (
     UNEXPLAINED_ABOVE,
     explained,
     inflation,
+    least_gain,
     log_evidence,
     residuals,
 )
@@ -21,6 +22,7 @@ from swaywatch.diagnose.evidence.locate import (
     MOST_AT_ONCE,
     AmplitudeCourse,
     Locator,
+    faint_windows,
     joined,
     reformed,
     simplified,
@@ -45,11 +47,16 @@ SHORT_LIST = 8  # candidates that are fitted
 POLISHED = 3  # of them to the end
 WINDOWED_LIST = 5
 WEAK = 0.6  # of the gain of the best one in windows, below which another is not followed
-MORE_SHARE = 0.35  # of the usual amplitude that further windows must have
+PROMISED = 0.5  # of what one more effect has to take away to be claimed; below it none is begun
+MORE_SHARE = 0.35  # of the usual amplitude that further windows must have; ...
+FADED_SHARE = 0.15  # ... of what follows the motion, whose square falls as a swing decays
 MOST_WINDOWS = 40
+COMPLETED = 2  # times that further windows are looked for
+CHOICES = 500  # windows that a run of forty seconds has room for
 #: Pulls of the observer on the way from the search to free simulation, 1/s: near the critical speed
 #: a free simulation converges only from nearby.
 RELEASED = (0.5, 0.0)
+STUCK = 0.1  # of what an effect takes away, done by its vehicle alone: the baseline was stuck
 BENT = 0.8  # an effect that takes more of the misfit away has bent the values of its parent
 LINEAR = 2.0  # reduced chi-square up to which free simulation is trusted for first-order courses
 TRAILER_FRONT = BODY.index("trailer.front_cornering_stiffness")
@@ -306,17 +313,21 @@ class Search:
         return self._base
 
     def rebased(self, found: Fit) -> bool:
-        """Whether the vehicle that an effect was found beside fits better without it than before.
+        """Whether a search from the baseline has to be begun again, because it was stuck.
 
-        Then the baseline was stuck, and the effect only led out of there; it is the baseline now.
+        The vehicle that an effect was found beside is the baseline from now on if it fits better
+        without the effect than the one before. Where that is much of what the effect took away, the
+        effect only led out of there; where it is little, what was found is found from both.
         """
         before = self.baseline().fit
         fit = self.judge.run(replace(found, terms=()), 12, tolerance=3e-4)
         if not fit.chi2 < (1.0 - DISCREPANCY) * before.chi2:
             return False
-        self.noise = inflation(residuals(self.judge, fit))
         self._base = Candidate(fit, fit)
-        return True
+        noise = inflation(residuals(self.judge, fit))
+        stuck = before.chi2 - fit.chi2 > STUCK * (before.chi2 - found.chi2)
+        self.noise = noise if stuck else min(self.noise, noise)
+        return stuck
 
     def released(self, fit: Fit, iterations: int = 10) -> Fit:
         """A fit under the observer, refitted with everything free where it is judged."""
@@ -332,6 +343,8 @@ class Search:
     def constants(self, fitter: Fitter, parent: Fit, open_: Sequence[Effect]) -> list[Fit]:
         """The most promising effects without windows, the best of them with everything free."""
         price = 2.0 * np.log(len(self.effects))
+        if parent.terms:
+            price = max(price, self._promised(fitter, parent, windowed=False))
         course = Linear(fitter, parent)
         found = [f for f in course.best(open_) if f[0] > price]
         starts = [
@@ -349,6 +362,18 @@ class Search:
         best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), first)
         return [*best, *near[len(first) :]]
 
+    def _promised(self, fitter: Fitter, parent: Fit, *, windowed: bool) -> float:
+        """Drop of chi2 that one more effect has to promise to first order to be begun.
+
+        Nothing where so much is left that a first-order course says little.
+        """
+        if reduced_chi_square(parent) > LINEAR:
+            return 0.0
+        base = self.baseline().fit
+        base = self._near(base) if fitter is self.close else base
+        least = least_gain(base, parent, windowed=windowed, on_springs=self.on_springs)
+        return PROMISED * least
+
     def windowed(self, locator: Locator, course: AmplitudeCourse) -> Fit | None:
         """Best fit of an effect in windows on top of the locator's parent."""
         fit = self.rough(locator, course)
@@ -358,6 +383,8 @@ class Search:
         """Fit of an effect in windows before their edges are moved over local minima."""
         parent = locator.fit
         terms = [windows(course), self._of_course(locator, course)]
+        if terms == [None, None]:
+            terms = [faint_windows(course, self._faint(parent))]
         starts = [(parent, t) for t in terms if t is not None]
         own = bool(course.effect.extra.get("trials"))  # its pulses are not its real form
         found = None
@@ -399,28 +426,48 @@ class Search:
 
     def completed(self, fit: Fit) -> Fit:
         """With windows that show once the first ones are in the model."""
+        for _ in range(COMPLETED):
+            more = self._with_more_windows(fit)
+            if more is None:
+                return fit
+            fit = more
+        return fit
+
+    def _with_more_windows(self, fit: Fit) -> Fit | None:
+        """With further windows of the last effect, if they are worth it."""
         term = fit.terms[-1]
-        sizes = term.effect.parameters
-        rows = np.array(term.values).reshape(-1, term.stride)[:, 2:]
-        usual = np.median(np.hypot.reduce(rows - [p.neutral for p in sizes], axis=1))
-        final = term.effect.extra.get("final")
-        locator = Locator(self.close, fit)
-        course = locator.course(self._first_form(term.effect))
-        if course.gain < WINDOW_WORTH + self._by_chance(course):
-            return fit
-        least = MORE_SHARE * float(usual)
-        more = self._of_course(locator, course, least) if final else windows(course, least=least)
-        if more is None or len(rows) + len(more.window_runs) > MOST_WINDOWS:
-            return fit
-        if more.effect is not term.effect and not final:
+        count = len(term.window_runs)
+        more = self._more_windows(fit)
+        if more is None or count + len(more.window_runs) > MOST_WINDOWS:
+            return None
+        if more.effect is not term.effect and not term.effect.extra.get("final"):
             more = reformed(more, term.effect)
         both = ActiveEffect(
             term.effect, term.values + more.values, term.window_runs + more.window_runs
         )
         trial = Fit((*fit.terms[:-1], simplified(both)), fit.nuisance, fit.shift)
         trial = self.edges(self.close.run(trial, 6, free=1))
-        added = max(len(trial.terms[-1].window_runs) - len(rows), 1)
-        return trial if trial.chi2 < fit.chi2 - added * _window_worth(fit) else fit
+        added = max(len(trial.terms[-1].window_runs) - count, 1)
+        return trial if trial.chi2 < fit.chi2 - added * _window_worth(fit) else None
+
+    def _more_windows(self, fit: Fit) -> ActiveEffect | None:
+        """Windows of the last effect that stand out beside its own, in pulses short or long."""
+        term = fit.terms[-1]
+        sizes, extra = term.effect.parameters, term.effect.extra
+        rows = np.array(term.values).reshape(-1, term.stride)[:, 2:]
+        usual = np.median(np.hypot.reduce(rows - [p.neutral for p in sizes], axis=1))
+        least = (FADED_SHARE if extra.get("follows_motion") else MORE_SHARE) * float(usual)
+        locator = Locator(self.close, fit)
+        course = locator.course(self._first_form(term.effect))
+        if course.gain < WINDOW_WORTH + self._by_chance(course):
+            return None
+        if extra.get("final"):
+            return self._of_course(locator, course, least)
+        return windows(course, least=least) or faint_windows(course, self._faint(fit))
+
+    def _faint(self, fit: Fit) -> float:
+        """Drop of chi2 that a window must promise whose single pulses do not stand out."""
+        return _window_worth(fit) + 2.0 * float(np.log(CHOICES * len(self.effects)))
 
     def _first_form(self, effect: Effect) -> Effect:
         """The form of an effect in windows that it is looked for with."""
@@ -645,6 +692,13 @@ class Search:
         """
         return self.judge.side_by_side(self.released, self._close_from_rest(fits))
 
+    def afresh(self, fit: Fit) -> Fit:
+        """A fit with one effect once more from the vehicle as believed, its windows moved too."""
+        near = self._close_from_rest([fit])[0]
+        if fit.terms[-1].effect.windowed:
+            near = self.pruned(self.completed(self.edges(near)))
+        return self.released(near)
+
     def _close_from_rest(self, fits: Sequence[Fit]) -> list[Fit]:
         """The same as far as the observer."""
         start = self.close.start()
@@ -665,6 +719,7 @@ class Search:
         with ThreadPoolExecutor(WORKERS) as pool:
             courses = list(pool.map(locator.course, first))
         price = 2.0 * np.log(len(self.effects))
+        price = max(price, self._promised(self.close, parent, windowed=True))
         courses = [c for c in courses if c.gain > price + self._by_chance(c)]
         courses.sort(key=lambda c: -c.gain)
         started = self.close.side_by_side(lambda c: self.rough(locator, c), courses[:WINDOWED_LIST])

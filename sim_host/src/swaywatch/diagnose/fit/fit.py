@@ -65,6 +65,7 @@ _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
 MOVED = 0.3  # gain of an iteration, of what it leaves, after which derivatives are old at once
 FARTHEST = 2.0  # wide tolerances by which a typical value moves in one iteration
+EDGE_STEP_S = 0.3  # by which an edge of a window moves in one iteration: it is known by no more
 _SHIFT_STEP = 0.05  # tolerances, for derivatives
 
 
@@ -719,8 +720,10 @@ class _Task:
         self.layout = [
             (i, j) for i in range(first, len(terms)) for j in range(len(terms[i].values))
         ]
-        self.parameters = [terms[i].parameter(j) for i, j in self.layout]
+        runs = fitter.problem.runs
+        self.parameters = [terms[i].bounded(j, runs) for i, j in self.layout]
         self.places = [terms[i].run_of(j) for i, j in self.layout]
+        self.edges = [c for c, (i, j) in enumerate(self.layout) if terms[i].is_edge(j)]
         self.k = len(self.layout)
         self.beliefs = fitter.problem.beliefs
         self.b = len(self.beliefs) if calibrate else 0
@@ -757,8 +760,14 @@ class _Task:
         return _State(values, nuisance, shift, tuple(found), prior)
 
     def first(self, start: Fit) -> _State:
-        values = np.array([self.given[i].values[j] for i, j in self.layout])
+        values = self.inside([self.given[i].values[j] for i, j in self.layout])
         return self.state(values, start.nuisance.copy(), start.shift.copy())
+
+    def inside(self, values: Iterable[float]) -> Array:
+        """Values of the effects inside their bounds."""
+        return np.array(
+            [min(max(x, p.low), p.high) for x, p in zip(values, self.parameters, strict=True)]
+        )
 
     def moved(self, state: _State, position: int) -> tuple[list[Trial], list[tuple[int, float]]]:
         """Trials for the derivatives of one run; place and step of each value."""
@@ -822,6 +831,7 @@ class _Task:
             step = np.asarray(-np.linalg.solve(damped, gradient), dtype=float)
         except np.linalg.LinAlgError:
             return None
+        step[self.edges] = np.clip(step[self.edges], -EDGE_STEP_S, EDGE_STEP_S)
         typical = [self.k + i for i in self.typical] if self.b else []
         longest = float(np.max(np.abs(step[typical]), initial=0.0))
         if longest <= FARTHEST:
@@ -833,12 +843,7 @@ class _Task:
 
     def _stepped(self, state: _State, step: Array) -> _State:
         """State after a step, the values of effects inside their bounds."""
-        values = np.array(
-            [
-                min(max(x, p.low), p.high)
-                for x, p in zip(state.values + step[: self.k], self.parameters, strict=True)
-            ]
-        )
+        values = self.inside(state.values + step[: self.k])
         shift = state.shift.copy()
         if self.b:
             shift += step[self.k : self.k + self.b]

@@ -1,0 +1,84 @@
+"""Which vehicle a diagnosis searches first: what one effect beside each of them leaves decides."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from swaywatch.diagnose.evidence import baselines
+from swaywatch.diagnose.evidence.baselines import Path, explore
+from swaywatch.diagnose.evidence.evidence import worth
+from swaywatch.diagnose.evidence.search import PROMISED, Candidate, Search
+from swaywatch.diagnose.fit.fit import Fit, Problem
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import library
+from swaywatch.plant.lanes import BODY
+
+COUNT = 1000
+FRICTION = next(e for e in library() if e.name == "hitch_friction:hitch")
+TERM = ActiveEffect(FRICTION, tuple(p.starts[0] for p in FRICTION.parameters))
+
+
+def _fit(reduced: float, *terms: ActiveEffect) -> Fit:
+    return Fit(terms, np.zeros((1, 5)), np.zeros(0), reduced * COUNT, COUNT)
+
+
+def _search(name: str, calibrated: float, evidence: float) -> Search:
+    base = Candidate(_fit(calibrated), _fit(calibrated), evidence)
+    return cast(
+        "Search",
+        SimpleNamespace(
+            name=name, noise=1.0, progress=None, weighed=lambda c: c, baseline=lambda: base,
+            refuses=lambda what: True, on_springs=name == "springs",
+        ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rigid", "beside_springs", "order"),
+    [
+        (1.1, 0.0, ["rigid 1"]),  # one effect leaves only noise: nothing else is searched
+        (12.0, 1.2, ["rigid 1", "springs 3"]),  # the same effect leaves far less on springs
+        (12.0, 11.0, ["rigid 1", "rigid 3", "springs 3"]),  # it does not: the likelier one first
+    ],
+)
+def test_a_rigid_vehicle_far_behind_with_the_same_effect_is_not_searched_to_the_end(
+    rigid: float, beside_springs: float, order: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searched: list[str] = []
+    left = {"rigid": rigid, "springs": 1.1 if beside_springs < 2.0 else 5.0}
+
+    def path(search: Any, base: Candidate, *_: object, most: int = 3, **__: object) -> Path:
+        searched.append(f"{search.name} {most}")
+        return Path(search, base, Candidate(_fit(left[search.name], TERM), base.fit))
+
+    def again(search: Any, terms: object, base: object) -> Fit:
+        del terms, base
+        return _fit(beside_springs if search.name == "springs" else rigid, TERM)
+
+    monkeypatch.setattr(baselines, "path", path)
+    monkeypatch.setattr(baselines, "_again", again)
+    monkeypatch.setattr(baselines, "_exact", lambda path: False)
+    explore(
+        [_search("rigid", 190.0, -1e5)], _search("springs", 700.0, -4e5), lambda stage, share: None
+    )
+    assert searched == order
+
+
+@pytest.mark.parametrize(("calibrated", "left"), [(1.3, 1.2), (190.0, 1.2)])
+def test_what_an_effect_must_promise_is_half_of_what_makes_it_worth_it(
+    calibrated: float, left: float
+) -> None:
+    """The stronger the first effect, the more its form leaves, and the more a second must take."""
+    search = Search(Problem((), np.zeros(len(BODY))), [], lambda stage, share: None)
+    search._base = Candidate(_fit(calibrated), _fit(calibrated))
+    before = _fit(left, TERM)
+    least = search._promised(search.judge, before, windowed=False) / PROMISED
+    for share, enough in ((0.99, False), (1.01, True)):
+        after = Fit((*before.terms, TERM), before.nuisance, before.shift)
+        after.chi2, after.count = before.chi2 - share * least, COUNT
+        assert worth(_fit(calibrated), before, after) is enough
+    assert search._promised(search.judge, _fit(5.0, TERM), windowed=False) == 0.0
