@@ -4,7 +4,7 @@
 /// The growth of the free oscillation needs no model, but steering or gusts look like damping to
 /// it. The combination believes
 ///   - the model while the oscillation is forced, too small, or not one damped line;
-///   - both, weighted by variance, where they agree within three standard errors;
+///   - both, weighted by variance, where they agree within four standard errors;
 ///   - the signal where a clean free oscillation contradicts the model (physics is missing there).
 #ifndef SWAY_EVIDENCE_H
 #define SWAY_EVIDENCE_H
