@@ -119,9 +119,10 @@ void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estima
         if (sway_real_sign(*foretold) <= 0) {
             return;
         }
-        weight.share = *foretold;
         weight.variance = MUL(variance, sway_real_int(SWAY_QUANTITY_OVERLAP_DERIVED));
-        weight.common = sway_real_scale(variance, SWAY_QUANTITY_COMMON);
+        const sway_real_t new_motion = sway_real_square(SUB(weight.share, *foretold));
+        weight.common = MUL(sway_real_scale(variance, SWAY_QUANTITY_COMMON), new_motion);
+        weight.share = *foretold;
     }
     move_to(quantity, s_by_v);
     if (!quantity->started) {

@@ -21,8 +21,9 @@
 #define SWAY_QUANTITY_OVERLAP 8
 #define SWAY_QUANTITY_OVERLAP_DERIVED 4
 
-/// Of the variance of one estimate from balances, as a power of 2: what all of them together leave.
-#define SWAY_QUANTITY_COMMON (-4)
+/// Of the variance of one estimate from balances whose swing nothing foretold, as a power of 2:
+/// what all of them together leave; of others in the square of the share that was not foretold.
+#define SWAY_QUANTITY_COMMON (-2)
 
 /// One filtered quantity: complex stiffness of an axle in N/rad, or a yaw inertia in kgm2
 /// (imaginary part 0); variances in their squares.
