@@ -239,7 +239,7 @@ static void an_overdamped_solo_car_has_errors_that_mean_something(void)
 
 static sway_evidence_t damping(double ratio, double se, bool usable)
 {
-    const sway_evidence_t result = {real(ratio), real(se), usable};
+    const sway_evidence_t result = {real(ratio), real(se), usable, false};
     return result;
 }
 
@@ -376,17 +376,19 @@ static void unrest_is_not_learnt_while_time_stands(void)
     TEST_ASSERT_DOUBLE_WITHIN(0, before, value(unrest.variance));
 }
 
+/* Three where the model is slow. */
 static void evidence_disagrees_beyond_four_errors(void)
 {
     const double se = sqrt(0.01 * 0.01 + 0.005 * 0.005 + 0.01 * 0.01);
-    const sway_evidence_t model = {real(0.1), real(0.01), true};
-    for (int k = 0; k < 2; k++) {
-        const sway_evidence_t signal = {real(0.1 + (k == 0 ? 3.95 : 4.05) * se), real(0.01), true};
+    static const double errors[] = {3.95, 4.05, 2.95, 3.05};
+    for (int k = 0; k < 4; k++) {
+        const sway_evidence_t model = {real(0.1), real(0.01), true, k >= 2};
+        const sway_evidence_t signal = {real(0.1 + errors[k] * se), real(0.01), true, false};
         sway_evidence_t combined;
         bool disagrees;
-        TEST_ASSERT_EQUAL_INT(k == 0 ? SWAY_BELIEF_BOTH : SWAY_BELIEF_SIGNAL,
+        TEST_ASSERT_EQUAL_INT(k % 2 == 0 ? SWAY_BELIEF_BOTH : SWAY_BELIEF_SIGNAL,
                               sway_evidence_combine(&model, &signal, &combined, &disagrees));
-        TEST_ASSERT_EQUAL_INT(k == 1, disagrees);
+        TEST_ASSERT_EQUAL_INT(k % 2 == 1, disagrees);
     }
 }
 
