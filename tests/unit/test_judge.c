@@ -820,9 +820,31 @@ static void what_was_learnt_of_a_motion_stays_when_the_clock_begins_again(void)
     expect_swing(0.75 * 4 * 0.01 + 0.25 * TRAILER_SWING, 0.06);
 }
 
+/* The first damping ratio of a model, in steps of 0.001, that the line of 0.075 contradicts. */
+static double apart(bool reconstructed)
+{
+    for (double ratio = 0.1; ratio < 1; ratio += 0.001) {
+        setUp();
+        evidence.has_reconstruction = reconstructed;
+        set_model(ratio, 0.01);
+        take();
+        if ((judgement.quality & SWAY_QUALITY_MODEL_DISAGREES) != 0U) {
+            return ratio - 0.075;
+        }
+    }
+    return 1;
+}
+
+/* Four errors of difference; three where the model is of the car's own sensors. */
+static void a_model_of_the_cars_own_sensors_is_left_sooner(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 4.0 / 3, apart(false) / apart(true));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(a_model_of_the_cars_own_sensors_is_left_sooner);
     RUN_TEST(each_motion_stands_in_by_its_own_factor_the_best_first);
     RUN_TEST(a_car_without_trailer_swings_by_its_own_yaw_rate);
     RUN_TEST(a_line_that_is_not_held_has_no_swing);
