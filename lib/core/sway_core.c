@@ -13,7 +13,7 @@
 enum { STAGE_IDLE, STAGE_IDENTIFY, STAGE_BEGIN_MODEL, STAGE_MODEL, STAGE_WATCH, STAGE_PUBLISH };
 
 /* Costs of the core's own slices: see SWAY_SLICE_COST. */
-enum { COST_ROW = 12, COST_BEGIN_MODEL = 32, COST_PART = 15, COST_PUBLISH = 40 };
+enum { COST_ROW = 12, COST_BEGIN_MODEL = 48, COST_PART = 15, COST_PUBLISH = 40 };
 
 /* --- the trailer from the car's own sensors ----------------------------------------------------
  */

@@ -53,7 +53,7 @@ sway_error_t sway_alarm_init(sway_alarm_t *alarm, const sway_alarm_config_t *con
 #define MODEL_FLOOR_PPM 5000
 
 /* Standard errors by which a speed has to be above the critical one to warn. */
-#define SURE_MILLI 2500
+#define SURE_MILLI 1500
 
 static sway_real_t micro(int32_t value)
 {

@@ -4,7 +4,7 @@
 /// A state is entered at once and left downwards only when nothing has asked for it for `hold_ms`.
 /// Growth seen in the signals alone, against or without a model, must last one oscillation before
 /// it warns: a gust that builds up an oscillation looks like growth for as long. A speed above the
-/// critical one warns beyond 2.5 standard errors; at once beyond `confidence_milli` of them where
+/// critical one warns beyond 1.5 standard errors; at once beyond `confidence_milli` of them where
 /// the swing has reached the limit amplitude, however it came there.
 #ifndef SWAY_ALARM_H
 #define SWAY_ALARM_H

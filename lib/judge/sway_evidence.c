@@ -82,7 +82,8 @@ sway_belief_t sway_evidence_combine(const sway_evidence_t *model, const sway_evi
     const sway_real_t of_signal = sway_real_square(signal->se);
     const sway_real_t sum = ADD(of_model, of_signal);
     const sway_real_t difference = SUB(signal->ratio, model->ratio);
-    if (sway_real_less(MUL(sway_real_int(9), sum), sway_real_square(difference))) {
+    const sway_real_t most = sway_real_int(model->slow ? 9 : 16);
+    if (sway_real_less(MUL(most, sum), sway_real_square(difference))) {
         *disagrees = true;
         *combined = *signal;
         return SWAY_BELIEF_SIGNAL;

@@ -4,7 +4,8 @@
 /// The growth of the free oscillation needs no model, but steering or gusts look like damping to
 /// it. The combination believes
 ///   - the model while the oscillation is forced, too small, or not one damped line;
-///   - both, weighted by variance, where they agree within three standard errors;
+///   - both, weighted by variance, where they agree within four standard errors, three where the
+///     model is `slow`;
 ///   - the signal where a clean free oscillation contradicts the model (physics is missing there).
 #ifndef SWAY_EVIDENCE_H
 #define SWAY_EVIDENCE_H
@@ -17,6 +18,7 @@ typedef struct {
     sway_real_t ratio;
     sway_real_t se;
     bool usable;
+    bool slow; ///< of a model: it learns a change slowly (the car's own sensors)
 } sway_evidence_t;
 
 /// How much the road and the wind disturb the swing. A swing that is pushed about by disturbances

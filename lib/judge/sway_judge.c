@@ -169,7 +169,8 @@ static sway_evidence_t model_evidence(const sway_judge_evidence_t *evidence)
 {
     const sway_margin_model_t *const model = evidence->model;
     const sway_evidence_t damping = {model->damping_ratio, model->damping_ratio_se,
-                                     evidence->modelled && model->has_model};
+                                     evidence->modelled && model->has_model,
+                                     evidence->has_reconstruction};
     return damping;
 }
 

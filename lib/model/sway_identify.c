@@ -459,7 +459,8 @@ static void axle_stiffness(sway_identify_t *id, sway_axle_t axle)
     sway_phasor_t stiffness = estimate->force;
     sway_phasor_divide(&stiffness, &estimate->slip);
     estimate->stiffness = estimate_of(id, &stiffness);
-    if (force_is_derived(id, axle)) {
+    estimate->derived = force_is_derived(id, axle);
+    if (estimate->derived) {
         const bool hitch = has_channel(id->line, SWAY_CHANNEL_HITCH_FY);
         const bool car = axle <= SWAY_AXLE_CAR_REAR;
         add_unseen_force(&estimate->stiffness, estimate->slip.value,

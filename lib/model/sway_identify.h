@@ -27,7 +27,8 @@ typedef struct {
 } sway_estimate_t;
 
 typedef struct {
-    sway_real_t load_n;           ///< mean
+    bool derived;       ///< the force is from balances: side force of wind and road is in it
+    sway_real_t load_n; ///< mean
     sway_real_t effective_load_n; ///< Eq. 4.13, phase against the slip squared
     sway_real_t effective_load_se_n;
     sway_complex_t load_harmonic_n; ///< at 2f, turned back by twice the phase of the force

@@ -17,6 +17,9 @@ enum { ROOT_SWEEPS_MAX = 30, NEWTON_MAX = 25 };
 #define DRIFT_LAG_PPM 500
 #define DRIFT_INERTIA_PPM 1000
 
+/* A swing is carried on with no more damping than this. */
+#define DAMPING_MOST_PERCENT 20
+
 void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle)
 {
     memset(margin, 0, sizeof *margin);
@@ -37,23 +40,56 @@ void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle)
     sway_quantity_start(&margin->inertia[1], sway_real_ratio(trailer, 1000), USER_INERTIA_PPM, 0);
 }
 
+/* --- estimates into the filters --------------------------------------------------------------- */
+
+/* An earlier swing carried on to now, by its own frequency and the damping so far: nothing of it
+ * may be of this window, whose wind would be in it. The result is the share of this swing that is
+ * so foretold, 0..1. A hand that moves the wheel is no wind: all of a forced swing counts. */
+static sway_real_t foretell(sway_margin_t *margin, const sway_identify_t *id, int64_t time_us)
+{
+    const sway_line_t *const line = id->line;
+    const uint32_t trailer = line->valid_mask & SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE);
+    const sway_channel_t yaw =
+        trailer != 0U ? SWAY_CHANNEL_TRAILER_YAW_RATE : SWAY_CHANNEL_CAR_YAW_RATE;
+    const sway_real_t one = sway_real_int(1);
+    const sway_margin_past_t now = {time_us, line->omega_rad_s, line->channel[yaw].amplitude};
+    const sway_margin_past_t past = margin->past[margin->past_next];
+    margin->past[margin->past_next] = now;
+    margin->past_next = (uint8_t)((margin->past_next + 1U) % SWAY_MARGIN_PAST);
+    if ((line->flags & SWAY_LINE_FORCED) != 0U) {
+        return one;
+    }
+    const sway_real_t angle = MUL(past.omega_rad_s, sway_real_micro(time_us - past.time_us));
+    const sway_real_t turn = sway_real_scale(sway_real_pi(), 1);
+    if (sway_real_sign(angle) <= 0 || sway_real_less(turn, angle)) {
+        return sway_real_zero();
+    }
+    const sway_real_t least = sway_real_max(margin->model.damping_ratio, sway_real_zero());
+    const sway_real_t damping = sway_real_min(least, sway_real_ratio(DAMPING_MOST_PERCENT, 100));
+    const sway_real_t left = sway_real_exp(NEG(MUL(damping, angle)));
+    const sway_complex_t carried = sway_complex_mul(past.swing, sway_complex_unit(angle));
+    const sway_real_t share = MUL(left, sway_complex_div(carried, now.swing).re);
+    return sway_real_max(sway_real_min(share, one), sway_real_zero());
+}
+
 /* Windows with missing samples or that are not one damped line are taken, too: their standard
  * errors are larger for it, and hold (seen with the warning campaign). */
-
-static void take_estimates(sway_margin_t *margin, const sway_identify_t *id)
+static void take_estimates(sway_margin_t *margin, const sway_identify_t *id, int64_t time_us)
 {
+    const sway_real_t foretold = foretell(margin, id, time_us);
     const sway_complex_t s = id->s.value;
     const sway_complex_t s_by_v = {DIV(s.re, id->speed_m_s), DIV(s.im, id->speed_m_s)};
     for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
         const sway_axle_estimate_t *const estimate = &id->axle[axle];
         if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle)) != 0U) {
-            sway_quantity_take(&margin->stiffness[axle], &estimate->stiffness, s_by_v);
+            sway_quantity_take(&margin->stiffness[axle], &estimate->stiffness, s_by_v,
+                               estimate->derived ? &foretold : NULL);
         }
     }
     const uint32_t bit[2] = {SWAY_VALID_CAR_INERTIA, SWAY_VALID_TRAILER_INERTIA};
     for (int body = 0; body < 2; body++) {
         if ((id->valid & bit[body]) != 0U) {
-            sway_quantity_take(&margin->inertia[body], &id->freed_inertia[body], s_by_v);
+            sway_quantity_take(&margin->inertia[body], &id->freed_inertia[body], s_by_v, NULL);
         }
     }
 }
@@ -138,7 +174,7 @@ sway_error_t sway_margin_start(sway_margin_t *margin, const sway_identify_t *ide
         sway_quantity_drift(&margin->inertia[body], time_us, DRIFT_INERTIA_PPM, 0);
     }
     if (identify != NULL) {
-        take_estimates(margin, identify);
+        take_estimates(margin, identify, time_us);
     }
     if (!build_model(margin)) {
         return SWAY_ERROR_VEHICLE;

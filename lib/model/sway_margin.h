@@ -4,7 +4,8 @@
 /// It puts the identified stiffnesses (with their arguments, as relaxation lengths)
 /// and yaw inertias into the single-track model: damping ratio at the present speed, critical speed
 /// and its standard error. One window gives noisy values in ordinary driving, so each quantity is
-/// filtered over many (sway_quantity).
+/// filtered over many (sway_quantity), where forces come from balances as far as an earlier swing
+/// foretells this one.
 ///
 /// Dry friction at the ball holds small swings and lets large ones go, so the model has none: the
 /// inertias are taken without it, and the critical speed is that of a swing which friction does not
@@ -17,6 +18,16 @@
 
 /// Parameters whose derivatives are renewed with an estimate.
 #define SWAY_MARGIN_TURN 2
+
+/// Estimates between a swing and the one that it foretells: a quarter of a window.
+#define SWAY_MARGIN_PAST 4
+
+/// Swing of an earlier estimate.
+typedef struct {
+    int64_t time_us;
+    sway_real_t omega_rad_s;
+    sway_complex_t swing; ///< yaw rate of the trailer; of the car where that is not known
+} sway_margin_past_t;
 
 typedef struct {
     bool has_model; ///< damping ratio is valid
@@ -52,6 +63,8 @@ typedef struct {
                                                             ///< value (re), of its argument (im)
     sway_complex_t root_per_percent[SWAY_PARAMETER_COUNT];  ///< change of the dominant root
     /* What stays. */
+    uint8_t past_next;
+    sway_margin_past_t past[SWAY_MARGIN_PAST];
     sway_margin_model_t model; ///< latest finished
     sway_quantity_t stiffness[SWAY_AXLE_COUNT];
     sway_quantity_t inertia[2];

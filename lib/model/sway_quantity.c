@@ -39,11 +39,29 @@ void sway_quantity_drift(sway_quantity_t *quantity, int64_t time_us, int32_t re_
         ADD(quantity->variance_im, MUL(MUL(size, sway_real_square(ppm(im_ppm))), seconds));
 }
 
-static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measured, sway_real_t r)
+/* How an estimate counts. */
+typedef struct {
+    sway_real_t share;    ///< of its swing that was foretold
+    sway_real_t variance; ///< with what overlaps
+    sway_real_t common;   ///< variance that stays
+} weight_t;
+
+/* Least squares would weigh by the swing itself, of which today's wind is a part; an instrument
+ * weighs by what was foretold of it. The variance is that of any gain (Joseph's form), and the gain
+ * ends where no more than the common part of the variance would be left. */
+static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measured,
+                   const weight_t *weight)
 {
-    const sway_real_t gain = DIV(*variance, ADD(*variance, r));
+    if (sway_real_compare(*variance, weight->common) <= 0) {
+        return;
+    }
+    const sway_real_t one = sway_real_int(1);
+    const sway_real_t by = MUL(*variance, weight->share);
+    const sway_real_t full = DIV(by, ADD(MUL(by, weight->share), weight->variance));
+    const sway_real_t gain = sway_real_min(full, SUB(one, DIV(weight->common, *variance)));
     *value = ADD(*value, MUL(gain, SUB(measured, *value)));
-    *variance = MUL(*variance, SUB(sway_real_int(1), gain));
+    *variance = ADD(MUL(sway_real_square(SUB(one, gain)), *variance),
+                    MUL(sway_real_square(gain), weight->variance));
 }
 
 /* Variance of an estimate. A stiffness is a force over a slip, and its error comes mostly from the
@@ -91,21 +109,31 @@ static void move_to(sway_quantity_t *quantity, sway_complex_t s_by_v)
 }
 
 void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estimate,
-                        sway_complex_t s_by_v)
+                        sway_complex_t s_by_v, const sway_real_t *foretold)
 {
     const sway_complex_t value = estimate->value;
     const sway_real_t variance = variance_of(quantity, estimate, sway_real_sign(s_by_v.re) < 0);
-    const sway_real_t r = MUL(variance, sway_real_int(SWAY_QUANTITY_OVERLAP));
+    weight_t weight = {sway_real_int(1), MUL(variance, sway_real_int(SWAY_QUANTITY_OVERLAP)),
+                       sway_real_zero()};
+    if (foretold != NULL && quantity->started) {
+        if (sway_real_sign(*foretold) <= 0) {
+            return;
+        }
+        weight.variance = MUL(variance, sway_real_int(SWAY_QUANTITY_OVERLAP_DERIVED));
+        const sway_real_t new_motion = sway_real_square(SUB(weight.share, *foretold));
+        weight.common = MUL(sway_real_scale(variance, SWAY_QUANTITY_COMMON), new_motion);
+        weight.share = *foretold;
+    }
     move_to(quantity, s_by_v);
     if (!quantity->started) {
         quantity->value = value;
-        quantity->variance_re = r;
-        quantity->variance_im = r;
+        quantity->variance_re = weight.variance;
+        quantity->variance_im = weight.variance;
         quantity->started = true;
     } else {
         follow_jump(quantity, value.re, variance);
-        update(&quantity->value.re, &quantity->variance_re, value.re, r);
-        update(&quantity->value.im, &quantity->variance_im, value.im, r);
+        update(&quantity->value.re, &quantity->variance_re, value.re, &weight);
+        update(&quantity->value.im, &quantity->variance_im, value.im, &weight);
     }
     quantity->identified = true;
 }

@@ -81,9 +81,9 @@ static void little_margin_is_noticed_with_hysteresis(void)
 
 static void above_critical_speed_warns_beyond_its_error(void)
 {
-    input.speed_mm_s = 35200; // 2.4 standard errors
+    input.speed_mm_s = 34700; // 1.4 standard errors
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
-    input.speed_mm_s = 35300;
+    input.speed_mm_s = 34800;
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
     TEST_ASSERT_BITS_HIGH(SWAY_REASON_ABOVE_CRITICAL_SPEED, alarm_.reasons);
     TEST_ASSERT_BITS_LOW(SWAY_REASON_STATIC, alarm_.reasons);
@@ -228,12 +228,12 @@ static void small_margin_begins_and_ends_where_it_is_said(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
 }
 
-/* 2.5 standard errors of 0.5 m/s; 0.75 where the swing is at the limit amplitude. */
+/* 1.5 standard errors of 0.5 m/s; 0.75 where the swing is at the limit amplitude. */
 static void the_excess_that_warns_is_that_many_errors(void)
 {
-    input.speed_mm_s = 35250;
+    input.speed_mm_s = 34750;
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
-    input.speed_mm_s = 35251;
+    input.speed_mm_s = 34751;
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
     setUp();
     input.has_swing = true;
@@ -446,7 +446,7 @@ static void a_limit_below_the_range_warns_by_the_damping(void)
     input.v_crit_se_mm_s = 0;
     input.model.usable = true;
     input.model.ratio = real(-0.1);
-    input.model.se = real(0.05); // 1.8 standard errors
+    input.model.se = real(0.07); // 1.3 standard errors
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NOTICE, after(0.1));
     input.model.se = real(0.03);
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));
@@ -507,7 +507,7 @@ static void a_damping_of_exactly_the_bound_does_not_warn(void)
     input.model.usable = true;
     input.model.se = real(0.01);
     const sway_real_t errors = sway_real_add(input.model.se, sway_real_micro(5000));
-    input.model.ratio = sway_real_neg(sway_real_mul(sway_real_ratio(2500, 1000), errors));
+    input.model.ratio = sway_real_neg(sway_real_mul(sway_real_ratio(1500, 1000), errors));
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(0.1));
     input.model.ratio = sway_real_sub(input.model.ratio, real(1e-6));
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_WARNING, after(0.1));

@@ -242,10 +242,10 @@ static void a_critical_speed_warns_by_its_own_error(void)
     model.damping_ratio_se = real(0.5);
     model.kind = SWAY_VCRIT_FOUND;
     model.v_crit_m_s = real(25.0);
-    model.v_crit_se_m_s = real(1.2); // 27.778 is 2.3 of them above
+    model.v_crit_se_m_s = real(2.0); // 27.778 is 1.4 of them above
     take();
     TEST_ASSERT_EQUAL_HEX32(SWAY_REASON_SMALL_MARGIN, judge.alarm.reasons);
-    model.v_crit_se_m_s = real(1.0);
+    model.v_crit_se_m_s = real(1.8);
     take();
     TEST_ASSERT_EQUAL_HEX32(SWAY_REASON_SMALL_MARGIN | SWAY_REASON_ABOVE_CRITICAL_SPEED,
                             judge.alarm.reasons);

@@ -389,10 +389,10 @@ static void a_lag_seen_at_rest_keeps_its_argument(void)
     const sway_complex_t still = {sway_real_zero(), sway_real_zero()};
     const sway_complex_t moving = {sway_real_zero(), real(0.16)};
     sway_estimate_t estimate = {complex_of(100000 - 5000 * I), real(100)};
-    sway_quantity_take(&quantity, &estimate, still);
-    sway_quantity_take(&quantity, &estimate, still);
+    sway_quantity_take(&quantity, &estimate, still, NULL);
+    sway_quantity_take(&quantity, &estimate, still, NULL);
     const double before = value(quantity.value.im);
-    sway_quantity_take(&quantity, &estimate, moving);
+    sway_quantity_take(&quantity, &estimate, moving, NULL);
     TEST_ASSERT_DOUBLE_WITHIN(1.0, -5000, value(quantity.value.im));
     TEST_ASSERT_DOUBLE_WITHIN(1.0, before, value(quantity.value.im));
 }

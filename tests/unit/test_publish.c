@@ -397,7 +397,7 @@ static void what_the_alarm_says_and_what_is_missing_is_told(void)
 static void micro_is_a_millionth(void)
 {
     judgement.belief = SWAY_BELIEF_BOTH;
-    judgement.combined = (sway_evidence_t){real(3), real(3), true};
+    judgement.combined = (sway_evidence_t){real(3), real(3), true, false};
     line.growth_1_s = real(-20);
     line.omega_rad_s = real(1);
     line.omega_se_rad_s = real(1000);
