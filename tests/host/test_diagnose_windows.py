@@ -272,3 +272,14 @@ def test_no_windows_are_begun_that_could_not_be_claimed(factor: float, begun: bo
     search.rough = lambda locator, course: tried.append(course)  # type: ignore[method-assign]
     assert search._windowed(near, [softer]) == []
     assert bool(tried) is begun
+
+
+def test_a_small_window_beside_a_larger_one_is_no_swing_of_its_own() -> None:
+    rows = ((10.0, 14.0, 900.0), (11.0, 12.0, -250.0), (14.5, 15.0, 200.0), (16.0, 17.0, 200.0),
+            (20.0, 21.0, 400.0))  # fmt: skip
+    term = ActiveEffect(FORCE, tuple(x for row in rows for x in row), (0, 0, 0, 0, 0))
+    own = term.without_remainders(0.35, 1.0)
+    assert [w.start for w in own.windows(0)] == [10.0, 16.0, 20.0]
+    apart = replace(term, window_runs=(0, 1, 1, 0, 0))  # of another run
+    assert [w.start for w in apart.without_remainders(0.35, 1.0).windows(1)] == [11.0, 14.5]
+    assert own.without_remainders(0.35, 1.0) is own

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -85,8 +86,35 @@ class ActiveEffect:
         """Without windows that are shorter; a fit may move their ends past each other."""
         k = self.stride
         rows = [self.values[w * k : (w + 1) * k] for w in range(len(self.window_runs))]
-        kept = [w for w, row in enumerate(rows) if row[1] - row[0] >= shortest_s]
-        if not self.effect.windowed or len(kept) == len(rows):
+        return self._only([w for w, row in enumerate(rows) if row[1] - row[0] >= shortest_s])
+
+    def without_remainders(self, share: float, gap_s: float) -> ActiveEffect:
+        """Without windows that only correct the shape of a larger one beside or around them.
+
+        Parameters
+        ----------
+        share
+            Size, over that of the larger one, below which a window is such a correction.
+        gap_s
+            Distance from which on it is a window of its own.
+        """
+        k = self.stride
+        rows = [self.values[w * k : (w + 1) * k] for w in range(len(self.window_runs))]
+        neutral = [p.neutral for p in self.effect.parameters]
+        sizes = [math.dist(row[2:], neutral) for row in rows]
+
+        def corrects(w: int, other: int) -> bool:
+            apart = max(rows[w][0] - rows[other][1], rows[other][0] - rows[w][1])
+            same = self.window_runs[w] == self.window_runs[other]
+            return same and sizes[w] < share * sizes[other] and apart < gap_s
+
+        every = range(len(rows))
+        return self._only([w for w in every if not any(corrects(w, other) for other in every)])
+
+    def _only(self, kept: Sequence[int]) -> ActiveEffect:
+        """With these windows."""
+        if not self.effect.windowed or len(kept) == len(self.window_runs):
             return self
-        values = tuple(value for w in kept for value in rows[w])
+        k = self.stride
+        values = tuple(value for w in kept for value in self.values[w * k : (w + 1) * k])
         return ActiveEffect(self.effect, values, tuple(self.window_runs[w] for w in kept))

@@ -50,6 +50,7 @@ WEAK = 0.6  # of the gain of the best one in windows, below which another is not
 PROMISED = 0.5  # of what one more effect has to take away to be claimed; below it none is begun
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have; ...
 FADED_SHARE = 0.15  # ... of what follows the motion, whose square falls as a swing decays
+CLEAR_S = 1.0  # from a larger window to a small one that is not only a correction of its shape
 MOST_WINDOWS = 40
 COMPLETED = 2  # times that further windows are looked for
 CHOICES = 500  # windows that a run of forty seconds has room for
@@ -447,6 +448,9 @@ class Search:
         )
         trial = Fit((*fit.terms[:-1], simplified(both)), fit.nuisance, fit.shift)
         trial = self.edges(self.close.run(trial, 6, free=1))
+        own = trial.terms[-1].without_remainders(MORE_SHARE, CLEAR_S)
+        if own is not trial.terms[-1]:
+            trial = self.close.run(replace(trial, terms=(*trial.terms[:-1], own)), 6, free=1)
         added = max(len(trial.terms[-1].window_runs) - count, 1)
         return trial if trial.chi2 < fit.chi2 - added * _window_worth(fit) else None
 
