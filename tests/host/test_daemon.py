@@ -249,8 +249,10 @@ def test_a_logger_s_clock_set_back_is_told_and_time_goes_on(good_log: Path, tmp_
     assert counts["clock_set"] == 1
     assert counts["clock_back"] == counts["stamps_damaged"] == 0
     assert "clock was set back by 3599.99" in done.stderr
-    whole = replay(good_log)[0].stdout
-    assert abs(len(done.stdout.splitlines()) - len(whole.splitlines())) < 60
+    whole, expected = replay(good_log)
+    assert len(whole.stdout.splitlines()) - len(done.stdout.splitlines()) < 60
+    # until the model is there again an estimate costs less, so a few more are made
+    assert counts["estimates"] < 1.05 * expected["estimates"]
 
 
 # --- what a machine does to a daemon --------------------------------------------------------------

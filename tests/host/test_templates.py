@@ -130,11 +130,13 @@ DIAGNOSIS: dict[str, Any] = {
 }  # fmt: skip
 WHOLE: dict[str, Any] = {
     **DIAGNOSIS, "run_files": "run 1: a.asc", "above_clean": " above", "repaired": True,
-    "evidence": {"reduced_chi_square_calibrated": 2.0, "reduced_chi_square_diagnosed": 1.0},
+    "evidence": {"reduced_chi_square_as_written": 3.0, "reduced_chi_square_calibrated": 2.0,
+                 "reduced_chi_square_diagnosed": 1.0},
     "calibrated": [["v"] * 7], "clean_percent": 3.0, "maps": [FIGURE], "best": [("e", "+4")],
     "costs": {"summary": "s", "plot": FIGURE, "head": ["h"], "rows": [["r"]],
               "left_out": [("n", "why")]},
-    "claimed": False, "scores": {"rows": [["r"] * 3], "held_out": ["run 2"]},
+    "claimed": True, "own": True, "by_calibration": False,
+    "scores": {"rows": [["r"] * 4], "held_out": ["run 2"]},
     "five_percent": (["head"], [["row"]]),
 }  # fmt: skip
 CAR: dict[str, Any] = {
@@ -194,7 +196,14 @@ MAKERS: dict[str, Callable[[str], object]] = {
     "survey": lambda _: _survey(),
     "diagnose": lambda _: document("diagnose/report/page.html", "t", **WHOLE),
     "nothing claimed": lambda _: document(
-        "diagnose/report/page.html", "t", **{**WHOLE, "effects": [], "amounts": []}),
+        "diagnose/report/page.html", "t",
+        **{**WHOLE, "effects": [], "amounts": [], "claimed": False}),
+    "calibration alone": lambda _: document(
+        "diagnose/report/page.html", "t",
+        **{**WHOLE, "by_calibration": True,
+           "evidence": {**WHOLE["evidence"], "reduced_chi_square_as_written": None}}),
+    "beside a simulation": lambda _: document(
+        "diagnose/report/page.html", "t", **{**WHOLE, "own": False}),
     "car alone": lambda _: document("diagnose/car_alone/page.html", "t", **CAR),
 }  # fmt: skip
 """Each makes all pages and parts of a kind, in the folder given."""
