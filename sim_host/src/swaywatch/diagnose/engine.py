@@ -111,10 +111,10 @@ def diagnose(
                 f"{vehicle}: no [trailer]: a car alone is compared with our own model only"
             )
         return diagnose_car_alone(recordings, believed, signals, progress, report)
-    found = diagnose_combination(
-        recordings, vehicle, signals, simulations=simulations,
-        simulation_signals=simulation_signals, extra=extra, progress=progress,
-    )  # fmt: skip
+    with threadpool_limits(1):  # small matrices: threads would wait for each other
+        found = diagnose_combination(
+            recordings, vehicle, signals, (simulations, simulation_signals), extra, progress
+        )
     if report is not None and found.verdict is not None:
         found.write_page(found.verdict, report)
     if found.failures.sentences:
@@ -158,28 +158,11 @@ def diagnose_combination(
     recordings: Sequence[Path],
     vehicle: Path,
     signals: Path,
-    *,
-    simulations: Sequence[Path] = (),
-    simulation_signals: Path | None = None,
+    simulated: tuple[Sequence[Path], Path | None] = ((), None),
     extra: Sequence[Effect] = (),
     progress: Progress = _silent,
 ) -> Diagnosed:
-    """`diagnose` of a car with a trailer, without its page."""
-    with threadpool_limits(1):  # small matrices: threads would wait for each other
-        return _combination(
-            recordings, vehicle, signals, (simulations, simulation_signals), extra, progress
-        )
-
-
-def _combination(
-    recordings: Sequence[Path],
-    vehicle: Path,
-    signals: Path,
-    simulated: tuple[Sequence[Path], Path | None],
-    extra: Sequence[Effect],
-    progress: Progress,
-) -> Diagnosed:
-    """All of it; `simulated` are simulations and their roles."""
+    """`diagnose` of a car with a trailer, without its page; `simulated`: files and their roles."""
     simulations, simulation_signals = simulated
     failures = Failures()
     loaded = load(recordings, vehicle, signals, whole=bool(simulations))
