@@ -1,4 +1,4 @@
-# readme-tables: the figures of the last `make bench` into README.md.
+# readme-tables: the figures of the last `make bench` into README.md and sim_host/docs/benchmarks.md.
 .PHONY: readme-tables
 readme-tables:
 	@tests/tools/readme-tables
