@@ -23,7 +23,7 @@ Beside it (written later, when the false ones had been looked at, so no requirem
 *the hand's part*. The mode's answer to the moment within the window, at its largest, over its
 answer to all moment before, as `freed.py` has it. The act rule above asks whether a hand's action
 is distinct; this asks how much it adds, and where it adds more than `freed.ADDED` the oscillation
-is not free, whatever began it. What such a hand does to the values is told by the pushes' mean.
+is not free, whatever began it. What such a hand does to the values shows in the pushes' mean.
 
 Signals are those that the command takes by their names: the lean rate swings, the fork angle swings
 along; the rule that uses it was set on generated bicycles (``damping_hands.py``). With

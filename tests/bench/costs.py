@@ -319,10 +319,10 @@ def main() -> int:
         "|---|---|---|---|---|",
     ]
     for row in rows:
-        told = not math.isnan(row.low)
-        ours = f"{row.ours:.1f}" + (f" ({row.low:.1f} to {row.high:.1f})" if told else "")
+        bounded = not math.isnan(row.low)
+        ours = f"{row.ours:.1f}" + (f" ({row.low:.1f} to {row.high:.1f})" if bounded else "")
         ours = ours if row.named else "not named: 0"
-        held = ("yes" if row.held else "no") if told else "-"
+        held = ("yes" if row.held else "no") if bounded else "-"
         lines.append(f"| {row.case} | {row.what} | {row.truth:.1f} | {ours} | {held} |")
     lines.append("")
     lines += summary(rows, "cost", "what comes back without a concealed effect")

@@ -152,14 +152,14 @@ def main() -> int:
     for (name, kind), own in sorted(rows.items()):
         off = np.array([row[0] for row in own])
         width = np.array([row[2] for row in own])
-        told = np.isfinite(width)
-        held = np.array([row[1] for row in own])[told]
-        good = off[told]
+        finite = np.isfinite(width)
+        held = np.array([row[1] for row in own])[finite]
+        good = off[finite]
         low, high = np.percentile(good, [2.5, 97.5])
         lines.append(
             f"| {name} | {kind} | {len(own)} | {np.median(good):+.1f} km/h | {low:+.1f} to "
-            f"{high:+.1f} | {100 * held.mean():.0f} % | {np.median(width[told]) / 2:.1f} km/h | "
-            f"{int((~told).sum())} |"
+            f"{high:+.1f} | {100 * held.mean():.0f} % | {np.median(width[finite]) / 2:.1f} km/h | "
+            f"{int((~finite).sum())} |"
         )
     return written(lines, args.report)
 

@@ -1,7 +1,7 @@
 """How many times faster than real time a long recording is analysed, each format by itself.
 
 The recording is the practice case played again and again: 16 signals at 100 Hz in nine messages.
-CPU seconds are told beside wall-clock seconds, since other work may share the machine.
+CPU seconds are given beside wall-clock seconds, since other work may share the machine.
 """
 
 from __future__ import annotations

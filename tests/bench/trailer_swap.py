@@ -25,18 +25,17 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "host"))
 
-from drawn_drives import believed, draw_body
+from drawn_drives import believed, draw_body, vehicle_of
 
 from swaywatch.ecu.bus import database, encode_drive
 from swaywatch.ecu.remembered import MESSAGE, heard
 from swaywatch.errors import ScenarioError
 from swaywatch.models.single_track import SingleTrack
-from swaywatch.plant.lanes import BODY
 from swaywatch.recording import write_recording
 from swaywatch.simulate import simulate_scenario
 from swaywatch.simulate.scenario import read_scenario
 from swaywatch.validate.correct import as_toml
-from swaywatch.vehicle import Car, Trailer, Vehicle
+from swaywatch.vehicle import Car, Vehicle
 
 ROOT = Path(__file__).resolve().parents[2]
 DAEMON = ROOT / "build" / "swaywatchd"
@@ -103,19 +102,6 @@ def with_loads_of_statics(vehicle: Vehicle) -> Vehicle:
     )
 
 
-def true_vehicle(body: Any) -> Vehicle:
-    """The vehicle of drawn constants."""
-    values: dict[str, dict[str, float | None]] = {"car": {}, "trailer": {}}
-    for name, value in zip(BODY, body, strict=True):
-        table, key = name.split(".")
-        values[table][key] = float(value)
-    if values["trailer"]["front_axle_load"] == 0.0:
-        for key in [key for key in values["trailer"] if key.startswith("front")]:
-            values["trailer"][key] = None
-    car = Car(**values["car"], steering_ratio=15.0)  # type: ignore[arg-type]
-    return with_loads_of_statics(Vehicle(car, Trailer(**values["trailer"])))  # type: ignore[arg-type]
-
-
 def drawn_pair(seed: int, most_kmh: float) -> tuple[Vehicle, Vehicle, Vehicle]:
     """The car with the first trailer, with the other one, and what its user writes of it."""
     rng = np.random.default_rng((20261124, seed))
@@ -123,7 +109,7 @@ def drawn_pair(seed: int, most_kmh: float) -> tuple[Vehicle, Vehicle, Vehicle]:
     def drawn(car: Car | None) -> tuple[Any, Vehicle]:
         for _ in range(10_000):
             body = draw_body(rng)
-            vehicle = true_vehicle(body)
+            vehicle = with_loads_of_statics(vehicle_of(body))
             vehicle = replace(vehicle, car=car or vehicle.car)
             if LEAST_LIMIT_KMH < limit_kmh(vehicle) < most_kmh:
                 return body, vehicle

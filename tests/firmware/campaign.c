@@ -1,6 +1,6 @@
 /* campaign SEED FAULTS TABLE.md: so many faults of bus, sensors, time, power and logs, each in a
- * drive of its own. Of each: it ends, it is told, the ECU is right again afterwards, and what it
- * says is valid is near the truth. Exit status 1 where one of the first three does not hold. */
+ * drive of its own. Of each: it ends, it is reported, the ECU is right again afterwards, and what
+ * it says is valid is near the truth. Exit status 1 where one of the first three does not hold. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -76,7 +76,7 @@ static const char *const names[CLASSES] = {
 };
 
 static struct {
-    unsigned long injected, untold, hung, not_right, values, beyond;
+    unsigned long injected, unreported, hung, not_right, values, beyond;
 } table[CLASSES];
 
 static uint64_t state;
@@ -88,7 +88,7 @@ static unsigned tail;
 static int64_t clock_us;
 static bool no_room;
 static bool hung;
-static uint8_t told_cause;
+static uint8_t reported_cause;
 static bool inputs_lost;
 static unsigned access_frames;
 static uint8_t page[SWAY_STORE_SLOTS][SWAY_BLOCK_SIZE];
@@ -132,7 +132,7 @@ static bool send_frame(void *context, const sway_port_frame_t *frame)
     }
     if (frame->id == SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID) {
         const uint8_t cause = report_of(frame).fault_cause;
-        told_cause = cause != 0U ? cause : told_cause;
+        reported_cause = cause != 0U ? cause : reported_cause;
     } else if (frame->id == SWAYWATCH_DBC_SWAY_PARAMETER_REPLY_FRAME_ID) {
         reply = reply_of(frame);
     } else if (frame->id == SWAYWATCH_DBC_SWAY_ALARM_FRAME_ID) {
@@ -383,7 +383,7 @@ static unsigned long all_faults(void)
 }
 
 /* Counted exactly where the fault has a counter of its own. */
-static bool is_told(const drive_t *d)
+static bool is_reported(const drive_t *d)
 {
     const sway_status_t *status = sway_core_status(&ecu.node.core);
     const struct {
@@ -402,14 +402,15 @@ static bool is_told(const drive_t *d)
         if (exact[i].class == d->class) {
             return exact[i].count == d->struck &&
                    (d->class != REQUESTS || d->struck == 0U || access_frames > 0U) &&
-                   (d->class != SECOND_SENDER || d->struck < 20U || told_cause == SWAY_ECU_DOUBLED);
+                   (d->class != SECOND_SENDER || d->struck < 20U ||
+                    reported_cause == SWAY_ECU_DOUBLED);
         }
     }
     if (d->class == NO_ROOM) {
         return ecu.frames_received == 4U * (unsigned long)((d->end_s + AFTER_S) * 1e6 / STEP_US);
     }
     if (d->class == RESTART) {
-        return told_cause == retained.cause;
+        return reported_cause == retained.cause;
     }
     return d->struck > 0U || d->class >= CLOCK_AHEAD ? all_faults() > 0U : true;
 }
@@ -422,7 +423,7 @@ static void drive_trial(class_t class)
                  .amplitude = between(3.0, 9.0),
                  .decay_1_s = between(-0.05, 0.2),
                  .size = class == CLOCK_FAST ? between(0.08, 0.2) : between(0.05, 5.0)};
-    if (class == FROZEN) { // told once the yaw rates have moved by 20 deg/s
+    if (class == FROZEN) { // reported once the yaw rates have moved by 20 deg/s
         d.end_s += 3.0;
         d.amplitude = between(9.0, 12.0);
         d.decay_1_s = 0.0;
@@ -433,7 +434,7 @@ static void drive_trial(class_t class)
     }
     (void)start();
     drive(&d);
-    table[class].untold += !is_told(&d);
+    table[class].unreported += !is_reported(&d);
     table[class].not_right += ecu.state != SWAY_ECU_RUNNING || inputs_lost;
 }
 
@@ -484,12 +485,12 @@ static void power_trial(class_t class)
         const int32_t now_g = sway_ecu_config(&ecu)->vehicle.car.mass_g;
         if (class == STORE_CUT) {
             table[class].not_right += ecu.state != SWAY_ECU_RUNNING || now_g != mass_g;
-            table[class].untold += !is_stored && !was_cut;
+            table[class].unreported += !is_stored && !was_cut;
         } else {
-            /* One of two blocks is damaged: that is told, and the other one is used. */
+            /* One of two blocks is damaged: that is reported, and the other one is used. */
             const bool old_one = now_g != mass_g;
             table[class].not_right += ecu.state != SWAY_ECU_RUNNING;
-            table[class].untold += !was_cut;
+            table[class].unreported += !was_cut;
             mass_g = now_g;
             (void)old_one;
             return;
@@ -533,11 +534,11 @@ static void log_trial(class_t class)
         last_us = frame.time_us;
         frames++;
     }
-    const bool is_told = class == LOG_STAMP
-                             ? log.stamps_damaged + log.clock_set > 0U || log.most_back_us > 0
-                             : log.unreadable == 1U;
+    const bool is_reported = class == LOG_STAMP
+                                 ? log.stamps_damaged + log.clock_set > 0U || log.most_back_us > 0
+                                 : log.unreadable == 1U;
     const int64_t end_us = INT64_C(1700000000000000) + (LINES - 1) * 2500;
-    table[class].untold += !is_told;
+    table[class].unreported += !is_reported;
     table[class].not_right +=
         frames != LINES - (class == LOG_LINE ? 1U : 0U) || llabs(last_us - end_us) > 25000;
     (void)log_file_close(&log);
@@ -558,7 +559,7 @@ static void trial(class_t class)
     clock_us = 1000000000;
     head = tail = access_frames = 0U;
     no_room = hung = inputs_lost = false;
-    told_cause = 0;
+    reported_cause = 0;
     if (class >= LOG_STAMP) {
         log_trial(class);
     } else if (class >= STORE_CUT) {
@@ -584,21 +585,22 @@ int main(int argc, char **argv)
         (void)random_number();
         trial((class_t)(i % CLASSES));
     }
-    fprintf(out,
-            "**`make fault-campaign`**: %lu faults, seed %lu, one in each drive\n\n"
-            "| fault | injected | hung | not told | not right again | values marked valid, without "
-            "flags | beyond 5 standard errors |\n|---|---|---|---|---|---|---|\n",
-            faults, seed);
+    fprintf(
+        out,
+        "**`make fault-campaign`**: %lu faults, seed %lu, one in each drive\n\n"
+        "| fault | injected | hung | not reported | not right again | values marked valid, without "
+        "flags | beyond 5 standard errors |\n|---|---|---|---|---|---|---|\n",
+        faults, seed);
     for (int c = 0; c < CLASSES; c++) {
         fprintf(out, "| %s | %lu | %lu | %lu | %lu | %lu | %lu |\n", names[c], table[c].injected,
-                table[c].hung, table[c].untold, table[c].not_right, table[c].values,
+                table[c].hung, table[c].unreported, table[c].not_right, table[c].values,
                 table[c].beyond);
-        bad += table[c].hung + table[c].untold + table[c].not_right;
+        bad += table[c].hung + table[c].unreported + table[c].not_right;
     }
     if (out != stdout) {
         fclose(out);
     }
-    printf("fault campaign: %lu faults, seed %lu, %lu hung, untold or not right again\n", faults,
-           seed, bad);
+    printf("fault campaign: %lu faults, seed %lu, %lu hung, unreported or not right again\n",
+           faults, seed, bad);
     return bad == 0U ? 0 : 1;
 }

@@ -42,7 +42,7 @@ DATABASE = cantools.database.load_file(Path(__file__).parents[2] / "dbc" / "sway
 
 @dataclass(frozen=True)
 class Drill:
-    """A fault, where it is made, and the causes that may be told for it."""
+    """A fault, where it is made, and the causes that may be reported for it."""
 
     name: str
     targets: tuple[str, ...]
@@ -120,7 +120,7 @@ def check_report(outcome: Outcome, state: int, causes: tuple[int, ...], restarts
 
 
 def run_drill(build: Path, drill: Drill, target: str, case: Path, expected: list[str]) -> list[str]:
-    """One fault on one machine: caught, told, and the same answers after it."""
+    """One fault on one machine: caught, reported, and the same answers after it."""
     outcome = run(build, target, block_of(case), case, f"{drill.name}-{target}", drill.name)
     wrong = [] if outcome.status == 0 else [f"status {outcome.status}: {outcome.message[-200:]}"]
     # ARMv6-M has one exception for all faults of the program.

@@ -79,9 +79,9 @@ def judge(case: Path, outcomes: dict[str, Outcome]) -> list[str]:
         if outcome.status != 0:
             wrong.append(f"{case.name} {target}: status {outcome.status}: {outcome.message[-300:]}")
         answers = shared(first.answers, target)
-        told = [frame_of(line) for line in answers]
-        if found != told:
-            wrong.append(f"{case.name} {target}: {first_difference(told, found)}")
+        expected = [frame_of(line) for line in answers]
+        if found != expected:
+            wrong.append(f"{case.name} {target}: {first_difference(expected, found)}")
         # Without a bus between them the stamps are those of the recording, too.
         if target != "r5" and given != answers:
             wrong.append(f"{case.name} {target}: time stamps differ")

@@ -51,7 +51,7 @@ def forbidden_symbols(image: Path) -> list[str]:
 
 
 def read_stack_usage(folder: Path) -> dict[str, tuple[int, str]]:
-    """Return frame size and source file of each function that the compiler has told of."""
+    """Return frame size and source file of each function that the compiler has listed."""
     found: dict[str, tuple[int, str]] = {}
     for path in folder.rglob("*.su"):
         for line in path.read_text().splitlines():

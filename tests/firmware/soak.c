@@ -701,15 +701,15 @@ static void check_frames(void)
         &order, last[SWAYWATCH_DBC_SWAY_FAULTS_ORDER_FRAME_ID].data, 8);
     (void)swaywatch_dbc_sway_inputs_unpack(&inputs, last[SWAYWATCH_DBC_SWAY_INPUTS_FRAME_ID].data,
                                            8);
-    const uint32_t told[] = {frames.fault_crc,   frames.fault_lost,  frames.fault_repeated,
-                             order.fault_late,   order.fault_length, order.fault_timeout,
-                             inputs.fault_stuck, inputs.fault_frozen};
-    for (int i = 0; i < (int)(sizeof told / sizeof told[0]); i++) {
+    const uint32_t reported[] = {frames.fault_crc,   frames.fault_lost,  frames.fault_repeated,
+                                 order.fault_late,   order.fault_length, order.fault_timeout,
+                                 inputs.fault_stuck, inputs.fault_frozen};
+    for (int i = 0; i < (int)(sizeof reported / sizeof reported[0]); i++) {
         const uint64_t most = i < 6 ? 65535U : 255U;
         const uint64_t now = counter_now(i);
-        if (told[i] != (now > most ? most : now)) {
+        if (reported[i] != (now > most ? most : now)) {
             printf("soak: %s: the bus says %lu, the ECU %lu\n", count_name[i],
-                   (unsigned long)told[i], (unsigned long)now);
+                   (unsigned long)reported[i], (unsigned long)now);
             soak.wrong++;
         }
     }

@@ -67,9 +67,9 @@ def main(build: Path) -> int:
     ]
     wanted = dict(line.rsplit(" ", 1) for line in expected.read_text().splitlines())
     for target, *_ in GROUPS:
-        told = last_signals(outcomes[target])
+        reported = last_signals(outcomes[target])
         for name, (message, signal) in COUNTERS.items():
-            count = told[message][signal]
+            count = reported[message][signal]
             if count != int(wanted[name]):
                 wrong.append(f"{target}: {name}: {count} counted, {wanted[name]} injected")
     for line in wrong:

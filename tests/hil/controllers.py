@@ -141,14 +141,14 @@ def main() -> int:
     link = " ".join(" ".join(after(lines, "LINK")).split())
     second = {key: counts[1][key] - counts[0][key] for key in counts[0]}
     print("hil: two emulated Kvaser PCI cards (SJA1000), Linux driver kvaser_pci, 500 kbit/s")
-    for word, sent, seen, told in (
+    for word, sent, seen, returned in (
         ("first", loads[0], counts[0], status[0]),
         ("after down and up", loads[1], second, status[1]),
     ):
         print(
             f"{word}: sent {sent['sent']}, received {seen['received']}, accepted "
             f"{seen['accepted']}, kernel_lost {seen['kernel_lost']}, crc {seen['crc']}, lost "
-            f"{seen['lost']}; {told} status frames seen by the sender"
+            f"{seen['lost']}; {returned} status frames seen by the sender"
         )
     print(f"daemon: {'; '.join(line for line in daemon if 'counts' not in line)}")
     wrong = [

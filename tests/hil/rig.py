@@ -35,7 +35,7 @@ SO_TIMESTAMPNS = 35
 
 
 class Lateness:
-    """How late this machine was: by a thread that wants to wake every few ms, and by what is told.
+    """How late this machine was: by a thread that wants to wake every few ms, and by `note`.
 
     Real time on a busy machine is not kept, and nothing can be said about a daemon that was not
     given the processor. So it is measured beside each test.
@@ -363,7 +363,7 @@ def delta(before: dict[str, int], after: dict[str, int]) -> dict[str, int]:
     return {k: after[k] - before[k] for k in after if after[k] != before.get(k, 0)}
 
 
-def told(counts: dict[str, int], *names: str) -> str:
+def counters(counts: dict[str, int], *names: str) -> str:
     """Some counters as text."""
     return ", ".join(f"{name} {counts.get(name, 0)}" for name in names)
 

@@ -65,7 +65,7 @@ def test_only_a_production_bus(bus, report, tmp_path):
     counts = daemon.stop()
     report.add(
         "a car's own bus only, through a map", f"{len(estimates)} estimates",
-        f"sent {feeder.sent}, {rig.told(counts, 'accepted', 'lost', 'kernel_lost')}", "-",
+        f"sent {feeder.sent}, {rig.counters(counts, 'accepted', 'lost', 'kernel_lost')}", "-",
     )  # fmt: skip
     cycles = feeder.sent // 3
     assert counts["accepted"] == 4 * cycles  # yaw rate and acceleration share a frame

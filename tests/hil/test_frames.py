@@ -75,7 +75,7 @@ def test_lost(bus, daemon, feeder, report):
     report.add(
         "frames lost",
         f"{lost} withheld",
-        rig.told(counts, "lost", "late", "timeout"),
+        rig.counters(counts, "lost", "late", "timeout"),
         right_again(bus, begin, end),
     )
     assert counts["lost"] == lost
@@ -93,7 +93,7 @@ def test_long_loss_times_out(bus, daemon, feeder, report):
     report.add(
         "bus silent for 0.5 s",
         after,
-        rig.told(counts, "timeout", "lost"),
+        rig.counters(counts, "timeout", "lost"),
         right_again(bus, begin, end),
     )
     assert counts["timeout"] == 4
@@ -108,7 +108,7 @@ def test_doubled(bus, daemon, feeder, report):
     report.add(
         "frames doubled",
         "400 doubled",
-        rig.told(counts, "repeated", "lost"),
+        rig.counters(counts, "repeated", "lost"),
         right_again(bus, begin, end),
     )
     assert counts["repeated"] == 400
@@ -131,7 +131,7 @@ def test_reordered(bus, daemon, feeder, report):
     report.add(
         "frames reordered",
         "200 out of order",
-        rig.told(counts, "late", "lost"),
+        rig.counters(counts, "late", "lost"),
         right_again(bus, begin, end),
     )
     assert counts["late"] == 200
@@ -151,7 +151,7 @@ def test_late(bus, daemon, feeder, report):
     report.add(
         "frames again 50 ms late",
         "19 late",
-        rig.told(counts, "late", "lost"),
+        rig.counters(counts, "late", "lost"),
         right_again(bus, begin, end),
     )
     assert counts["late"] == 19
@@ -178,7 +178,7 @@ def test_corrupted(bus, daemon, feeder, report):
     report.add(
         "frames corrupted",
         f"{flipped} bits flipped",
-        rig.told(counts, "crc", "lost"),
+        rig.counters(counts, "crc", "lost"),
         right_again(bus, begin, end),
     )
     assert counts["crc"] == flipped
@@ -199,7 +199,7 @@ def test_wrong_crc_for_long(bus, daemon, feeder, report):
     report.add(
         "car motion with a wrong CRC",
         f"InputsLost after {1000 * (off.time_s - begin):.0f} ms",
-        rig.told(counts, "crc", "timeout"),
+        rig.counters(counts, "crc", "timeout"),
         right_again(bus, begin, end),
     )
     assert counts["crc"] == 50
@@ -216,7 +216,7 @@ def test_wrong_length(bus, daemon, feeder, report):
     report.add(
         "wrong length",
         "20 frames of 0 or 7 bytes",
-        rig.told(counts, "length"),
+        rig.counters(counts, "length"),
         right_again(bus, begin, end),
     )
     assert counts["length"] == 20
@@ -236,14 +236,14 @@ def test_stuck_counter(bus, daemon, feeder, report):
         ]
 
     counts, begin, end = inject(feeder, daemon, Fault(51, stick))
-    told = bus.wait_for(
+    reported = bus.wait_for(
         lambda s: s.can_id == f.INPUTS and rig.input_state(s, 3) == 3, since_s=begin
     )
-    assert told is not None
+    assert reported is not None
     report.add(
         "counter stuck",
-        f"SwayInputs told it after {1000 * (told.time_s - begin):.0f} ms",
-        rig.told(counts, "repeated", "stuck"),
+        f"SwayInputs reported it after {1000 * (reported.time_s - begin):.0f} ms",
+        rig.counters(counts, "repeated", "stuck"),
         right_again(bus, begin, end),
     )
     assert counts["repeated"] == 50
@@ -262,7 +262,7 @@ def test_out_of_range(bus, daemon, feeder, report):
     report.add(
         "steering out of range",
         "30 samples of 3000 deg",
-        rig.told(counts, "range"),
+        rig.counters(counts, "range"),
         right_again(bus, begin, end),
     )
     assert counts["range"] == 30
@@ -280,7 +280,7 @@ def test_marked_invalid(bus, daemon, feeder, report):
     report.add(
         "trailer motion marked invalid",
         "30 frames, two signals each",
-        rig.told(counts, "invalid"),
+        rig.counters(counts, "invalid"),
         right_again(bus, begin, end),
     )
     assert counts["invalid"] == 60
@@ -306,16 +306,16 @@ def test_frozen_sensor(bus, daemon, feeder, report):
     feeder.driver = swing_hard
     time.sleep(1.5)
     counts, begin, end = inject(feeder, daemon, Fault(400, freeze))
-    told = bus.wait_for(
+    reported = bus.wait_for(
         lambda s: s.can_id == f.INPUTS and rig.input_state(s, 3) == 3, since_s=begin
     )
-    assert told is not None
+    assert reported is not None
     off = bus.wait_for(rig.inputs_lost, since_s=begin)
     assert off is not None
     report.add(
         "trailer yaw rate frozen",
-        f"SwayInputs told it after {told.time_s - begin:.2f} s",
-        rig.told(counts, "frozen", "invalid"),
+        f"SwayInputs reported it after {reported.time_s - begin:.2f} s",
+        rig.counters(counts, "frozen", "invalid"),
         right_again(bus, begin, end),
     )
     assert counts["frozen"] == 1
@@ -332,6 +332,6 @@ def test_foreign_frames_do_no_harm(bus, daemon, feeder, report, kind):
     time.sleep(0.1)
     counts = rig.delta(before, daemon.counts())
     name = "unknown_id" if kind == "other" else "foreign"
-    report.add(f"20 {kind} frames", "nothing", rig.told(counts, name), None)
+    report.add(f"20 {kind} frames", "nothing", rig.counters(counts, name), None)
     assert counts[name] == 20
     assert "crc" not in counts

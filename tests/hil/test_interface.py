@@ -56,8 +56,8 @@ def test_interface_down_and_up(bus, daemon, feeder, report):
     counts = rig.delta(before, daemon.counts())
     report.add(
         "interface down for 2 s",
-        "down and up told",
-        rig.told(counts, "downs", "send_lost", "timeout"),
+        "down and up reported",
+        rig.counters(counts, "downs", "send_lost", "timeout"),
         again,
     )
     assert counts["downs"] == 1
@@ -86,7 +86,10 @@ def test_interface_removed_and_made_again(report):
         counts = daemon.stop()
         bus.close()
         report.add(
-            "interface deleted and made again", "gone and up told", rig.told(counts, "downs"), again
+            "interface deleted and made again",
+            "gone and up reported",
+            rig.counters(counts, "downs"),
+            again,
         )
         assert counts["downs"] == 1
         assert counts["accepted"] > 0
@@ -126,8 +129,8 @@ def test_error_frames_between_data(bus, daemon, feeder, report):
     counts = rig.delta(before, daemon.counts())
     report.add(
         f"{sent} error frames of ten classes",
-        "bus-off and restart told each time",
-        rig.told(counts, "error_frames", "accepted", "lost"),
+        "bus-off and restart reported each time",
+        rig.counters(counts, "error_frames", "accepted", "lost"),
         None,
     )
     assert counts["error_frames"] == sent
@@ -149,7 +152,7 @@ def test_killed_and_started_again(bus, feeder, daemon, report):
     report.add(
         "daemon killed and started again",
         f"first frequency after {estimate.time_s - begin:.1f} s",
-        rig.told(counts, "lost", "late", "crc"),
+        rig.counters(counts, "lost", "late", "crc"),
         again,
     )
     assert "crc" not in rig.delta(dict.fromkeys(counts, 0), counts)
@@ -177,8 +180,8 @@ def test_stopped_daemon_tells_what_the_kernel_dropped(bus, daemon, report):
     counts = rig.delta(before, daemon.counts())
     report.add(
         f"daemon held for {sent} frames",
-        "the kernel's losses told",
-        rig.told(counts, "received", "kernel_lost"),
+        "the kernel's losses reported",
+        rig.counters(counts, "received", "kernel_lost"),
         "-",
     )
     assert counts["received"] + counts.get("kernel_lost", 0) == sent
@@ -273,8 +276,8 @@ def test_controller_states_and_bus_off(adapter, report):
     counts = daemon.stop()
     report.add(
         "controller: warning, passive, five bus errors, bus-off, restart",
-        "bus-off, down and up told",
-        rig.told(counts, "controller", "bus-error", "bus-off", "downs"),
+        "bus-off, down and up reported",
+        rig.counters(counts, "controller", "bus-error", "bus-off", "downs"),
         None if not alarms else time.monotonic() - begin - 0.5,
     )
     assert at_bus_off["controller"] >= 2
@@ -296,7 +299,7 @@ def test_full_transmit_queue(adapter, report):
     feed(adapter, sender, 0.7)
     counts = daemon.stop()
     report.add(
-        "transmit queue full", "nothing", rig.told(counts, "send_retries", "send_lost"), None
+        "transmit queue full", "nothing", rig.counters(counts, "send_retries", "send_lost"), None
     )
     assert full["send_retries"] > 0
     assert counts["sent"] > full["sent"]

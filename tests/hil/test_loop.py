@@ -74,7 +74,7 @@ def test_alarm_reaches_the_brake(daemon, report, tmp_path):
         f"reaction from {number(r'reaction: from ([0-9.]+) s', calm):.1f} s on, impulse at 2.0 s; "
         f"at the end {number(last, grown):.1f} deg/s, with the trailer's brake "
         f"{number(last, calm):.1f} deg/s",
-        f"sent {sent}, {rig.told(counts, 'accepted', 'lost', 'kernel_lost')}",
+        f"sent {sent}, {rig.counters(counts, 'accepted', 'lost', 'kernel_lost')}",
         "-",
     )
     assert number(last, calm) < number(last, grown) / 2
@@ -88,17 +88,17 @@ def test_feed(bus, daemon, report, tmp_path):
     before = daemon.counts()
     source = tmp_path / "drive.toml"
     source.write_text(SCENARIO)
-    told = swaywatch("feed", source)
+    output = swaywatch("feed", source)
     time.sleep(0.2)
     counts = rig.delta(before, daemon.counts())
-    sent = int(number(r"(\d+) frames sent", told))
+    sent = int(number(r"(\d+) frames sent", output))
     raw = [s.data[2] | s.data[3] << 8 for s in bus.seen if s.can_id == f.MARGIN]
     speeds = [0.01 * value for value in raw if value != 0xFFFF]
-    assert speeds, told
+    assert speeds, output
     report.add(
         f"`swaywatch feed`, {sent} frames in 14 s",
-        f"critical speed {np.median(speeds):.1f} km/h; feed {told.split('; ')[1].strip()}",
-        f"sent {sent}, {rig.told(counts, 'accepted', 'lost', 'kernel_lost')}",
+        f"critical speed {np.median(speeds):.1f} km/h; feed {output.split('; ')[1].strip()}",
+        f"sent {sent}, {rig.counters(counts, 'accepted', 'lost', 'kernel_lost')}",
         "-",
     )
     assert counts["accepted"] == sent
@@ -121,7 +121,7 @@ def test_closed_loop_rate(bus, daemon, report, rate_hz):
     report.add(
         f"closed loop at {rate_hz:.0f} Hz",
         f"{feeder.periods / took:.0f} steps/s, worst {1e3 * feeder.worst_late_s:.1f} ms late",
-        f"sent {feeder.sent}, {rig.told(counts, 'accepted', 'lost', 'kernel_lost')}",
+        f"sent {feeder.sent}, {rig.counters(counts, 'accepted', 'lost', 'kernel_lost')}",
         "-",
     )
     assert counts["accepted"] == feeder.sent
@@ -146,7 +146,8 @@ def test_load_of_8000_frames_a_second(bus, daemon, report, tmp_path):
     report.add(
         f"{rate:.0f} frames/s for {sent['seconds']:.0f} s",
         "status frames as always",
-        f"sent {sent['sent']:.0f}, " + rig.told(counts, "received", "kernel_lost", "lost", "crc"),
+        f"sent {sent['sent']:.0f}, "
+        + rig.counters(counts, "received", "kernel_lost", "lost", "crc"),
         "-",
     )
     assert counts["received"] == sent["sent"] == counts["accepted"]
@@ -154,7 +155,7 @@ def test_load_of_8000_frames_a_second(bus, daemon, report, tmp_path):
 
 
 def test_load_as_fast_as_the_kernel_takes_it(bus, daemon, report, tmp_path):
-    """Whatever is lost is told."""
+    """Whatever is lost is reported."""
     before = daemon.counts()
     sent = load(0, 2.0, tmp_path / "status")
     time.sleep(1.0)
@@ -164,7 +165,7 @@ def test_load_as_fast_as_the_kernel_takes_it(bus, daemon, report, tmp_path):
     report.add(
         f"{sent['sent'] / sent['seconds']:.0f} frames/s (all the kernel takes)",
         "-",
-        f"sent {sent['sent']:.0f}, " + rig.told(counts, "received", "kernel_lost", "lost"),
+        f"sent {sent['sent']:.0f}, " + rig.counters(counts, "received", "kernel_lost", "lost"),
         "-",
     )
     assert counts["received"] + counts.get("kernel_lost", 0) == sent["sent"] + 1
@@ -204,7 +205,7 @@ def test_load_of_a_full_bus(bus, daemon, report, tmp_path):
         f"bus at 100 % ({sent['sent'] / sent['seconds']:.0f} frames/s)",
         "-",
         f"sent {sent['sent']:.0f}, "
-        + rig.told(counts, "received", "kernel_lost", "send_retries", "send_lost"),
+        + rig.counters(counts, "received", "kernel_lost", "send_retries", "send_lost"),
         again.time_s - end,
     )
     assert counts["received"] + counts.get("kernel_lost", 0) == sent["sent"] + 1

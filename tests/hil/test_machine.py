@@ -42,7 +42,7 @@ def test_clock_of_day_is_set(bus, daemon, report, by_s):
     report.add(
         f"clock of day set by {by_s:+.0f} s, 2,000 frames/s",
         f"longest silence {silence:.2f} s",
-        rig.told(counts, "clock_set", "stamped_here", "clock_back", "timeout"),
+        rig.counters(counts, "clock_set", "stamped_here", "clock_back", "timeout"),
         "-",
     )
     assert silence < 0.35
@@ -61,7 +61,7 @@ def test_terminal_goes(daemon, feeder, bus):
     assert daemon.process.poll() is None
 
 
-def test_second_ecu_is_told(daemon, feeder, bus, report):
+def test_second_ecu_is_reported(daemon, feeder, bus, report):
     """Two of them on one bus: each says so."""
     other = rig.Daemon()
     assert bus.wait_for(rig.inputs_good)
@@ -69,7 +69,9 @@ def test_second_ecu_is_told(daemon, feeder, bus, report):
     assert other.said("another swaywatch ECU", 5.0)
     counts = other.stop()
     assert counts["other_ecu"] > 0
-    report.add("two daemons on a bus", "each tells the other", rig.told(counts, "other_ecu"), "-")
+    report.add(
+        "two daemons on a bus", "each reports the other", rig.counters(counts, "other_ecu"), "-"
+    )
 
 
 def test_alone_there_is_no_second_ecu(daemon, feeder, bus):

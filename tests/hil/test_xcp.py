@@ -38,7 +38,7 @@ def master_bus() -> can.BusABC:
 
 
 def stand(feeder: rig.Feeder, speed_m_s: float) -> None:
-    """Another speed, told by the sensor and heard by the ECU."""
+    """Another speed, sent by the sensor and received by the ECU."""
     feeder.plant.speed = speed_m_s
     time.sleep(0.2)
 
@@ -105,6 +105,6 @@ def test_pyxcp_session(bus, daemon, feeder, report):
     report.add(
         "pyxcp: trailer mass + 1/3, and back",
         f"v_crit {before:.2f}, {heavier:.2f}, {again:.2f} m/s",
-        rig.told(counts, "crc", "lost"),
+        rig.counters(counts, "crc", "lost"),
         "-",
     )

@@ -110,23 +110,23 @@ class Browser:
         return dict(json.loads(text))
 
     def _note(self, event: dict[str, Any]) -> None:
-        method, told = event.get("method"), event.get("params", {})
+        method, params = event.get("method"), event.get("params", {})
         if method == "Runtime.exceptionThrown":
-            details = told["exceptionDetails"]
+            details = params["exceptionDetails"]
             said = details.get("exception", {}).get("description", "")
             self.complaints.append(f"{details.get('text')} {said}")
-        elif method == "Runtime.consoleAPICalled" and told["type"] in (
+        elif method == "Runtime.consoleAPICalled" and params["type"] in (
             "error",
             "warning",
             "assert",
         ):
             self.complaints.append(
-                str([a.get("value", a.get("description")) for a in told["args"]])
+                str([a.get("value", a.get("description")) for a in params["args"]])
             )
-        elif method == "Log.entryAdded" and told["entry"]["level"] in ("error", "warning"):
-            self.complaints.append(told["entry"]["text"])
+        elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
+            self.complaints.append(params["entry"]["text"])
         elif method == "Network.requestWillBeSent":
-            self.requests.append(told["request"]["url"])
+            self.requests.append(params["request"]["url"])
 
     def evaluate(self, expression: str) -> Any:
         """Value of a JavaScript expression; promises are awaited."""

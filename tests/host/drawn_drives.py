@@ -7,6 +7,7 @@ found. What the user believes of the vehicle is off by the usual tolerances.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -237,23 +238,30 @@ def _channel(
     )
 
 
-def believed(body: Array, rng: np.random.Generator) -> Vehicle:
-    """The vehicle as its user knows it."""
-    spread = {"mass": 0.025, "yaw_inertia": 0.1, "stiffness": 0.08, "load": 0.02}
+def vehicle_of(body: Iterable[float]) -> Vehicle:
+    """The vehicle of values in the order of `BODY`; without a load its front axle is left out."""
     values: dict[str, dict[str, float | None]] = {"car": {}, "trailer": {}}
     for name, value in zip(BODY, body, strict=True):
         table, key = name.split(".")
-        if key.endswith("to_cog"):
-            values[table][key] = float(value + 0.03 * rng.standard_normal())
-        else:
-            share = next(s for word, s in spread.items() if word in key)
-            values[table][key] = float(value * (1.0 + share * rng.standard_normal()))
-    if body[BODY.index("trailer.front_axle_load")] == 0.0:
+        values[table][key] = float(value)
+    if values["trailer"]["front_axle_load"] == 0.0:
         for key in [key for key in values["trailer"] if key.startswith("front")]:
             values["trailer"][key] = None
     car = Car(**values["car"], steering_ratio=15.0)  # type: ignore[arg-type]
-    trailer = Trailer(**values["trailer"])  # type: ignore[arg-type]
-    return Vehicle(car, trailer)
+    return Vehicle(car, Trailer(**values["trailer"]))  # type: ignore[arg-type]
+
+
+def believed(body: Array, rng: np.random.Generator) -> Vehicle:
+    """The vehicle as its user knows it."""
+    spread = {"mass": 0.025, "yaw_inertia": 0.1, "stiffness": 0.08, "load": 0.02}
+    values = []
+    for name, value in zip(BODY, body, strict=True):
+        if name.endswith("to_cog"):
+            values.append(value + 0.03 * rng.standard_normal())
+        else:
+            share = next(s for word, s in spread.items() if word in name.split(".")[1])
+            values.append(value * (1.0 + share * rng.standard_normal()))
+    return vehicle_of(values)
 
 
 def scaled(drive: Drive, name: str, factor: float) -> Drive:

@@ -478,7 +478,7 @@ class Ending:
     """
 
     kind: str
-    told: str
+    output: str
 
 
 BAD = ("wrong", "traceback", "hang")
@@ -519,16 +519,16 @@ def run(table: Table, folder: Path, truth: Content) -> Ending:
             return Ending("hang", err.getvalue() + out.getvalue())
         except Exception as error:
             return Ending("traceback", repr(error))
-    told = err.getvalue().strip() or out.getvalue().strip()
-    if "Traceback" in told or "unexpected internal error" in told:
-        return Ending("traceback", told)
+    output = err.getvalue().strip() or out.getvalue().strip()
+    if "Traceback" in output or "unexpected internal error" in output:
+        return Ending("traceback", output)
     if code not in (0, 3):
-        return Ending("refused" if told else "wrong", told)
+        return Ending("refused" if output else "wrong", output)
     summary = folder / "out" / "summary.json"
     if not summary.is_file():
-        return Ending("wrong", f"exit code {code} and no answer: {told}")
+        return Ending("wrong", f"exit code {code} and no answer: {output}")
     drives = json.loads(summary.read_text())["drives"]
-    endings = [_judged(d, truth, told) for d in drives]
+    endings = [_judged(d, truth, output) for d in drives]
     return max(endings, key=lambda e: (e.kind in BAD, e.kind == "warned"))
 
 
@@ -542,7 +542,7 @@ def doubts(content: Content) -> list[str]:
     return loud + [t for t in content["conclusion"] if any(d in t for d in DOUBTS)]
 
 
-def _judged(content: Content, truth: Content, told: str) -> Ending:
+def _judged(content: Content, truth: Content, output: str) -> Ending:
     """A drive's answer beside that of the clean drive."""
     known = set(doubts(truth))
     loud = [text for text in doubts(content) if text not in known]
@@ -553,7 +553,7 @@ def _judged(content: Content, truth: Content, told: str) -> Ending:
     off = _off(content["values"], truth["values"])
     if off and not loud:
         return Ending("wrong", f"{', '.join(off)}: {content['conclusion'][0]}")
-    return Ending("warned", "; ".join(loud)) if loud else Ending("right", told)
+    return Ending("warned", "; ".join(loud)) if loud else Ending("right", output)
 
 
 def _off(values: Content, true: Content) -> list[str]:
@@ -604,7 +604,7 @@ def report(count: int, seed: int) -> int:
     bad = 0
     for family, name, ending, seconds in endings(count, seed):
         tally[family][ending.kind] += 1
-        line = " ".join(ending.told.split())[:150]
+        line = " ".join(ending.output.split())[:150]
         print(f"{ending.kind:9s} {seconds:5.1f} s  {family}: {name}  | {line}", flush=True)
         bad += ending.kind in BAD
     kinds = ("refused", "right", "warned", "unsaid", *BAD)

@@ -43,7 +43,7 @@ def replay(log: Path, *options: str) -> tuple[dict[str, int], str, int]:
             done.stdout if counts else done.stderr, done.returncode)  # fmt: skip
 
 
-def told(log: Path, message: str, signal: str) -> np.ndarray:
+def last_values(log: Path, message: str, signal: str) -> np.ndarray:
     """Values of a status signal over time, shape (n,)."""
     kind = database().messages[message]
     frames = read_recording(log).frames
@@ -72,7 +72,7 @@ def test_it_hears_the_cars_own_bus_as_it_hears_ours(made: Path, tmp_path: Path) 
         assert counts["crc"] == counts["unknown_id"] == counts["repeated"] == counts["range"] == 0
         assert counts["accepted"] > 10000
         (tmp_path / f"{name}.status.log").write_text(status)
-        found[name] = told(tmp_path / f"{name}.status.log", "SwayOscillation", "Frequency")
+        found[name] = last_values(tmp_path / f"{name}.status.log", "SwayOscillation", "Frequency")
     assert len(found["foreign"]) == pytest.approx(len(found["ours"]), rel=0.1)
     middle = {name: float(np.median(value[value > 0.0])) for name, value in found.items()}
     assert middle["foreign"] == pytest.approx(middle["ours"], rel=0.02)
@@ -115,7 +115,7 @@ def test_the_words_say_what_the_dbc_says(made: Path) -> None:
     assert found.positions == {"car_lateral_acceleration": -1.383}
 
 
-def test_what_no_map_can_hold_is_told(tmp_path: Path) -> None:
+def test_what_no_map_can_hold_is_reported(tmp_path: Path) -> None:
     (tmp_path / "production.dbc").write_text((FOLDER / "production.dbc").read_text())
     signals = tmp_path / "signals.toml"
     text = SIGNALS.read_text()

@@ -108,7 +108,7 @@ def test_a_verdict_on_signals_that_do_not_fit_says_so(result: DriveResult) -> No
     assert "the signals do not fit together (see below): a rough guide" in verdict(odd)[1]
 
 
-def test_a_speed_that_no_trailer_sees_is_told() -> None:
+def test_a_speed_that_no_trailer_sees_is_reported() -> None:
     drive = load_drive([RUN], SIGNALS)
     speed = drive.channels["speed"]
     fast = {**drive.channels, "speed": replace(speed, value=speed.value * 1.852)}

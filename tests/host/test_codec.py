@@ -192,9 +192,12 @@ def test_the_core_reads_what_cantools_packs(message: Message) -> None:
         ends = (round(float(end) / float(signal.scale)) for end in (signal.minimum, signal.maximum))
         for raw in {low, low + 1, -256, -255, -1, 0, 1, 255, 256, high - 1, high, *ends}:
             if low <= raw <= high:
-                told = decoded(message, {signal.name: raw})
-                assert told[input_of(signal)] == (to_core(signal, raw), True), (signal.name, raw)
-                others = [value for key, value in told.items() if key != input_of(signal)]
+                reported = decoded(message, {signal.name: raw})
+                assert reported[input_of(signal)] == (to_core(signal, raw), True), (
+                    signal.name,
+                    raw,
+                )
+                others = [value for key, value in reported.items() if key != input_of(signal)]
                 assert all(other == (0, True) for other in others), signal.name
 
 
@@ -205,8 +208,8 @@ def test_only_what_the_dbc_calls_valid_is_valid(message: Message) -> None:
         assert flag.choices is not None
         assert sorted(flag.choices) == [0, 1, 2, 3]
         for code, meaning in flag.choices.items():
-            told = decoded(message, {signal.name: 1, flag.name: int(code)})
-            assert told[input_of(signal)][1] == (str(meaning) == "valid"), (signal.name, code)
+            reported = decoded(message, {signal.name: 1, flag.name: int(code)})
+            assert reported[input_of(signal)][1] == (str(meaning) == "valid"), (signal.name, code)
 
 
 def test_every_input_of_the_core_is_one_signal() -> None:
@@ -244,7 +247,7 @@ class Source:
             setattr(target, last, value)
 
 
-def told(source: Source, message: Message) -> dict[str, int]:
+def reported(source: Source, message: Message) -> dict[str, int]:
     """All signals of a frame; packing them again must give the frame: no bit is of no signal."""
     data = source.frame(message)
     raw = unpack(message, data)
@@ -265,12 +268,12 @@ def test_cantools_reads_what_the_core_packs(message: Message) -> None:
                 continue
             source = Source()
             source.status.valid = 0xFFFFFFFF
-            before = told(source, message)
+            before = reported(source, message)
             source.set(STATUS_FIELD[signal.name], to_core(signal, wanted))
-            assert told(source, message) == before | {signal.name: wanted}, signal.name
+            assert reported(source, message) == before | {signal.name: wanted}, signal.name
             for value, end in ((2**31 - 1, maximum), (-(2**31), minimum)):
                 source.set(STATUS_FIELD[signal.name], value)
-                assert told(source, message)[signal.name] == end, signal.name
+                assert reported(source, message)[signal.name] == end, signal.name
 
 
 @pytest.mark.parametrize("message", OUTPUTS, ids=lambda message: str(message.name))
@@ -280,7 +283,7 @@ def test_without_an_estimate_the_dbc_says_not_available(message: Message) -> Non
         source.set(STATUS_FIELD[signal.name], 123456)
         if signal.name not in ALWAYS:  # always there
             assert signal.choices is not None
-            assert str(signal.choices[told(source, message)[signal.name]]) == "not available"
+            assert str(signal.choices[reported(source, message)[signal.name]]) == "not available"
 
 
 Trial = tuple[str, int, int]
@@ -346,7 +349,7 @@ def numbers(signal: Signal) -> list[Trial]:
 
 @pytest.mark.parametrize("message", OUTPUTS, ids=lambda message: str(message.name))
 def test_flags_codes_and_counters_are_where_the_dbc_has_them(message: Message) -> None:
-    idle = told(Source(), message)
+    idle = reported(Source(), message)
     for signal in message.signals[2:]:
         every = [
             trial
@@ -358,19 +361,19 @@ def test_flags_codes_and_counters_are_where_the_dbc_has_them(message: Message) -
         source = Source()
         for path, value, expected in every:
             source.set(path, value)
-            assert told(source, message) == idle | {signal.name: expected}, (signal.name, value)
+            assert reported(source, message) == idle | {signal.name: expected}, (signal.name, value)
 
 
-def test_lost_inputs_are_told() -> None:
+def test_lost_inputs_are_reported() -> None:
     message = DATABASE.get_message_by_name("SwayAlarm")
     source = Source()
-    idle = told(source, message)
+    idle = reported(source, message)
     source.source.inputs_lost = True
-    assert told(source, message) == idle | {"InputsLost": 1}
+    assert reported(source, message) == idle | {"InputsLost": 1}
 
 
 @pytest.mark.parametrize("signal", MASKS)
-def test_inputs_that_the_judgement_lacks_are_told(signal: str) -> None:
+def test_inputs_that_the_judgement_lacks_are_reported(signal: str) -> None:
     message = DATABASE.get_message_by_name("SwayJudgement")
     alarm = DATABASE.get_message_by_name("SwayAlarm")
     source = Source()
@@ -378,8 +381,8 @@ def test_inputs_that_the_judgement_lacks_are_told(signal: str) -> None:
     assert message.get_signal_by_name(signal).maximum == every  # no code: all may be lacking
     for flags in (*(1 << channel for channel in range(lib.SWAY_CHANNEL_COUNT)), every):
         source.set(MASKS[signal], flags)
-        assert told(source, message) == told(Source(), message) | {signal: flags}
-        assert told(source, alarm) == told(Source(), alarm) | {"JudgementDegraded": 1}
+        assert reported(source, message) == reported(Source(), message) | {signal: flags}
+        assert reported(source, alarm) == reported(Source(), alarm) | {"JudgementDegraded": 1}
 
 
 def test_every_status_field_is_one_signal() -> None:

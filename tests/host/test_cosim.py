@@ -149,7 +149,7 @@ def test_names_units_and_signs_come_from_a_table(plant: Path, tmp_path: Path) ->
         (lambda t: t.replace('"2.0" ', '"2.0" colour="red" '), "linux64", "not meet its standard"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_run_is_told(
+def test_what_cannot_be_run_is_reported(
     plant: Path, tmp_path: Path, change: Callable[[str], str], platform: str, said: str
 ) -> None:
     broken = changed(plant, tmp_path / "broken.fmu", change, platform)
@@ -157,14 +157,14 @@ def test_what_cannot_be_run_is_told(
         Fmu(broken)
 
 
-def test_a_unit_that_does_not_fit_is_told(plant: Path, tmp_path: Path) -> None:
+def test_a_unit_that_does_not_fit_is_reported(plant: Path, tmp_path: Path) -> None:
     old, new = 'Real unit="rad/s" />', 'Real unit="N" />'
     wrong = changed(plant, tmp_path / "user.fmu", lambda t: t.replace(old, new))
     with pytest.raises(FmuError, match="'car_yaw_rate' has the unit 'N', but car_yaw_rate needs"):
         wire(read_model_description(str(wrong)), wrong)
 
 
-def test_a_start_value_it_refuses_is_told(plant: Path, tmp_path: Path) -> None:
+def test_a_start_value_it_refuses_is_reported(plant: Path, tmp_path: Path) -> None:
     toml = tmp_path / "user.toml"
     toml.write_text('[parameters]\n"car.mass" = 0\n')
     with pytest.raises(FmuError, match="cannot be started"):
@@ -211,7 +211,7 @@ def test_the_alarm_brakes_the_fmu(plant: Path, tmp_path: Path) -> None:
     assert alone.swing_rad_s[-1] > 2.0 * result.swing_rad_s[-1]
 
 
-def test_what_does_not_fit_the_loop_is_told(plant: Path, tmp_path: Path) -> None:
+def test_what_does_not_fit_the_loop_is_reported(plant: Path, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"needs model = 'fmu'"):
         loop(plant, model="double_track")
     with pytest.raises(ScenarioError, match=r"needs \[fmu\]"):

@@ -94,7 +94,7 @@ def test_what_is_no_data_frame_is_counted_by_kind(good_log: Path, tmp_path: Path
         b"(" + b"1" * 400 + b") can0 120#00",
     ],
 )
-def test_unreadable_lines_are_told(good_log: Path, tmp_path: Path, line: bytes) -> None:
+def test_unreadable_lines_are_reported(good_log: Path, tmp_path: Path, line: bytes) -> None:
     log = tmp_path / "bad.log"
     log.write_bytes(line + b"\n" + good_log.read_bytes())
     done, counts = replay(log)
@@ -112,7 +112,7 @@ def test_cut_off_log_is_read_to_its_end(good_log: Path, tmp_path: Path) -> None:
     assert counts["received"] + counts["unreadable"] == len(good_log.read_text().splitlines())
 
 
-def test_times_that_run_backwards_are_told(good_log: Path, tmp_path: Path) -> None:
+def test_times_that_run_backwards_are_reported(good_log: Path, tmp_path: Path) -> None:
     lines = good_log.read_text().splitlines()
     log = tmp_path / "back.log"
     log.write_text("\n".join([*lines[:5000], *lines[:100]]) + "\n")
@@ -216,7 +216,7 @@ def damage(
         ("--vehicle", None),  # known, its value is missing
     ],
 )
-def test_an_unknown_option_is_told_its_nearest(option: str, meant: str | None) -> None:
+def test_an_unknown_option_names_its_nearest(option: str, meant: str | None) -> None:
     done = subprocess.run([DAEMON, option], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     hints = [line for line in done.stderr.splitlines() if "did you mean" in line]
@@ -241,7 +241,7 @@ def test_one_damaged_stamp_costs_one_stamp(
     assert abs(len(done.stdout.splitlines()) - len(whole.splitlines())) < 60
 
 
-def test_a_logger_s_clock_set_back_is_told_and_time_goes_on(good_log: Path, tmp_path: Path) -> None:
+def test_a_logger_s_clock_set_back_is_reported(good_log: Path, tmp_path: Path) -> None:
     log = tmp_path / "set.log"
     damage(good_log, log, 9000, lambda t: t - 3600.0, 10**6)
     done, counts = replay(log)
@@ -274,13 +274,13 @@ def test_the_input_is_not_written_over(good_log: Path, tmp_path: Path) -> None:
     assert log.read_bytes() == good_log.read_bytes()
 
 
-def test_a_full_disk_is_told_and_ends_a_replay(good_log: Path) -> None:
+def test_a_full_disk_is_reported_and_ends_a_replay(good_log: Path) -> None:
     done, _ = replay(good_log, "p01", "--candump-out", "/dev/full")
     assert done.returncode == 1
     assert "can no longer be written: No space left" in done.stderr
 
 
-def test_a_reader_that_leaves_is_told(good_log: Path) -> None:
+def test_a_reader_that_leaves_is_reported(good_log: Path) -> None:
     """It died of SIGPIPE."""
     command = [DAEMON, "--vehicle", CASES / "p01" / "vehicle.toml", "--replay", good_log]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

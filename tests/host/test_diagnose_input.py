@@ -97,11 +97,11 @@ def test_the_run_with_another_loading_is_named_though_the_first_has_no_loads(
     for wheel in ("fl", "fr", "rl", "rr"):
         del first.channels[f"wheel_vertical_load_{wheel}"]
         second.channels[f"wheel_vertical_load_{wheel}"] *= 1.3
-    (told,) = _foreign((first, second), problem.body)
-    assert told.startswith(f"{second.name}: axle loads sum to")
+    (sentence,) = _foreign((first, second), problem.body)
+    assert sentence.startswith(f"{second.name}: axle loads sum to")
 
 
-def test_another_loading_than_the_file_says_is_told(tmp_path: Path) -> None:
+def test_another_loading_than_the_file_says_is_reported(tmp_path: Path) -> None:
     files, vehicle, signals = _case(tmp_path)
     vehicle.write_text(
         vehicle.read_text().replace("front_axle_load = 9674.0", "front_axle_load = 4000.0")

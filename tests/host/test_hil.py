@@ -184,9 +184,9 @@ def test_junit_and_json_of_the_command(tmp_path: Path, capsys: Any) -> None:
     )
     bus = ["--interface", "virtual", "--channel", "swaywatch-hil"]
     assert main(["hil", str(file), *bus, "--junit", str(junit), "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert not told["passed"]
-    assert [v["passed"] for v in told["verdicts"]] == [False, False, True]
+    result = json.loads(capsys.readouterr().out)
+    assert not result["passed"]
+    assert [v["passed"] for v in result["verdicts"]] == [False, False, True]
     suite = ElementTree.parse(junit).getroot()[0]
     assert (suite.get("tests"), suite.get("failures")) == ("3", "2")
     failed = [case.get("name") for case in suite if case.find("failure") is not None]

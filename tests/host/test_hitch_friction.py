@@ -117,8 +117,8 @@ def test_friction_at_the_ball_adds_no_critical_speed(seed: int, rims: bool) -> N
     for moment_nm in (0.0, 150.0):
         drive = drive_of(body, moment_nm, speed, rims)
         status, _ = Core(vehicle, positions_of(drive)).feed(drive)
-        told = status[status["valid"] & VALID["critical_speed"] != 0]
-        late = told[len(told) // 3 :]
+        valid = status[status["valid"] & VALID["critical_speed"] != 0]
+        late = valid[len(valid) // 3 :]
         found, error = KMH * 1e-3 * late["v_crit_mm_s"], KMH * 1e-3 * late["v_crit_se_mm_s"]
         assert len(late) > 10
         assert np.all(found < truth + 3.0 * error), (moment_nm, found.max())

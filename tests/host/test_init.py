@@ -175,7 +175,7 @@ def test_answers_make_the_lengths(tmp_path: Path) -> None:
     assert "GUESS" not in (tmp_path / "vehicle.toml").read_text()
 
 
-def test_what_is_not_known_is_left_open_and_told(
+def test_what_is_not_known_is_left_open_and_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert _init(tmp_path, str(P03 / "run1.asc")) == 0

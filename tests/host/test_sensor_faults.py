@@ -113,13 +113,13 @@ def clocked(name: str, factor: float) -> Fault:
     )
 
 
-def told(drive: Drive) -> list[Finding]:
+def findings(drive: Drive) -> list[Finding]:
     return [f for f in check_drive(drive, VEHICLE) if f.severity != "info"]
 
 
 def only(drive: Drive, kind: str, name: str) -> Finding:
     """The finding on a faulty channel; nothing is said of any other."""
-    found = told(drive)
+    found = findings(drive)
     assert [f.kind for f in found] == [kind], [f.text for f in found]
     assert found[0].channels[0] == name
     assert drive.channels[name].signal in found[0].text
@@ -127,7 +127,7 @@ def only(drive: Drive, kind: str, name: str) -> Finding:
 
 
 def test_nothing_is_said_of_the_sound_recordings(drive: Drive) -> None:
-    assert told(drive) == []
+    assert findings(drive) == []
 
 
 def test_nothing_is_said_of_missing_physics() -> None:

@@ -99,11 +99,11 @@ def test_a_value_said_as_an_effect_is_known_together_with_what_is_left_of_it() -
     term = ActiveEffect(
         effect("steering_compliance:car_front"), ((1.0 / factor - 1.0) / stiffness,)
     )
-    told = joint.fit(replace(whole, terms=(term,), shift=np.zeros(count)), 1)
-    assert abs(told.covariance[0, 0] / (slope**2 * (1.0 + 0.1**2)) - 1.0) < 1e-9
+    alone = joint.fit(replace(whole, terms=(term,), shift=np.zeros(count)), 1)
+    assert abs(alone.covariance[0, 0] / (slope**2 * (1.0 + 0.1**2)) - 1.0) < 1e-9
     together, before = (
         stability(_problem(), fit, 1.0)[key]["v_crit_km_h"][1]
-        for fit, key in ((told, "diagnosed"), (whole, "calibrated"))
+        for fit, key in ((alone, "diagnosed"), (whole, "calibrated"))
     )
     assert abs(together["value"] - before["value"]) < 0.05
     assert abs(together["standard_error"] / before["standard_error"] - 1.0) < 0.15

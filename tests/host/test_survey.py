@@ -287,7 +287,7 @@ def test_an_interrupted_survey_leaves_no_process(folder: Path, tmp_path: Path) -
         time.sleep(0.05)
 
 
-def test_a_worker_that_lacks_something_is_told(tmp_path: Path) -> None:
+def test_a_worker_that_lacks_something_is_reported(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     assert "not see" in problem_here(tmp_path, mark, __version__)
     mark.touch()

@@ -86,8 +86,8 @@ def test_html_in_a_module_is_found() -> None:
 
 def test_nothing_goes_around_the_escaping() -> None:
     """Only the shell vouches for markup: for our own css, js and policy."""
-    told = {name for name, text in modules().items() if re.search(r"Markup|markupsafe", text)}
-    assert told == {"report/shell"}
+    users = {name for name, text in modules().items() if re.search(r"Markup|markupsafe", text)}
+    assert users == {"report/shell"}
     for name, path in TEMPLATES.items():
         assert not re.search(r"\bsafe\b|autoescape", path.read_text()), name
 

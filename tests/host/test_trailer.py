@@ -80,8 +80,8 @@ def test_critical_speed_of_a_trailer_partly_known(
 ) -> None:
     """Nothing known, and the type plate: within 3 % and inside the interval."""
     vehicle = car_only(tmp_path, trailer)
-    told = load_vehicle(vehicle).trailer
-    assert (5 if told is None else len(told.assumed)) == assumed
+    known = load_vehicle(vehicle).trailer
+    assert (5 if known is None else len(known.assumed)) == assumed
     result = found([load_drives([run], own)[0] for run in RUNS], vehicle)
     assert result.presence == "there"
     assert result.critical_speed_m_s is not None

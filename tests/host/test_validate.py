@@ -132,7 +132,7 @@ def test_the_loop_of_chapter_5_converges(chapter5: Path) -> None:
     assert "The simulation agrees with the recording after" in page
 
 
-def test_a_simulation_of_ones_own_is_told_its_factors(
+def test_a_simulation_of_ones_own_is_given_its_factors(
     chapter5: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     paths = [

@@ -134,11 +134,11 @@ def standing(line: str) -> str:
     return f"{head}121#{data.hex().upper()}"
 
 
-def refused(told: str, do: Callable[[], object]) -> None:
+def refused(words: str, do: Callable[[], object]) -> None:
     """The slave answers with this error."""
     with pytest.raises(XcpResponseError) as error:
         do()
-    assert str(error.value) == told
+    assert str(error.value) == words
 
 
 def margins(frames: list[tuple[int, bytes]]) -> list[bytes]:

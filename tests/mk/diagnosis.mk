@@ -1,5 +1,5 @@
 # bench-diagnosis: seconds and memory of a diagnosis; with the recordings every practice and Chrono
-# case, else the committed ones. To be run alone: wall-clock seconds are told.
+# case, else the committed ones. To be run alone: wall-clock seconds are given.
 .PHONY: bench-diagnosis
 bench-diagnosis: setup-test
 	@$(PY) tests/bench/diagnosis_cost.py --out $(B)/bench/diagnosis_cost.md \

@@ -104,7 +104,7 @@ def renamed(function: Function, name: str) -> str:
 def written(source: str, found: list[Function], bad: set[int], slot: int) -> str:
     """The source with all mutants but the `bad` ones; notes the lines of each copy.
 
-    `slot` is the file's: a mutant's number is told from those of other files by it.
+    `slot` is the file's: it distinguishes a mutant's number from those of other files.
     """
     parts: list[str] = [DECLARED]
     lines = 2

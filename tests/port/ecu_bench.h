@@ -221,7 +221,7 @@ static inline struct swaywatch_dbc_sway_parameter_reply_t change(uint8_t command
 
 #define NOTHING UINT32_MAX
 
-/* The newest SwayAccess; what has changed is told within 100 ms, on a silent bus
+/* The newest SwayAccess; what has changed is reported within 100 ms, on a silent bus
  * 200. */
 static inline struct swaywatch_dbc_sway_access_t access_said(void)
 {

@@ -446,7 +446,7 @@ bool model_bus_sent(sway_port_frame_t *frame)
     memcpy(frame->data, &element[2], 8);
     tx_get = (tx_get + 1U) % FIFO;
     tx_fill--;
-    can[IR] |= 1U << 7; /* sent, which nobody has to be told */
+    can[IR] |= 1U << 7; /* sent, which nobody has to know */
     return true;
 }
 

@@ -8,11 +8,11 @@ static void test_fault_is_reported_after_the_restart(void)
     start_good();
     sway_ecu_note_fault(&retained, 4, 0x1234);
     start();
-    const struct swaywatch_dbc_sway_fault_report_t told = report();
-    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RUNNING, told.ecu_state);
-    TEST_ASSERT_EQUAL_UINT8(4, told.fault_cause);
-    TEST_ASSERT_EQUAL_HEX32(0x1234, told.fault_address);
-    TEST_ASSERT_EQUAL_UINT8(1, told.fault_restarts);
+    const struct swaywatch_dbc_sway_fault_report_t reported = report();
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RUNNING, reported.ecu_state);
+    TEST_ASSERT_EQUAL_UINT8(4, reported.fault_cause);
+    TEST_ASSERT_EQUAL_HEX32(0x1234, reported.fault_address);
+    TEST_ASSERT_EQUAL_UINT8(1, reported.fault_restarts);
 }
 
 /* README says five: the fifth is the last. */
@@ -47,22 +47,22 @@ static void test_retained_memory_after_power_on_is_not_believed(void)
     TEST_ASSERT_EQUAL_UINT32(1, retained.restarts);
 }
 
-static void test_warning_is_told_while_running(void)
+static void test_warning_is_reported_while_running(void)
 {
     start_good();
     sway_ecu_warn(&ecu, SWAY_ECU_BUS_OFF);
-    const struct swaywatch_dbc_sway_fault_report_t told = report();
-    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BUS_OFF, told.fault_cause);
-    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RUNNING, told.ecu_state);
+    const struct swaywatch_dbc_sway_fault_report_t reported = report();
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_BUS_OFF, reported.fault_cause);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_ECU_RUNNING, reported.ecu_state);
 }
 
 /* Somebody else sends a message, 0.4 ms before its owner, with the counter that is due: his values
- * are used, the owner's are the repeated ones. That is told within a second or two. */
-static void test_a_second_sender_is_told(void)
+ * are used, the owner's are the repeated ones. That is reported within a second or two. */
+static void test_a_second_sender_is_reported(void)
 {
     start_good();
     (void)report();
-    unsigned told = 0;
+    unsigned reported = 0;
     for (unsigned i = 0; i < 500U; i++) {
         sway_port_frame_t frame = {.id = SWAYWATCH_DBC_SWAY_SPEED_FRAME_ID, .dlc = 8};
         sway_e2e_protect(frame.id, (uint8_t)(i % 16U), frame.data);
@@ -74,9 +74,9 @@ static void test_a_second_sender_is_told(void)
         now_us -= 600;
         give(frame);
         const sway_port_frame_t *said = last_of(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID);
-        told += said != NULL && report_of(said).fault_cause == SWAY_ECU_DOUBLED;
+        reported += said != NULL && report_of(said).fault_cause == SWAY_ECU_DOUBLED;
     }
-    TEST_ASSERT_TRUE(told >= 3U);
+    TEST_ASSERT_TRUE(reported >= 3U);
     for (unsigned i = 0; i < 10U; i++) { // and it is over
         now_us += 9000;
         give_speed();
@@ -325,9 +325,9 @@ static void test_an_ecu_may_start_at_any_time(void)
         while (sway_ecu_poll(&ecu)) {
         }
         TEST_ASSERT_EQUAL_INT64(starts_us[i], ecu.now_us);
-        const sway_port_frame_t *told = last_of(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID);
-        TEST_ASSERT_NOT_NULL(told);
-        TEST_ASSERT_EQUAL_INT64(starts_us[i], told->time_us);
+        const sway_port_frame_t *reported = last_of(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID);
+        TEST_ASSERT_NOT_NULL(reported);
+        TEST_ASSERT_EQUAL_INT64(starts_us[i], reported->time_us);
         now_us += 99999;
         while (sway_ecu_poll(&ecu)) {
         }
@@ -339,7 +339,7 @@ static void test_an_ecu_may_start_at_any_time(void)
     }
 }
 
-static void test_faults_and_warnings_are_told_at_once(void)
+static void test_faults_and_warnings_are_reported_at_once(void)
 {
     for (int fails = 0; fails < 2; fails++) {
         setUp();
@@ -353,10 +353,10 @@ static void test_faults_and_warnings_are_told_at_once(void)
         }
         while (sway_ecu_poll(&ecu)) {
         }
-        const sway_port_frame_t *told = last_of(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID);
-        TEST_ASSERT_NOT_NULL(told);
+        const sway_port_frame_t *reported = last_of(SWAYWATCH_DBC_SWAY_FAULT_REPORT_FRAME_ID);
+        TEST_ASSERT_NOT_NULL(reported);
         TEST_ASSERT_EQUAL_UINT8(fails ? SWAY_ECU_MEMORY : SWAY_ECU_BUS_OFF,
-                                report_of(told).fault_cause);
+                                report_of(reported).fault_cause);
     }
 }
 
@@ -455,9 +455,9 @@ int main(void)
     RUN_TEST(test_fault_is_reported_after_the_restart);
     RUN_TEST(test_endless_restarts_end_safe);
     RUN_TEST(test_retained_memory_after_power_on_is_not_believed);
-    RUN_TEST(test_warning_is_told_while_running);
+    RUN_TEST(test_warning_is_reported_while_running);
     RUN_TEST(test_a_poll_does_one_thing_and_says_so);
-    RUN_TEST(test_a_second_sender_is_told);
+    RUN_TEST(test_a_second_sender_is_reported);
     RUN_TEST(test_overwritten_state_lets_the_watchdog_bite);
     RUN_TEST(test_safe_state_sends_nothing_but_reports);
     RUN_TEST(test_receiving_goes_on_while_sending_is_refused);
@@ -472,7 +472,7 @@ int main(void)
     RUN_TEST(test_a_running_ecu_says_what_its_node_says);
     RUN_TEST(test_time_is_that_of_the_frames);
     RUN_TEST(test_an_ecu_may_start_at_any_time);
-    RUN_TEST(test_faults_and_warnings_are_told_at_once);
+    RUN_TEST(test_faults_and_warnings_are_reported_at_once);
     RUN_TEST(test_what_waits_goes_out_unchanged);
     RUN_TEST(test_ten_repetitions_in_a_second_are_a_second_sender);
     RUN_TEST(test_who_listens_gets_every_frame);

@@ -181,7 +181,7 @@ static void test_nobody_writes_without_a_session(void)
     TEST_ASSERT_EQUAL_UINT16(4435, access_said().access_refused);
 }
 
-static void test_a_wrong_proof_changes_nothing_and_is_told(void)
+static void test_a_wrong_proof_changes_nothing_and_is_reported(void)
 {
     const sway_core_config_t config = good_config();
     uint8_t block[SWAY_BLOCK_SIZE];
@@ -512,7 +512,7 @@ static void test_standing_is_what_it_is_said_to_be(void)
     }
 }
 
-static void test_the_end_of_a_session_is_told_and_says_nothing_else(void)
+static void test_the_end_of_a_session_is_reported_and_says_nothing_else(void)
 {
     start_good();
     const struct swaywatch_dbc_sway_parameter_reply_t done =
@@ -540,21 +540,21 @@ static void test_requests_that_differ_are_two(void)
     TEST_ASSERT_EQUAL_UINT32(refused, ecu.requests_refused);
 }
 
-/* However many refusals there are, they are told ten times a second at most. */
+/* However many refusals there are, they are reported ten times a second at most. */
 static void test_refusals_do_not_flood_the_bus(void)
 {
     start_good();
     drive();
     (void)ask(READ, 9999, 0);
     sent_count = 0U;
-    unsigned told = 0;
+    unsigned answers = 0;
     for (int i = 0; i < 200; i++) {
         give(request_frame(READ, 9999, 0));
     }
     for (unsigned i = 0; i < sent_count; i++) {
-        told += sent[i].id == SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID;
+        answers += sent[i].id == SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID;
     }
-    TEST_ASSERT_TRUE(told == 2U || told == 3U);
+    TEST_ASSERT_TRUE(answers == 2U || answers == 3U);
 }
 
 int main(void)
@@ -569,7 +569,7 @@ int main(void)
     RUN_TEST(test_safe_state_ends_only_where_parameters_were_missing);
     RUN_TEST(test_siphash_gives_the_published_values);
     RUN_TEST(test_nobody_writes_without_a_session);
-    RUN_TEST(test_a_wrong_proof_changes_nothing_and_is_told);
+    RUN_TEST(test_a_wrong_proof_changes_nothing_and_is_reported);
     RUN_TEST(test_a_proof_fits_nothing_else);
     RUN_TEST(test_every_bit_of_a_proof_counts);
     RUN_TEST(test_challenge_is_the_hash_of_the_moment);
@@ -584,7 +584,7 @@ int main(void)
     RUN_TEST(test_no_two_challenges_are_alike);
     RUN_TEST(test_after_five_restarts_nobody_may_write);
     RUN_TEST(test_standing_is_what_it_is_said_to_be);
-    RUN_TEST(test_the_end_of_a_session_is_told_and_says_nothing_else);
+    RUN_TEST(test_the_end_of_a_session_is_reported_and_says_nothing_else);
     RUN_TEST(test_requests_that_differ_are_two);
     RUN_TEST(test_refusals_do_not_flood_the_bus);
     return UNITY_END();

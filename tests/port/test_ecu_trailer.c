@@ -97,7 +97,7 @@ static void learn(double off, int32_t seconds)
     }
 }
 
-static struct swaywatch_dbc_sway_trailer_t told(void)
+static struct swaywatch_dbc_sway_trailer_t reported(void)
 {
     struct swaywatch_dbc_sway_trailer_t t;
     sent_count = 0U;
@@ -123,7 +123,7 @@ static void stand(void)
     }
 }
 
-static void test_without_keep_nothing_is_told(void)
+static void test_without_keep_nothing_is_reported(void)
 {
     start_good();
     learn(0.5, 120);
@@ -143,16 +143,16 @@ static void test_without_keep_nothing_is_told(void)
 static void test_states_of_a_first_drive(void)
 {
     begin_empty();
-    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, reported().trailer_state);
     watch()->presence = SWAY_TRAILER_NONE;
-    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NONE, told().trailer_state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NONE, reported().trailer_state);
     watch()->sensed = true;
-    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, reported().trailer_state);
     watch()->presence = SWAY_TRAILER_THERE;
-    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, reported().trailer_state);
     watch()->sensed = false;
     watch()->learnt_ms = 59000;
-    const struct swaywatch_dbc_sway_trailer_t t = told();
+    const struct swaywatch_dbc_sway_trailer_t t = reported();
     TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, t.trailer_state);
     TEST_ASSERT_EQUAL_UINT16(59, t.trailer_learnt);
     stand();
@@ -168,8 +168,8 @@ static void test_a_new_trailer_is_kept_at_standstill(void)
     TEST_ASSERT_EQUAL_UINT(1, writes);
     stand();
     TEST_ASSERT_EQUAL_UINT(1, writes);
-    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, told().trailer_state);
-    TEST_ASSERT_EQUAL_UINT8(1, told().trailer_writes);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, reported().trailer_state);
+    TEST_ASSERT_EQUAL_UINT8(1, reported().trailer_writes);
     begin_empty();
     learn(0.5, 120);
     speed_mm_s = 1000;
@@ -190,12 +190,12 @@ static void test_the_same_and_another_trailer(void)
         learn(0.8, 120);
         stand();
         begin();
-        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, reported().trailer_state);
         learn(another ? -0.8 : 0.8, 19);
-        TEST_ASSERT_EQUAL_INT(0, told().trailer_likeness); // not asked yet
-        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, told().trailer_state);
+        TEST_ASSERT_EQUAL_INT(0, reported().trailer_likeness); // not asked yet
+        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_UNKNOWN, reported().trailer_state);
         watch()->learnt_ms = 20000;
-        const struct swaywatch_dbc_sway_trailer_t t = told();
+        const struct swaywatch_dbc_sway_trailer_t t = reported();
         TEST_ASSERT_EQUAL_UINT8(another ? SWAY_REMEMBER_ANOTHER : SWAY_REMEMBER_SAME,
                                 t.trailer_state);
         TEST_ASSERT_TRUE(another ? t.trailer_likeness < -100 : t.trailer_likeness > 100);
@@ -205,7 +205,7 @@ static void test_the_same_and_another_trailer(void)
         TEST_ASSERT_EQUAL_UINT(1U + (unsigned)another, writes);
         learn(0.8, 100);
         TEST_ASSERT_EQUAL_UINT8(another ? SWAY_REMEMBER_ANOTHER : SWAY_REMEMBER_SAME,
-                                told().trailer_state);
+                                reported().trailer_state);
         stand();
         TEST_ASSERT_EQUAL_UINT(1U + (unsigned)another, writes);
     }
@@ -230,7 +230,7 @@ static void test_the_next_drive_begins_with_the_car(void)
     TEST_ASSERT_EQUAL_UINT8(DONE, change(APPLY, 0, 1800000).parameter_result);
     TEST_ASSERT_TRUE(sway_real_is_zero(watch()->with.x[SWAY_STATE_CAR_FRONT]));
     learn(0.8, 10);
-    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, told().trailer_state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, reported().trailer_state);
 }
 
 /* The next frames; how many SwayTrailer among them, and when the last one was sent. */
@@ -307,7 +307,7 @@ static void test_likeness_is_in_hundredths(void)
     begin_empty();
     for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         ecu.remember.likeness = sway_real_ratio(cases[k].tenths, 10);
-        TEST_ASSERT_EQUAL_INT(cases[k].hundredths, told().trailer_likeness);
+        TEST_ASSERT_EQUAL_INT(cases[k].hundredths, reported().trailer_likeness);
     }
 }
 
@@ -343,7 +343,7 @@ static void test_a_record_of_other_parameters_is_not_used(void)
     start();
     sway_ecu_remember(&ecu, keep, record, sizeof record);
     learn(0.8, 120);
-    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, told().trailer_state);
+    TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_NEW, reported().trailer_state);
     stand();
     TEST_ASSERT_EQUAL_UINT(2, writes);
 }
@@ -411,7 +411,7 @@ static void test_power_cut_at_every_byte(void)
         cut_after = -1;
         begin();
         learn(cut == whole ? -0.8 : 0.8, 20);
-        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_SAME, told().trailer_state);
+        TEST_ASSERT_EQUAL_UINT8(SWAY_REMEMBER_SAME, reported().trailer_state);
     }
 }
 
@@ -601,7 +601,7 @@ static void test_what_stays_when_the_core_begins_anew(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_without_keep_nothing_is_told);
+    RUN_TEST(test_without_keep_nothing_is_reported);
     RUN_TEST(test_states_of_a_first_drive);
     RUN_TEST(test_a_new_trailer_is_kept_at_standstill);
     RUN_TEST(test_the_same_and_another_trailer);

@@ -442,8 +442,8 @@ static void test_bus_off_waits_longer_each_time_until_a_frame_comes(void)
     TEST_ASSERT_INT64_WITHIN(10, RECOVERY_US, recovery_us());
 }
 
-/* Told once, when it begins: not by another cause while it lasts, nor by its end. */
-static void test_bus_off_is_told_once(void)
+/* Reported once, when it begins: not by another cause while it lasts, nor by its end. */
+static void test_bus_off_is_reported_once(void)
 {
     start_driver();
     model_bus_counters(256, 0);
@@ -676,14 +676,14 @@ static void two_blocks(void)
 
 /* Power comes back: the ECU runs with `mass_g`, no NMI has restarted it, and it says whether what
  * is in its flash was cut. */
-static void check_after_power(int32_t mass_g, int told_cut)
+static void check_after_power(int32_t mass_g, int reports_cut)
 {
     model_power_on();
     TEST_ASSERT_TRUE(program_start(&retained, SWAY_ECU_NO_CAUSE));
     TEST_ASSERT_FALSE(model_nmi_restarts());
     TEST_ASSERT_EQUAL(SWAY_ECU_RUNNING, program_ecu()->state);
     TEST_ASSERT_EQUAL_INT32(mass_g, mass_in_use());
-    TEST_ASSERT_EQUAL_UINT8(told_cut ? SWAY_ECU_STORE_CUT : 0, report().fault_cause);
+    TEST_ASSERT_EQUAL_UINT8(reports_cut ? SWAY_ECU_STORE_CUT : 0, report().fault_cause);
 }
 
 /* Whenever the power goes and whatever it leaves of the word or page that it cut, the next start
@@ -966,7 +966,7 @@ int main(void)
     RUN_TEST(test_errors_are_counted_by_kind);
     RUN_TEST(test_error_counters_and_states);
     RUN_TEST(test_bus_off_waits_longer_each_time_until_a_frame_comes);
-    RUN_TEST(test_bus_off_is_told_once);
+    RUN_TEST(test_bus_off_is_reported_once);
     RUN_TEST(test_bus_off_with_a_dead_controller_goes_on_trying);
     RUN_TEST(test_flash_erases_and_writes);
     RUN_TEST(test_flash_is_read_as_it_was_written);

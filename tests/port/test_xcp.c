@@ -55,17 +55,17 @@ static void test_a_port_without_a_key_cannot_be_calibrated(void)
     GOOD(0xF8, 0, 4); // DAQ is not locked: a seed of no bytes
 }
 
-static void test_a_wrong_key_ends_the_connection_and_is_told(void)
+static void test_a_wrong_key_ends_the_connection_and_is_reported(void)
 {
     CONNECT();
     GOOD(0xF8, 0, 1);
     REFUSED(0x25, 0xF7, 6, 1, 2, 3, 4, 5, 6);
     TEST_ASSERT_EQUAL_UINT32(1, ecu.access.forged);
-    unsigned told = 0;
+    unsigned refusals = 0;
     for (unsigned i = 0; i < sent_count; i++) {
-        told += sent[i].id == SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID;
+        refusals += sent[i].id == SWAYWATCH_DBC_SWAY_ACCESS_FRAME_ID;
     }
-    TEST_ASSERT_EQUAL_UINT(1, told);
+    TEST_ASSERT_EQUAL_UINT(1, refusals);
     TEST_ASSERT_NULL(ASK(0xFD));
     CONNECT();
     REFUSED(0x29, 0xF7, 6, 1, 2, 3, 4, 5, 6); // a seed serves once
@@ -190,8 +190,8 @@ static void write_mass(uint32_t grams, uint8_t wanted)
 {
     const uint32_t at = WORKING_AT + (uint32_t)offsetof(sway_core_config_t, vehicle.trailer.mass_g);
     GOOD(0xF6, 0, 0, 0, ADDRESS(at));
-    const sway_port_frame_t *told = ASK(0xF0, 4, ADDRESS(grams));
-    TEST_ASSERT_EQUAL_HEX8(wanted, told->data[0] == 0xFF ? 0xFF : told->data[1]);
+    const sway_port_frame_t *answer = ASK(0xF0, 4, ADDRESS(grams));
+    TEST_ASSERT_EQUAL_HEX8(wanted, answer->data[0] == 0xFF ? 0xFF : answer->data[1]);
 }
 
 static int32_t used_mass(void)
@@ -360,8 +360,8 @@ static void test_answers_are_those_of_the_standard(void)
     }
     CONNECT();
     const sway_port_frame_t *clock = ASK(0xDC);
-    const uint8_t told[8] = {0xFF, 0, 0, 0, ADDRESS(now_us)};
-    expect_answer(8, told, clock);
+    const uint8_t answer[8] = {0xFF, 0, 0, 0, ADDRESS(now_us)};
+    expect_answer(8, answer, clock);
 }
 
 /* Memory is what is there, a checksum its CRC-32, and each goes on where the last one ended. */
@@ -478,7 +478,7 @@ int main(void)
     RUN_TEST(test_commands_that_are_none);
     RUN_TEST(test_commands_without_end_end);
     RUN_TEST(test_a_port_without_a_key_cannot_be_calibrated);
-    RUN_TEST(test_a_wrong_key_ends_the_connection_and_is_told);
+    RUN_TEST(test_a_wrong_key_ends_the_connection_and_is_reported);
     RUN_TEST(test_the_lock_closes_again_after_its_time);
     RUN_TEST(test_what_it_says_of_itself);
     RUN_TEST(test_the_rest_of_the_port_is_passed_on);

@@ -106,7 +106,7 @@ static void test_lists_are_made_in_order_and_within_their_memory(void)
     REFUSED(0x22, 0xD7, 0, 3, 0);
 }
 
-static void test_samples_without_room_are_left_out_whole_and_told(void)
+static void test_samples_without_room_are_left_out_whole_and_reported(void)
 {
     CONNECT();
     allocate();
@@ -121,11 +121,11 @@ static void test_samples_without_room_are_left_out_whole_and_told(void)
     sent_count = 0;
     speed(0);
     speed(0);
-    bool is_told = false;
+    bool is_reported = false;
     for (unsigned i = 0; i < sent_count; i++) {
-        is_told |= sent[i].id == REPLY && sent[i].data[0] == 0xFD && sent[i].data[1] == 0x06;
+        is_reported |= sent[i].id == REPLY && sent[i].data[0] == 0xFD && sent[i].data[1] == 0x06;
     }
-    TEST_ASSERT_TRUE(is_told);
+    TEST_ASSERT_TRUE(is_reported);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT(SWAY_XCP_QUEUE, samples());
     GOOD(0xFE); // ends it
     sent_count = 0;
@@ -325,7 +325,7 @@ static void test_the_queue_keeps_its_order_and_tells_what_it_lost(void)
     TEST_ASSERT_EQUAL_UINT32(1, daq.left_out);
     OK(sway_xcp_daq_start(&daq, 0, 1));
     sway_xcp_daq_sent(&daq);
-    sway_xcp_daq_sample(&daq, 0, now); // told once
+    sway_xcp_daq_sample(&daq, 0, now); // reported once
     TEST_ASSERT_EQUAL_UINT32(SWAY_XCP_QUEUE, daq.queue_length);
     sway_xcp_daq_sent(&daq);
     sway_xcp_daq_sample(&daq, 0, now);
@@ -452,7 +452,7 @@ int main(void)
     RUN_TEST(test_a_list_is_sampled_every_10_ms);
     RUN_TEST(test_selected_lists_start_together_with_time_stamps);
     RUN_TEST(test_lists_are_made_in_order_and_within_their_memory);
-    RUN_TEST(test_samples_without_room_are_left_out_whole_and_told);
+    RUN_TEST(test_samples_without_room_are_left_out_whole_and_reported);
     RUN_TEST(test_samples_hold_what_was_entered);
     RUN_TEST(test_events_come_by_the_clock);
     RUN_TEST(test_an_event_of_100_ms_and_a_list_that_is_stopped);

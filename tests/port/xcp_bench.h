@@ -121,10 +121,10 @@ static inline void unlock(void)
     for (unsigned i = 0; i < 6; i++) {
         command[2 + i] = (uint8_t)(key >> (8U * i));
     }
-    const sway_port_frame_t *told = ask(8, command);
-    TEST_ASSERT_EQUAL_HEX8(0xFF, told->data[0]);
-    TEST_ASSERT_EQUAL_HEX8(0, told->data[1]);
-    TEST_ASSERT_EQUAL_UINT8(2, told->dlc);
+    const sway_port_frame_t *answer = ask(8, command);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, answer->data[0]);
+    TEST_ASSERT_EQUAL_HEX8(0, answer->data[1]);
+    TEST_ASSERT_EQUAL_UINT8(2, answer->dlc);
 }
 
 #endif

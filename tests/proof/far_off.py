@@ -94,7 +94,7 @@ def believed(text: str, case: Case) -> str:
 
 
 def said(effects: Sequence[dict[str, Any]]) -> str:
-    """Every claim with its value, interval of 90 % and what it cannot be told from."""
+    """Every claim with its value, interval of 90 % and what it cannot be distinguished from."""
     found = []
     for effect in effects:
         values = [

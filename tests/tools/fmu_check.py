@@ -126,7 +126,9 @@ def _jar(artifact: str, digest: str, cache: Path) -> Path:
 
 def vdmcheck3(script: str) -> Look:
     """`VDMCheck3.sh` of an unpacked release."""
-    program = _told(script, "VDMCHECK3", "VDMCheck3.sh", "INTO-CPS-Association/FMI-VDM-Model 1.1.3")
+    program = _found(
+        script, "VDMCHECK3", "VDMCheck3.sh", "INTO-CPS-Association/FMI-VDM-Model 1.1.3"
+    )
 
     def look(fmu: Path) -> list[str]:
         status, lines = _ran("bash", program, fmu)
@@ -137,7 +139,7 @@ def vdmcheck3(script: str) -> Look:
 
 def fmucheck(path: str, inputs: Path) -> Look:
     """The FMI association's checker of FMI 1 and 2, inputs fed."""
-    program = _told(path, "FMUCHECK", "fmuCheck", "modelica-tools/FMUComplianceChecker 2.0.4")
+    program = _found(path, "FMUCHECK", "fmuCheck", "modelica-tools/FMUComplianceChecker 2.0.4")
 
     def look(fmu: Path) -> list[str]:
         written = inputs / f"{fmu.stem}.fmucheck.csv"
@@ -155,7 +157,7 @@ def fmucheck(path: str, inputs: Path) -> Look:
 
 def fmusim(path: str, inputs: Path) -> Look:
     """The simulator of the reference FMUs, inputs fed; its results beside FMPy's."""
-    program = _told(path, "FMUSIM", "fmusim", "modelica/Reference-FMUs, up to 0.0.39")
+    program = _found(path, "FMUSIM", "fmusim", "modelica/Reference-FMUs, up to 0.0.39")
 
     def look(fmu: Path) -> list[str]:
         written = inputs / f"{fmu.stem}.fmusim.csv"
@@ -169,7 +171,7 @@ def fmusim(path: str, inputs: Path) -> Look:
     return look
 
 
-def _told(path: str, variable: str, program: str, home: str) -> Path:
+def _found(path: str, variable: str, program: str, home: str) -> Path:
     if not path:
         raise LeftOutError(f"set {variable}=.../{program} ({home} on GitHub)")
     if not Path(path).is_file():

@@ -274,7 +274,7 @@ static void low_damping_begins_and_ends_where_it_is_said(void)
     TEST_ASSERT_EQUAL_INT(SWAY_ALARM_NORMAL, after(3));
 }
 
-static void time_to_limit_is_told_only_of_a_free_growth(void)
+static void time_to_limit_is_reported_only_of_a_free_growth(void)
 {
     swing(4, 0.1, 0.1, 0.01);
     (void)after(0.1);
@@ -588,7 +588,7 @@ int main(void)
     RUN_TEST(small_margin_begins_and_ends_where_it_is_said);
     RUN_TEST(the_excess_that_warns_is_that_many_errors);
     RUN_TEST(low_damping_begins_and_ends_where_it_is_said);
-    RUN_TEST(time_to_limit_is_told_only_of_a_free_growth);
+    RUN_TEST(time_to_limit_is_reported_only_of_a_free_growth);
     RUN_TEST(growth_warns_when_it_is_sure);
     RUN_TEST(a_large_or_soon_large_swing_is_critical);
     RUN_TEST(a_state_is_held_and_its_reasons_too);

@@ -139,11 +139,11 @@ static void each_wrong_input_is_counted_marks_the_estimate_and_stops_nothing(voi
                 const bool within = t > 6900000 && t < 8500000;
                 const bool clear = t < 6000000 || t > 10300000;
                 /* a gap in what is used, or too much of it to be used */
-                const bool told = (status->quality & SWAY_QUALITY_GAP) != 0U ||
-                                  status->missing_inputs == 1U << SWAY_CHANNEL_CAR_YAW_RATE;
-                marked += within && told ? 1U : 0U;
-                unmarked += within && !told ? 1U : 0U;
-                TEST_ASSERT_TRUE(!clear || !told);
+                const bool flagged = (status->quality & SWAY_QUALITY_GAP) != 0U ||
+                                     status->missing_inputs == 1U << SWAY_CHANNEL_CAR_YAW_RATE;
+                marked += within && flagged ? 1U : 0U;
+                unmarked += within && !flagged ? 1U : 0U;
+                TEST_ASSERT_TRUE(!clear || !flagged);
             }
             sequence = status->sequence;
         }

@@ -1,4 +1,5 @@
-/* What ties the parts of the core together: beginning, time, slices, what is left out and told. */
+/* What ties the parts of the core together: beginning, time, slices, what is left out and reported.
+ */
 #include <stdlib.h>
 
 #include "core/sway_publish.h"
@@ -395,11 +396,11 @@ static void no_slice_is_longer_than_it_may_be(void)
     TEST_ASSERT_TRUE(rows > 3);
 }
 
-/* Telling an estimate takes two thirds of a slice and each of its five parts a quarter: there is
+/* Reporting an estimate takes two thirds of a slice and each of its five parts a quarter: there is
  * room for one part beside it. */
-static void an_estimate_is_told_in_a_slice_that_has_room_for_it(void)
+static void an_estimate_is_reported_in_a_slice_that_has_room_for_it(void)
 {
-    int told = 0;
+    int reported = 0;
     for (int64_t t = 0; t < 5 * SECOND_US; t += 10000) {
         bool more = true;
         put(&core, t, ALL);
@@ -409,11 +410,11 @@ static void an_estimate_is_told_in_a_slice_that_has_room_for_it(void)
             more = sway_core_run(&core);
             if (core.identified && sway_core_status(&core)->sequence != sequence) {
                 TEST_ASSERT_TRUE(part + 1U >= SWAY_PUBLISH_PARTS);
-                told++;
+                reported++;
             }
         }
     }
-    TEST_ASSERT_TRUE(told > 10);
+    TEST_ASSERT_TRUE(reported > 10);
 }
 
 /* --- what is missing, wrong, suspect -----------------------------------------------------------
@@ -471,7 +472,7 @@ static void a_rejected_sensor_is_left_out_and_is_not_missing(void)
     TEST_ASSERT_TRUE(trailer > 0 && status->amplitude_urad_s > 0); // by the car's yaw rate
 }
 
-static void what_the_supervision_says_is_told(void)
+static void what_the_supervision_says_is_reported(void)
 {
     double at_s = 1;
     drive(&core, 0, at_s, YAW);
@@ -488,11 +489,11 @@ static void what_the_supervision_says_is_told(void)
     TEST_ASSERT_EQUAL_INT32(678, status->finding_se_micro);
 }
 
-/* Another one each time, so that all are told in ten estimates; each with its own numbers. */
-static void one_relation_after_the_other_is_told(void)
+/* Another one each time, so that all are reported in ten estimates; each with its own numbers. */
+static void one_relation_after_the_other_is_reported(void)
 {
     double at_s = 0;
-    uint32_t told = 0;
+    uint32_t reported = 0;
     for (int i = 0; i < 2 * (int)SWAY_RELATION_COUNT; i++) {
         for (int r = 0; r < (int)SWAY_RELATION_COUNT; r++) {
             core.supervise.held[r].state =
@@ -509,10 +510,10 @@ static void one_relation_after_the_other_is_told(void)
                               status->relation / 256);
         TEST_ASSERT_INT_WITHIN(1, 1000 * relation, status->relation_ppm);
         TEST_ASSERT_INT_WITHIN(1, 500, status->relation_se_ppm);
-        TEST_ASSERT_BITS_LOW(i < (int)SWAY_RELATION_COUNT ? 1U << relation : 0U, told);
-        told |= 1U << relation;
+        TEST_ASSERT_BITS_LOW(i < (int)SWAY_RELATION_COUNT ? 1U << relation : 0U, reported);
+        reported |= 1U << relation;
     }
-    TEST_ASSERT_EQUAL_HEX32((1U << SWAY_RELATION_COUNT) - 1U, told);
+    TEST_ASSERT_EQUAL_HEX32((1U << SWAY_RELATION_COUNT) - 1U, reported);
 }
 
 /* Straight on for a minute, and the car's accelerometer shows 2 m/s2. */
@@ -568,7 +569,7 @@ static int32_t damping_at(double v)
     return late_damping_at(v, 0.0);
 }
 
-/* Nothing is identified from yaw rates: the model is the user's, as exact as it is told. */
+/* Nothing is identified from yaw rates: the model is the user's, as exact as it is given. */
 static void a_model_is_that_of_the_speed_that_is_driven(void)
 {
     plant.v = 20;
@@ -652,12 +653,12 @@ int main(void)
     RUN_TEST(a_status_changes_as_a_whole);
     RUN_TEST(a_row_has_its_slices_and_the_supervision_one_more);
     RUN_TEST(no_slice_is_longer_than_it_may_be);
-    RUN_TEST(an_estimate_is_told_in_a_slice_that_has_room_for_it);
+    RUN_TEST(an_estimate_is_reported_in_a_slice_that_has_room_for_it);
     RUN_TEST(what_has_come_and_is_gone_is_missing_until_it_is_back);
     RUN_TEST(a_fault_of_an_estimate_is_counted_with_it);
     RUN_TEST(a_rejected_sensor_is_left_out_and_is_not_missing);
-    RUN_TEST(what_the_supervision_says_is_told);
-    RUN_TEST(one_relation_after_the_other_is_told);
+    RUN_TEST(what_the_supervision_says_is_reported);
+    RUN_TEST(one_relation_after_the_other_is_reported);
     RUN_TEST(an_offset_is_found_on_the_way);
     RUN_TEST(a_model_is_that_of_the_speed_that_is_driven);
     RUN_TEST(a_model_is_the_observers_until_the_trailer_is_heard);

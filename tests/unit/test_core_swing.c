@@ -107,7 +107,7 @@ static void a_larger_swing_has_a_lower_critical_speed(void)
     }
 }
 
-/* The limit is the swing that is driven: it is told with what was measured, as measured. */
+/* The limit is the swing that is driven: it is reported with what was measured, as measured. */
 static void where_none_is_lower_it_is_that_of_the_swing_driven(void)
 {
     config.alarm.limit_amplitude_urad_s = 99990;

@@ -175,7 +175,7 @@ static int64_t frames(uint8_t *counter, int intervals, int64_t period_us)
     return time_us;
 }
 
-/* What a frame is told that comes `elapsed_us` after those, `ahead` counts on. */
+/* What is reported of a frame that comes `elapsed_us` after those, `ahead` counts on. */
 static int32_t then(int intervals, int64_t period_us, int ahead, int64_t elapsed_us)
 {
     uint8_t counter = 3;
@@ -191,7 +191,7 @@ static void first_frame_is_in_order_whatever_its_counter(void)
     }
 }
 
-static void before_the_period_is_known_the_nearest_step_is_told(void)
+static void before_the_period_is_known_the_nearest_step_is_reported(void)
 {
     for (int ahead = 0; ahead < 16; ahead++) {
         TEST_ASSERT_EQUAL(ahead <= 8 ? ahead : ahead - 16, then(0, 0, ahead, 200000));
@@ -227,7 +227,7 @@ static void missing_frames_are_counted_up_to_the_limit(void)
     TEST_ASSERT_EQUAL(1, then(40, 10000, 17, 170000));
 }
 
-static void late_frames_are_told_by_how_much(void)
+static void late_frames_are_reported_by_how_much(void)
 {
     for (int late = 1; late <= 7; late++) {
         TEST_ASSERT_EQUAL(-late, then(40, 10000, 16 - late, 100));
@@ -236,7 +236,7 @@ static void late_frames_are_told_by_how_much(void)
 }
 
 /* 9 ahead after one period: 9 steps on and 7 steps back are equally near. */
-static void between_two_equally_near_the_later_is_told(void)
+static void between_two_equally_near_the_later_is_reported(void)
 {
     TEST_ASSERT_EQUAL(-7, then(40, 10000, 9, 9999));
     TEST_ASSERT_EQUAL(9, then(40, 10000, 9, 10000));
@@ -336,12 +336,12 @@ int main(void)
     RUN_TEST(of_other_errors_one_in_256_is_missed);
     RUN_TEST(counter_runs_from_0_to_15);
     RUN_TEST(first_frame_is_in_order_whatever_its_counter);
-    RUN_TEST(before_the_period_is_known_the_nearest_step_is_told);
+    RUN_TEST(before_the_period_is_known_the_nearest_step_is_reported);
     RUN_TEST(the_period_is_relied_on_from_the_eighth_interval);
     RUN_TEST(a_period_below_the_shortest_is_not_relied_on);
     RUN_TEST(missing_frames_are_counted_up_to_the_limit);
-    RUN_TEST(late_frames_are_told_by_how_much);
-    RUN_TEST(between_two_equally_near_the_later_is_told);
+    RUN_TEST(late_frames_are_reported_by_how_much);
+    RUN_TEST(between_two_equally_near_the_later_is_reported);
     RUN_TEST(a_frame_that_comes_again_is_no_step);
     RUN_TEST(beyond_the_limit_the_counter_alone_counts);
     RUN_TEST(a_late_frame_changes_nothing);

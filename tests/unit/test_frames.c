@@ -73,7 +73,7 @@ typedef struct {
         SWAY_MESSAGE_CAR_WHEEL_FL + (wheel), FY_OF(wheel) + 4, 32, 14, false, 1000, 1              \
     }
 
-/* In the order in which a frame's samples are told. */
+/* In the order in which a frame's samples are reported. */
 static const signal_in_t signals_in[] = {
     {SWAY_MESSAGE_STEERING, SWAY_INPUT_STEERING_WHEEL_ANGLE, 16, 12, true, 1745329251994,
      1000000000},
@@ -331,8 +331,8 @@ static void every_value_goes_out_with_its_unit_and_its_ends(void)
     }
 }
 
-/* A value without all of its bits of `valid` is told as not available, whatever it is; the bits of
- * others do not help. */
+/* A value without all of its bits of `valid` is reported as not available, whatever it is; the bits
+ * of others do not help. */
 static void values_that_are_not_valid_are_not_available(void)
 {
     for (size_t i = 0; i < LENGTH(signals_out); i++) {
@@ -418,7 +418,7 @@ static void alarm_says_state_sources_and_reasons(void)
 }
 
 /* Without the inputs there is no judgement: state off, no reason, no time; where the figures came
- * from stays told. */
+ * from stays reported. */
 static void alarm_is_off_where_nothing_is_left(void)
 {
     status.alarm = SWAY_ALARM_CRITICAL;
@@ -440,7 +440,7 @@ static void alarm_is_off_where_nothing_is_left(void)
 }
 
 /* A trailer whose tyres are 22 % softer than configured, and by how much that is known. */
-static void a_finding_is_told_with_its_size_and_error(void)
+static void a_finding_is_reported_with_its_size_and_error(void)
 {
     TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_FINDING));
     status.sequence = 6;
@@ -451,7 +451,7 @@ static void a_finding_is_told_with_its_size_and_error(void)
                             word_of(SWAY_OUTPUT_FINDING));
 }
 
-static void a_relation_is_told_with_its_state(void)
+static void a_relation_is_reported_with_its_state(void)
 {
     TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_RELATION));
     status.sequence = 7;
@@ -462,7 +462,7 @@ static void a_relation_is_told_with_its_state(void)
                             word_of(SWAY_OUTPUT_RELATION));
 }
 
-static void what_the_judgement_lacks_is_told(void)
+static void what_the_judgement_lacks_is_reported(void)
 {
     TEST_ASSERT_EQUAL_HEX64(0, word_of(SWAY_OUTPUT_JUDGEMENT));
     status.sequence = 5;
@@ -509,14 +509,14 @@ static void expect_count(uint32_t *counter, sway_output_t output, unsigned start
     const uint32_t counts[] = {0,        1,        most - 1, most,      most + 1,
                                most * 2, 0x10001U, 0x100U,   UINT32_MAX};
     for (size_t i = 0; i < LENGTH(counts); i++) {
-        const uint64_t told = counts[i] < most ? counts[i] : most;
+        const uint64_t reported = counts[i] < most ? counts[i] : most;
         *counter = counts[i];
-        TEST_ASSERT_EQUAL_HEX64(told << start, word_of(output));
+        TEST_ASSERT_EQUAL_HEX64(reported << start, word_of(output));
     }
     *counter = 0;
 }
 
-static void fault_counters_are_told_and_held_at_their_ends(void)
+static void fault_counters_are_reported_and_held_at_their_ends(void)
 {
     uint32_t *sample = status.fault_count;
     expect_count(&sample[SWAY_FAULT_RANGE], SWAY_OUTPUT_FAULTS_SAMPLES, 16, 16);
@@ -536,7 +536,7 @@ static void fault_counters_are_told_and_held_at_their_ends(void)
     expect_count(&frame_fault[SWAY_FRAME_FAULT_FROZEN], SWAY_OUTPUT_INPUTS, 56, 8);
 }
 
-static void states_of_the_inputs_are_told_in_their_order(void)
+static void states_of_the_inputs_are_reported_in_their_order(void)
 {
     for (unsigned m = 0; m < SWAY_MESSAGE_COUNT; m++) {
         for (uint8_t value = 0; value < 4; value++) {
@@ -565,7 +565,7 @@ static void each_kind_of_lack_degrades(void)
     }
 }
 
-static void large_errors_are_told_up_to_65(void)
+static void large_errors_are_reported_up_to_65(void)
 {
     status.finding_se_micro = 40000000;
     status.relation_ppm = 50000000;
@@ -588,13 +588,13 @@ int main(void)
     RUN_TEST(frames_of_one_estimate_carry_its_number);
     RUN_TEST(alarm_says_state_sources_and_reasons);
     RUN_TEST(alarm_is_off_where_nothing_is_left);
-    RUN_TEST(a_finding_is_told_with_its_size_and_error);
-    RUN_TEST(a_relation_is_told_with_its_state);
-    RUN_TEST(what_the_judgement_lacks_is_told);
+    RUN_TEST(a_finding_is_reported_with_its_size_and_error);
+    RUN_TEST(a_relation_is_reported_with_its_state);
+    RUN_TEST(what_the_judgement_lacks_is_reported);
     RUN_TEST(quality_says_flags_window_and_number);
-    RUN_TEST(fault_counters_are_told_and_held_at_their_ends);
-    RUN_TEST(states_of_the_inputs_are_told_in_their_order);
+    RUN_TEST(fault_counters_are_reported_and_held_at_their_ends);
+    RUN_TEST(states_of_the_inputs_are_reported_in_their_order);
     RUN_TEST(each_kind_of_lack_degrades);
-    RUN_TEST(large_errors_are_told_up_to_65);
+    RUN_TEST(large_errors_are_reported_up_to_65);
     return UNITY_END();
 }

@@ -598,9 +598,9 @@ static void an_inertia_is_valid_below_an_error_of_a_fifth(void)
     }
 }
 
-/* No force at all where there is slip is told, if it is sure: with twice its error below 1 kN/rad.
- */
-static void no_force_where_there_is_slip_is_told(void)
+/* No force at all where there is slip is reported, if it is sure: with twice its error below
+ * 1 kN/rad. */
+static void no_force_where_there_is_slip_is_reported(void)
 {
     static const double se[] = {450, 550};
     test_plant_t plant = reference_plant(100);
@@ -645,6 +645,6 @@ int main(void)
     RUN_TEST(a_car_alone_has_no_trailer_whatever_its_sensors_show);
     RUN_TEST(errors_of_the_line_are_in_the_stiffness);
     RUN_TEST(an_inertia_is_valid_below_an_error_of_a_fifth);
-    RUN_TEST(no_force_where_there_is_slip_is_told);
+    RUN_TEST(no_force_where_there_is_slip_is_reported);
     return UNITY_END();
 }

@@ -477,7 +477,7 @@ static void a_speed_is_none_slow_or_enough(void)
     }
 }
 
-static void only_a_singular_model_of_this_estimate_is_told(void)
+static void only_a_singular_model_of_this_estimate_is_reported(void)
 {
     for (int kind = SWAY_VCRIT_NONE; kind <= SWAY_VCRIT_DIVERGENCE; kind++) {
         const bool is_singular = kind == SWAY_VCRIT_SINGULAR;
@@ -597,7 +597,7 @@ static void a_speed_that_never_came_is_judged_with_a_swing_only(void)
     }
 }
 
-/* --- what the alarm is told --------------------------------------------------------------------
+/* --- what the alarm is given ---------------------------------------------------------------------
  */
 
 static uint32_t reasons(void)
@@ -706,7 +706,7 @@ static void a_swing_that_is_little_damped_is_noticed(void)
     TEST_ASSERT_EQUAL_HEX32(SWAY_REASON_LOW_DAMPING, reasons());
 }
 
-/* Swings of 0.12 rad/s from 10 s on, ten in a second; when growth is told first, or -1. */
+/* Swings of 0.12 rad/s from 10 s on, ten in a second; when growth is reported first, or -1. */
 static double growing_since(double growth, double growth_se, double omega)
 {
     set_channel(&line, SWAY_CHANNEL_TRAILER_YAW_RATE, 0.12);
@@ -876,7 +876,7 @@ int main(void)
     RUN_TEST(the_disturbance_is_learnt_from_what_was_judged);
     RUN_TEST(a_line_without_a_yaw_rate_misses_an_input);
     RUN_TEST(a_speed_is_none_slow_or_enough);
-    RUN_TEST(only_a_singular_model_of_this_estimate_is_told);
+    RUN_TEST(only_a_singular_model_of_this_estimate_is_reported);
     RUN_TEST(an_input_that_came_before_is_missing_when_the_line_is_without_it);
     RUN_TEST(without_a_swing_a_lost_speed_counts_for_ten_seconds);
     RUN_TEST(with_a_swing_a_lost_speed_counts_as_long_as_it_sways);

@@ -200,7 +200,7 @@ static void test_a_line_that_ends_is_lost_and_another_found(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.1, hz(&latest));
 }
 
-static void test_second_harmonic_is_measured_and_told(void)
+static void test_second_harmonic_is_measured_and_reported(void)
 {
     feed(with_second, 900);
     const sway_line_t *line = &latest;
@@ -224,7 +224,7 @@ static void test_impulses_are_taken_out(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-4, F_HZ, hz(line));
 }
 
-static void test_a_gap_is_told_and_does_not_bias(void)
+static void test_a_gap_is_reported_and_does_not_bias(void)
 {
     feed(noisy, 800);
     tick.valid_mask = 0x16U; // channel 3 fails for 300 ms, its value stands still
@@ -362,7 +362,7 @@ static double stepped(double t, int c)
     return noisy(t, c) * (t > step_s ? step_by : 1.0);
 }
 
-static void test_a_step_is_told_from_its_entry_until_it_has_left(void)
+static void test_a_step_is_reported_from_its_entry_until_it_has_left(void)
 {
     static const double by[] = {0.6, 1.5, 3.0};
     for (int k = 0; k < 12; k++) {
@@ -598,16 +598,16 @@ int main(void)
     RUN_TEST(test_standard_errors_and_noise_are_of_the_right_size);
     RUN_TEST(test_no_motion_and_noise_are_no_oscillation);
     RUN_TEST(test_a_line_that_ends_is_lost_and_another_found);
-    RUN_TEST(test_second_harmonic_is_measured_and_told);
+    RUN_TEST(test_second_harmonic_is_measured_and_reported);
     RUN_TEST(test_impulses_are_taken_out);
-    RUN_TEST(test_a_gap_is_told_and_does_not_bias);
+    RUN_TEST(test_a_gap_is_reported_and_does_not_bias);
     RUN_TEST(test_a_channel_that_stays_silent_is_left_out);
     RUN_TEST(test_steering_marks_the_motion_as_forced);
     RUN_TEST(test_a_tone_of_the_driver_is_taken_apart);
     RUN_TEST(test_speed_and_its_slope);
     RUN_TEST(test_ratio_with_a_known_delay);
     RUN_TEST(test_units_of_the_channels);
-    RUN_TEST(test_a_step_is_told_from_its_entry_until_it_has_left);
+    RUN_TEST(test_a_step_is_reported_from_its_entry_until_it_has_left);
     RUN_TEST(test_a_restart_of_the_grid_forgets_the_past);
     RUN_TEST(test_result_does_not_depend_on_how_often_it_runs);
     RUN_TEST(test_rates_other_than_the_grid_do_no_harm);

@@ -170,7 +170,7 @@ static void reordering_from_the_first_frame_on_is_understood(void)
     TEST_ASSERT_EQUAL(49, sway_node_fault(&node, SWAY_FRAME_FAULT_LOST));
 }
 
-static void stuck_counter_is_told_and_recovers_at_once(void)
+static void stuck_counter_is_reported_and_recovers_at_once(void)
 {
     int64_t t = 0;
     for (int i = 0; i < 10; i++, t += 10000) {
@@ -223,7 +223,7 @@ static void length_crc_and_identifier_are_counted(void)
     TEST_ASSERT_EQUAL(SWAY_OK, sway_node_receive(&node, 0, 0x120, 8, data));
 }
 
-static void invalid_samples_are_told(void)
+static void invalid_samples_are_reported(void)
 {
     uint8_t data[8];
     fill(data, 100, 0);
@@ -234,7 +234,7 @@ static void invalid_samples_are_told(void)
     TEST_ASSERT_EQUAL(1, s->fault_count[SWAY_FAULT_INVALID]);
 }
 
-static void samples_out_of_range_are_told(void)
+static void samples_out_of_range_are_reported(void)
 {
     TEST_ASSERT_EQUAL(SWAY_ERROR_RANGE, send(SWAY_MESSAGE_STEERING, 0, 30000, 0));
     TEST_ASSERT_EQUAL(SWAY_OK, send(SWAY_MESSAGE_STEERING, 10000, 0, 0));
@@ -273,7 +273,7 @@ static void good_messages_time_out_and_come_back(void)
     TEST_ASSERT_EQUAL(0, data[4] & 2);
 }
 
-static void silence_of_the_whole_bus_is_told_by_time_alone(void)
+static void silence_of_the_whole_bus_is_reported_by_time_alone(void)
 {
     uint8_t data[8];
     send(SWAY_MESSAGE_SPEED, 0, 9000, 0);
@@ -543,7 +543,7 @@ static void after_the_clock_was_set_back_the_heart_beats_on(void)
     TEST_ASSERT_EQUAL(9, beats); // the one at the start went out with what was pending
 }
 
-static void after_the_clock_was_set_back_every_silence_is_told(void)
+static void after_the_clock_was_set_back_every_silence_is_reported(void)
 {
     set_back(1000000);
     TEST_ASSERT_EQUAL(0, sway_node_fault(&node, SWAY_FRAME_FAULT_TIMEOUT));
@@ -612,7 +612,7 @@ static void the_alarm_is_off_only_without_any_motion(void)
 }
 
 /* With all inputs there, too, the first thing that is said is said at once. */
-static void from_off_to_normal_is_told_at_once(void)
+static void from_off_to_normal_is_reported_at_once(void)
 {
     uint8_t data[8];
     const uint32_t id = sway_frames_output_id(SWAY_OUTPUT_ALARM);
@@ -638,7 +638,7 @@ static void repetitions_with_a_new_frame_between_are_not_in_a_row(void)
 }
 
 /* Samples of a car's own bus, and frames of it that are refused, carry time on like frames of ours:
- * what is silent meanwhile is told, and what comes is told at once. */
+ * what is silent meanwhile is reported, and what comes is reported at once. */
 static void samples_and_refused_frames_carry_time_on(void)
 {
     const sway_sample_t sample = {.input = SWAY_INPUT_SPEED, .value = 20000, .valid = true};
@@ -667,13 +667,13 @@ int main(void)
     RUN_TEST(sender_with_another_period_is_learned_anew);
     RUN_TEST(doubled_and_reordered_frames_are_dropped_and_counted);
     RUN_TEST(reordering_from_the_first_frame_on_is_understood);
-    RUN_TEST(stuck_counter_is_told_and_recovers_at_once);
+    RUN_TEST(stuck_counter_is_reported_and_recovers_at_once);
     RUN_TEST(restarted_sender_is_believed_within_seven_frames);
     RUN_TEST(length_crc_and_identifier_are_counted);
-    RUN_TEST(invalid_samples_are_told);
-    RUN_TEST(samples_out_of_range_are_told);
+    RUN_TEST(invalid_samples_are_reported);
+    RUN_TEST(samples_out_of_range_are_reported);
     RUN_TEST(good_messages_time_out_and_come_back);
-    RUN_TEST(silence_of_the_whole_bus_is_told_by_time_alone);
+    RUN_TEST(silence_of_the_whole_bus_is_reported_by_time_alone);
     RUN_TEST(frozen_sensor_is_found_only_while_the_car_moves);
     RUN_TEST(heartbeat_and_reports_come_by_bus_time);
     RUN_TEST(fault_counters_saturate);
@@ -687,12 +687,12 @@ int main(void)
     RUN_TEST(each_output_has_its_own_counter);
     RUN_TEST(a_clock_that_is_set_back_is_followed);
     RUN_TEST(after_the_clock_was_set_back_the_heart_beats_on);
-    RUN_TEST(after_the_clock_was_set_back_every_silence_is_told);
+    RUN_TEST(after_the_clock_was_set_back_every_silence_is_reported);
     RUN_TEST(after_the_clock_was_set_back_a_frozen_sensor_is_found);
     RUN_TEST(jitter_of_100_ms_is_no_new_clock);
     RUN_TEST(time_may_begin_below_zero);
     RUN_TEST(the_alarm_is_off_only_without_any_motion);
-    RUN_TEST(from_off_to_normal_is_told_at_once);
+    RUN_TEST(from_off_to_normal_is_reported_at_once);
     RUN_TEST(repetitions_with_a_new_frame_between_are_not_in_a_row);
     RUN_TEST(samples_and_refused_frames_carry_time_on);
     return UNITY_END();

@@ -4,7 +4,7 @@
 /* --- inputs ------------------------------------------------------------------------------------
  */
 
-static void every_message_times_out_after_100_ms_and_is_told(void)
+static void every_message_times_out_after_100_ms_and_is_reported(void)
 {
     for (int m = 0; m < SWAY_MESSAGE_COUNT; m++) {
         setUp();
@@ -24,7 +24,7 @@ static void every_message_times_out_after_100_ms_and_is_told(void)
 }
 
 /* By the frame of the inputs alone, when the alarm has no news. */
-static void a_change_of_state_is_told_at_once(void)
+static void a_change_of_state_is_reported_at_once(void)
 {
     send(SWAY_MESSAGE_SPEED, 0, 9000, 0);
     due();
@@ -241,7 +241,7 @@ static void travel_before_a_value_came_does_not_count(void)
     TEST_ASSERT_EQUAL(1, frozen());
 }
 
-/* A frozen value is told to the core as not valid and used again as soon as it changes. */
+/* A frozen value goes to the core as not valid and used again as soon as it changes. */
 static void a_frozen_sensor_is_not_believed_until_it_moves(void)
 {
     TEST_ASSERT_TRUE(is_frozen_after(SWAY_MESSAGE_CAR_MOTION, 2000, 100, 1000000));
@@ -276,8 +276,8 @@ static void losses_saturate_too(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(every_message_times_out_after_100_ms_and_is_told);
-    RUN_TEST(a_change_of_state_is_told_at_once);
+    RUN_TEST(every_message_times_out_after_100_ms_and_is_reported);
+    RUN_TEST(a_change_of_state_is_reported_at_once);
     RUN_TEST(speed_and_both_motions_are_needed);
     RUN_TEST(a_counter_is_stuck_at_its_third_repetition);
     RUN_TEST(either_sample_of_a_frame_can_be_refused);

@@ -60,7 +60,7 @@ static void put_parts(void)
     }
 }
 
-static void stiffness_is_told_of_its_axle_alone(void)
+static void stiffness_is_reported_of_its_axle_alone(void)
 {
     for (unsigned k = 0; k < SWAY_AXLE_COUNT; k++) {
         setUp();
@@ -73,19 +73,19 @@ static void stiffness_is_told_of_its_axle_alone(void)
         TEST_ASSERT_INT32_WITHIN(1, 12340, a->argument_se_urad);
         TEST_ASSERT_INT32_WITHIN(1, 30000, a->slip_amplitude_urad);
         TEST_ASSERT_INT32_WITHIN(1, 3000000, a->force_amplitude_mn);
-        const sway_axle_status_t told = {.cornering_stiffness_n_per_rad = 100000 + (int)k,
-                                         .cornering_stiffness_se_n_per_rad = 1234,
-                                         .argument_urad = a->argument_urad,
-                                         .argument_se_urad = a->argument_se_urad,
-                                         .slip_amplitude_urad = a->slip_amplitude_urad,
-                                         .force_amplitude_mn = a->force_amplitude_mn};
-        blank.axle[k] = told;
+        const sway_axle_status_t given = {.cornering_stiffness_n_per_rad = 100000 + (int)k,
+                                          .cornering_stiffness_se_n_per_rad = 1234,
+                                          .argument_urad = a->argument_urad,
+                                          .argument_se_urad = a->argument_se_urad,
+                                          .slip_amplitude_urad = a->slip_amplitude_urad,
+                                          .force_amplitude_mn = a->force_amplitude_mn};
+        blank.axle[k] = given;
         TEST_ASSERT_EQUAL_MEMORY(&blank, &status, sizeof status);
         memset(&blank, 0, sizeof blank);
     }
 }
 
-static void loads_are_told_of_their_axle_alone(void)
+static void loads_are_reported_of_their_axle_alone(void)
 {
     for (unsigned k = 0; k < SWAY_AXLE_COUNT; k++) {
         setUp();
@@ -105,7 +105,7 @@ static void loads_are_told_of_their_axle_alone(void)
     }
 }
 
-static void inertias_are_told_each_by_its_bit(void)
+static void inertias_are_reported_each_by_its_bit(void)
 {
     put_parts();
     TEST_ASSERT_EQUAL_MEMORY(&blank, &status, sizeof status); /* nothing is valid */
@@ -173,7 +173,7 @@ static void speed_zero_is_known(void)
     TEST_ASSERT_EQUAL_INT32(0, status.speed_mm_s);
 }
 
-static void the_line_is_told_in_its_units(void)
+static void the_line_is_reported_in_its_units(void)
 {
     line.mid_time_us = 987654321;
     line.omega_rad_s = real(2 * M_PI * 600);
@@ -219,7 +219,7 @@ static void what_is_identified_counts_only_while_a_line_is_held(void)
     }
 }
 
-static void the_model_is_told_in_its_units(void)
+static void the_model_is_reported_in_its_units(void)
 {
     from.model = &model;
     model.kind = SWAY_VCRIT_NONE;
@@ -297,7 +297,7 @@ static void a_critical_speed_says_up_to_which_swing_it_was_seen(void)
     }
 }
 
-static void a_critical_speed_is_told_of_every_kind_that_has_one(void)
+static void a_critical_speed_is_reported_of_every_kind_that_has_one(void)
 {
     from.model = &model;
     model.v_crit_m_s = real(34567);
@@ -382,7 +382,7 @@ static void a_time_to_limit_is_valid_or_old_never_both(void)
     }
 }
 
-static void what_the_alarm_says_and_what_is_missing_is_told(void)
+static void what_the_alarm_says_and_what_is_missing_is_reported(void)
 {
     alarm_.state = SWAY_ALARM_WARNING;
     alarm_.reasons = SWAY_REASON_GROWING;
@@ -431,21 +431,21 @@ static void micro_is_a_millionth(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(stiffness_is_told_of_its_axle_alone);
-    RUN_TEST(loads_are_told_of_their_axle_alone);
-    RUN_TEST(inertias_are_told_each_by_its_bit);
+    RUN_TEST(stiffness_is_reported_of_its_axle_alone);
+    RUN_TEST(loads_are_reported_of_their_axle_alone);
+    RUN_TEST(inertias_are_reported_each_by_its_bit);
     RUN_TEST(a_value_beyond_its_integer_is_its_end);
     RUN_TEST(nothing_known_says_nothing);
     RUN_TEST(speed_zero_is_known);
-    RUN_TEST(the_line_is_told_in_its_units);
+    RUN_TEST(the_line_is_reported_in_its_units);
     RUN_TEST(what_is_identified_counts_only_while_a_line_is_held);
-    RUN_TEST(the_model_is_told_in_its_units);
+    RUN_TEST(the_model_is_reported_in_its_units);
     RUN_TEST(a_critical_speed_says_up_to_which_swing_it_was_seen);
-    RUN_TEST(a_critical_speed_is_told_of_every_kind_that_has_one);
+    RUN_TEST(a_critical_speed_is_reported_of_every_kind_that_has_one);
     RUN_TEST(the_belief_makes_the_combined_damping_valid);
     RUN_TEST(what_was_valid_once_is_old_and_keeps_its_value);
     RUN_TEST(a_time_to_limit_is_valid_or_old_never_both);
-    RUN_TEST(what_the_alarm_says_and_what_is_missing_is_told);
+    RUN_TEST(what_the_alarm_says_and_what_is_missing_is_reported);
     RUN_TEST(micro_is_a_millionth);
     return UNITY_END();
 }

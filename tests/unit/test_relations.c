@@ -192,7 +192,7 @@ static double step_of(int number)
 static double complex residual[SWAY_RELATION_COUNT][6];
 static double size[SWAY_RELATION_COUNT][6];
 
-/* A delay is told by its phase at the harmonic, which is exact for a tone there. */
+/* A delay is known by its phase at the harmonic, which is exact for a tone there. */
 static bool is_delay(int number)
 {
     return number < (int)SWAY_UNKNOWN_SPEED && number % 2 == 1;
@@ -237,12 +237,12 @@ static void expect_slope(uint32_t sensors, int number, double motion)
         for (uint32_t h = first(); (allowed() >> r & 1U) != 0 && h <= last(); h++) {
             run((sway_relation_t)r, h);
             const double complex moved = cvalue(relations.residual) - residual[r][h];
-            const double complex told = -step_of(number) * cvalue(relations.slope[number]);
-            const double tolerance = 0.01 * cabs(told) + 4e-6 / motion * size[r][h];
-            if (cabs(moved - told) > tolerance) {
+            const double complex predicted = -step_of(number) * cvalue(relations.slope[number]);
+            const double tolerance = 0.01 * cabs(predicted) + 4e-6 / motion * size[r][h];
+            if (cabs(moved - predicted) > tolerance) {
                 char text[100];
                 (void)snprintf(text, sizeof text, "relation %d, harmonic %u, number %d: %g of %g",
-                               r, (unsigned)h, number, cabs(moved - told), tolerance);
+                               r, (unsigned)h, number, cabs(moved - predicted), tolerance);
                 TEST_FAIL_MESSAGE(text);
             }
         }

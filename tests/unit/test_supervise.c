@@ -338,7 +338,7 @@ static void a_delay_is_rejected_with_its_size(void)
     TEST_ASSERT_INT_WITHIN(30000, 80000, supervise.finding.size_micro);
 }
 
-static void an_offset_is_told_and_nothing_left_out(void)
+static void an_offset_is_reported_and_nothing_left_out(void)
 {
     drive(OFFSET, SWAY_CHANNEL_CAR_LATERAL_ACC);
     TEST_ASSERT_EQUAL(SWAY_FINDING_OFFSET + (int32_t)SWAY_CHANNEL_CAR_LATERAL_ACC,
@@ -349,7 +349,7 @@ static void an_offset_is_told_and_nothing_left_out(void)
 }
 
 /* With both accelerations off the other way, either of them and a banked road explain it. */
-static void offsets_that_cannot_be_told_apart_are_not_told(void)
+static void offsets_that_cannot_be_distinguished_are_not_reported(void)
 {
     drive(BOTH_ACC, SWAY_CHANNEL_CAR_YAW_RATE);
     TEST_ASSERT_EQUAL(0, supervise.finding.code);
@@ -362,7 +362,7 @@ static void expect_tyres_lost(void)
     TEST_ASSERT_INT_WITHIN(2 * supervise.finding.se_micro, -600000, supervise.finding.size_micro);
 }
 
-static void changed_tyres_are_told_with_their_size_and_no_sensor_blamed(void)
+static void changed_tyres_are_reported_with_their_size_and_no_sensor_blamed(void)
 {
     vehicle = reference_vehicle();
     drive_with(MOTIONS | FORCES, TYRES, SWAY_CHANNEL_SPEED, 20000);
@@ -372,7 +372,7 @@ static void changed_tyres_are_told_with_their_size_and_no_sensor_blamed(void)
 }
 
 /* One axle in the middle of the two, for the forces of both. */
-static void changed_tyres_of_one_axle_are_told(void)
+static void changed_tyres_of_one_axle_are_reported(void)
 {
     vehicle = reference_vehicle();
     vehicle.trailer.axles = 1;
@@ -384,7 +384,7 @@ static void changed_tyres_of_one_axle_are_told(void)
     expect_tyres_lost();
 }
 
-static void a_wrong_speed_is_told_with_its_size(void)
+static void a_wrong_speed_is_reported_with_its_size(void)
 {
     vehicle = reference_vehicle();
     begins = 0;
@@ -430,7 +430,7 @@ static void a_window_that_comes_too_early_is_left_out(void)
     TEST_ASSERT_EQUAL(1, supervise.rounds);
 }
 
-static void a_load_that_was_left_behind_is_told(void)
+static void a_load_that_was_left_behind_is_reported(void)
 {
     vehicle = reference_vehicle();
     drive_with(MOTIONS | FORCES, LOAD, SWAY_CHANNEL_SPEED, 20000);
@@ -757,14 +757,14 @@ int main(void)
     RUN_TEST(a_gain_of_an_accelerometer_that_changes_is_rejected);
     RUN_TEST(a_wrong_sign_is_rejected);
     RUN_TEST(a_delay_is_rejected_with_its_size);
-    RUN_TEST(an_offset_is_told_and_nothing_left_out);
-    RUN_TEST(offsets_that_cannot_be_told_apart_are_not_told);
-    RUN_TEST(changed_tyres_are_told_with_their_size_and_no_sensor_blamed);
-    RUN_TEST(changed_tyres_of_one_axle_are_told);
-    RUN_TEST(a_wrong_speed_is_told_with_its_size);
+    RUN_TEST(an_offset_is_reported_and_nothing_left_out);
+    RUN_TEST(offsets_that_cannot_be_distinguished_are_not_reported);
+    RUN_TEST(changed_tyres_are_reported_with_their_size_and_no_sensor_blamed);
+    RUN_TEST(changed_tyres_of_one_axle_are_reported);
+    RUN_TEST(a_wrong_speed_is_reported_with_its_size);
     RUN_TEST(absurd_values_do_no_harm);
     RUN_TEST(a_window_that_comes_too_early_is_left_out);
-    RUN_TEST(a_load_that_was_left_behind_is_told);
+    RUN_TEST(a_load_that_was_left_behind_is_reported);
     RUN_TEST(three_numbers_set_free_together_are_worth_the_whole_form);
     RUN_TEST(a_reset_forgets_everything);
     RUN_TEST(only_sensors_and_changes_are_forgotten);

@@ -165,7 +165,7 @@ static void means_are_taken_as_kalman_says(void)
 }
 
 /* The flat prior's estimate is that of its offset alone, and the truth within three of its errors;
- * whether it is told is decided by the worth of the best and the second. */
+ * whether it is reported is decided by the worth of the best and the second. */
 static int expect_offset(const offsets_t *all, const double *truth)
 {
     long best = 0, second = 0;
@@ -176,10 +176,10 @@ static int expect_offset(const offsets_t *all, const double *truth)
         which = worth > best ? i : which;
         best = worth > best ? worth : best;
     }
-    const bool is_told = best > SWAY_SUPERVISE_LIMIT && best - second > SWAY_SUPERVISE_LEAD;
-    TEST_ASSERT_EQUAL_HEX32(is_told ? SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE + which) : 0,
+    const bool is_reported = best > SWAY_SUPERVISE_LIMIT && best - second > SWAY_SUPERVISE_LEAD;
+    TEST_ASSERT_EQUAL_HEX32(is_reported ? SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE + which) : 0,
                             supervise.offset_mask);
-    if (is_told) {
+    if (is_reported) {
         const int l = which + 4;
         const double before = pow(OFFSET_BEFORE[which], 2) + pow(OFFSET_BEFORE[l], 2);
         const double left = all->p[which][which] + all->p[l][l] + 2 * all->p[which][l];
@@ -194,17 +194,18 @@ static int expect_offset(const offsets_t *all, const double *truth)
             TEST_ASSERT_DOUBLE_WITHIN(3 * se, truth[which], size);
         }
     }
-    return (is_told ? 1 : 0) + (best == SWAY_SUPERVISE_LIMIT ? 2 : 0) +
+    return (is_reported ? 1 : 0) + (best == SWAY_SUPERVISE_LIMIT ? 2 : 0) +
            (best > SWAY_SUPERVISE_LIMIT && best - second == SWAY_SUPERVISE_LEAD ? 4 : 0);
 }
 
-/* An offset that grows from drive to drive, of each sensor: told from a size on, never before. */
-static void an_offset_is_told_from_its_limit_on(void)
+/* An offset that grows from drive to drive, of each sensor: reported from a size on, never before.
+ */
+static void an_offset_is_reported_from_its_limit_on(void)
 {
     int seen = 0;
     for (int sensor = 0; sensor < 4; sensor++) {
         const double unit = sensor % 2 == 0 ? 0.0024 : 0.12;
-        int told = 0;
+        int reported = 0;
         for (int k = 0; k < 40; k++) {
             double truth[4] = {0};
             truth[sensor] = k * unit;
@@ -215,16 +216,16 @@ static void an_offset_is_told_from_its_limit_on(void)
                 feed_leg(&all, &leg);
             }
             seen |= expect_offset(&all, truth);
-            told += supervise.offset_mask != 0U;
+            reported += supervise.offset_mask != 0U;
         }
-        TEST_ASSERT_TRUE(told > 5 && told < 35);
+        TEST_ASSERT_TRUE(reported > 5 && reported < 35);
     }
     TEST_ASSERT_EQUAL(3, seen & 3);
 }
 
 /* Beside an offset of the car's acceleration one of the trailer's: from where both may be the one,
- * nothing is told. */
-static void an_offset_is_told_as_far_as_no_other_may_be_it(void)
+ * nothing is reported. */
+static void an_offset_is_reported_as_far_as_no_other_may_be_it(void)
 {
     int seen = 0;
     for (int k = 0; k < 100; k++) {
@@ -239,9 +240,9 @@ static void an_offset_is_told_as_far_as_no_other_may_be_it(void)
     TEST_ASSERT_EQUAL(5, seen & 5);
 }
 
-/* In a swing of 10 m/s^2 an offset is known to some m/s^2 only; it is told all the same, and the
- * finding goes when something else may be it. */
-static void an_offset_in_a_swing_is_told_with_its_error(void)
+/* In a swing of 10 m/s^2 an offset is known to some m/s^2 only; it is reported all the same, and
+ * the finding goes when something else may be it. */
+static void an_offset_in_a_swing_is_reported_with_its_error(void)
 {
     const double truth[4] = {0, 32, 0, 0};
     const leg_t swing = {30, {0, 0}, {32, 0}, {0, 10}};
@@ -539,7 +540,7 @@ static void gain_and_delay_of_a_sensor_have_their_errors(void)
     expect_sensor(0, -0.125, SWAY_FINDING_DELAY, -1e6 * atan(0.125) / 0.02, se_phase / 0.02);
     expect_sensor(-2, 0.125, SWAY_FINDING_GAIN, 1e6 * (-1 / 1.015625 - 1),
                   se_gain / pow(1.015625, 2));
-    /* A quarter of a period: nothing of the truth is in phase; no delay is told from that. */
+    /* A quarter of a period: nothing of the truth is in phase; no delay follows from that. */
     expect_sensor(-1, 0.5, SWAY_FINDING_GAIN, -1e6, 0);
 }
 
@@ -611,7 +612,7 @@ static void the_size_is_the_sum_of_change_and_belief(void)
 }
 
 /* Relations are linear in one over the speed: 0.2 of it too little is a fourth of the speed. */
-static void a_wrong_speed_is_told_as_a_ratio(void)
+static void a_wrong_speed_is_reported_as_a_ratio(void)
 {
     start_numbers();
     put_number(SWAY_UNKNOWN_SPEED, 0.2, 0.016);
@@ -629,9 +630,9 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(means_are_taken_as_kalman_says);
-    RUN_TEST(an_offset_is_told_from_its_limit_on);
-    RUN_TEST(an_offset_is_told_as_far_as_no_other_may_be_it);
-    RUN_TEST(an_offset_in_a_swing_is_told_with_its_error);
+    RUN_TEST(an_offset_is_reported_from_its_limit_on);
+    RUN_TEST(an_offset_is_reported_as_far_as_no_other_may_be_it);
+    RUN_TEST(an_offset_in_a_swing_is_reported_with_its_error);
     RUN_TEST(means_are_of_complete_rows_only);
     RUN_TEST(a_row_counts_as_100_m_s2_at_most);
     RUN_TEST(an_explanation_costs_three_for_every_number);
@@ -642,6 +643,6 @@ int main(void)
     RUN_TEST(gain_and_delay_of_a_sensor_have_their_errors);
     RUN_TEST(a_value_of_the_vehicle_that_differs_is_set_free);
     RUN_TEST(the_size_is_the_sum_of_change_and_belief);
-    RUN_TEST(a_wrong_speed_is_told_as_a_ratio);
+    RUN_TEST(a_wrong_speed_is_reported_as_a_ratio);
     return UNITY_END();
 }

@@ -115,7 +115,7 @@ static void a_measured_load_replaces_that_at_rest(void)
 }
 
 /* Not before every axle was seen. */
-static void nothing_is_told_of_an_axle_not_seen(void)
+static void nothing_is_reported_of_an_axle_not_seen(void)
 {
     TEST_ASSERT_FALSE(sway_swing_speed(&swing, &model, real(0.1), &speed));
     id.valid = SWAY_VALID_CAR_FRONT | SWAY_VALID_CAR_REAR | SWAY_VALID_TRAILER_FRONT;
@@ -196,7 +196,7 @@ int main(void)
     RUN_TEST(a_load_outside_the_axles_is_carried_by_the_nearer_one);
     RUN_TEST(one_axle_shares_with_the_ball_and_a_car_alone_has_two);
     RUN_TEST(a_measured_load_replaces_that_at_rest);
-    RUN_TEST(nothing_is_told_of_an_axle_not_seen);
+    RUN_TEST(nothing_is_reported_of_an_axle_not_seen);
     RUN_TEST(v_crit_falls_as_that_of_tyres_that_saturate);
     RUN_TEST(the_error_grows_with_what_is_assumed);
     RUN_TEST(forces_beyond_the_peak_are_bounded);

@@ -170,10 +170,10 @@ static void the_users_vehicle_gives_the_golden_values(void)
 static void nothing_known_of_the_trailer(void)
 {
     sway_trailer_report_t report;
-    sway_vehicle_t told = vehicle;
-    told.trailer.axles = 0;
+    sway_vehicle_t known = vehicle;
+    known.trailer.axles = 0;
     srand(1);
-    sway_trailer_init(&watch, &told, 0, 10000);
+    sway_trailer_init(&watch, &known, 0, 10000);
     model_at(100.0);
     TEST_ASSERT_EQUAL_INT(SWAY_VCRIT_NONE, watch.model.kind); // typical values are no statement
     drive(&vehicle, true, 90.0, 40.0, OWN);
@@ -195,14 +195,14 @@ static void nothing_known_of_the_trailer(void)
 
 static void a_car_alone(void)
 {
-    sway_vehicle_t told = vehicle;
-    told.trailer.axles = 0;
+    sway_vehicle_t known = vehicle;
+    known.trailer.axles = 0;
     srand(2);
-    sway_trailer_init(&watch, &told, 0, 10000);
+    sway_trailer_init(&watch, &known, 0, 10000);
     drive(&vehicle, false, 90.0, 60.0, OWN);
     TEST_ASSERT_EQUAL_INT(SWAY_TRAILER_NONE, watch.presence);
     TEST_ASSERT_FALSE(sway_trailer_speaks(&watch));
-    sway_trailer_init(&watch, &told, 0, 10000); // and one is hung on
+    sway_trailer_init(&watch, &known, 0, 10000); // and one is hung on
     drive(&vehicle, true, 90.0, 60.0, OWN);
     TEST_ASSERT_EQUAL_INT(SWAY_TRAILER_THERE, watch.presence);
 }
@@ -230,26 +230,26 @@ static void too_slow_or_without_a_sensor_nothing_is_learnt(void)
 static void another_trailer_is_another_one(void)
 {
     sway_trailer_memory_t memory;
-    sway_vehicle_t told = vehicle;
+    sway_vehicle_t known = vehicle;
     sway_vehicle_t other = vehicle;
-    told.trailer.axles = 0;
+    known.trailer.axles = 0;
     other.trailer.hitch_to_cog_um = 3600000;
     other.trailer.yaw_inertia_gm2 = 3200000;
     other.trailer.mass_g = 1200000;
     other.trailer.front_cornering_stiffness_n_per_rad = 80000;
     other.trailer.rear_cornering_stiffness_n_per_rad = 80000;
     srand(3);
-    sway_trailer_init(&watch, &told, 0, 10000);
+    sway_trailer_init(&watch, &known, 0, 10000);
     drive(&vehicle, true, 95.0, 40.0, OWN);
     sway_trailer_remember(&watch, &memory);
-    sway_trailer_init(&watch, &told, 0, 10000);
+    sway_trailer_init(&watch, &known, 0, 10000);
     const double doubt = value(sway_observer_se(&watch.with, SWAY_STATE_CAR_REAR));
     sway_trailer_recall(&watch, &memory);
     TEST_ASSERT_TRUE(value(sway_observer_se(&watch.with, SWAY_STATE_CAR_REAR)) < 0.8 * doubt);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, value(sway_trailer_likeness(&watch, &memory)));
     drive(&vehicle, true, 85.0, 40.0, OWN);
     TEST_ASSERT_TRUE(value(sway_trailer_likeness(&watch, &memory)) > 1.0);
-    sway_trailer_init(&watch, &told, 0, 10000);
+    sway_trailer_init(&watch, &known, 0, 10000);
     sway_trailer_recall(&watch, &memory);
     drive(&other, true, 85.0, 40.0, OWN);
     TEST_ASSERT_TRUE(value(sway_trailer_likeness(&watch, &memory)) < -1.0);
@@ -647,7 +647,7 @@ static void the_observer_is_the_filter_of_its_equations(void)
     follow_filter(SWAY_STATE_SOLO, 1, 1, 40, 1e-4);
 }
 
-/* Without any doubt at the start what is doubted is what has wandered. */
+/* Where all is certain at the start, the uncertainty is that of what has wandered. */
 static void what_is_certain_wanders(void)
 {
     follow_filter(SWAY_STATE_COUNT, 0, 0.2, 4, 1e-5);

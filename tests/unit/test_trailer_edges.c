@@ -266,7 +266,7 @@ static void model_at(double kmh)
     }
 }
 
-static void the_source_is_told_by_what_is_left_of_the_doubt(void)
+static void the_source_follows_from_what_is_left_of_the_uncertainty(void)
 {
     static const struct {
         double left;
@@ -277,7 +277,7 @@ static void the_source_is_told_by_what_is_left_of_the_doubt(void)
     model_at(100.0);
     const double start_se = value(watch.start_se);
     for (int i = 0; i < 3; i++) {
-        watch.start_se = real(start_se / cases[i].left); // as if so much were left of the doubt
+        watch.start_se = real(start_se / cases[i].left); // as if so much of it were left
         model_at(100.0);
         TEST_ASSERT_EQUAL_INT(cases[i].source, watch.model.source);
     }
@@ -358,16 +358,16 @@ static double x_of(sway_state_t state)
     return value(watch.with.x[state]);
 }
 
-/* What is not told of the start is not left over from before; standard errors as sway_trailer.c
+/* What is not known at the start is not left over from before; standard errors as sway_trailer.c
  * says them in words. */
 static void a_start_is_from_the_users_values_alone(void)
 {
     static const double sure[SWAY_TRAILER_UNKNOWNS] = {0.03, 0.015, 0.1, 0.08, 0.05, 1};
     static const double open[SWAY_TRAILER_UNKNOWNS] = {0.4, 0.27, 0.3, 0.28, 0.12, 1};
     const double length = vehicle.trailer.hitch_to_cog_um * 1e-6;
-    for (int told = 1; told >= 0; told--) {
+    for (int known = 1; known >= 0; known--) {
         vehicle = reference_vehicle();
-        vehicle.trailer.axles = told != 0 ? vehicle.trailer.axles : 0;
+        vehicle.trailer.axles = known != 0 ? vehicle.trailer.axles : 0;
         memset(&watch, 0x55, sizeof watch);
         sway_trailer_init(&watch, &vehicle, 0, 10000);
         TEST_ASSERT_FALSE(watch.sensed || watch.busy[0] || watch.busy[1] || watch.has_model);
@@ -382,14 +382,14 @@ static void a_start_is_from_the_users_values_alone(void)
         TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.3, x_of(SWAY_STATE_RELAXATION));
         TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.15, se(SWAY_STATE_RELAXATION));
         for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
-            TEST_ASSERT_DOUBLE_WITHIN(1e-7, told != 0 ? sure[i] : open[i],
+            TEST_ASSERT_DOUBLE_WITHIN(1e-7, known != 0 ? sure[i] : open[i],
                                       se((sway_state_t)(SWAY_STATE_TRAILER_MASS + i)));
         }
-        TEST_ASSERT_DOUBLE_WITHIN(1e-7, log(told != 0 ? 1880 : 0.8 * 1955),
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, log(known != 0 ? 1880 : 0.8 * 1955),
                                   x_of(SWAY_STATE_TRAILER_MASS));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-7, log(told != 0 ? 10350 / (1880 * length * length) : 0.22),
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, log(known != 0 ? 10350 / (1880 * length * length) : 0.22),
                                   x_of(SWAY_STATE_TRAILER_GYRATION));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-7, log(told != 0 ? length : 4.3),
+        TEST_ASSERT_DOUBLE_WITHIN(1e-7, log(known != 0 ? length : 4.3),
                                   x_of(SWAY_STATE_TRAILER_LENGTH));
     }
     TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.18, x_of(SWAY_STATE_TRAILER_AXLE));
@@ -493,7 +493,7 @@ static void run_to_the_last_slice(void)
     }
 }
 
-static void what_is_told_decides_by_its_sum(void)
+static void the_evidence_decides_by_its_sum(void)
 {
     enum { NEVER, NONE, THERE };
     static const struct {
@@ -826,7 +826,7 @@ int main(void)
     RUN_TEST(what_the_user_states_is_no_bound);
     RUN_TEST(slices_that_come_too_late_are_made_up_for);
     RUN_TEST(the_time_learnt_stops_at_its_end);
-    RUN_TEST(the_source_is_told_by_what_is_left_of_the_doubt);
+    RUN_TEST(the_source_follows_from_what_is_left_of_the_uncertainty);
     RUN_TEST(roots_that_do_not_settle_are_no_model);
     RUN_TEST(a_difference_over_the_end_of_the_range_is_none);
     RUN_TEST(the_swing_needs_an_acceleration_and_a_speed);
@@ -836,7 +836,7 @@ int main(void)
     RUN_TEST(rows_of_no_use_begin_a_pause);
     RUN_TEST(the_driver_is_heard_as_far_as_he_steers);
     RUN_TEST(both_models_are_asked_beside_the_same_road);
-    RUN_TEST(what_is_told_decides_by_its_sum);
+    RUN_TEST(the_evidence_decides_by_its_sum);
     RUN_TEST(the_observer_speaks_of_what_it_has_learnt_and_believes);
     RUN_TEST(a_model_has_the_errors_of_all_that_moves_it);
     RUN_TEST(tyres_that_lag_lower_damping_and_limit);

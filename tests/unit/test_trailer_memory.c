@@ -163,8 +163,9 @@ static void a_likeness_is_the_logarithm_of_the_integral(void)
     }
 }
 
-/* Of now, of the memory, of the start, of their sum: whatever is no covariance, nothing is told. */
-static void a_likeness_by_a_covariance_that_is_none_cannot_be_told(void)
+/* Of now, of the memory, of the start, of their sum: whatever is no covariance, nothing is
+ * reported. */
+static void a_likeness_by_a_covariance_that_is_none_is_not_reported(void)
 {
     sway_trailer_memory_t memory;
     sway_trailer_memory_t sound;
@@ -197,6 +198,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_recalled_car_is_that_of_the_memory);
     RUN_TEST(a_likeness_is_the_logarithm_of_the_integral);
-    RUN_TEST(a_likeness_by_a_covariance_that_is_none_cannot_be_told);
+    RUN_TEST(a_likeness_by_a_covariance_that_is_none_is_not_reported);
     return UNITY_END();
 }

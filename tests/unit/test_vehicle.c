@@ -123,7 +123,7 @@ static void every_field_has_its_own_range(void)
     }
 }
 
-/* Without a trailer its fields do not count; an axle too many is told before all else. */
+/* Without a trailer its fields do not count; an axle too many is reported before all else. */
 static void fields_of_no_trailer_are_ignored(void)
 {
     vehicle.trailer.axles = 0;

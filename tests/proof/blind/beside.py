@@ -2,7 +2,7 @@
 
 The user's simulation has the "normal" dampers of Table 6-1; of one axle the recording has another
 kind of the five. A kind counts as found where `damper_fade` or `damper_asymmetry` is claimed at
-that axle, or named among what cannot be told from the claim.
+that axle, or named among what cannot be distinguished from the claim.
 """
 
 from __future__ import annotations

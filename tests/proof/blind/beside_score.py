@@ -1,4 +1,4 @@
-"""Table of a set of `beside`: what was concealed, what was named, what it cannot be told from.
+"""Table of a set of `beside`: what was concealed, what was named, what is inseparable.
 
 ``python beside_score.py --answers DIR --diagnoses DIR --limits FILE --out FILE.md``. An effect
 counts as named where its id is claimed, and as inseparable where it is among a claim's equivalents.

@@ -31,7 +31,7 @@ def _fmpy(module: str) -> Any:
 
 
 @contextmanager
-def _told(path: Path, what: str, messages: list[str]) -> Iterator[None]:
+def _as_fmu_error(path: Path, what: str, messages: list[str]) -> Iterator[None]:
     """What FMPy or the FMU raises, as a sentence with what the FMU itself said."""
     try:
         yield
@@ -64,11 +64,11 @@ class Fmu:
         self.messages: list[str] = []
         self._fmpy = _fmpy("fmpy")
         self._folder: str | None = None
-        with _told(path, "not an FMU", self.messages):
+        with _as_fmu_error(path, "not an FMU", self.messages):
             version = _version(path)
         if not version.startswith(("2.", "3.")):
             raise FmuError(f"{path}: made for FMI {version}; 2.0 or 3.0 is needed")
-        with _told(path, "not an FMU", self.messages):
+        with _as_fmu_error(path, "not an FMU", self.messages):
             self.description = self._fmpy.read_model_description(str(path), validate=False)
         if self.description.coSimulation is None:
             raise FmuError(
@@ -82,11 +82,11 @@ class Fmu:
                 f"{path}: no binary for this machine ({self._fmpy.platform}); it has: "
                 f"{', '.join(there) or 'none'}"
             )
-        with _told(path, "does not meet its standard", self.messages):
+        with _as_fmu_error(path, "does not meet its standard", self.messages):
             self._fmpy.read_model_description(str(path), validate=True)
 
     def __enter__(self) -> Fmu:
-        with _told(self.path, "cannot be unpacked", self.messages):
+        with _as_fmu_error(self.path, "cannot be unpacked", self.messages):
             self._folder = self._fmpy.extract(str(self.path))
         return self
 
@@ -125,7 +125,7 @@ class Fmu:
                                  str(text))  # fmt: skip
 
         values = start_values(self.description, self.path, wiring, first)
-        with _told(self.path, "cannot be started", self.messages):
+        with _as_fmu_error(self.path, "cannot be started", self.messages):
             instance = simulation.instantiate_fmu(
                 self._folder, self.description, "CoSimulation",
                 logger=note if self.version == 3 else None,
@@ -171,7 +171,7 @@ class Running:
 
     def step(self, values: Mapping[str, float], step_s: float) -> None:
         """Set inputs and go on."""
-        with _told(self._fmu.path, f"failed at {self.time_s:.3f} s", self._fmu.messages):
+        with _as_fmu_error(self._fmu.path, f"failed at {self.time_s:.3f} s", self._fmu.messages):
             self.set(values)
             self._instance.doStep(
                 currentCommunicationPoint=self.time_s, communicationStepSize=step_s

@@ -20,7 +20,7 @@ from swaywatch.simulate.manoeuvres import make_plan
 from swaywatch.simulate.table import Table
 
 _STEP_S = 0.02
-_TOLD = 0.7
+_DETERMINED = 0.7
 """An error that the test reduces by less than this share is reported as hardly determined."""
 
 
@@ -55,7 +55,9 @@ def sentences(design: Design) -> list[str]:
     if worst:
         texts.insert(0, worst)
     blind = [
-        u.words for u, e in zip(design.known.unknowns, _errors(design), strict=True) if e > _TOLD
+        u.words
+        for u, e in zip(design.known.unknowns, _errors(design), strict=True)
+        if e > _DETERMINED
     ]
     if blind:
         texts.append(f"Hardly determined: {', '.join(blind)}.")
@@ -138,7 +140,7 @@ def rows_of_sensors(design: Design) -> list[list[str]]:
         rows.append(
             [
                 f"{'→ ' if name == design.sensors else ''}{name}: {SETS[name][0]}", shown,
-                f"{int(np.sum(unknowns < _TOLD))} of {len(unknowns)}",
+                f"{int(np.sum(unknowns < _DETERMINED))} of {len(unknowns)}",
                 design.known.unknowns[worst].words,
             ]
         )  # fmt: skip

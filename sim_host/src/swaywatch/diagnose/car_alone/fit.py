@@ -166,8 +166,8 @@ class CarFitter:
             rows.append((e - e.mean()) / self.scales[name])
         return np.concatenate(rows)
 
-    def _told(self, effect: CarEffect, parts: Sequence[Part]) -> list[Number]:
-        """Numbers that these parts tell: of a banked road only where it was driven on."""
+    def _numbers_of(self, effect: CarEffect, parts: Sequence[Part]) -> list[Number]:
+        """Numbers that these parts determine: of a banked road only where it was driven on."""
         if not effect.windows:
             return list(effect.numbers)
         spans = [
@@ -191,9 +191,9 @@ class CarFitter:
             numbers += [
                 (f"{e.name}/{n.name}", n, e.moves)
                 for e in model.effects
-                for n in self._told(e, parts)
+                for n in self._numbers_of(e, parts)
             ]
-            # what no part tells stays as it is: a fit would only carry it off
+            # what no part determines stays as it is: a fit would only carry it off
             for key, n, acts in numbers:
                 moves.append(acts)
                 names.append(key)

@@ -275,7 +275,7 @@ class Search:
         self.releases = [Fitter(replace(problem, observer=o)) for o in RELEASED] if own else []
         self.effects = [
             e
-            for e in _told_apart(effects, problem)
+            for e in _distinguished(effects, problem)
             if all(n in problem.runs[0].channels for n in e.needs)
             and (not own or not e.extra.get("needs_simulation"))
         ]
@@ -743,7 +743,7 @@ class Search:
         return float(2 * sum(a.size for a in course.amplitude))
 
 
-def _told_apart(effects: Sequence[Effect], problem: Problem) -> list[Effect]:
+def _distinguished(effects: Sequence[Effect], problem: Problem) -> list[Effect]:
     """Effects without those at an axle of a trailer that has only one: it is the trailer's."""
     if problem.body[TRAILER_FRONT] > 0.0:
         return list(effects)
