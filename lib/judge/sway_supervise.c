@@ -463,7 +463,8 @@ static void measure_sensor(sway_supervise_t *su)
 static void report_vehicle(sway_supervise_t *su, uint32_t explanation)
 {
     uint8_t group[SWAY_KALMAN_GROUP];
-    lift(su, group, group_of(explanation, group));
+    const uint32_t size = group_of(explanation, group);
+    lift(su, group, size);
     su->reported = (uint8_t)explanation;
 }
 
