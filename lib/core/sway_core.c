@@ -82,8 +82,10 @@ static sway_real_t watch_swing(const sway_core_t *core, const sway_line_t *line)
 #if SWAY_SUPERVISION
 static void supervise_row(sway_core_t *core, sway_row_t *row)
 {
-    row->valid_mask &= ~core->supervise.rejected_mask;
+    const uint32_t valid = row->valid_mask;
+    row->valid_mask = valid & sway_supervise_wanted(&core->supervise);
     sway_supervise_row(&core->supervise, row);
+    row->valid_mask = valid & ~core->supervise.rejected_mask;
 }
 
 static void supervise_publish(sway_core_t *core)

@@ -251,6 +251,17 @@ static void take_row_of_means(sway_supervise_t *su, const sway_row_t *row)
 /* --- relations ---------------------------------------------------------------------------------
  */
 
+static sway_channel_t channel_of(uint32_t sensor)
+{
+    return sway_origin_of_channel((sway_origin_t)(sensor + 1U));
+}
+
+uint32_t sway_supervise_wanted(const sway_supervise_t *su)
+{
+    const uint32_t measured = su->measuring != 0U ? SWAY_CHANNEL_BIT(channel_of(su->measured)) : 0U;
+    return ~su->rejected_mask | measured;
+}
+
 void sway_supervise_row(sway_supervise_t *su, const sway_row_t *row)
 {
     take_row_of_means(su, row);
@@ -368,11 +379,6 @@ static void take(sway_supervise_t *su, bool imaginary)
 /* --- what is the matter ------------------------------------------------------------------------
  */
 
-static sway_channel_t channel_of(uint32_t sensor)
-{
-    return sway_origin_of_channel((sway_origin_t)(sensor + 1U));
-}
-
 /* A sensor by its gain and its phase, an accelerometer by its roll too. */
 static uint32_t group_of(uint32_t explanation, uint8_t group[SWAY_KALMAN_GROUP])
 {
@@ -389,8 +395,9 @@ static uint32_t group_of(uint32_t explanation, uint8_t group[SWAY_KALMAN_GROUP])
 }
 
 /* Gain or delay of a sensor: what it shows is the truth over 1 + h. */
-static void tell_sensor(sway_supervise_t *su, uint32_t sensor)
+static sway_finding_report_t size_of_sensor(const sway_supervise_t *su, uint32_t sensor)
 {
+    sway_finding_report_t found = {0, 0, 0};
     sway_complex_t h;
     sway_real_t se;
     sway_real_t se_turn;
@@ -399,35 +406,65 @@ static void tell_sensor(sway_supervise_t *su, uint32_t sensor)
     h.re = ADD(h.re, sway_real_int(1));
     const sway_real_t gain = DIV(h.re, sway_complex_norm(h));
     const sway_real_t turn = sway_complex_arg(h);
-    const int32_t channel = (int32_t)channel_of(sensor);
     const sway_real_t off = sway_real_abs(SUB(gain, sway_real_int(1)));
     if (sway_real_less(off, sway_real_abs(turn)) && sway_real_sign(h.re) > 0) {
         const sway_real_t by_omega = DIV(sway_real_ratio(1, 4), su->relations.bin_rad_s);
-        su->finding.code = SWAY_FINDING_DELAY + channel;
-        su->finding.size_micro = integer(MUL(turn, by_omega), 1000000);
-        su->finding.se_micro = integer(MUL(se_turn, by_omega), 1000000);
+        found.code = SWAY_FINDING_DELAY;
+        found.size_micro = integer(MUL(turn, by_omega), 1000000);
+        found.se_micro = integer(MUL(se_turn, by_omega), 1000000);
     } else {
-        su->finding.code = SWAY_FINDING_GAIN + channel;
-        su->finding.size_micro = integer(SUB(gain, sway_real_int(1)), 1000000);
-        su->finding.se_micro = integer(MUL(se, sway_real_square(gain)), 1000000);
+        found.code = SWAY_FINDING_GAIN;
+        found.size_micro = integer(SUB(gain, sway_real_int(1)), 1000000);
+        found.se_micro = integer(MUL(se, sway_real_square(gain)), 1000000);
     }
-    su->rejected_mask |= SWAY_CHANNEL_BIT(channel);
-    su->suspect_mask = 0;
-    reset_numbers(su);
+    found.code += (int32_t)channel_of(sensor);
+    return found;
 }
 
-/* A differing value of the vehicle is estimated from now on with a flat prior, and
- * all numbers anew: the others had been bent to take its place. */
-static void tell_vehicle(sway_supervise_t *su, uint32_t explanation)
+/* Numbers are estimated anew, these with a flat prior: the others had been bent to take their
+ * place. */
+static void lift(sway_supervise_t *su, const uint8_t *group, uint32_t size)
 {
-    uint8_t group[SWAY_KALMAN_GROUP];
-    const uint32_t size = group_of(explanation, group);
     memcpy(su->tolerance_ppm, TOLERANCE, sizeof TOLERANCE);
     for (uint32_t k = 0; k < size; k++) {
         const int32_t ten_times = 10 * TOLERANCE[group[k]];
         su->tolerance_ppm[group[k]] = ten_times > LIFTED_PPM ? ten_times : LIFTED_PPM;
     }
     sway_kalman_reset(&su->numbers);
+}
+
+static void report_sensor(sway_supervise_t *su, uint32_t sensor)
+{
+    const uint8_t group[2] = {(uint8_t)(2U * sensor), (uint8_t)(2U * sensor + 1U)};
+    su->finding = size_of_sensor(su, sensor);
+    su->rejected_mask |= SWAY_CHANNEL_BIT(channel_of(sensor));
+    su->suspect_mask = 0;
+    reset_numbers(su);
+    su->measured = (uint8_t)sensor;
+    su->measuring = (uint8_t)SWAY_SUPERVISE_MEASURED;
+    lift(su, group, 2);
+}
+
+/* A sensor is reported at the first moment at which it is far enough off, which chance helps, and
+ * from values that have partly faded: what the rounds after it say is free of both, and counts once
+ * it is the more certain. */
+static void measure_sensor(sway_supervise_t *su)
+{
+    const sway_finding_report_t now = size_of_sensor(su, su->measured);
+    if (now.code == su->finding.code && now.se_micro > 0 && now.se_micro < su->finding.se_micro) {
+        su->finding = now;
+    }
+    su->measuring--;
+    if (su->measuring == 0U) {
+        reset_numbers(su);
+    }
+}
+
+static void report_vehicle(sway_supervise_t *su, uint32_t explanation)
+{
+    uint8_t group[SWAY_KALMAN_GROUP];
+    const uint32_t size = group_of(explanation, group);
+    lift(su, group, size);
     su->reported = (uint8_t)explanation;
 }
 
@@ -507,6 +544,10 @@ static uint32_t suspect_sensors(const sway_supervise_t *su, int32_t best_milli)
 
 static void judge_explanations(sway_supervise_t *su)
 {
+    if (su->measuring != 0U) {
+        measure_sensor(su);
+        return;
+    }
     uint32_t best = 0;
     for (uint32_t i = 1; i < SWAY_SUPERVISE_EXPLANATIONS; i++) {
         best = su->score_milli[i] > su->score_milli[best] ? i : best;
@@ -523,18 +564,24 @@ static void judge_explanations(sway_supervise_t *su)
     su->unresolved = finding;
     su->rounds++;
     if (again && best < SWAY_SUPERVISE_SENSORS) {
-        tell_sensor(su, best);
+        report_sensor(su, best);
     } else if (again && best < EXPLAIN_CAR) {
-        tell_vehicle(su, best);
+        report_vehicle(su, best);
     }
     follow_vehicle(su);
+}
+
+/* Numbers of the sensor that is being measured, which do not fade. */
+static uint64_t lasting(const sway_supervise_t *su)
+{
+    return su->measuring != 0U ? UINT64_C(3) << (2U * su->measured) : 0U;
 }
 
 bool sway_supervise_run(sway_supervise_t *su)
 {
     switch (su->stage) {
     case STAGE_FADE:
-        if (!sway_kalman_fade(&su->numbers, FADING, KEEP_PPM)) {
+        if (!sway_kalman_fade(&su->numbers, FADING & ~lasting(su), KEEP_PPM)) {
             next_relation(su);
         }
         return true;

@@ -9,9 +9,12 @@
 /// An explanation worth more than SWAY_SUPERVISE_LIMIT is a finding; one that is ahead of all
 /// others by SWAY_SUPERVISE_LEAD, twice in a row, is reported: a sensor is rejected and leaves the
 /// estimate for the rest of the drive; of a vehicle the differing value is reported, with size and
-/// error. Until then the sensors among the best explanations are suspect. Offsets of yaw
-/// rates and accelerations are found from their means over 2.5 s (r1 = r2, a = v r, a bank for both
-/// bodies) and reported; they do not affect the sway, so nothing is excluded.
+/// error. Until then the sensors among the best explanations are suspect. A report comes at the
+/// first moment that is clear enough, so chance has helped it and its size is too large: the sensor
+/// stays in the relations for SWAY_SUPERVISE_MEASURED rounds more and is measured anew, with a flat
+/// prior; nothing else is reported meanwhile. Offsets of yaw rates and accelerations are found from
+/// their means over 2.5 s (r1 = r2, a = v r, a bank for both bodies) and reported; they do not
+/// affect the sway, so nothing is excluded.
 ///
 /// The noise of the sensors, the road and the wind are assumed large; each relation's innovations
 /// say how much of that is there, and 1.5 times of it is believed (at least a tenth, never more
@@ -38,6 +41,9 @@
 #define SWAY_SUPERVISE_LIMIT 24
 /// How far it has to be ahead of every other: odds of e^6.
 #define SWAY_SUPERVISE_LEAD 12
+
+/// Rounds (windows of driving with steering) in which a rejected sensor is measured.
+#define SWAY_SUPERVISE_MEASURED 12
 
 /// Explanations: each source from SWAY_ORIGIN_STEERING on, and eight by the vehicle.
 #define SWAY_SUPERVISE_SENSORS 11
@@ -67,6 +73,8 @@ typedef struct {
     uint8_t candidate;   ///< the best one of the last round
     bool unresolved;     ///< the last round had a finding that was ambiguous
     uint8_t reported;    ///< explanation by the vehicle, or SWAY_SUPERVISE_EXPLANATIONS for none
+    uint8_t measured;    ///< sensor whose size is measured, for
+    uint8_t measuring;   ///< so many rounds more
     uint32_t suspect_mask;
     uint32_t rejected_mask;
     uint32_t offset_mask; ///< channels with an offset
@@ -103,6 +111,9 @@ typedef struct {
 /// `vehicle` must stay. The structure must not be moved.
 void sway_supervise_init(sway_supervise_t *supervise, const sway_vehicle_t *vehicle,
                          int32_t sample_period_us);
+
+/// Inputs that are to be in the rows: all but the rejected ones that are no longer measured.
+uint32_t sway_supervise_wanted(const sway_supervise_t *supervise);
 
 /// Takes one row of the grid.
 void sway_supervise_row(sway_supervise_t *supervise, const sway_row_t *row);

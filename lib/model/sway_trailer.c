@@ -406,7 +406,6 @@ static bool step_roots(sway_trailer_watch_t *trailer)
         return false;
     }
     trailer->next.root = sway_single_track_dominant(&trailer->roots);
-    trailer->next.damping_ratio = sway_single_track_damping_ratio(trailer->next.root);
     trailer->next.has_model = settled;
     return true;
 }

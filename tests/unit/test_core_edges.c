@@ -472,6 +472,23 @@ static void a_rejected_sensor_is_left_out_and_is_not_missing(void)
     TEST_ASSERT_TRUE(trailer > 0 && status->amplitude_urad_s > 0); // by the car's yaw rate
 }
 
+/* The estimate is without it, the relations are not while its size is measured. */
+static void a_sensor_that_is_measured_is_in_the_relations_alone(void)
+{
+    drive(&core, 0, 1, YAW | BIT(SPEED));
+    core.supervise.rejected_mask = BIT(TRAILER_YAW_RATE);
+    core.supervise.measured = 3;
+    core.supervise.measuring = 200;
+    core.supervise.sums.rows = 0;
+    drive(&core, 1, 2, YAW | BIT(SPEED));
+    TEST_ASSERT_BITS_HIGH(BIT(TRAILER_YAW_RATE), core.supervise.sums.known);
+    core.supervise.measuring = 0;
+    core.supervise.sums.rows = 0;
+    drive(&core, 2, 3, YAW | BIT(SPEED));
+    TEST_ASSERT_BITS_LOW(BIT(TRAILER_YAW_RATE), core.supervise.sums.known);
+    TEST_ASSERT_BITS_HIGH(BIT(CAR_YAW_RATE), core.supervise.sums.known);
+}
+
 static void what_the_supervision_says_is_reported(void)
 {
     double at_s = 1;
@@ -657,6 +674,7 @@ int main(void)
     RUN_TEST(what_has_come_and_is_gone_is_missing_until_it_is_back);
     RUN_TEST(a_fault_of_an_estimate_is_counted_with_it);
     RUN_TEST(a_rejected_sensor_is_left_out_and_is_not_missing);
+    RUN_TEST(a_sensor_that_is_measured_is_in_the_relations_alone);
     RUN_TEST(what_the_supervision_says_is_reported);
     RUN_TEST(one_relation_after_the_other_is_reported);
     RUN_TEST(an_offset_is_found_on_the_way);

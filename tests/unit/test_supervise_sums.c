@@ -544,6 +544,76 @@ static void gain_and_delay_of_a_sensor_have_their_errors(void)
     expect_sensor(-1, 0.5, SWAY_FINDING_GAIN, -1e6, 0);
 }
 
+/* The yaw rate of the car, rejected with a gain of 4/3 and a standard error of 40,000; its numbers
+ * are then those of a flat prior, of which 0.8 and 0.5 of the variance were learnt. */
+static void reject_yaw_rate(void)
+{
+    start_numbers();
+    judge(1, 90000, 0, 0);
+    judge(1, 90000, 0, 0);
+    supervise.finding.size_micro = 333333;
+    supervise.finding.se_micro = 40000;
+}
+
+static void put_measured(double re, double im, double se)
+{
+    const double before[2] = {before_of(2), before_of(3)};
+    const double variance = 1 / (1 / (se * se) + 1 / (before[0] * before[0]));
+    const double learnt = 1 - variance / (before[0] * before[0]);
+    put_number(2, learnt * re, sqrt(variance));
+    put_number(3, 0.5 * im, before[1] / sqrt(2));
+}
+
+static void a_rejected_sensor_is_measured_once_more(void)
+{
+    const uint32_t bit = SWAY_CHANNEL_BIT(SWAY_CHANNEL_CAR_YAW_RATE);
+    reject_yaw_rate();
+    for (int i = 0; i < SWAY_UNKNOWN_COUNT; i++) {
+        sway_supervise_t anew;
+        sway_supervise_init(&anew, &vehicle, 10000);
+        const int32_t expected = i == 2 ? 250000 : (i == 3 ? 500000 : anew.tolerance_ppm[i]);
+        TEST_ASSERT_EQUAL(expected, supervise.tolerance_ppm[i]);
+    }
+    for (int round = 1; round <= SWAY_SUPERVISE_MEASURED; round++) {
+        TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, sway_supervise_wanted(&supervise));
+        /* a gain of 1/(1 + h); the smaller its error, the better */
+        put_measured(-0.2, 0, 0.064 / 1.5625 - 0.001 * round);
+        judge(4, 90000, 0, 0); /* nothing else is reported meanwhile */
+        TEST_ASSERT_EQUAL_HEX32(bit, supervise.rejected_mask);
+        TEST_ASSERT_EQUAL(SWAY_FINDING_GAIN + (int32_t)SWAY_CHANNEL_CAR_YAW_RATE,
+                          supervise.finding.code);
+        const bool better = 64000 - 1562.5 * round < 40000;
+        TEST_ASSERT_INT_WITHIN(1, better ? 250000 : 333333, supervise.finding.size_micro);
+        TEST_ASSERT_INT_WITHIN(1, better ? 64000 - 1562.5 * round : 40000,
+                               supervise.finding.se_micro);
+    }
+    TEST_ASSERT_EQUAL_HEX32(~bit, sway_supervise_wanted(&supervise));
+    TEST_ASSERT_EQUAL(10000, supervise.tolerance_ppm[2]);
+    TEST_ASSERT_EQUAL_DOUBLE(0, value(supervise.value[2]));
+    judge(4, 90000, 0, 0);
+    judge(4, 90000, 0, 0);
+    TEST_ASSERT_EQUAL_HEX32(bit | bit_of_sensor(4), supervise.rejected_mask);
+    TEST_ASSERT_EQUAL_HEX32(~bit, sway_supervise_wanted(&supervise)); /* the last one is measured */
+}
+
+static void what_says_less_or_something_else_is_no_better_size(void)
+{
+    reject_yaw_rate();
+    put_measured(-0.2, 0, 0.04 / 1.5625); /* as certain */
+    judge(0, 0, 4, 0);
+    TEST_ASSERT_EQUAL(333333, supervise.finding.size_micro);
+    put_measured(0.01, 0.4, 0.01); /* a delay */
+    judge(0, 0, 4, 0);
+    TEST_ASSERT_EQUAL(333333, supervise.finding.size_micro);
+    put_number(2, -0.2, before_of(2)); /* nothing was learnt */
+    put_number(3, 0, before_of(3));
+    judge(0, 0, 4, 0);
+    TEST_ASSERT_EQUAL(333333, supervise.finding.size_micro);
+    put_measured(-0.2, 0, 0.039 / 1.5625);
+    judge(0, 0, 4, 0);
+    TEST_ASSERT_EQUAL(250000, supervise.finding.size_micro);
+}
+
 static void a_value_of_the_vehicle_that_differs_is_set_free(void)
 {
     int32_t assumed[SWAY_UNKNOWN_COUNT];
@@ -641,6 +711,8 @@ int main(void)
     RUN_TEST(a_sensor_is_rejected_when_far_ahead_twice);
     RUN_TEST(what_is_a_finding_no_more_is_not_suspect);
     RUN_TEST(gain_and_delay_of_a_sensor_have_their_errors);
+    RUN_TEST(a_rejected_sensor_is_measured_once_more);
+    RUN_TEST(what_says_less_or_something_else_is_no_better_size);
     RUN_TEST(a_value_of_the_vehicle_that_differs_is_set_free);
     RUN_TEST(the_size_is_the_sum_of_change_and_belief);
     RUN_TEST(a_wrong_speed_is_reported_as_a_ratio);
