@@ -43,7 +43,7 @@ static const char usage[] =
     "  --set KEY=VALUE     overrides a value of the file, any number of times, for example\n"
     "                      car.lateral_acceleration_position=-1.383 (m ahead of the centre\n"
     "                      of gravity), or core.window_oscillations=2.0 (1.5 to 6, else 1.7):\n"
-    "                      longer windows are less noisy, but respond later\n"
+    "                      longer windows have smaller errors, but respond later\n"
     "  --map FILE          read a car's own bus by a map of `swaywatch map`; frames of\n"
     "                      swaywatch.dbc are still read\n"
     "  --replay LOG        read a candump log instead of a bus (- : standard input);\n"
@@ -52,11 +52,11 @@ static const char usage[] =
     "                      output)\n"
     "  --remember FILE     keep the trailer that was learnt from the car's own sensors there,\n"
     "                      at standstill and at the end, and compare the next drive with it\n"
-    "                      (message SwayTrailer); written anew where it is missing or damaged\n"
+    "                      (message SwayTrailer); created if it is missing or damaged\n"
     "  --key FILE          16 bytes, required for changing parameters over CAN\n"
-    "  --xcp               measured and calibrated by XCP on CAN, identifiers 0x6E4 and 0x6E5;\n"
-    "                      changes need the key. Its A2L file: make build/swaywatchd.a2l\n"
-    "  --version           its version\n"
+    "  --xcp               measurement and calibration by XCP on CAN, identifiers 0x6E4 and\n"
+    "                      0x6E5; changes need the key. A2L file: make build/swaywatchd.a2l\n"
+    "  --version           print the version\n"
     "\n"
     "SIGTERM or SIGINT end it, SIGUSR1 makes it print its counters. When its terminal closes\n"
 
@@ -311,8 +311,8 @@ static void recall_trailer(const char *path)
     }
     uint32_t sequence = 0;
     if (sway_remember_check(record, size, &sequence) != SWAY_BLOCK_OK) {
-        fprintf(stderr, "swaywatchd: %s: %s; begins without a remembered trailer\n", path,
-                file == NULL ? "not there" : "no trailer of this version");
+        fprintf(stderr, "swaywatchd: %s: %s; starts without a remembered trailer\n", path,
+                file == NULL ? "not found" : "damaged, or of another version");
     }
     remembered = path;
     sway_ecu_remember(&ecu, keep_trailer, record, size);

@@ -129,7 +129,7 @@ def main(arguments: list[str]) -> int:
             "",
             *lines(cores),
             "",
-            "Wanted: at most 3,000 for the sums on the M4, a Q31 FFT at least 20 times that: "
+            "Required: at most 3,000 for the sums on the M4, a Q31 FFT at least 20 times that: "
             + ("met." if not wrong else "missed."),
             *[f"- missed: {line}" for line in wrong],
         ]

@@ -89,7 +89,8 @@ def coverage(row: Row) -> str:
 
 
 HEADS = (
-    "method", "damping ratio off, median", "RMS", "RMS of the means", "frequency off, median",
+    "method", "error of the damping ratio, median", "RMS", "RMS of the means",
+    "error of the frequency, median",
     "95 % intervals with the true value", "no answer", "ms a window",
 )  # fmt: skip
 
@@ -231,9 +232,9 @@ def measured(folder: Path) -> str:
         rows,
         "Reference of a push: mean of the hand fits of the other pushes at its speed and "
         "controller, so the pushes' own scatter is in every row; it is least squares on the same "
-        "windows, which favours who does the same. RMS of the means: of the 14 places. One channel "
-        "(lean rate), offset removed by the recording's median; pyOMA2 on a whole recording is one "
-        "answer for each.",
+        "windows, which favours least-squares methods. RMS of the means: of the 14 places. One "
+        "channel (lean rate), offset removed by the recording's median; pyOMA2 on a whole "
+        "recording is one answer for each.",
     )  # fmt: skip
 
 

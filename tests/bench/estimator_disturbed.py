@@ -218,7 +218,7 @@ def disturbances(core: Core, report: Report, scenes: int) -> None:
         [
             "", "worst outside", "no line outside", "flagged outside", "worst inside",
             "worst inside, not flagged", f"off by > {WRONG:.0f} SE, not flagged",
-            "no line inside", "flagged inside", "not flagged where due",
+            "no line inside", "flagged inside", "not flagged although disturbed",
         ],
         rows,
     )  # fmt: skip
@@ -242,22 +242,22 @@ def _row(case: Disturbance, tally: Tally) -> list[str]:
 
 def _goals(report: Report, case: Disturbance, tally: Tally) -> None:
     name = case.name
-    report.goal(f"{name}: line lost outside", tally.lost_outside, 0)
+    report.goal(f"{name}: tracking lost outside", tally.lost_outside, 0)
     report.goal(
         f"{name}: flagged outside, share", tally.flagged_outside / max(tally.outside, 1), 0.001
     )
     if case.holds:
-        report.goal(f"{name}: line lost inside", tally.lost_inside, 0)
+        report.goal(f"{name}: tracking lost inside", tally.lost_inside, 0)
     if case.must_flag:
         missing = tally.due_missing / max(tally.due, 1)
-        report.goal(f"{name}: not flagged where due, share", missing, 0.01)
+        report.goal(f"{name}: not flagged although disturbed, share", missing, 0.01)
         report.goal(f"{name}: estimates where a flag is due", tally.due, np.inf, 10)
     report.goal(f"{name}: wrong and not flagged, share", tally.wrong / max(tally.inside, 1), 0.02)
     if case.span is None:
         report.goal(f"{name}: flagged, share", tally.flagged / max(tally.inside, 1), 0.02)
-    seen = [f"line lost wrongly {tally.lost_outside + case.holds * tally.lost_inside}"]
+    seen = [f"tracking lost without cause {tally.lost_outside + case.holds * tally.lost_inside}"]
     if case.must_flag:
-        seen.append(f"not flagged where due {tally.due_missing} of {tally.due}")
+        seen.append(f"not flagged although disturbed {tally.due_missing} of {tally.due}")
     elif tally.inside:
         seen.append(f"flagged {tally.flagged} of {tally.inside}")
     else:

@@ -41,7 +41,7 @@ class Report:
     def goal(self, name: str, value: float, limit: float, low: float = -np.inf) -> None:
         """A goal: `value` from `low` to `limit`; not a number is a miss."""
         if not low <= value <= limit:
-            self.missed.append(f"{name}: {value:.4g}, wanted {low:.4g} to {limit:.4g}")
+            self.missed.append(f"{name}: {value:.4g}, required {low:.4g} to {limit:.4g}")
 
     def show(self, what: str, wanted: str, seen: str) -> None:
         """A line of the summary."""
@@ -57,6 +57,6 @@ class Report:
         if self.by_cycles:
             head += [*self.by_cycles, ""]
         if self.shown:
-            head += [*table(["what", "wanted", "seen"], self.shown), ""]
+            head += [*table(["what", "required", "measured"], self.shown), ""]
         missed = [f"- missed: {line}" for line in self.missed]
         return "\n".join([*head, *missed, "", *self.lines]) + "\n"

@@ -464,11 +464,13 @@ def markdown(figures: dict[str, Any], command: str, first_seed: int) -> str:
     lines += [
         "",
         "Median and 95 %: oscillations from the onset to a warning. Onset: the first moment when "
-        "the true damping ratio is negative, the wheel held for good, the swing 3 deg/s or more. "
+        "the true damping ratio is negative, the steering wheel held still from then on, the swing "
+        "3 deg/s or more. "
         "Missed: no warning from the onset to the end of the drive, which is 2.5 oscillations or "
-        f"more ({figures['onset_too_late_in_drive']} shorter drives are not counted). False: begun "
-        "while the true damping ratio had been above 0.02 for a second and control is not lost "
-        f"within 15 s; drives with one, of {', '.join(kinds)} (control is lost in "
+        f"more ({figures['onset_too_late_in_drive']} shorter drives are not counted). False: a "
+        "warning that starts after the true damping ratio was above 0.02 for 1 s, without loss of "
+        "control within 15 s. Last columns: number of drives with a false warning, of "
+        f"{', '.join(kinds)} (control is lost in "
         f"{figures['lost_in_stable_drives']} of them, by saturated tyres).",
     ]
     return "\n".join(lines) + "\n"

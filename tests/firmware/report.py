@@ -131,9 +131,10 @@ def main(build: Path, case: Path) -> int:
         "|---|---|---|---|---|---|---|---|---|---|",
         *(row.line() for row in rows),
         "",
-        "Load: instructions at one a cycle; a part takes 1.2 to 1.5 cycles for one. A call is one "
-        "sway_ecu_poll(), which does one of the three. Small: see port/README.md. Aims: 64 KiB of "
-        "flash, 64 KiB of RAM, small 16; longest call 4 times the median.",
+        "Load: at one instruction per cycle; real processors need 1.2 to 1.5 cycles per "
+        "instruction. A call is one sway_ecu_poll(), which does one of the three. Small: see "
+        "port/README.md. Aims: 64 KiB of flash, 64 KiB of RAM, small 16; longest call 4 times the "
+        "median.",
     ]
     text = "\n".join(lines) + "\n"
     (build / "firmware.md").write_text(text)

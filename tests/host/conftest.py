@@ -43,8 +43,8 @@ class Clock:
         self.now += max(seconds, 1e-5)
 
 
-def run_example(body: str) -> None:
-    """An example of the README, as it stands there."""
+def run_example(body: str) -> str:
+    """An example of the README, as it stands there; what it prints."""
     (ROOT / "build/readme").mkdir(parents=True, exist_ok=True)
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
@@ -53,9 +53,10 @@ def run_example(body: str) -> None:
         check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
 
 
-def once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], None]) -> Path:
+def once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
     """Folder that `make` fills, once for all tests and processes of a session."""
     own = factory.getbasetemp()
     shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own

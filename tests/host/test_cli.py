@@ -220,7 +220,10 @@ def test_physics_lists_every_id_that_can_be_reported(capsys: pytest.CaptureFixtu
     assert main(["physics"]) == 0
     listed = capsys.readouterr().out
     assert all(name in listed for name in rows)
-    for name in rows:
+    titles = {line.find(rows[line.split()[0]]["title"]) for line in listed.splitlines()}
+    assert len(titles) == 1  # one column, also beside the longest id
+    for name, row in rows.items():
+        assert row["title"] != name.replace("_", " "), name
         assert main(["physics", name]) == 0
         assert "equation" in capsys.readouterr().out, name
 

@@ -110,7 +110,7 @@ def test_a_vehicle_that_runs_away_is_said(friction: Problem) -> None:
 
     search = Search(friction, [], _silent)
     search.close, search.judge, search.releases = Away(friction), Away(friction), []
-    with pytest.raises(RecordingError, match="runs away"):
+    with pytest.raises(RecordingError, match="diverges"):
         search.baseline()
 
 

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 from conftest import EXAMPLES, ROOT, run_example
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+QUOTED = {
+    "swaywatch analyze": r'\*"(At .*? km/h)"\*',  # `make run` analyses the same recordings
+    "--remember": r"`(trailer: another, likeness [-0-9.]+)`",
+}
+"""Commands of which the README quotes what they print."""
 
 
 def include_flags() -> list[str]:
@@ -29,8 +37,12 @@ def test_shell_example(body: str, request: pytest.FixtureRequest) -> None:
         pytest.skip("build/swaywatchd is not built: make hil")
     if "swaywatch diagnose" in body:
         assert (request.getfixturevalue("diagnosed_p03") / "report.html").exists()
-    else:
-        run_example(body)
+        return
+    printed = " ".join(run_example(body).split())
+    for command, quoted in QUOTED.items():
+        if command in body:
+            (words,) = re.findall(quoted, README)
+            assert words in printed
 
 
 @pytest.mark.parametrize("body", [b for kind, b in EXAMPLES if kind == "c"])

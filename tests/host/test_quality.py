@@ -137,7 +137,7 @@ def test_two_clocks_that_drift_apart_are_named() -> None:
     odd = replace(drive, channels={n: other_clock(n, c) for n, c in drive.channels.items()})
     errors = [f for f in check_drive(odd, VEHICLE) if f.severity == "error"]
     assert [finding.kind for finding in errors] == ["clock"]
-    assert "two speeds of clock" in errors[0].text
+    assert "two clocks at different rates" in errors[0].text
     assert "trailer.blf" in errors[0].text
 
 

@@ -159,7 +159,7 @@ def frame(state: int, likeness: int, learnt_s: int) -> bytes:
 @pytest.mark.parametrize(
     ("state", "likeness", "words"),
     [
-        (0, 0, "cannot tell yet"),
+        (0, 0, "cannot decide yet"),
         (1, 0, "According to the ECU, no trailer is attached, after 60 s of driving."),
         (2, 0, "a trailer is attached; none is remembered to compare it with"),
         (3, 652, "the one of earlier drives (this drive is 680 times more probable with it"),

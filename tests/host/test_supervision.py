@@ -57,7 +57,7 @@ def test_findings_are_said_with_size_error_and_unit() -> None:
     assert words(lib.SWAY_FINDING_LOAD, -0.05, 0.012).endswith("to the front, -50 ± 12 mm")
     assert words(lib.SWAY_FINDING_SPEED, 0.25, 0.04).endswith("measured one by +25 ± 4 %")
     assert words(lib.SWAY_FINDING_GAIN + 1, 0.25, 0.02) == (
-        "the car's yaw rate is wrong by +25 ± 2 % of the true value"
+        "the car's yaw rate has a gain error of +25 ± 2 %"
     )
     assert words(lib.SWAY_FINDING_DELAY + 4, 0.08, 0.006).endswith("is late by +80 ± 6 ms")
     assert words(lib.SWAY_FINDING_OFFSET + 3, 0.02, 0.002).endswith("of +1.1 ± 0.1 deg/s")

@@ -187,7 +187,7 @@ def test_the_outlier_of_a_fleet_is_found(odd: float, stands_out: bool) -> None:
     unlike = [run.name for run in runs if run.stands_out]
     assert unlike == (["run17"] if stands_out else [])
     page = make_page("folder", runs, [], "1 min")
-    assert "Unlike the rest of the fleet" in page
+    assert "Outliers of the fleet" in page
     if stands_out:
         assert "stiffness, rear axle of the car: 2" in runs[17].stands_out[0]
         assert "below the fleet" in runs[17].stands_out[0]
@@ -233,7 +233,7 @@ def test_only_what_stands_out_is_diagnosed(
     words = ["survey", str(top), "--out", str(out), "--jobs", "2", "--diagnose", "outliers"]
     assert main(words) == 1  # the diagnosis failed
     assert [name for what, name in asked if what == "diagnose"] == ["run17"]
-    assert "1 is unlike the rest" in capsys.readouterr().out
+    assert "1 is an outlier of the fleet" in capsys.readouterr().out
     table = {row["name"]: row for row in pq.read_table(out / "survey.parquet").to_pylist()}
     assert table["run17.blf"]["stands_out"]
     assert table["run3.blf"]["state"] == "not diagnosed"

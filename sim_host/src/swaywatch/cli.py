@@ -71,7 +71,7 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     """Parser with the subcommands of all modules, or of module `only` (which starts sooner)."""
     parser = _Parser(
         prog="swaywatch",
-        description="How far is this car-trailer combination from yaw instability, and why.",
+        description="How far a car-trailer combination is from yaw instability, and why.",
         epilog="`swaywatch COMMAND --help` explains a command; `swaywatch init RECORDING` writes "
         "the two files that a first analysis needs.",
     )

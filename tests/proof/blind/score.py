@@ -231,7 +231,7 @@ def find(tree: Any, names: tuple[str, ...]) -> float | None:
 
 
 def held_out(secret: Path, result: Path) -> Json | None:
-    """Prediction of the run that was kept back, by ``swaywatch predict``; cached."""
+    """Prediction of the run that was left out, by ``swaywatch predict``; cached."""
     out, model = result / "prediction.json", result / "diagnosis.json"
     if not out.exists() or out.stat().st_mtime < model.stat().st_mtime:
         run = next(secret.glob("run3.*"), None)

@@ -23,7 +23,7 @@ SUMMARY = (
     ("windows_overlap_half", "windows overlap by at least half", ""),
     ("parameter_within_25_percent", "parameters within 25 %", ""),
     ("interval_coverage", "true value inside the 90 % intervals", "80-97 %"),
-    ("held_out_improved", "prediction of a run that was kept back is better", ""),
+    ("held_out_improved", "prediction of a run that was left out is better", ""),
     ("held_out_windows_improved", "the same, effects in windows, where that run shows them", ""),
 )
 COLUMNS = (
@@ -52,7 +52,7 @@ def summary(total: Json) -> list[str]:
             lines.append(f"| {words} | {cell(value)} ({100.0 * value['share']:.0f} %) | {asked} |")
     if total.get("held_out_before_median") is not None:
         lines.append(
-            "| NRMSE of the run kept back (where a prediction is possible), median | "
+            "| NRMSE of the run left out (where a prediction is possible), median | "
             f"{total['held_out_before_median']:.3f} -> {total['held_out_after_median']:.3f} | |"
         )
     for row in total["calibration"]:
@@ -63,7 +63,7 @@ def summary(total: Json) -> list[str]:
     if total["seconds_median"] is not None:
         lines.append(
             f"| seconds per case on a shared machine: median, most | {total['seconds_median']:.0f},"
-            f" {total['seconds_max']:.0f} | 60 on a free one |"
+            f" {total['seconds_max']:.0f} | 60 on an idle machine |"
         )
     return lines
 

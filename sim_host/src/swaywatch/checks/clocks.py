@@ -51,9 +51,9 @@ def check_rate(drive: Drive) -> list[Finding]:
             "warning",
             "clock",
             (),
-            f"the logger's clock runs {100 * abs(middle):.1f} % {word}: the cycles of all "
-            f"{len(off)} messages are off by the same; frequencies, dampings and rates of change "
-            f"are off by as much ({', '.join(path.name for path in drive.files)})",
+            f"the logger's clock runs {100 * abs(middle):.1f} % {word}: the cycle times of "
+            f"all {len(off)} messages deviate by this amount, and so do frequencies, decay rates "
+            f"and rates of change ({', '.join(path.name for path in drive.files)})",
         )
     ]
 

@@ -264,8 +264,8 @@ def _check_steering(drive: Drive, vehicle: Vehicle, grid: Grid) -> list[Finding]
             "error",
             "sign_or_unit",
             (signal,),
-            f"{signal}: {factor_text(factors[best], name)}. With it as it is, the slip of the "
-            f"front axle leaves {left} of the axle's lateral force unexplained, put right "
+            f"{signal}: {factor_text(factors[best], name)}. As recorded, the slip of the front "
+            f"axle leaves {left} of the axle's lateral force unexplained, corrected "
             f"{100 * rests[best]:.0f} %; correct it in the signals.toml, e.g. "
             f'{name} = {{ signal = "{signal}", '
             + ("sign = -1 }" if factors[best] == -1.0 else 'unit = "..." }'),
@@ -387,7 +387,7 @@ def _check_two_clocks(drive: Drive, grid: Grid, relations: list[Relation]) -> li
                     "error",
                     "clock",
                     tuple(drive.channels[name].signal for name in sorted(names)),
-                    f"two speeds of clock: the signals of {', '.join(file)} run "
+                    f"two clocks at different rates: the signals of {', '.join(file)} run "
                     f"{100 * abs(slope):.2f} % {'slow' if slope < 0 else 'fast'} against those of "
                     f"{', '.join(files[0])} (their delay goes from {delays[0] * 1e3:+.0f} to "
                     f"{delays[-1] * 1e3:+.0f} ms); put the files on one clock first",
@@ -424,7 +424,7 @@ def _check_own_clock(
             "warning",
             "clock",
             signals,
-            f"{', '.join(signals)}: a clock of its own, {100 * abs(slope):.2f} % "
+            f"{', '.join(signals)}: a separate clock, {100 * abs(slope):.2f} % "
             f"{'slow' if slope > 0 else 'fast'}: the delay against the other signals changes by "
             f"{change * 1e3:.0f} ms over the run (residual of the balances {100 * now:.0f} %, "
             f"{100 * score:.0f} % when corrected)",

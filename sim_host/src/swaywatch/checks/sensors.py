@@ -31,8 +31,8 @@ AGAINST = -0.6
 """Correlation below which left and right are taken for each other."""
 
 MIRRORED = (
-    " - or, as it is so at every axle, all lateral signals count to the right (SAE axes) where "
-    "ISO 8855 counts to the left: then `sign = -1` for each of these instead"
+    " - or, as it is so at every axle, all lateral signals are positive to the right (SAE axes) "
+    "instead of to the left (ISO 8855): then `sign = -1` for each of these"
 )
 
 SLOW_HZ = 0.15

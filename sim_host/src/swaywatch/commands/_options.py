@@ -41,7 +41,7 @@ def add_simulation_signals(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--simulation-signals", type=Path, metavar="TOML",
         help="signals.toml of the simulation, if its signals have other names than those of the "
-        "recording; for an FMU see swaywatch.cosim.mapping",
+        "recording; for an FMU also inputs and parameters (documentation: Your own simulation)",
     )  # fmt: skip
 
 

@@ -43,16 +43,17 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--input", action="append", default=[], metavar="NAME",
-        help="input of the driver or pilot (not output of a damper or controller): swings that "
-        "it drives are reported as forced. Without: signals named hand wheel, stick, rudder, "
-        "aileron ...; --input none: there is none",
+        help="input of the driver or pilot (not output of a damper or controller): oscillations "
+        "that it drives are reported as forced. Default: signals named hand wheel, stick, rudder, "
+        "aileron ...; none: no input",
     )  # fmt: skip
     parser.add_argument(
         "--along", action="append", default=[], metavar="NAME",
-        help="angle between two bodies that swings along (fork, articulation): a swing in which "
-        "its share of the motion is not the usual one (a hand or a gust still acts) is reported as "
-        "another motion; at six swings at a speed or more. Without: signals named fork angle, "
-        "articulation or hitch angle; --along none: there is none",
+        help="angle between two bodies (articulation, fork) that oscillates with the signal: a "
+        "swing in which its amplitude and phase relative to the signal differ from the other "
+        "swings', because a hand or a gust still acts, is reported as another motion; needs six "
+        "swings at a speed. Default: signals named fork angle, articulation or hitch angle; none: "
+        "no such angle",
     )  # fmt: skip
     parser.add_argument(
         "--against", metavar="NAME",

@@ -12,6 +12,25 @@ from swaywatch.terminal import output
 
 HAS_JSON = True
 
+TITLES = {
+    "car_aerodynamics": "Aerodynamic lift of the car",
+    "combined_slip": "Rear cornering stiffness reduced by drive and brake forces",
+    "longitudinal_load_transfer": "Axle loads shifted by longitudinal acceleration",
+    "parameter_error": "Wrong value in vehicle.toml",
+    "sensor_clipped": "Signal limited by the measuring range",
+    "sensor_clock": "Signal recorded with a separate clock",
+    "sensor_delay": "Signal delayed",
+    "sensor_drift": "Offset that changes steadily with time",
+    "sensor_frozen": "Signal constant for some time",
+    "sensor_gain": "Wrong gain of a sensor",
+    "sensor_roll_gravity": "Accelerometer that rolls with the body and measures part of gravity",
+    "sensor_sign": "Inverted sign",
+    "sensor_spikes": "Single wrong samples",
+    "sensor_swapped": "Two signals interchanged",
+    "sensor_unit": "Wrong unit",
+}
+"""Titles of what the simulator cannot switch on, so that no module has them."""
+
 
 def add_parser(subparsers: Any) -> None:
     """Add the ``physics`` command."""
@@ -45,8 +64,8 @@ def known() -> dict[str, dict[str, Any]]:
     def entry(name: str, kind: str) -> dict[str, Any]:
         return found.setdefault(
             name,
-            {"title": name.replace("_", " "), "kind": kind, "equation": "", "source": "",
-             "reported": False, "simulated": False, "parameters": []},
+            {"title": TITLES.get(name, name.replace("_", " ")), "kind": kind, "equation": "",
+             "source": "", "reported": False, "simulated": False, "parameters": []},
         )  # fmt: skip
 
     for effect in library():
@@ -79,8 +98,9 @@ def run(args: argparse.Namespace) -> int:
     rows = known()
     if args.id is None:
         output.result(args, rows)
+        width = max(map(len, rows))
         for name, row in rows.items():
-            print(f"{name:24s} {_who(row):20s} {row['title']}")
+            print(f"{name:{width}s} {_who(row):18s} {row['title']}")
         return 0
     if args.id not in rows:
         raise ScenarioError(f"no effect {args.id!r}{with_known(args.id, rows)}")

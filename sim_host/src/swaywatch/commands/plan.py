@@ -23,16 +23,18 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "plan",
         help="plan a test: manoeuvres, speeds and sensors",
-        description="Choose the most informative manoeuvres and speeds for a combination, at "
-        "a safe distance from its expected critical speed: the remaining errors, the gain "
+        description="Choose the manoeuvres and speeds that give the smallest errors, at a safe "
+        "distance from the combination's expected critical speed: the remaining errors, the gain "
         "from other sensors, the time a plain slalom would take; a scenario for `simulate` and a "
         "steering robot's CSV.",
     )
     add_files(parser, signals=False)
     parser.add_argument(
         "--sensors", choices=("own", "articulation", "trailer", "forces"), default="own",
-        help="own: yaw rate and lateral acceleration of the car; each of the others has more "
-        "(default: %(default)s)",
+        help="sensors beside steering-wheel angle and speed; own: yaw rate and lateral "
+        "acceleration of the car; articulation: own and the articulation angle; trailer: own, and "
+        "yaw rate and lateral acceleration of the trailer; forces: those of trailer, and lateral "
+        "wheel forces of the car and lateral hitch force (default: %(default)s)",
     )  # fmt: skip
     parser.add_argument(
         "--goal", choices=("critical-speed", "parameters"), default="critical-speed",

@@ -1,4 +1,4 @@
-"""``swaywatch reproduce``: chapters 3, 5 and 6 of the reference as one report."""
+"""``swaywatch reproduce``: chapters 1 and 3 to 6 of the reference as one report."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ def add_parser(subparsers: Any) -> None:
     """Add the ``reproduce`` command."""
     parser = subparsers.add_parser(
         "reproduce",
-        help="reproduce chapters 3, 5 and 6 of the reference dissertation as a report",
-        description="Simulate the drives of chapters 3, 5 and 6 of the reference, identify them "
-        "with the C core, and write DIR/reproduce.html: figures and tables of chapters 1 and 3 to "
-        "6, each number beside the reference's, hit or missed; a miss names the computed "
-        "experiment that explains it. Exit code 1 if one has no explanation.",
+        help="reproduce figures and tables of the reference dissertation as a report",
+        description="Simulate the drives of chapters 1 and 3 to 6 of the reference, identify them "
+        "with the C core, and write their figures and tables to DIR/reproduce.html, each number "
+        "beside the reference's, met or missed; a miss names the computed experiment that "
+        "explains it. Exit code 1 if one has no explanation.",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write to")
     parser.add_argument(

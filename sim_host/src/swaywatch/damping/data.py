@@ -238,8 +238,8 @@ def _stuck(path: Path, names: Sequence[str], signals: dict[str, Series]) -> Reco
     """What to say of channels that could swing and do not."""
     which = ", ".join(f"{name} ({_held(signals[name])})" for name in names[:6])
     return RecordingError(
-        f"{path}: nothing to evaluate, the values of what could swing never change: {which}. A "
-        "signal that is not connected looks like this; name others with --channel"
+        f"{path}: nothing to evaluate, the signals that could oscillate are constant: {which}. A "
+        "sensor that is not connected looks like this; name others with --channel"
     )
 
 

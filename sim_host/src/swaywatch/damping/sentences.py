@@ -95,7 +95,7 @@ def _none(study: Study) -> str:
     forced = sum(bool(event.forced_by) for found in study.found for event in found.events)
     if forced:
         return f"No free oscillation: {forced} swing{'s' * (forced > 1)} driven by an input."
-    return "No free oscillation stands out of what the vehicle does anyway."
+    return "No free oscillation is distinguishable from the rest of the motion."
 
 
 def sentences(study: Study) -> list[str]:
@@ -315,9 +315,9 @@ def _iso9815(study: Study) -> str:
         )
     if line.value is not None:
         texts.append(
-            f"ISO 9815's straight line alone would put the zero at {_at(study, line.value)}; what "
-            "damps a trailer falls like one over the speed, so the course bends, and a straight "
-            "line that is drawn on beyond the speeds driven ends too low."
+            f"ISO 9815's straight line alone would put the zero at {_at(study, line.value)}; a "
+            "trailer's damping decreases as 1/speed, so the course is curved, and a straight line "
+            "extrapolated beyond the speeds driven ends too low."
         )
     return " ".join(texts)
 
@@ -432,7 +432,7 @@ def _one_quantity(study: Study, comparison: Comparison, total: Difference, model
     if not total.differs:
         said = f"difference {interval(total.difference)}{unit}, {probability(total.p_value)}"
         if total.difference.half > AGREE * _size(at):
-            return f"The {name} {both} are not certain to differ, nor to agree: {said}."
+            return f"The {name} {both} cannot be shown to differ or to agree: {said}."
         return f"The {name} {both} agree: {said}."
     where = ""
     if certain and not math.isnan(at[0].place or 0.0) and len(at) > 1:

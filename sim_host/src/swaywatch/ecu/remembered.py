@@ -46,7 +46,10 @@ class Remembered:
             "another": f"this is another trailer than in earlier drives ({compared})",
         }
         if self.state not in words:
-            return "The ECU cannot tell yet whether a trailer is attached and whether it knows it."
+            return (
+                "The ECU cannot decide yet whether a trailer is attached, or whether it is the one "
+                "of earlier drives."
+            )
         return f"According to the ECU, {words[self.state]}, after {self.learnt_s} s of driving."
 
 

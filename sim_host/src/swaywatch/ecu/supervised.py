@@ -79,7 +79,7 @@ def words(code: int, size: float, error: float) -> str:
         base = max(b for b in (GAIN, DELAY, OFFSET) if b <= code)
         _, name = CHANNELS[code - base]
         if base == GAIN:
-            return f"{name} is wrong by {amount(100.0, '%')} of the true value"
+            return f"{name} has a gain error of {amount(100.0, '%')}"
         if base == DELAY:
             return f"{name} is late by {amount(1000.0, 'ms')}"
         turns = code - base in (1, 3)

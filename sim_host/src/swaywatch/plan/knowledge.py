@@ -202,10 +202,15 @@ _FORCES = {
 }
 SETS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "own": ("the car's own: yaw rate, lateral acceleration", _OWN),
-    "articulation": ("and the articulation angle", {**_OWN, "articulation": "articulation"}),
-    "trailer": ("and yaw rate and lateral acceleration of the trailer", {**_OWN, **_TRAILER}),
+    "articulation": (
+        "the car's own, and the articulation angle", {**_OWN, "articulation": "articulation"},
+    ),
+    "trailer": (
+        "the car's own, and yaw rate and lateral acceleration of the trailer", {**_OWN, **_TRAILER},
+    ),
     "forces": (
-        "and wheel forces of the car and the hitch force", {**_OWN, **_TRAILER, **_FORCES}
+        "those of trailer, and lateral wheel forces of the car and lateral hitch force",
+        {**_OWN, **_TRAILER, **_FORCES},
     ),
 }  # fmt: skip
 """Sets of sensors beside steering-wheel angle and speed, each with more than the one before."""

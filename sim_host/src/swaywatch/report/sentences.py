@@ -141,7 +141,7 @@ def _no_critical(result: DriveResult, speed_m_s: float, thing: str) -> tuple[str
             result,
             kind,
             f"At {speed_m_s * KMH:.1f} km/h the sway of {thing} has a measured damping ratio of "
-            f"{plus_minus(measured, 1.0, 3)}; the single-track model says {model.value:.3f} and "
+            f"{plus_minus(measured, 1.0, 3)}; the single-track model gives {model.value:.3f} and "
             f"no critical speed up to {high:.0f} km/h: physics is missing from it.",
         )
     if result.critical_kind == "beyond_range":
@@ -256,7 +256,7 @@ def _damping(result: DriveResult) -> str:
     model = result.values.get("model_damping_ratio")
     if model is not None and abs(model.value) <= 1.0:
         said = f"{model.value:.3f}".replace("-0.000", "0.000")
-        text += f" (the single-track model with the identified tyres says {said})"
+        text += f" (the single-track model with the identified tyres gives {said})"
     return text + "."
 
 
@@ -296,8 +296,8 @@ def _lowest(estimates: Estimates) -> str:
     )
     return (
         f" In swings of {math.degrees(swing):.0f} deg/s it would be {speed:.0f} ± {error:.0f} km/h "
-        "with tyres that level off at 0.9 of their load. This is extrapolated with an assumed "
-        "tyre, not measured, and the alarm does not use it."
+        "with tyres whose lateral force saturates at 0.9 times their load. This is extrapolated "
+        "with an assumed tyre, not measured, and the alarm does not use it."
     )
 
 

@@ -36,7 +36,7 @@ def count_words(outcomes: Sequence[SurveyOutcome]) -> str:
         if number[state]:
             text += f", {number[state]} {words}"
     if unlike := sum(bool(outcome.stands_out) for outcome in outcomes):
-        text += f"; {unlike} {'is' if unlike == 1 else 'are'} unlike the rest of the fleet"
+        text += f"; {unlike} {'is an outlier' if unlike == 1 else 'are outliers'} of the fleet"
     return text
 
 

@@ -114,7 +114,7 @@ def load_car_runs(recordings: Sequence[Path], vehicle: Vehicle, signals: Path) -
         )
     missing = [c for c in COMPARED if c not in data.channels]
     data.checks += [
-        f"not recorded: {c}; explanations that sit in it cannot be tested" for c in missing
+        f"not recorded: {c}; explanations that act on it cannot be tested" for c in missing
     ]
     if not any("wheel_speed_fl" in run.channels for run in data.runs):
         data.checks.append(

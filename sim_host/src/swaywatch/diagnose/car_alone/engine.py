@@ -214,7 +214,7 @@ def _everything(
         if trial.mean_square < model.mean_square:
             model = trial
         else:
-            dropped.append(f"{effect.name}: nothing gained beside the others")
+            dropped.append(f"{effect.name}: no improvement in addition to the others")
     return fitter.fit(model, fitter.data.parts)
 
 
@@ -415,9 +415,9 @@ def _quantities(fitter: CarFitter, verdict: CarVerdict) -> dict[str, Any]:
         found[ROLL_SEEN] = {
             "value": seen, "low": seen - 1.645 * error, "high": seen + 1.645 * error,
             "per_part": np.degrees(values).tolist(),
-            "how": "(a_y measured / (v r + dv_y/dt) - 1) / g in each part; true if nothing but "
-            "the roll of the body and the sensors' gains (2 % of acceleration and yaw rate, 1 % of "
-            "speed) make the difference",
+            "how": "(a_y measured / (v_x * yaw rate + dv_y/dt) - 1) / g in each part; true if "
+            "nothing but the roll of the body and the sensors' gains (2 % of acceleration and yaw "
+            "rate, 1 % of speed) make the difference",
         }  # fmt: skip
         found[ROLL_QUANTITY] = {
             "value": known, "low": known - 1.645 * left, "high": known + 1.645 * left,
@@ -433,8 +433,8 @@ def _quantities(fitter: CarFitter, verdict: CarVerdict) -> dict[str, Any]:
             found[f"road_bank_{number}_deg"] = {
                 "value": middle, "low": middle - half, "high": middle + half,
                 "how": f"{data.runs[run_number].name}, {max(start, 0.0):.0f} s to "
-                f"{min(stop, data.runs[run_number].time[-1]):.0f} s: (v r - a_y / (1 + g roll)) / "
-                "g in stretches of 2 s; positive pulls to the left",
+                f"{min(stop, data.runs[run_number].time[-1]):.0f} s: (v_x * yaw rate - a_y / "
+                "(1 + g roll)) / g in stretches of 2 s; positive pulls to the left",
             }  # fmt: skip
     return found
 

@@ -67,7 +67,7 @@ FAR = 100.0  # a neutral value beyond it stands for infinity
 NEAR_NEUTRAL = 0.1  # of the way to a start: where a fit begins that need not go far
 
 RUNS_AWAY = (
-    "the simulated vehicle runs away in this recording, even while it is held to the measured yaw "
+    "the simulated vehicle diverges in this recording, even while it is held to the measured yaw "
     "rates: masses, lengths or stiffnesses of vehicle.toml, or the units and signs of steering and "
     "speed, cannot be right"
 )

@@ -36,7 +36,7 @@ def _summary(block: Mapping[str, Any]) -> str:
     text = f"Critical speed of a swing of {swing:g} deg/s: "
     calibrated = _speed(block["calibrated"]["v_crit_km_h"][MIDDLE])
     if block["beside_simulation"]:
-        text += f"{calibrated} of the plant that was fitted to your simulation (not of that itself)"
+        text += f"{calibrated} of our model fitted to your simulation, not of the simulation itself"
     else:
         text += (
             f"{_speed(block['believed_v_crit_km_h'])} from vehicle.toml and its tolerances, "

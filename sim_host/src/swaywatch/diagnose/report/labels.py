@@ -24,7 +24,10 @@ VERDICTS = {
     "missing_physics": ("bad", "Physics is missing in the simulation"),
     "measurement_fault": ("near", "The measurement is at fault, not the simulation"),
     "parameter_error": ("near", "A value of vehicle.toml is wrong; no physics is missing"),
-    "unexplained": ("bad", "Simulation and recording differ; no known effect surely explains it"),
+    "unexplained": (
+        "bad",
+        "Simulation and recording differ; no known effect explains it with sufficient confidence",
+    ),
 }
 """Verdict to its colour and its sentence."""
 
