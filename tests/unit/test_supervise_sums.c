@@ -594,6 +594,9 @@ static void a_rejected_sensor_is_measured_once_more(void)
     judge(4, 90000, 0, 0);
     TEST_ASSERT_EQUAL_HEX32(bit | bit_of_sensor(4), supervise.rejected_mask);
     TEST_ASSERT_EQUAL_HEX32(~bit, sway_supervise_wanted(&supervise)); /* the last one is measured */
+    supervise.measuring = 0;
+    supervise.rejected_mask = UINT32_MAX;
+    TEST_ASSERT_EQUAL_HEX32(0, sway_supervise_wanted(&supervise));
 }
 
 static void what_says_less_or_something_else_is_no_better_size(void)

@@ -624,8 +624,9 @@ static void a_model_has_the_errors_of_all_that_moves_it(void)
                               value(watch.model.damping_ratio_se));
 }
 
-/* Root and limit of the watched combination by Newton with its tyres' lag. */
-static void late(double relaxation_m, double v, double *ratio, double *limit)
+/* Root and limit of the watched combination by Newton with its tyres' lag; result: the limit's
+ * frequency. */
+static double late(double relaxation_m, double v, double *ratio, double *limit)
 {
     sway_single_track_t stm = watch.stm;
     sway_real_t v_crit, omega, d_omega, d_v;
@@ -654,6 +655,7 @@ static void late(double relaxation_m, double v, double *ratio, double *limit)
         omega = sway_real_add(omega, d_omega);
     }
     *limit = value(v_crit);
+    return value(omega);
 }
 
 /* Tyres that lag lower damping and limit, in proportion: at the usual length nearly exact, at twice
@@ -668,7 +670,7 @@ static void tyres_that_lag_lower_damping_and_limit(void)
         sway_trailer_init(&watch, &vehicle, 0, 10000);
         watch.with.x[SWAY_STATE_RELAXATION] = real(cases[i].length);
         model_at(100);
-        late(cases[i].length, 100 / 3.6, &ratio, &limit);
+        const double omega = late(cases[i].length, 100 / 3.6, &ratio, &limit);
         TEST_ASSERT_DOUBLE_WITHIN(cases[i].ratio_off, ratio, value(watch.model.damping_ratio));
         TEST_ASSERT_DOUBLE_WITHIN(cases[i].limit_off, limit, value(watch.model.v_crit_m_s));
         first_ratio = i == 0 ? ratio : first_ratio;
@@ -678,6 +680,7 @@ static void tyres_that_lag_lower_damping_and_limit(void)
                                       value(watch.ratio_by[STIFF]));
             TEST_ASSERT_DOUBLE_WITHIN(0.1, (limit - first_limit) / 0.3,
                                       value(watch.limit_by[STIFF]));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, omega, value(watch.next.omega_crit_rad_s));
             TEST_ASSERT_DOUBLE_WITHIN(1e-7, value(watch.next.damping_ratio),
                                       value(sway_single_track_damping_ratio(watch.next.root)));
         }

@@ -32,6 +32,16 @@ IDS = {
     "sign_or_unit": "sensor_unit",
 }
 LINES = {"spike": "broadband", "drift": "mean", "clipped": "f", "stuck": "f"}
+TITLES = {
+    "sensor_spikes": "Single wrong samples",
+    "sensor_frozen": "Signal constant for some time",
+    "sensor_clipped": "Signal limited by the measuring range",
+    "sensor_drift": "Offset that changes steadily with time",
+    "sensor_swapped": "Two signals interchanged",
+    "sensor_clock": "Signal recorded with a separate clock",
+    "sensor_unit": "Wrong unit",
+    "sensor_sign": "Inverted sign",
+}
 EQUATIONS = {
     "sensor_spikes": "isolated samples far from their neighbours; left out",
     "sensor_frozen": "measured(t) = measured(start); left out",

@@ -12,25 +12,6 @@ from swaywatch.terminal import output
 
 HAS_JSON = True
 
-TITLES = {
-    "car_aerodynamics": "Aerodynamic lift of the car",
-    "combined_slip": "Rear cornering stiffness reduced by drive and brake forces",
-    "longitudinal_load_transfer": "Axle loads shifted by longitudinal acceleration",
-    "parameter_error": "Wrong value in vehicle.toml",
-    "sensor_clipped": "Signal limited by the measuring range",
-    "sensor_clock": "Signal recorded with a separate clock",
-    "sensor_delay": "Signal delayed",
-    "sensor_drift": "Offset that changes steadily with time",
-    "sensor_frozen": "Signal constant for some time",
-    "sensor_gain": "Wrong gain of a sensor",
-    "sensor_roll_gravity": "Accelerometer that rolls with the body and measures part of gravity",
-    "sensor_sign": "Inverted sign",
-    "sensor_spikes": "Single wrong samples",
-    "sensor_swapped": "Two signals interchanged",
-    "sensor_unit": "Wrong unit",
-}
-"""Titles of what the simulator cannot switch on, so that no module has them."""
-
 
 def add_parser(subparsers: Any) -> None:
     """Add the ``physics`` command."""
@@ -53,7 +34,7 @@ def known() -> dict[str, dict[str, Any]]:
         Keys of an entry: ``title``, ``equation``, ``source``, ``reported`` (by diagnose),
         ``simulated`` (by simulate), ``parameters`` (name, unit).
     """
-    from swaywatch.checks.sensor_faults import EQUATIONS
+    from swaywatch.checks.sensor_faults import EQUATIONS, TITLES
     from swaywatch.diagnose.car_alone.effects import effects as car_effects
     from swaywatch.effects.effect import library
     from swaywatch.models.physics import MODULES
@@ -61,28 +42,28 @@ def known() -> dict[str, dict[str, Any]]:
 
     found: dict[str, dict[str, Any]] = {}
 
-    def entry(name: str, kind: str) -> dict[str, Any]:
+    def entry(name: str, kind: str, title: str) -> dict[str, Any]:
         return found.setdefault(
             name,
-            {"title": TITLES.get(name, name.replace("_", " ")), "kind": kind, "equation": "",
-             "source": "", "reported": False, "simulated": False, "parameters": []},
+            {"title": title, "kind": kind, "equation": "", "source": "", "reported": False,
+             "simulated": False, "parameters": []},
         )  # fmt: skip
 
     for effect in library():
-        row = entry(effect.id, effect.kind)
+        row = entry(effect.id, effect.kind, effect.title)
         row["reported"], row["equation"], row["source"] = True, effect.equation, effect.source
         row["parameters"] = [{"name": p.name, "unit": p.unit} for p in effect.parameters]
     for alone in car_effects(tuple(CHANNELS)):
-        row = entry(alone.id, alone.kind)
+        row = entry(alone.id, alone.kind, alone.title)
         row["reported"] = True
         row["equation"] = row["equation"] or alone.equation
         row["source"] = row["source"] or alone.source
     for name, equation in EQUATIONS.items():
-        row = entry(name, "measurement")
+        row = entry(name, "measurement", TITLES[name])
         row["reported"], row["equation"] = True, equation
         row["source"] = row["source"] or "fault of the measurement"
     for module in MODULES.values():
-        row = entry(module.id, "physics")
+        row = entry(module.id, "physics", module.title)
         row["simulated"], row["title"] = True, module.title
         row["equation"], row["source"] = module.equation, module.source
     return dict(sorted(found.items()))

@@ -129,6 +129,8 @@ class Effect:
     ----------
     id
         Word of the list.
+    title
+        What it is, in words; empty where a module of the simulator has the same id and its title.
     component
         Where: axle, channel, body or name of the vehicle value.
     kind
@@ -178,6 +180,7 @@ class Effect:
     plausibility: float = 0.0
     extra: dict[str, object] = field(default_factory=dict)
     on_springs: Effect | None = None
+    title: str = ""
 
     @property
     def name(self) -> str:

@@ -48,7 +48,7 @@ class CarEffect:
 
     Attributes
     ----------
-    id, component, kind
+    id, component, kind, title
         As in `effect.Effect`.
     usual
         Every real car has it to some extent: the search starts with all of these and takes away
@@ -78,6 +78,7 @@ class CarEffect:
     lines: tuple[str, ...] = ("f",)
     windows: tuple[tuple[int, float, float], ...] = field(default=())
     usual: bool = False
+    title: str = ""
 
     @property
     def name(self) -> str:
@@ -220,12 +221,14 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[CarEffect]:
             "axle loads move by m a_x h / l; stiffness in proportion", "balance of pitch moments",
             (Number("cog_height_m", "m", 0.0, 0.0, 1.5, 0.5, (0.5, 0.15)),), _slot("cog_height"),
             rank=2, decided_by="axle loads", lines=("broadband",), usual=True,
+            title="Axle loads shifted by longitudinal acceleration",
         ),
         CarEffect(
             "combined_slip", "car_rear", "physics",
             "rear stiffness falls by 1/(1 + k (a_x/g)^2)", "drive and brake force of the rear axle",
             (Number("k", "-", 0.0, 0.0, 20.0, 0.5, (0.0, 1.0)),), _slot("combined_slip"), rank=3,
             decided_by="wheel torques", lines=("broadband",), usual=fast,
+            title="Rear cornering stiffness reduced by drive and brake forces",
         ),
         CarEffect(
             "car_aerodynamics", "car", "physics", "axle load falls by coefficient v^2",
@@ -235,7 +238,7 @@ def effects(channels: tuple[str, ...], *, fast: bool = True) -> list[CarEffect]:
                 Number("rear_n_per_m2_s2", "N s2/m2", 0.0, -2.0, 2.0, 0.1, (0.0, 0.3)),
             ),
             _lift, rank=3, decided_by="axle loads or ride heights at speed", lines=("mean",),
-            usual=fast,
+            usual=fast, title="Aerodynamic lift of the car",
         ),
         CarEffect(
             "parameter_error", "car.yaw_inertia", "parameter", "true = factor x value of the file",

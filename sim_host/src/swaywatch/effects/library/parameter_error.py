@@ -27,6 +27,7 @@ _FACTOR = Parameter("factor", "-", 1.0, 0.4, 2.5, (1.05,), 0.005, 0.006)
 EFFECTS = [
     Effect(
         id="parameter_error",
+        title="Wrong value in vehicle.toml",
         component=name,
         kind="parameter",
         equation="true value = factor x value of the file",
@@ -40,6 +41,7 @@ EFFECTS = [
 ] + [
     Effect(
         id="parameter_error",
+        title="Wrong value in vehicle.toml",
         component="car.steering_ratio",
         kind="parameter",
         equation="true value = factor x value of the file",

@@ -45,6 +45,7 @@ def _steering(plant: PlantInput, run: Run, values: Values, windows: Sequence[Win
 def _effect(group: str, channels: tuple[str, ...]) -> Effect:
     found = Effect(
         id="sensor_delay",
+        title="Signal delayed",
         component=group,
         kind="measurement",
         equation="measured(t) = true(t - delay)",
@@ -62,6 +63,7 @@ def _effect(group: str, channels: tuple[str, ...]) -> Effect:
 EFFECTS = [_effect(group, channels) for group, channels in FAULT_CHANNELS.items()] + [
     Effect(
         id="sensor_delay",
+        title="Signal delayed",
         component="steering_wheel_angle",
         kind="measurement",
         equation="measured(t) = true(t - delay)",

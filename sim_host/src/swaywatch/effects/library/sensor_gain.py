@@ -39,6 +39,7 @@ def _speed(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window
 EFFECTS = [
     Effect(
         id="sensor_gain",
+        title="Wrong gain of a sensor",
         component=group,
         kind="measurement",
         equation="measured = factor x true",
@@ -52,6 +53,7 @@ EFFECTS = [
 ] + [
     Effect(
         id="sensor_gain",
+        title="Wrong gain of a sensor",
         component=channel,
         kind="measurement",
         equation="measured = factor x true",

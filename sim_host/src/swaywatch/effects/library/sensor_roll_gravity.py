@@ -39,6 +39,7 @@ def _observe(channel: str) -> Callable[[dict[str, Array], Run, Values], None]:
 EFFECTS = [
     Effect(
         id="sensor_roll_gravity",
+        title="Accelerometer that rolls with the body and measures part of gravity",
         component=channel,
         kind="measurement",
         equation="measured = a_y + g roll, roll: second order behind a_y",
