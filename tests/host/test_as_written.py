@@ -55,10 +55,7 @@ def test_the_improvement_in_words() -> None:
     sensor_fault = {"fit": None}
     result = {"effects": [sensor_fault, {"fit": fit}], "model": {}}
     begin = "error of the simulation (NRMSE): 0.400 with vehicle.toml as written, "
-    end = (
-        "0.010 with the findings; "
-        "of a run predicted by the others 0.600 without and 0.012 with them"
-    )
+    end = "0.010 with the findings; of runs left out of the fit 0.600 without and 0.012 with them"
     assert how_well(result) == begin + "0.200 without the findings, " + end
     fit["baseline"] = "as_written"
     assert how_well(result) == begin + end

@@ -13,6 +13,7 @@ from conftest import recordings
 
 from swaywatch.diagnose.engine import write
 from swaywatch.diagnose.fit import data
+from swaywatch.diagnose.fit.beliefs import beliefs_of
 from swaywatch.diagnose.fit.fit import Fit, predict_run
 from swaywatch.diagnose.fit.holdout import held_out
 from swaywatch.diagnose.model import embedded, model_block, read_model, signals_for, terms_of
@@ -21,6 +22,7 @@ from swaywatch.drive import Drive, load_drives, load_signals
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
 from swaywatch.errors import SignalError, SwaywatchError
+from swaywatch.plant.lanes import BODY
 
 VERDICTS = Path(__file__).resolve().parent.parent / "proof" / "verdicts" / "practice"
 
@@ -128,13 +130,33 @@ def test_a_left_out_run_values_windows_by_the_others() -> None:
     effect = _effect("tyre_stiffness_change:car_rear")
     term = ActiveEffect(effect, (6.0, 12.0, 0.8, 8.0, 14.0, 0.8), (0, 1))  # type: ignore[arg-type]
     problem = synthetic((term,), seed=6)
-    block = held_out(problem, Fit((term,), np.zeros((2, 5)), np.zeros(0)))
+    alone = Fit((), np.zeros((2, 5)), np.zeros(0))
+    block = held_out(problem, Fit((term,), np.zeros((2, 5)), np.zeros(0)), alone)
     assert block["held_out_diagnosed_nrmse"] < 0.5 * block["held_out_baseline_nrmse"]
     assert any("values from the windows of the other runs" in s for s in block["held_out_how"])
     single = ActiveEffect(effect, (6.0, 12.0, 0.8), (0,))  # type: ignore[arg-type]
-    block = held_out(problem, Fit((single,), np.zeros((2, 5)), np.zeros(0)))
+    block = held_out(problem, Fit((single,), np.zeros((2, 5)), np.zeros(0)), alone)
     assert block["held_out_diagnosed_nrmse"] is None
     assert any("no other window gives their values" in s for s in block["held_out_how"])
+
+
+def test_a_left_out_run_is_compared_with_the_vehicle_calibrated_to_the_others() -> None:
+    """A wrong stiffness is no merit of the finding: calibration alone mends it."""
+    from test_diagnose import synthetic
+
+    truth = synthetic((), seed=7)
+    body = truth.body.copy()
+    body[BODY.index("trailer.rear_cornering_stiffness")] *= 1.1
+    problem = replace(truth, body=body, beliefs=beliefs_of(body, truth.channels(truth.runs[0])))
+    nothing = np.zeros(len(problem.beliefs.items))
+    alone = Fit((), np.zeros((2, 5)), nothing)
+    friction = _effect("hitch_friction:hitch")
+    term = ActiveEffect(friction, (1.0, 0.01), ())  # type: ignore[arg-type]
+    fit = Fit((term,), np.zeros((2, 5)), nothing)
+    written, calibrated = (held_out(problem, fit, alone, calibrated=c) for c in (False, True))
+    key = "held_out_baseline_nrmse"
+    assert calibrated[key] < 0.3 * written[key]
+    assert calibrated["held_out_diagnosed_nrmse"] > 0.5 * calibrated[key]
 
 
 def test_a_model_survives_the_way_through_json() -> None:

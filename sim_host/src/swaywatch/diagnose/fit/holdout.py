@@ -132,8 +132,17 @@ def typical(rows: Sequence[Sequence[float]]) -> list[float]:
     return [float(x) for x in np.exp(np.mean(np.log(np.array(rows) + 1e-12), axis=0))]
 
 
-def held_out(problem: Problem, fit: Fit) -> dict[str, Any]:
-    """Each run predicted by what the other runs taught.
+def held_out(problem: Problem, fit: Fit, before: Fit, *, calibrated: bool = True) -> dict[str, Any]:
+    """Each run predicted by what the other runs taught, with the findings and without any.
+
+    Parameters
+    ----------
+    fit
+        The model with the findings.
+    before
+        The model without: the calibrated vehicle alone.
+    calibrated
+        ``before`` is calibrated to the other runs as well; False: it is the vehicle as written.
 
     Returns
     -------
@@ -149,23 +158,32 @@ def held_out(problem: Problem, fit: Fit) -> dict[str, Any]:
         return empty | {"held_out_how": ["no effect is claimed"]}
     if len(problem.runs) < 2:
         return empty | {"held_out_how": ["one run only: nothing can be left out"]}
-    notes = {"each run is predicted by the model fitted to the others"}
+    notes = {
+        "each run is predicted by the models fitted to the others, with and without the findings"
+        if calibrated
+        else "each run is predicted by the model fitted to the others; without the findings it is "
+        "the vehicle as written"
+    }
     scores = []
     used = 0
     for index, run in enumerate(problem.runs):
         others = [r for r in range(len(problem.runs)) if r != index]
         taught = Fitter(problem).run(Fit(fit.terms, fit.nuisance, fit.shift), 5, runs=others)
         constant = tuple(t for t in taught.terms if not t.effect.windowed)
-        nuisance = start_values(problem, index, constant, fit.shift)
+        nuisance = start_values(problem, index, constant, taught.shift)
         terms = carried(problem, index, taught, nuisance, notes)
         used += len(terms)
-        start = start_values(problem, index, (), fit.shift)
-        before = predict_run(problem, index, (), start, fit.shift)
-        after = predict_run(problem, index, terms, nuisance, fit.shift)
+        with_findings = predict_run(problem, index, terms, nuisance, taught.shift)
+        alone = Fit((), before.nuisance, before.shift)
+        if calibrated:
+            alone = Fitter(problem).run(alone, 5, runs=others)
+        start = start_values(problem, index, (), alone.shift)
+        without = predict_run(problem, index, (), start, alone.shift)
         scores.append(
             [
-                nrmse(errors(problem, index, before)), nrmse(errors(problem, index, after)),
-                iso18571(run, before), iso18571(run, after),
+                nrmse(errors(problem, index, without)),
+                nrmse(errors(problem, index, with_findings)),
+                iso18571(run, without), iso18571(run, with_findings),
             ]
         )  # fmt: skip
     if not used:

@@ -171,8 +171,9 @@ def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
     written, before, after = (
         _reproduced(problem, fit) for fit in (verdict.written, verdict.before, verdict.fit)
     )
+    as_written = verdict.before is verdict.written
     block: dict[str, Any] = {
-        "baseline": "as_written" if verdict.before is verdict.written else "calibrated",
+        "baseline": "as_written" if as_written else "calibrated",
         "as_written_nrmse": written[0],
         "baseline_nrmse": before[0],
         "diagnosed_nrmse": after[0],
@@ -180,7 +181,7 @@ def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
         "iso18571_before": before[1],
         "iso18571_after": after[1],
     }
-    return block | held_out(problem, verdict.fit)
+    return block | held_out(problem, verdict.fit, verdict.before, calibrated=not as_written)
 
 
 def calibrated(verdict: Verdict, problem: Problem) -> list[dict[str, Any]]:

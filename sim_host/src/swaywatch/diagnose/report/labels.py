@@ -100,9 +100,7 @@ def how_well(result: Mapping[str, Any]) -> str:
     left = [fit.get(key) for key in ("held_out_baseline_nrmse", "held_out_diagnosed_nrmse")]
     more = ""
     if None not in left:
-        more = (
-            f"; of a run predicted by the others {left[0]:.3f} without and {left[1]:.3f} with them"
-        )
+        more = f"; of runs left out of the fit {left[0]:.3f} without and {left[1]:.3f} with them"
     return "error of the simulation (NRMSE): " + ", ".join(parts) + more
 
 
