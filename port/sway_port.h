@@ -36,7 +36,7 @@ typedef struct {
     /// program's own state is sound.
     void (*alive)(void *context);
     /// Optional: 32 random bits of the hardware, for the challenges of sway_access. Without it they
-    /// are foretellable by the time of the request, and one that was answered before can be had
+    /// are predictable by the time of the request, and one that was answered before can be had
     /// again after a power cycle.
     uint32_t (*random)(void *context);
     /// Key of sway_access, SWAY_SIPHASH_KEY bytes, each ECU its own. NULL: no parameter can be

@@ -44,8 +44,9 @@ void sway_margin_init(sway_margin_t *margin, const sway_vehicle_t *vehicle)
 
 /* An earlier swing carried on to now, by its own frequency and the damping so far: nothing of it
  * may be of this window, whose wind would be in it. The result is the share of this swing that is
- * so foretold, 0..1. A hand that moves the wheel is no wind: all of a forced swing counts. */
-static sway_real_t foretell(sway_margin_t *margin, const sway_identify_t *id, int64_t time_us)
+ * so predicted, 0..1. A hand that moves the wheel is no wind: all of a forced swing counts. */
+static sway_real_t predicted_share(sway_margin_t *margin, const sway_identify_t *id,
+                                   int64_t time_us)
 {
     const sway_line_t *const line = id->line;
     const uint32_t trailer = line->valid_mask & SWAY_CHANNEL_BIT(SWAY_CHANNEL_TRAILER_YAW_RATE);
@@ -76,14 +77,14 @@ static sway_real_t foretell(sway_margin_t *margin, const sway_identify_t *id, in
  * errors are larger for it, and hold (seen with the warning campaign). */
 static void take_estimates(sway_margin_t *margin, const sway_identify_t *id, int64_t time_us)
 {
-    const sway_real_t foretold = foretell(margin, id, time_us);
+    const sway_real_t predicted = predicted_share(margin, id, time_us);
     const sway_complex_t s = id->s.value;
     const sway_complex_t s_by_v = {DIV(s.re, id->speed_m_s), DIV(s.im, id->speed_m_s)};
     for (int axle = 0; axle < (int)SWAY_AXLE_COUNT; axle++) {
         const sway_axle_estimate_t *const estimate = &id->axle[axle];
         if ((id->valid & ((uint32_t)SWAY_VALID_CAR_FRONT << (uint32_t)axle)) != 0U) {
             sway_quantity_take(&margin->stiffness[axle], &estimate->stiffness, s_by_v,
-                               estimate->derived ? &foretold : NULL);
+                               estimate->derived ? &predicted : NULL);
         }
     }
     const uint32_t bit[2] = {SWAY_VALID_CAR_INERTIA, SWAY_VALID_TRAILER_INERTIA};

@@ -5,7 +5,7 @@
 /// and yaw inertias into the single-track model: damping ratio at the present speed, critical speed
 /// and its standard error. One window gives noisy values in ordinary driving, so each quantity is
 /// filtered over many (sway_quantity), where forces come from balances as far as an earlier swing
-/// foretells this one.
+/// predicts this one.
 ///
 /// Dry friction at the ball holds small swings and lets large ones go, so the model has none: the
 /// inertias are taken without it, and the critical speed is that of a swing which friction does not
@@ -19,7 +19,7 @@
 /// Parameters whose derivatives are renewed with an estimate.
 #define SWAY_MARGIN_TURN 2
 
-/// Estimates between a swing and the one that it foretells: a quarter of a window.
+/// Estimates between a swing and the one that it predicts: a quarter of a window.
 #define SWAY_MARGIN_PAST 4
 
 /// Swing of an earlier estimate.

@@ -707,9 +707,10 @@ static bool is_parameter(uint32_t state)
 }
 
 /* Takes a measurement that has `slope` by the states, `off` from what was expected. Of what it
- * tells of the parameters the share `learning` is taken, of value and doubt alike: errors of the
- * model and of the road last for several samples, which tell the same. While nothing is learnt
- * parameters keep both (Schmidt's form of the filter: their doubt still counts for the motion). */
+ * tells of the parameters the share `learning` is taken, of value and uncertainty alike: errors of
+ * the model and of the road last for several samples, which tell the same. While nothing is learnt
+ * parameters keep both (Schmidt's form of the filter: their uncertainty still counts for the
+ * motion). */
 static void correct(sway_observer_t *observer, const sway_real_t *slope, sway_real_t off,
                     sway_real_t variance, uint32_t which)
 {

@@ -7,8 +7,8 @@
 /// what is not known for certain: the car's stiffnesses, inertia and centre of gravity, three
 /// sensor offsets, the tyres' relaxation length, and of the trailer mass, length, inertia,
 /// stiffness, place of the axle and dry friction at the ball. So the trailer's motion is
-/// reconstructed with its doubt, and its parameters are identified from whatever the driver does.
-/// What the sensors cannot tell stays at its start value with its start error: that is how
+/// reconstructed with its uncertainty, and its parameters are identified from whatever the driver
+/// does. What the sensors cannot tell stays at its start value with its start error: that is how
 /// observability shows, nothing is switched.
 ///
 /// Estimates are kept where cars and trailers can be: without that, wind and road that are no white

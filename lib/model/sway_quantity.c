@@ -41,14 +41,14 @@ void sway_quantity_drift(sway_quantity_t *quantity, int64_t time_us, int32_t re_
 
 /* How an estimate counts. */
 typedef struct {
-    sway_real_t share;    ///< of its swing that was foretold
+    sway_real_t share;    ///< of its swing that was predicted
     sway_real_t variance; ///< with what overlaps
     sway_real_t common;   ///< variance that stays
 } weight_t;
 
 /* Least squares would weigh by the swing itself, of which today's wind is a part; an instrument
- * weighs by what was foretold of it. The variance is that of any gain (Joseph's form), and the gain
- * ends where no more than the common part of the variance would be left. */
+ * weighs by what was predicted of it. The variance is that of any gain (Joseph's form), and the
+ * gain ends where no more than the common part of the variance would be left. */
 static void update(sway_real_t *value, sway_real_t *variance, sway_real_t measured,
                    const weight_t *weight)
 {
@@ -109,20 +109,20 @@ static void move_to(sway_quantity_t *quantity, sway_complex_t s_by_v)
 }
 
 void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estimate,
-                        sway_complex_t s_by_v, const sway_real_t *foretold)
+                        sway_complex_t s_by_v, const sway_real_t *predicted)
 {
     const sway_complex_t value = estimate->value;
     const sway_real_t variance = variance_of(quantity, estimate, sway_real_sign(s_by_v.re) < 0);
     weight_t weight = {sway_real_int(1), MUL(variance, sway_real_int(SWAY_QUANTITY_OVERLAP)),
                        sway_real_zero()};
-    if (foretold != NULL && quantity->started) {
-        if (sway_real_sign(*foretold) <= 0) {
+    if (predicted != NULL && quantity->started) {
+        if (sway_real_sign(*predicted) <= 0) {
             return;
         }
         weight.variance = MUL(variance, sway_real_int(SWAY_QUANTITY_OVERLAP_DERIVED));
-        const sway_real_t new_motion = sway_real_square(SUB(weight.share, *foretold));
+        const sway_real_t new_motion = sway_real_square(SUB(weight.share, *predicted));
         weight.common = MUL(sway_real_scale(variance, SWAY_QUANTITY_COMMON), new_motion);
-        weight.share = *foretold;
+        weight.share = *predicted;
     }
     move_to(quantity, s_by_v);
     if (!quantity->started) {

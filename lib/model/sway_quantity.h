@@ -9,7 +9,7 @@
 /// Where the force is made of balances, wind and road are in it, and in the motion, too: force
 /// over slip then tends to what would make the swing neither grow nor decay. What began before
 /// does not know the wind of now, so such an estimate counts by the share of the swing that the
-/// motion before foretells (an instrumental variable), and many of them together leave
+/// motion before predicts (an instrumental variable), and many of them together leave
 /// an error that they have in common.
 #ifndef SWAY_QUANTITY_H
 #define SWAY_QUANTITY_H
@@ -21,8 +21,8 @@
 #define SWAY_QUANTITY_OVERLAP 8
 #define SWAY_QUANTITY_OVERLAP_DERIVED 4
 
-/// Of the variance of one estimate from balances whose swing nothing foretold, as a power of 2:
-/// what all of them together leave; of others in the square of the share that was not foretold.
+/// Of the variance of one estimate from balances whose swing nothing predicted, as a power of 2:
+/// what all of them together leave; of others in the square of the share that was not predicted.
 #define SWAY_QUANTITY_COMMON (-2)
 
 /// One filtered quantity: complex stiffness of an axle in N/rad, or a yaw inertia in kgm2
@@ -46,10 +46,10 @@ void sway_quantity_start(sway_quantity_t *quantity, sway_real_t value, int32_t r
 void sway_quantity_drift(sway_quantity_t *quantity, int64_t time_us, int32_t re_ppm,
                          int32_t im_ppm);
 
-/// Takes an estimate made at complex frequency over speed `s_by_v`, in 1/m. `foretold`: NULL, or
-/// where it comes from balances, the share of its swing that was foretold, 0..1. Where two
+/// Takes an estimate made at complex frequency over speed `s_by_v`, in 1/m. `predicted`: NULL, or
+/// where it comes from balances, the share of its swing that was predicted, 0..1. Where two
 /// in a row are farther off than drift explains, the value so far grows less certain with each.
 void sway_quantity_take(sway_quantity_t *quantity, const sway_estimate_t *estimate,
-                        sway_complex_t s_by_v, const sway_real_t *foretold);
+                        sway_complex_t s_by_v, const sway_real_t *predicted);
 
 #endif

@@ -47,7 +47,7 @@ enum { SURE_PLACE = 50000, OPEN_STIFFNESS = 350000, FRICTION_SE = 1000000 };
 static const struct {
     int32_t sure_ppm;
     int32_t open_ppm;
-} DOUBT[SWAY_TRAILER_UNKNOWNS] = {
+} UNCERTAINTY[SWAY_TRAILER_UNKNOWNS] = {
     {SURE_MASS, 400000},      {SURE_LENGTH, 270000}, {SURE_INERTIA, 300000},
     {SURE_STIFFNESS, 280000}, {SURE_PLACE, 120000},  {FRICTION_SE, FRICTION_SE},
 };
@@ -222,11 +222,11 @@ void sway_trailer_init(sway_trailer_watch_t *trailer, const sway_vehicle_t *vehi
     const uint32_t open = open_values(vehicle, assumed);
     for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
         start.se[SWAY_STATE_TRAILER_MASS + i] =
-            micro((open & (1U << i)) != 0U ? DOUBT[i].open_ppm : DOUBT[i].sure_ppm);
+            micro((open & (1U << i)) != 0U ? UNCERTAINTY[i].open_ppm : UNCERTAINTY[i].sure_ppm);
     }
     for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
         trailer->start[i] = start.value[SWAY_STATE_TRAILER_MASS + i];
-        trailer->doubt[i] = start.se[SWAY_STATE_TRAILER_MASS + i];
+        trailer->start_error[i] = start.se[SWAY_STATE_TRAILER_MASS + i];
     }
     sway_observer_init(&trailer->alone, &car, &start, SWAY_STATE_SOLO);
     sway_observer_init(&trailer->with, &car, &start, SWAY_STATE_COUNT);
@@ -538,7 +538,7 @@ static sway_real_t spread(const sway_trailer_watch_t *trailer, const sway_real_t
     return variance_of(&trailer->with, PARAMETER, by, SWAY_TRAILER_PARAMETERS);
 }
 
-/* The user's until half of the doubt is gone. */
+/* The user's until half of the uncertainty is gone. */
 static sway_source_t source_of(const sway_trailer_watch_t *trailer, sway_real_t se)
 {
     const sway_real_t left = MUL(trailer->start_se, sway_real_ratio(8, 10));
@@ -823,7 +823,8 @@ static void forget_trailer(const sway_trailer_watch_t *trailer, const sway_trail
             start->covariance[corner(i, j)] = sway_real_zero();
         }
         start->value[i] = trailer->start[i - SWAY_TRAILER_CAR];
-        start->covariance[corner(i, i)] = sway_real_square(trailer->doubt[i - SWAY_TRAILER_CAR]);
+        start->covariance[corner(i, i)] =
+            sway_real_square(trailer->start_error[i - SWAY_TRAILER_CAR]);
     }
 }
 

@@ -2,7 +2,7 @@
 /// sway_trailer: what hangs on the ball, as the car's own sensors tell.
 ///
 /// Two observers run side by side on the same samples, one of the car alone and one with a trailer
-/// (sway_observer). Which of them foretells the car's yaw rate and lateral acceleration better says
+/// (sway_observer). Which of them predicts the car's yaw rate and lateral acceleration better says
 /// whether a trailer is there: the logarithm of their likelihoods' ratio, less what a car's missing
 /// physics could win (0.4 a sample), over 2 for samples that tell the same. It is weighed while the
 /// driver steers: wind and road alone prove neither. The observer with the trailer gives
@@ -83,8 +83,8 @@ typedef struct {
     sway_real_t net;      ///< what the evidence grows by, two-second mean
     sway_real_t asked;    ///< acceleration that the steering asks for, two-second mean
     sway_real_t steering; ///< mean square about it
-    sway_real_t start[SWAY_TRAILER_UNKNOWNS]; ///< of the trailer, before anything was learnt
-    sway_real_t doubt[SWAY_TRAILER_UNKNOWNS]; ///< their standard errors
+    sway_real_t start[SWAY_TRAILER_UNKNOWNS];       ///< of the trailer, before anything was learnt
+    sway_real_t start_error[SWAY_TRAILER_UNKNOWNS]; ///< their standard errors
     sway_real_t start_se; ///< of the critical speed, as the user's values give it; 0: not yet
     sway_real_t speed_m_s;
     sway_complex_t f_s;

@@ -15,7 +15,7 @@
 #define LOOK_EVERY_US 50000
 #define CLOCK_READINGS 50
 #define CLOCK_SET_US 1000
-#define CLOCK_TOLD_US 20000 // less is a clock that is being adjusted
+#define CLOCK_STEP_US 20000 // less is a clock that is being adjusted
 
 static int64_t clock_us(clockid_t clock)
 {
@@ -49,7 +49,7 @@ static void compare_clocks(can_bus_t *bus)
     const bool is_better = took_us < bus->reading_us;
     const bool is_set = change_us > CLOCK_SET_US + took_us || change_us < -CLOCK_SET_US - took_us;
     if (is_set && bus->drained_us != 0 &&
-        (change_us > CLOCK_TOLD_US || change_us < -CLOCK_TOLD_US)) {
+        (change_us > CLOCK_STEP_US || change_us < -CLOCK_STEP_US)) {
         bus->counts.clock_set++;
         bus->before_set_us = bus->to_monotonic_us;
         fprintf(stderr, "swaywatchd: the clock of day was set by %.3f s\n",

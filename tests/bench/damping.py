@@ -6,8 +6,8 @@
    row "hand fit" says by how much, and no method can come far below it.
 2. Simulated: one mode under process noise, hit four times; there the truth is known.
 
-Intervals are those of 95 % that a method states; in the first table the reference's own doubt is
-added. Time is of the processor per window, without reading.
+Intervals are those of 95 % that a method states; in the first table the uncertainty of the
+reference is added. Time is of the processor per window, without reading.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Row:
     errors_per_place: dict[object, list[float]] = field(default_factory=dict)
 
     def add(
-        self, swing: Swing, truth: float, frequency_hz: float, doubt: float, half: float,
+        self, swing: Swing, truth: float, frequency_hz: float, uncertainty: float, half: float,
         place: object,
     ) -> None:  # fmt: skip
         """One window; `half`: of the stated 95 % interval, NaN where none is stated."""
@@ -60,7 +60,7 @@ class Row:
         self.errors_per_place.setdefault(place, []).append(off)
         self.frequency.append(swing.frequency_hz / frequency_hz - 1.0)
         if math.isfinite(half):
-            self.held.append(abs(off) <= math.hypot(half, doubt))
+            self.held.append(abs(off) <= math.hypot(half, uncertainty))
 
     def cells(self) -> list[str]:
         """Cells of the table."""
@@ -116,7 +116,7 @@ def clocked(row: Row, call: Callable[[], Swing]) -> Swing:
 def given(
     found: Found, estimator: Estimator, start_s: float, end_s: float, about_hz: float
 ) -> Point | None:
-    """Our estimate, with its doubt, of a window that somebody else has cut."""
+    """Our estimate, with its uncertainty, of a window that somebody else has cut."""
 
     def line(first: float, last: float) -> Line | None:
         rows = found.run.rows(first, last)
@@ -150,7 +150,7 @@ class Cut:
     end_s: float
     ratio: float
     frequency_hz: float
-    doubt: float
+    uncertainty: float
 
 
 def judge(
@@ -166,26 +166,33 @@ def judge(
         own = rows.setdefault(OWN, Row())
         near = [p for p in points if abs(p.start_s - cut.start_s) < NEAR_S / cut.frequency_hz]
         swing, half = said(near[0] if near else None)
-        own.add(swing, cut.ratio, cut.frequency_hz, 1.96 * cut.doubt, half, place)
+        own.add(swing, cut.ratio, cut.frequency_hz, 1.96 * cut.uncertainty, half, place)
         own.seconds.append(spent / max(1, len(points)))
         here = rows.setdefault(HERE, Row())
         begin = time.process_time()
         point = given(found, estimator, cut.start_s, cut.end_s, found.frequency_hz)
         here.seconds.append(time.process_time() - begin)
         swing, half = said(point)
-        here.add(swing, cut.ratio, cut.frequency_hz, 1.96 * cut.doubt, half, place)
+        here.add(swing, cut.ratio, cut.frequency_hz, 1.96 * cut.uncertainty, half, place)
         x = run.value[run.rows(cut.start_s, cut.end_s), 0] - np.median(run.value[:, 0])
         for name, method in methods.items():
             row = rows.setdefault(name, Row())
             swing = clocked(row, lambda method=method, x=x: method(x, run.step_s))
-            row.add(swing, cut.ratio, cut.frequency_hz, 1.96 * cut.doubt, 1.96 * swing.error, place)
+            row.add(
+                swing,
+                cut.ratio,
+                cut.frequency_hz,
+                1.96 * cut.uncertainty,
+                1.96 * swing.error,
+                place,
+            )
     if ssi is not None and cuts:
         row = rows.setdefault("SSI (pyOMA2), whole recording", Row())
         about = float(np.mean([cut.frequency_hz for cut in cuts]))
         swing = clocked(row, lambda: ssi_whole(run.value[:, 0], run.step_s, about))
         ratio = float(np.mean([cut.ratio for cut in cuts]))
-        doubt = 1.96 * float(np.mean([cut.doubt for cut in cuts]))
-        row.add(swing, ratio, about, doubt, 1.96 * swing.error, place)
+        uncertainty = 1.96 * float(np.mean([cut.uncertainty for cut in cuts]))
+        row.add(swing, ratio, about, uncertainty, 1.96 * swing.error, place)
 
 
 def on_pushes(folder: Path) -> tuple[dict[str, Row], int]:
@@ -201,7 +208,7 @@ def on_pushes(folder: Path) -> tuple[dict[str, Row], int]:
         cuts = []
         for k, push in enumerate(here):
             others = np.delete(zeta, k)
-            doubt = float(others.std(ddof=1)) / math.sqrt(len(others))
+            uncertainty = float(others.std(ddof=1)) / math.sqrt(len(others))
             start, stop = sorted((int(push["start"]) / 100, int(push["stop"]) / 100))
             # a window of rows start..stop-1
             cut = Cut(
@@ -209,7 +216,7 @@ def on_pushes(folder: Path) -> tuple[dict[str, Row], int]:
                 stop - 0.01,
                 float(others.mean()),
                 float(np.delete(frequency, k).mean()),
-                doubt,
+                uncertainty,
             )
             cuts.append(cut)
             hand = Swing(float(frequency[k]), float(zeta[k]))

@@ -169,13 +169,13 @@ def outcome(cause: str, seed: int) -> Outcome:
     before = time_s < begin_s
     after = np.flatnonzero(said & ~before)
     last = status[-1]
-    finding, refuted = int(last["finding"]), int(last["rejected_inputs"])
+    finding, rejected = int(last["finding"]), int(last["rejected_inputs"])
     reported_before = bool(np.any((status["finding"] != 0) & before))
     if cause in SENSOR_FAULTS:
-        right = finding >= 16 and finding % 16 == channel and refuted & ~(1 << channel) == 0
+        right = finding >= 16 and finding % 16 == channel and rejected & ~(1 << channel) == 0
     else:
-        right = refuted == 0 and finding in RIGHT.get(cause, (0,))
-    something = finding != 0 or refuted != 0
+        right = rejected == 0 and finding in RIGHT.get(cause, (0,))
+    something = finding != 0 or rejected != 0
     harmless = cause in ("nothing", "accelerometers roll")
     return Outcome(
         cause, seed, float(time_s[after[0]] - begin_s) if len(after) else None,

@@ -2,8 +2,9 @@
 
 The host writes the same drive, with a fault every 4 s, as a recording, and what a receiver has to
 count of it. Machines replay it (the R5 over its CAN controllers): all that are built with the
-supervision of the inputs have to say the same, byte for byte, and so have all without it (a refuted
-sensor leaves the estimate of the first); all end with exactly the injected counts in their frames.
+supervision of the inputs have to say the same, byte for byte, and so have all without it (a
+rejected sensor leaves the estimate of the first); all end with exactly the
+injected counts in their frames.
 """
 
 from __future__ import annotations

@@ -533,19 +533,19 @@ def run(table: Table, folder: Path, truth: Content) -> Ending:
 
 
 Content = dict[str, Any]
-DOUBTS = ("rough guide", "Only ", "less than the", "more than the", "vehicle.toml alone")
+RESERVATIONS = ("rough guide", "Only ", "less than the", "more than the", "vehicle.toml alone")
 
 
-def doubts(content: Content) -> list[str]:
+def reservations(content: Content) -> list[str]:
     """Whatever a drive's answer says against itself."""
     loud = [f["text"] for f in content["findings"] if f["severity"] != "info"]
-    return loud + [t for t in content["conclusion"] if any(d in t for d in DOUBTS)]
+    return loud + [t for t in content["conclusion"] if any(d in t for d in RESERVATIONS)]
 
 
 def _judged(content: Content, truth: Content, output: str) -> Ending:
     """A drive's answer beside that of the clean drive."""
-    known = set(doubts(truth))
-    loud = [text for text in doubts(content) if text not in known]
+    known = set(reservations(truth))
+    loud = [text for text in reservations(content) if text not in known]
     if content["values"].get("v_crit_m_s") is None:
         kind = content["critical_speed"]["kind"]
         claims = kind in ("beyond_range", "below_range") and not loud
@@ -585,7 +585,7 @@ def endings(count: int, seed: int) -> Iterator[tuple[str, str, Ending, float]]:
         [truth] = json.loads((folder / "clean" / "out" / "summary.json").read_text())["drives"]
         true = json.loads((P01 / "truth.json").read_text())["plant_vcrit_kmh"] / 3.6
         assert abs(truth["values"]["v_crit_m_s"]["value"] / true - 1.0) < 0.02
-        assert doubts(truth) == []
+        assert reservations(truth) == []
         for number, (family, (name, act)) in enumerate(cases(count, seed)):
             table, place = drive(), folder / str(number)
             place.mkdir()

@@ -56,7 +56,7 @@ def _with(result: DriveResult, critical_kmh: float, error_kmh: float) -> DriveRe
     return DriveResult(**{**result.__dict__, "values": values})
 
 
-def test_verdict_tells_the_distance_and_its_doubt(result: DriveResult) -> None:
+def test_verdict_gives_the_distance_and_its_uncertainty(result: DriveResult) -> None:
     kind, text = verdict(_with(result, 145.1, 8.7))
     speed = float(text.split()[1])
     assert "± 8.7 km/h below its critical speed of 145.1 ± 8.7 km/h" in text

@@ -643,7 +643,7 @@ def test_controllers_differ_at_5_m_s(bicycle: Any) -> None:
     assert both.p_value < 1e-3
 
 
-def test_course_foretells_5_m_s_and_has_no_zero(bicycle: Any) -> None:
+def test_course_predicts_5_m_s_and_has_no_zero(bicycle: Any) -> None:
     _, points, _, _ = bicycle
     for mode in ("normal", "mm"):
         slow = [p for (m, v), own in points.items() if m == mode and 2.0 <= v <= 4.0 for p in own]
@@ -651,8 +651,8 @@ def test_course_foretells_5_m_s_and_has_no_zero(bicycle: Any) -> None:
         assert course is not None
         fast = points[mode, 5.0]
         mean = mean_of([p.damping_ratio for p in fast])
-        foretold = course.value(float(np.mean([p.against for p in fast])))
-        assert abs(foretold.value - mean.value) <= math.hypot(foretold.half, mean.half)
+        predicted = course.value(float(np.mean([p.against for p in fast])))
+        assert abs(predicted.value - mean.value) <= math.hypot(predicted.half, mean.half)
         every = [p for (m, v), own in points.items() if m == mode and v >= 2.0 for p in own]
         whole = fit_course(every)
         assert whole is not None

@@ -67,7 +67,7 @@ def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
     assert SENSOR in page
 
 
-def test_doubts_of_the_vehicle_are_those_of_the_fit_and_never_more_than_believed() -> None:
+def test_uncertainties_of_the_vehicle_are_those_of_the_fit_and_never_more_than_believed() -> None:
     problem = _problem()
     known = stability(problem, _found(()), 1.0)
     believed, calibrated = known["believed_v_crit_km_h"], known["calibrated"]["v_crit_km_h"][1]

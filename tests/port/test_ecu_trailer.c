@@ -91,9 +91,9 @@ static void learn(double off, int32_t seconds)
     w->learnt_ms = seconds * 1000;
     for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
         const uint32_t state = SWAY_STATE_TRAILER_MASS + i;
-        w->with.x[state] = sway_real_add(w->start[i], sway_real_mul(w->doubt[i], real(off)));
+        w->with.x[state] = sway_real_add(w->start[i], sway_real_mul(w->start_error[i], real(off)));
         w->with.p[state * (state + 1U) / 2U + state] =
-            sway_real_mul(sway_real_mul(w->doubt[i], w->doubt[i]), real(0.01));
+            sway_real_mul(sway_real_mul(w->start_error[i], w->start_error[i]), real(0.01));
     }
 }
 

@@ -56,10 +56,10 @@ static void drive(int parts, int front)
     w->with.x[SWAY_STATE_CAR_FRONT] = sway_real_ratio(front, 1000);
     for (uint32_t i = 0; i < SWAY_TRAILER_UNKNOWNS; i++) {
         const uint32_t state = SWAY_STATE_TRAILER_MASS + i;
-        w->with.x[state] =
-            sway_real_add(w->start[i], sway_real_mul(w->doubt[i], sway_real_ratio(parts, 10)));
-        w->with.p[state * (state + 1U) / 2U + state] =
-            sway_real_mul(sway_real_mul(w->doubt[i], w->doubt[i]), sway_real_ratio(1, 100));
+        w->with.x[state] = sway_real_add(
+            w->start[i], sway_real_mul(w->start_error[i], sway_real_ratio(parts, 10)));
+        w->with.p[state * (state + 1U) / 2U + state] = sway_real_mul(
+            sway_real_mul(w->start_error[i], w->start_error[i]), sway_real_ratio(1, 100));
     }
     (void)sway_remember_look(&ecu()->remember, w);
     sway_ecu_leave(ecu());

@@ -732,7 +732,7 @@ static void growth_warns_by_itself_after_one_oscillation(void)
     TEST_ASSERT_EQUAL_DOUBLE(-1, growing_since(-0.3, 0.01, 4));
 }
 
-static void growth_that_the_model_foretells_warns_at_once_if_it_is_sure(void)
+static void growth_that_the_model_predicts_warns_at_once_if_it_is_sure(void)
 {
     set_model(-0.2, 0.01);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.1, growing_since(0.3, 0.28, 4));
@@ -889,7 +889,7 @@ int main(void)
     RUN_TEST(a_model_that_is_unstable_at_any_speed_warns_by_its_damping);
     RUN_TEST(a_swing_that_is_little_damped_is_noticed);
     RUN_TEST(growth_warns_by_itself_after_one_oscillation);
-    RUN_TEST(growth_that_the_model_foretells_warns_at_once_if_it_is_sure);
+    RUN_TEST(growth_that_the_model_predicts_warns_at_once_if_it_is_sure);
     RUN_TEST(a_time_to_the_limit_is_that_of_growth_that_is_evidence);
     RUN_TEST(a_bad_threshold_is_refused);
     RUN_TEST(nothing_that_was_in_memory_counts);

@@ -597,7 +597,7 @@ static double taught(int64_t time_us, double complex turn, uint32_t flags, sway_
         TEST_ASSERT_EQUAL_INT(SWAY_OK,
                               sway_margin_start(&margin, &id, 2000000 + 100000 * i, real(28)));
         TEST_ASSERT_EQUAL_DOUBLE(start, value(margin.stiffness[1].variance_re));
-        TEST_ASSERT_FALSE(margin.stiffness[1].identified); // nothing foretold it
+        TEST_ASSERT_FALSE(margin.stiffness[1].identified); // nothing predicted it
     }
     seen_at(time_us, 0.1, turn, channel);
     line.flags = flags;
@@ -616,7 +616,7 @@ static double expected(double share)
 }
 
 /* Wind is in a force from balances and in the motion of its window, not in the motion before. */
-static void an_estimate_from_balances_counts_as_far_as_its_swing_was_foretold(void)
+static void an_estimate_from_balances_counts_as_far_as_its_swing_was_predicted(void)
 {
     const sway_channel_t trailer = SWAY_CHANNEL_TRAILER_YAW_RATE;
     test_plant_t plant = reference_plant(100);
@@ -626,7 +626,7 @@ static void an_estimate_from_balances_counts_as_far_as_its_swing_was_foretold(vo
     TEST_ASSERT_TRUE(all < 0.9);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, all, taught(2400000, 1, 0, trailer));
     TEST_ASSERT_TRUE(margin.stiffness[1].identified);
-    /* Half of it; 60 deg ahead, which is half of it, too; smaller than foretold. */
+    /* Half of it; 60 deg ahead, which is half of it, too; smaller than predicted. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, expected(0.5), taught(2400000, 2, 0, trailer));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, expected(0.5), taught(2400000, cexp(I * M_PI / 3), 0, trailer));
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, all, taught(2400000, 0.5, 0, trailer));
@@ -663,7 +663,7 @@ static void the_past_swing_fades_as_the_model_says(void)
     }
 }
 
-static void without_a_trailers_yaw_rate_the_cars_foretells(void)
+static void without_a_trailers_yaw_rate_the_cars_predicts(void)
 {
     vehicle.trailer.axles = 0;
     test_plant_t plant = reference_plant(100);
@@ -770,7 +770,7 @@ static void a_low_estimate_of_a_fading_swing_counts_with_the_error_it_would_have
     TEST_ASSERT_TRUE(quantity.strange); // about 480 > 2 * 192
 }
 
-/* However many come, a quarter of one's variance stays where nothing was foretold, with half of it
+/* However many come, a quarter of one's variance stays where nothing was predicted, with half of it
  * a sixteenth: what they have in common. */
 static void estimates_from_balances_leave_an_error_in_common(void)
 {
@@ -797,9 +797,9 @@ static void estimates_from_balances_leave_an_error_in_common(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(an_estimate_from_balances_counts_as_far_as_its_swing_was_foretold);
+    RUN_TEST(an_estimate_from_balances_counts_as_far_as_its_swing_was_predicted);
     RUN_TEST(the_past_swing_fades_as_the_model_says);
-    RUN_TEST(without_a_trailers_yaw_rate_the_cars_foretells);
+    RUN_TEST(without_a_trailers_yaw_rate_the_cars_predicts);
     RUN_TEST(estimates_from_balances_leave_an_error_in_common);
     RUN_TEST(the_users_vehicle_gives_the_golden_values);
     RUN_TEST(the_margin_is_that_of_a_swing_that_nothing_holds);

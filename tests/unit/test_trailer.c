@@ -243,9 +243,9 @@ static void another_trailer_is_another_one(void)
     drive(&vehicle, true, 95.0, 40.0, OWN);
     sway_trailer_remember(&watch, &memory);
     sway_trailer_init(&watch, &known, 0, 10000);
-    const double doubt = value(sway_observer_se(&watch.with, SWAY_STATE_CAR_REAR));
+    const double uncertainty = value(sway_observer_se(&watch.with, SWAY_STATE_CAR_REAR));
     sway_trailer_recall(&watch, &memory);
-    TEST_ASSERT_TRUE(value(sway_observer_se(&watch.with, SWAY_STATE_CAR_REAR)) < 0.8 * doubt);
+    TEST_ASSERT_TRUE(value(sway_observer_se(&watch.with, SWAY_STATE_CAR_REAR)) < 0.8 * uncertainty);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, value(sway_trailer_likeness(&watch, &memory)));
     drive(&vehicle, true, 85.0, 40.0, OWN);
     TEST_ASSERT_TRUE(value(sway_trailer_likeness(&watch, &memory)) > 1.0);
@@ -536,14 +536,14 @@ static void take_sample_by(filter_t *f, const sample_t *sample)
 
 static sway_observer_t observer;
 
-static void start_filter(filter_t *f, uint32_t count, double doubt)
+static void start_filter(filter_t *f, uint32_t count, double uncertainty)
 {
     sway_observer_start_t start;
     memset(&start, 0, sizeof start);
     sway_trailer_init(&watch, &vehicle, 0, 10000);
     for (int i = 0; i < N; i++) {
         start.value[i] = watch.with.x[i];
-        start.se[i] = real(doubt * value(sway_observer_se(&watch.with, (sway_state_t)i)));
+        start.se[i] = real(uncertainty * value(sway_observer_se(&watch.with, (sway_state_t)i)));
     }
     start.value[SWAY_STATE_LATERAL_SPEED] = real(0.2);
     start.se[SWAY_STATE_LATERAL_SPEED] = real(0.3);
@@ -623,10 +623,11 @@ static sample_t sample_at(int k, double size)
     return sample;
 }
 
-static void follow_filter(uint32_t count, double doubt, double size, int samples, double precision)
+static void follow_filter(uint32_t count, double uncertainty, double size, int samples,
+                          double precision)
 {
     filter_t f;
-    start_filter(&f, count, doubt);
+    start_filter(&f, count, uncertainty);
     expect_filter(&f, 1e-7);
     for (int k = 0; k < samples; k++) {
         const sample_t sample = sample_at(k, size);

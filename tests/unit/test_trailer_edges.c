@@ -142,11 +142,11 @@ static void parameters_are_learnt_while_the_driver_steers(void)
 {
     sway_trailer_init(&watch, &vehicle, 0, 10000);
     const double before = value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]);
-    const double doubt = se(SWAY_STATE_TRAILER_STIFFNESS);
+    const double uncertainty = se(SWAY_STATE_TRAILER_STIFFNESS);
     blow(0.012, 0.35, 400);
     TEST_ASSERT_TRUE(sway_real_is_zero(watch.with.learning));
     TEST_ASSERT_TRUE(value(watch.with.x[SWAY_STATE_TRAILER_STIFFNESS]) == before);
-    TEST_ASSERT_TRUE(se(SWAY_STATE_TRAILER_STIFFNESS) >= doubt);
+    TEST_ASSERT_TRUE(se(SWAY_STATE_TRAILER_STIFFNESS) >= uncertainty);
     swerve(1.0, 400);
     /* 3 m/s2 have a mean square of 4.5 */
     TEST_ASSERT_DOUBLE_WITHIN(0.011, 0.125 / (1 + pow(4.5 / 8, 2)), value(watch.with.learning));

@@ -129,7 +129,7 @@ static double expected_likeness(const sway_trailer_memory_t *memory)
         for (int j = 0; j < i; j++) {
             covariance[i][j] = covariance[j][i] = 0;
         }
-        covariance[i][i] = pow(value(watch.doubt[i - CAR]), 2);
+        covariance[i][i] = pow(value(watch.start_error[i - CAR]), 2);
         mean[i] = value(watch.start[i - CAR]) - value(watch.with.x[kept_state((uint32_t)i)]);
     }
     sum += add_information(inverse, towards, covariance, mean, -1);
@@ -185,7 +185,7 @@ static void a_likeness_by_a_covariance_that_is_none_is_not_reported(void)
     }
     TEST_ASSERT_TRUE(sway_real_is_zero(sway_trailer_likeness(&watch, &memory)));
     sway_trailer_init(&watch, &vehicle, 0, 10000);
-    watch.doubt[2] = sway_real_zero();
+    watch.start_error[2] = sway_real_zero();
     TEST_ASSERT_TRUE(sway_real_is_zero(sway_trailer_likeness(&watch, &sound)));
     for (int i = 0; i < SWAY_OBSERVER_TRIANGLE; i++) {
         watch.with.p[i] = sway_real_int(-1);

@@ -31,7 +31,7 @@ from scipy import ndimage, signal
 
 from swaywatch.damping.acts import Act, acts_of
 from swaywatch.damping.data import DampingRun
-from swaywatch.damping.freed import GAIN_DOUBT, without_input
+from swaywatch.damping.freed import GAIN_UNCERTAINTY, without_input
 from swaywatch.damping.window import NO_OSCILLATION, Estimator, Line
 
 FloatArray = npt.NDArray[np.float64]
@@ -655,7 +655,7 @@ class _Finder:
             if freed is None or not freed.little(rows.start - first, rows.stop - first):
                 break
             count += 1
-        return replace(event, windows=windows[:count], share=GAIN_DOUBT * event.share)
+        return replace(event, windows=windows[:count], share=GAIN_UNCERTAINTY * event.share)
 
     def _again(self, line: Line, limit_s: float) -> SwingWindow | None:
         """The window of a line, estimated on what is now in the run."""

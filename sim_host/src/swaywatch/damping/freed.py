@@ -23,7 +23,7 @@ ComplexArray = npt.NDArray[np.complex128]
 ADDED = 0.25
 """Answer to the input within a window over the free swing, up to which it can be taken out."""
 
-GAIN_DOUBT = 0.25
+GAIN_UNCERTAINTY = 0.25
 """What stays uncertain of the input's part: an act is larger than a hand's wandering, so tyres give
 less for it, and other motion is in the amplitude at the begin of the window."""
 

@@ -237,7 +237,7 @@ def as_json(design: Design) -> dict[str, Any]:
         "unknowns": [
             {
                 "name": u.name, "unit": u.unit, "value": u.value, "believed_error": u.deviation,
-                "foretold_error": float(e) * u.deviation,
+                "predicted_error": float(e) * u.deviation,
             }
             for u, e in zip(design.known.unknowns, _errors(design), strict=True)
         ],
