@@ -380,6 +380,15 @@ def noticeable(term: ActiveEffect) -> bool:
     return False
 
 
+def noticeable_windows(term: ActiveEffect) -> ActiveEffect:
+    """Without windows too short or too weak to be worth a claim of their own.
+
+    A fit may move the ends of a window past each other, or its values to next to nothing.
+    """
+    every = range(len(term.window_runs))
+    return term.only([w for w in every if _window_noticeable(term, w)])
+
+
 def _inside(term: ActiveEffect) -> bool:
     """No value that is worth a claim lies at a bound, where no effect of its kind could be."""
     possible = term.effect.extra.get("possible")

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.evidence.baselines import (
-    SHORTEST_WINDOW_S,
     Path,
     each_once,
     explore,
     noticeable,
+    noticeable_windows,
 )
 from swaywatch.diagnose.evidence.evidence import (
     APART,
@@ -276,8 +276,8 @@ def _of_the_road(term: ActiveEffect) -> bool:
 
 
 def _without_closed(search: Search, fit: Fit) -> Fit:
-    """The fit without windows that it has closed: nothing happens in them."""
-    terms = tuple(term.longer_than(SHORTEST_WINDOW_S) for term in fit.terms)
+    """The fit without windows in which nothing worth a claim happens."""
+    terms = tuple(noticeable_windows(term) for term in fit.terms)
     if terms == fit.terms or any(t.effect.windowed and not t.window_runs for t in terms):
         return fit
     return search.judge.run(replace(fit, terms=terms), 4, tolerance=1e-4)
