@@ -179,6 +179,7 @@ def both(
     )
     if physics.axle_load is not None:
         plant.add_series(f"load_{physics.axle_load.axle}", motion.harmonic_n)
+        plant.scalar("load_by_struts", 1.0)
     found = simulate(plant)
     return motion, {name: found[:, index] for index, name in enumerate(OUTPUT)}
 

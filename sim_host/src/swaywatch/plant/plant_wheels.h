@@ -291,7 +291,7 @@ INLINE M NAME(loaded_left)(const V *x)
 
 /// Extra force of the dampers beyond healthy ones, the springs of heave, and what they do to roll.
 typedef struct {
-    V left[4], right[4]; // N, a damper's own and the extra load
+    V left[4], right[4]; // N, a damper's own and the extra load of its strut
     V spring[4];         // N of each wheel
     V moment[2];         // Nm, rolls the body to the right
 } DAMPERS;
@@ -306,11 +306,9 @@ INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const 
         const int body = a / 2;
         TYRES t;
         NAME(tyres)(ser, p, e, k, slips, a, &t);
-        t.left = (V){0}, t.right = t.left;
-        if (!has->heaves) {
-            t.left = (V)((M)ser[T_LOAD_CAR_FRONT + a] & negative);
-            t.right = (V)((M)ser[T_LOAD_CAR_FRONT + a] & ~negative);
-        }
+        const V extra = ser[T_LOAD_CAR_FRONT + a];
+        const M own = (M)(has->heaves ? extra - e[E_LOAD_BY_STRUTS] * extra : extra);
+        t.left = (V)(own & negative), t.right = (V)(own & ~negative);
         t.slip = slips->acting[a];
         V unshifted = {0};
         if (has->heaves || has->sprung) {
