@@ -160,10 +160,14 @@ def both(
     slots: dict[str, float],
     drive: tuple[np.ndarray, np.ndarray],
     speed: float,
+    amplitude: np.ndarray | None = None,
 ) -> tuple[Motion, dict[str, np.ndarray]]:
-    """The motion in MuJoCo, and the plant's outputs for its road-wheel angle and speed."""
+    """The motion in MuJoCo, and the plant's outputs for its road-wheel angle and speed.
+
+    `amplitude`: of the load at twice the yaw frequency, on the axle of `physics`.
+    """
     time, wheel = drive
-    inputs = Inputs(time, wheel, np.full_like(time, speed))
+    inputs = Inputs(time, wheel, np.full_like(time, speed), harmonic_n=amplitude)
     motion = Multibody(whole, physics).run(inputs).resample(time)
     plant = PlantInput(
         SPACING,
@@ -173,6 +177,9 @@ def both(
         constants(whole),
         put(put(neutral(), springs(whole)), slots),
     )
+    if physics.axle_load is not None:
+        plant.add_series(f"load_{physics.axle_load.axle}", motion.harmonic_n)
+        plant.scalar("load_by_struts", 1.0)
     found = simulate(plant)
     return motion, {name: found[:, index] for index, name in enumerate(OUTPUT)}
 

@@ -68,6 +68,32 @@ def test_a_rigid_vehicle_far_behind_with_the_same_effect_is_not_searched_to_the_
     assert searched == order
 
 
+@pytest.mark.parametrize(
+    ("one_lasting", "order"), [(1.1, ["rigid 1"]), (12.0, ["springs 3", "rigid 3"])]
+)
+def test_one_lasting_effect_is_tried_on_a_rigid_vehicle_that_is_far_behind(
+    one_lasting: float, order: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where much is missing from both, the misfits of the calibrated vehicles say little."""
+    searched: list[str] = []
+
+    def path(search: Any, base: Candidate, *_: object, most: int = 3, **__: object) -> Path:
+        searched.append(f"{search.name} {most}")
+        left = one_lasting if search.name == "rigid" else 5.0
+        return Path(search, base, Candidate(_fit(left, TERM), base.fit))
+
+    def extend(parent: Fit, *, windowed: bool) -> list[Candidate]:
+        assert not windowed
+        return [Candidate(_fit(one_lasting, TERM), parent)]
+
+    monkeypatch.setattr(baselines, "path", path)
+    monkeypatch.setattr(baselines, "_exact", lambda path: False)
+    rigid = _search("rigid", 48.0, -4e5)
+    vars(rigid)["extend"] = extend
+    explore([rigid], _search("springs", 19.0, -1e5), lambda stage, share: None)
+    assert searched == order
+
+
 @pytest.mark.parametrize(("calibrated", "left"), [(1.3, 1.2), (190.0, 1.2)])
 def test_what_an_effect_must_promise_is_half_of_what_makes_it_worth_it(
     calibrated: float, left: float

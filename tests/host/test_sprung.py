@@ -103,6 +103,42 @@ def test_hard_rebound_and_leaning_struts_bounce_a_rolling_car() -> None:
     assert rest < 0.5 * whole
 
 
+@pytest.mark.parametrize(("axle", "first"), [("car_front", 0), ("car_rear", 2)])
+def test_an_extra_load_lifts_and_rolls_the_body_over_it(axle: str, first: int) -> None:
+    """Wheel loads and roll change as they do in MuJoCo, where the load is a force of the strut.
+
+    Each axle bounces for itself here, while MuJoCo's body pitches too: half of the variance.
+    """
+    pytest.importorskip("mujoco")
+    from sprung_pairs import both, bounce, drawn, harder, manoeuvre
+
+    from swaywatch.models.multibody_vehicle import HarmonicLoad, Physics
+
+    drive = manoeuvre("slalom", 9.0, 8.0)
+    amplitude = 400.0 * np.clip(drive[0] - 2.0, 0.0, 1.0)
+    rest = dict.fromkeys(("load", "shift", "roll"), 0.0)
+    whole = dict(rest)
+    for seed in range(4):
+        vehicle = harder(drawn(seed), 1.5)
+        changes = []
+        for physics in (Physics(full=True), Physics(full=True, axle_load=HarmonicLoad(axle))):
+            motion, found = both(vehicle, physics, bounce(vehicle), drive, 24.0, amplitude)
+            left, right = (found[f"vertical_{axle[4]}{side}"] for side in "lr")
+            judge = motion.wheel_fz_n[first : first + 2]
+            changes.append(
+                {
+                    "load": (judge.sum(axis=0), left + right),
+                    "shift": (judge[1] - judge[0], right - left),
+                    "roll": (motion.roll_rad, found["car_roll"]),
+                }
+            )
+        for name in rest:
+            judge, ours = (changes[1][name][k] - changes[0][name][k] for k in (0, 1))
+            whole[name] += float(np.var(judge))
+            rest[name] += float(np.var(judge - ours))
+    assert all(rest[name] < 0.5 * whole[name] for name in rest)
+
+
 def alone(body: np.ndarray) -> np.ndarray:
     """The same car without its trailer."""
     return np.where([name.startswith("trailer") for name in NAMES], 0.0, body)

@@ -82,12 +82,6 @@ class ActiveEffect:
                 found.append(Window(v[0], v[1], dict(zip(names, v[2:], strict=True))))
         return found
 
-    def longer_than(self, shortest_s: float) -> ActiveEffect:
-        """Without windows that are shorter; a fit may move their ends past each other."""
-        k = self.stride
-        rows = [self.values[w * k : (w + 1) * k] for w in range(len(self.window_runs))]
-        return self._only([w for w, row in enumerate(rows) if row[1] - row[0] >= shortest_s])
-
     def without_remainders(self, share: float, gap_s: float) -> ActiveEffect:
         """Without windows that only correct the shape of a larger one beside or around them.
 
@@ -109,9 +103,9 @@ class ActiveEffect:
             return same and sizes[w] < share * sizes[other] and apart < gap_s
 
         every = range(len(rows))
-        return self._only([w for w in every if not any(corrects(w, other) for other in every)])
+        return self.only([w for w in every if not any(corrects(w, other) for other in every)])
 
-    def _only(self, kept: Sequence[int]) -> ActiveEffect:
+    def only(self, kept: Sequence[int]) -> ActiveEffect:
         """With these windows."""
         if not self.effect.windowed or len(kept) == len(self.window_runs):
             return self

@@ -122,6 +122,7 @@ SCALARS = (
     "heave_frequency_car_front", "heave_frequency_car_rear", "heave_frequency_trailer",  # rad/s
     "heave_damping_car", "heave_damping_trailer",  # 1
     "jacking_car", "jacking_trailer",  # of side force times roll, what lifts the body
+    "load_by_struts",  # share of an extra axle load that lifts the body over it, where it heaves
 )  # fmt: skip
 
 #: Slots that are functions of time.

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 114
+#define PLANT_SCALARS 115
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -159,6 +159,7 @@ enum plant_scalar {
     E_HEAVE_DAMPING_TRAILER,
     E_JACKING_CAR,
     E_JACKING_TRAILER,
+    E_LOAD_BY_STRUTS,
     E_SLOTS, ///< PLANT_SCALARS
 };
 /// Slots that are functions of time.

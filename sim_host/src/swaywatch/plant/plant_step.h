@@ -324,7 +324,7 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
     NAME(slips)(x, now, p, e, k, has, &slips, dx);
     DAMPERS dampers;
     if (has->heaves) {
-        NAME(dampers)(x, e, k, has, &dampers);
+        NAME(dampers)(x, ser, e, k, has, &dampers);
     }
     AXLE w[4];
     V f[4];

@@ -283,9 +283,15 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     }
 }
 
+/// An extra load is on the left while the yaw rate is negative (Fig. 6-3 of the dissertation).
+INLINE M NAME(loaded_left)(const V *x)
+{
+    return x[X_YAW_1] < 0.0;
+}
+
 /// Extra force of the dampers beyond healthy ones, the springs of heave, and what they do to roll.
 typedef struct {
-    V left[4], right[4]; // N, a damper's own
+    V left[4], right[4]; // N, a damper's own and the extra load of its strut
     V spring[4];         // N of each wheel
     V moment[2];         // Nm, rolls the body to the right
 } DAMPERS;
@@ -295,14 +301,14 @@ INLINE void NAME(axles)(const V *x, const V *ser, const V *p, const V *e, const 
                         const FEATURES *has, const SLIPS *slips, const DAMPERS *dampers, AXLE *w,
                         V *total)
 {
-    // Fig. 6-3 of the dissertation: the extra load sits on the left while the yaw rate is negative
-    const M negative = x[X_YAW_1] < 0.0;
+    const M negative = NAME(loaded_left)(x);
     for (int a = 0; a < 4; a++) {
         const int body = a / 2;
         TYRES t;
         NAME(tyres)(ser, p, e, k, slips, a, &t);
-        t.left = (V)((M)ser[T_LOAD_CAR_FRONT + a] & negative);
-        t.right = (V)((M)ser[T_LOAD_CAR_FRONT + a] & ~negative);
+        const V extra = ser[T_LOAD_CAR_FRONT + a];
+        const M own = (M)(has->heaves ? extra - e[E_LOAD_BY_STRUTS] * extra : extra);
+        t.left = (V)(own & negative), t.right = (V)(own & ~negative);
         t.slip = slips->acting[a];
         V unshifted = {0};
         if (has->heaves || has->sprung) {

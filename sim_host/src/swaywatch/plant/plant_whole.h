@@ -12,17 +12,23 @@ INLINE V NAME(roll_rate)(const V *x, const V *e, const FEATURES *has, int body)
                        : e[E_ROLL_GAIN_CAR + body] * x[X_TRANSFER_RATE + body];
 }
 
-INLINE void NAME(dampers)(const V *x, const V *e, const CONSTANTS *k, const FEATURES *has,
-                          DAMPERS *to)
+/// Forces of the dampers beyond healthy ones, and of the struts' share of an extra load: what
+/// presses a wheel down lifts the body over it.
+INLINE void NAME(dampers)(const V *x, const V *ser, const V *e, const CONSTANTS *k,
+                          const FEATURES *has, DAMPERS *to)
 {
+    const M negative = NAME(loaded_left)(x);
     for (int a = 0; a < 4; a++) {
+        const M extra = (M)(e[E_LOAD_BY_STRUTS] * ser[T_LOAD_CAR_FRONT + a]);
         const V *of = k->axle[a];
         const V swing = NAME(roll_rate)(x, e, has, a / 2) * of[A_HALF_TRACK];
         const V z = x[X_HEAVE + a], rate = x[X_HEAVE_RATE + a], omega = of[A_HEAVE_OMEGA];
         to->left[a] =
-            NAME(damper)(rate + swing, of[A_DAMPER], of[A_DAMPER_LEFT], of[A_DAMPER_ASYMMETRY]);
+            NAME(damper)(rate + swing, of[A_DAMPER], of[A_DAMPER_LEFT], of[A_DAMPER_ASYMMETRY]) -
+            (V)(extra & negative);
         to->right[a] =
-            NAME(damper)(rate - swing, of[A_DAMPER], of[A_DAMPER_RIGHT], of[A_DAMPER_ASYMMETRY]);
+            NAME(damper)(rate - swing, of[A_DAMPER], of[A_DAMPER_RIGHT], of[A_DAMPER_ASYMMETRY]) -
+            (V)(extra & ~negative);
         to->spring[a] =
             0.5 * of[A_HEAVE_MASS] * omega * (omega * z + 2.0 * of[A_HEAVE_ZETA] * rate);
     }

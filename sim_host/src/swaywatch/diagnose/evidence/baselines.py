@@ -142,12 +142,13 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
     """The likelier of the two baselines first, the other where it may do better; rigid last.
 
     Where much is missing from both, their misfits say little: one effect beside the rigid one,
-    which is faster, is tried first.
+    which is faster, is tried first; a rigid one that is far behind, only with effects that last.
     """
     other = springs.baseline()
     first.noise = springs.noise = min(first.noise, springs.noise)
     likelier = first.weighed(base).evidence >= springs.weighed(other).evidence
-    unclear = reduced_chi_square(other.fit) > LINEAR and base.fit.chi2 < HOPELESS * other.fit.chi2
+    far = reduced_chi_square(other.fit) > LINEAR
+    unclear = far and (base.fit.chi2 < HOPELESS * other.fit.chi2 or _one_is_enough(first, base))
     known = None
     if likelier or unclear:
         short = path(first, base, first.progress, most=1)
@@ -173,6 +174,12 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
     # beyond one effect more, a rigid vehicle has to do better than this one to be searched on
     rival = Rival(len(found.best.fit.terms) + 1, springs.weighed(found.best).evidence)
     return [found, path(first, base, part.next(), rival, known=same)]
+
+
+def _one_is_enough(rigid: Search, base: Candidate) -> bool:
+    """One effect without windows leaves only noise; what is tried is asked for later anyway."""
+    found = rigid.extend(base.fit, windowed=False)
+    return any(reduced_chi_square(c.fit) <= UNEXPLAINED_ABOVE for c in found)
 
 
 def _hopeless(rigid: Search, base: Candidate, same: Fit, other: Path) -> bool:
@@ -251,13 +258,13 @@ def path(
     rival
         What it has to beat.
     known
-        The explanation of another baseline, refitted here: one effect in windows that leaves only
-        noise is not looked for again.
+        The explanation of another baseline, refitted here: beside one effect that leaves only noise
+        nothing in windows is looked for.
     most
         Effects, if they leave more than noise.
     """
     beam = [base]
-    if known is not None and not _in_windows(search, base, known):
+    if known is not None and not _suffices(search, base, known):
         known = None
     best = base
     for depth in range(1, MOST_EFFECTS + 1):
@@ -316,9 +323,9 @@ def _needless(search: Search, base: Candidate, best: Candidate) -> bool:
     return needless
 
 
-def _in_windows(search: Search, base: Candidate, known: Fit) -> bool:
-    """One effect in windows that leaves only noise of what the baseline leaves more of."""
-    if len(known.terms) != 1 or not known.terms[0].effect.windowed:
+def _suffices(search: Search, base: Candidate, known: Fit) -> bool:
+    """One effect that leaves only noise of what the baseline leaves more of."""
+    if len(known.terms) != 1:
         return False
     return search.settled(base.fit, [known]) and (
         reduced_chi_square(known) <= UNEXPLAINED_ABOVE or not search.on_springs
@@ -373,7 +380,7 @@ def noticeable(term: ActiveEffect) -> bool:
     if not _inside(term):
         return False
     if term.effect.windowed:
-        return any(_window_noticeable(term, w) for w in range(len(term.window_runs)))
+        return any(noticeable_window(term, w) for w in range(len(term.window_runs)))
     for value, p in zip(term.values, term.effect.parameters, strict=True):
         if abs(value - p.neutral) >= p.minimum:
             return True
@@ -394,8 +401,11 @@ def _inside(term: ActiveEffect) -> bool:
     return True
 
 
-def _window_noticeable(term: ActiveEffect, window: int) -> bool:
-    """Tell whether a window is long enough and its values large enough."""
+def noticeable_window(term: ActiveEffect, window: int) -> bool:
+    """Tell whether a window is long enough and its values large enough for a claim of its own.
+
+    A fit may move its ends past each other, or its values to next to nothing.
+    """
     v = term.values[window * term.stride : (window + 1) * term.stride]
     if v[1] - v[0] < SHORTEST_WINDOW_S:
         return False

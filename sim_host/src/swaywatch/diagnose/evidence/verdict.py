@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.evidence.baselines import (
-    SHORTEST_WINDOW_S,
     Path,
     each_once,
     explore,
     noticeable,
+    noticeable_window,
 )
 from swaywatch.diagnose.evidence.evidence import (
     APART,
@@ -23,6 +23,7 @@ from swaywatch.diagnose.evidence.evidence import (
     CLAIMED,
     FORM,
     UNEXPLAINED_ABOVE,
+    WINDOW_DISCREPANCY,
     explained,
     inflation,
     residuals,
@@ -276,11 +277,22 @@ def _of_the_road(term: ActiveEffect) -> bool:
 
 
 def _without_closed(search: Search, fit: Fit) -> Fit:
-    """The fit without windows that it has closed: nothing happens in them."""
-    terms = tuple(term.longer_than(SHORTEST_WINDOW_S) for term in fit.terms)
-    if terms == fit.terms or any(t.effect.windowed and not t.window_runs for t in terms):
+    """The fit without windows in which nothing worth a claim happens."""
+    for index in range(len(fit.terms)):
+        for window in reversed(range(len(fit.terms[index].window_runs))):
+            fit = _without_window(search, fit, index, window)
+    return fit
+
+
+def _without_window(search: Search, fit: Fit, index: int, window: int) -> Fit:
+    """The fit without a window that is worth no claim and takes away hardly any misfit."""
+    term = fit.terms[index]
+    kept = [w for w in range(len(term.window_runs)) if w != window]
+    if not kept or noticeable_window(term, window):
         return fit
-    return search.judge.run(replace(fit, terms=terms), 4, tolerance=1e-4)
+    terms = (*fit.terms[:index], term.only(kept), *fit.terms[index + 1 :])
+    fewer = search.judge.run(replace(fit, terms=terms), 4, tolerance=1e-4)
+    return fewer if fewer.chi2 < (1.0 + WINDOW_DISCREPANCY) * fit.chi2 else fit
 
 
 def _verdict(paths: Sequence[Path]) -> Verdict:

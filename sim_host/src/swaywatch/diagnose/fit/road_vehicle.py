@@ -56,6 +56,7 @@ LIFT: dict[str, tuple[float, float, str]] = {
     "damper_asymmetry_trailer": (0.25, 0.2, _DIXON),
     "jacking_car": (0.5, 0.4, _REIMPELL),
     "jacking_trailer": (0.5, 0.4, _REIMPELL),
+    "load_by_struts": (0.5, 0.5, "1 of a force between wheel and body, 0 of one at the wheel"),
 }
 #: What may be nothing, but not less. A side force that pulls a leaning body down is possible.
 NEVER_LESS = (*ALONG, "damper_asymmetry_car", "damper_asymmetry_trailer")

@@ -2,6 +2,8 @@
 
 The phase is that of the load against the square of the axle's lateral force, lead positive. For
 the trailer, whose forces may not be measured, the trailer's lateral acceleration stands for it.
+On a body that heaves a share of it is a force of the struts: what presses a wheel down lifts the
+body (`load_by_struts`).
 """
 
 from __future__ import annotations
