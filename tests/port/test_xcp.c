@@ -437,7 +437,8 @@ static void test_a_lock_is_open_for_its_time(void)
 {
     CONNECT();
     unlock();
-    const int64_t end_us = xcp.unlocked_us + SWAY_ACCESS_SESSION_US;
+    TEST_ASSERT_EQUAL_INT64(now_us, xcp.unlocked_us);
+    const int64_t end_us = now_us + SWAY_ACCESS_SESSION_US;
     now_us = end_us - 10001;
     TEST_ASSERT_EQUAL_HEX8(0, ASK(0xFD)->data[2]);
     now_us = end_us - 10000;

@@ -590,6 +590,8 @@ static void a_rejected_sensor_is_measured_once_more(void)
     TEST_ASSERT_EQUAL_HEX32(~bit, sway_supervise_wanted(&supervise));
     TEST_ASSERT_EQUAL(10000, supervise.tolerance_ppm[2]);
     TEST_ASSERT_EQUAL_DOUBLE(0, value(supervise.value[2]));
+    judge(4, 90000, 3, 90000); /* a first time: what was so before the report is forgotten */
+    TEST_ASSERT_EQUAL_HEX32(0, supervise.suspect_mask);
     judge(4, 90000, 0, 0);
     judge(4, 90000, 0, 0);
     TEST_ASSERT_EQUAL_HEX32(bit | bit_of_sensor(4), supervise.rejected_mask);
