@@ -88,6 +88,10 @@ class ActiveEffect:
         rows = [self.values[w * k : (w + 1) * k] for w in range(len(self.window_runs))]
         return self._only([w for w, row in enumerate(rows) if row[1] - row[0] >= shortest_s])
 
+    def outside(self, run: int) -> ActiveEffect:
+        """Without its windows in one run."""
+        return self._only([w for w, where in enumerate(self.window_runs) if where != run])
+
     def without_remainders(self, share: float, gap_s: float) -> ActiveEffect:
         """Without windows that only correct the shape of a larger one beside or around them.
 
