@@ -22,10 +22,11 @@ from swaywatch.discover.find import (
     _begun,
     _beside_what_suffices,
     _foretold,
+    _like,
     _likelier,
     _ranked,
 )
-from swaywatch.discover.grammar import Law, all_laws, effect_of, grammar, law_of
+from swaywatch.discover.grammar import MOTIONS, Law, all_laws, curve, effect_of, grammar, law_of
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
@@ -420,6 +421,26 @@ def test_each_left_out_run_counts_by_how_many_times_better_it_is() -> None:
     _, library_, law = typical([(1.99, 0.169, 0.286), (0.114, 0.130, 0.030)])
     assert library_ == pytest.approx(np.sqrt(0.169 * 0.130))
     assert law < 0.65 * library_
+
+
+@pytest.mark.parametrize("straight", [-25000.0, 300.0])
+@pytest.mark.parametrize("shape", ["saturating", "dead zone", "cube", "odd square"])
+def test_another_shape_begins_as_strong_as_the_straight_line(straight: float, shape: str) -> None:
+    """At the usual amplitude both give the same moment, the same way."""
+    line = ActiveEffect(effect_of(Law("moment_trailer", "articulation_rate")), (straight,))
+    found = _like(line, Law("moment_trailer", "articulation_rate", shape))
+    usual = MOTIONS["articulation_rate"].usual
+    values = found.as_dict()
+    moment = values["gain"] * curve(shape, np.array([0.0, usual]), values.get("bend", 0.0))[-1]
+    assert moment == pytest.approx(straight * usual)
+
+
+def test_a_law_that_already_has_a_bend_keeps_it_at_another_power_of_the_speed() -> None:
+    own = effect_of(Law("hitch", "articulation", "dead zone"))
+    found = _like(ActiveEffect(own, (60000.0, 0.03)), Law("hitch", "articulation", "dead zone", 2))
+    assert found.values == (60000.0, 0.03)
+    wide = _like(ActiveEffect(own, (60000.0, 0.06)), Law("hitch", "articulation", "saturating"))
+    assert wide.values[0] > 0.0  # beyond its zone it acts, at the usual amplitude it does not
 
 
 def of_two_runs(gains: tuple[float, float], more: tuple[ActiveEffect, ...] = ()) -> LawSearch:

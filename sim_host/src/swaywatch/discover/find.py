@@ -41,10 +41,12 @@ from swaywatch.discover.grammar import (
     BODIES,
     FREQUENCIES_HZ,
     ID,
+    MOTIONS,
     NONLINEAR_ONLY,
     SHAPES,
     Law,
     all_laws,
+    curve,
     effect_of,
     grammar,
     refined,
@@ -186,8 +188,25 @@ def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
     if law.swings:  # with a gap: the values of the oscillation, and an initial gap
         more = [effect_of(other, straight.as_dict()["frequency_hz"]) for other in refined(law)]
         return [ActiveEffect(e, (*straight.values, e.parameters[-1].starts[0])) for e in more]
-    against = straight.values[0] < 0.0
-    return [_begun(law)[against] for law in refined(law_in(straight))]
+    return [_like(straight, other) for other in refined(law)]
+
+
+def _like(term: ActiveEffect, law: Law) -> ActiveEffect:
+    """A law in another shape, with initial values that make it as strong as the one given.
+
+    At the usual amplitude of the variable (beyond a dead zone) both are of one size: a law that is
+    many times stronger than the usual initial values of its shape is not found from those.
+    """
+    own, known, effect = law_in(term), term.as_dict(), effect_of(law)
+    values = {p.name: known.get(p.name, p.starts[0]) for p in effect.parameters}
+    if law.shape != own.shape and "gain" in known:
+        values = {p.name: p.starts[0] for p in effect.parameters} | {"gain": known["gain"]}
+        bend = known.get("bend", 0.0)
+        usual = np.array([0.0, max(MOTIONS[law.motion].usual, 2.0 * bend)])
+        before = curve(own.shape, usual, bend)[-1]
+        values["gain"] *= float(before / curve(law.shape, usual, values.get("bend", 0.0))[-1])
+    inside = (min(max(values[p.name], p.low), p.high) for p in effect.parameters)
+    return ActiveEffect(effect, tuple(inside))
 
 
 def _begun(law: Law) -> tuple[ActiveEffect, ...]:
@@ -365,17 +384,9 @@ class LawSearch:
         """With its law in another shape, or with a lag, where that fits clearly better."""
         fit = candidate.fit
         term = fit.terms[-1]
-        starts = []
-        for law in refined(law_in(term)):
-            effect = effect_of(law)
-            known = dict(zip((p.name for p in term.effect.parameters), term.values, strict=True))
-            same = law.shape == law_in(term).shape
-            values = tuple(
-                known[p.name] if p.name in known and (same or p.name != "gain")
-                else math.copysign(p.starts[0], term.values[0] if p.name == "gain" else 1.0)
-                for p in effect.parameters
-            )  # fmt: skip
-            starts.append(replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, values))))
+        starts = [
+            replace(fit, terms=(*fit.terms[:-1], _like(term, law))) for law in refined(law_in(term))
+        ]
         judge = self.search.judge
         near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
         best = min(near, key=lambda f: f.chi2, default=fit)
