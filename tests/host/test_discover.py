@@ -10,12 +10,23 @@ import pytest
 from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, synthetic
 
-from swaywatch.diagnose.evidence.search import Linear, Search
+from swaywatch.diagnose.evidence.baselines import Path as Tried
+from swaywatch.diagnose.evidence.search import Candidate, Linear, Search
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.holdout import typical
 from swaywatch.diagnose.model import _entries, terms_of
-from swaywatch.discover.find import SCREENED, Laws, _begun, _beside_what_suffices, _ranked
-from swaywatch.discover.grammar import Law, all_laws, effect_of, grammar, law_of
+from swaywatch.discover.find import (
+    SCREENED,
+    Laws,
+    LawSearch,
+    _begun,
+    _beside_what_suffices,
+    _foretold,
+    _like,
+    _likelier,
+    _ranked,
+)
+from swaywatch.discover.grammar import MOTIONS, Law, all_laws, curve, effect_of, grammar, law_of
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
@@ -243,6 +254,8 @@ def test_a_hitch_spring_is_found() -> None:
     assert abs(found.term.values[0] - 4000.0) < 5.0 * error
     for vehicle, library_, law in found.kept_out:
         assert law < 0.6 * min(vehicle, library_)
+    assert len(found.likelier) == 2
+    assert min(found.likelier) > 50.0
     kept = terms_of(_entries(found.fit.terms), library())
     assert kept[0].effect.extra["law"] == found.law
     assert kept[0].values == found.term.values
@@ -408,6 +421,67 @@ def test_each_left_out_run_counts_by_how_many_times_better_it_is() -> None:
     _, library_, law = typical([(1.99, 0.169, 0.286), (0.114, 0.130, 0.030)])
     assert library_ == pytest.approx(np.sqrt(0.169 * 0.130))
     assert law < 0.65 * library_
+
+
+@pytest.mark.parametrize("straight", [-25000.0, 300.0])
+@pytest.mark.parametrize("shape", ["saturating", "dead zone", "cube", "odd square"])
+def test_another_shape_begins_as_strong_as_the_straight_line(straight: float, shape: str) -> None:
+    """At the usual amplitude both give the same moment, the same way."""
+    line = ActiveEffect(effect_of(Law("moment_trailer", "articulation_rate")), (straight,))
+    found = _like(line, Law("moment_trailer", "articulation_rate", shape))
+    usual = MOTIONS["articulation_rate"].usual
+    values = found.as_dict()
+    moment = values["gain"] * curve(shape, np.array([0.0, usual]), values.get("bend", 0.0))[-1]
+    assert moment == pytest.approx(straight * usual)
+
+
+def test_a_law_that_already_has_a_bend_keeps_it_at_another_power_of_the_speed() -> None:
+    own = effect_of(Law("hitch", "articulation", "dead zone"))
+    found = _like(ActiveEffect(own, (60000.0, 0.03)), Law("hitch", "articulation", "dead zone", 2))
+    assert found.values == (60000.0, 0.03)
+    wide = _like(ActiveEffect(own, (60000.0, 0.06)), Law("hitch", "articulation", "saturating"))
+    assert wide.values[0] > 0.0  # beyond its zone it acts, at the usual amplitude it does not
+
+
+def of_two_runs(gains: tuple[float, float], more: tuple[ActiveEffect, ...] = ()) -> LawSearch:
+    """Two runs, each with a spring at the hitch of its own, and no law tried yet."""
+    springs = [ActiveEffect(effect_of(Law("hitch", "articulation")), (gain,)) for gain in gains]
+    one, other = (synthetic((spring, *more), 4) for spring in springs)
+    both = replace(one, runs=(one.runs[0], other.runs[1]))
+    search = Search(both, library(), silent)
+    base = search.baseline()
+    return LawSearch(Tried(search, base, base))
+
+
+def times_likelier(searched_: LawSearch, start: tuple[ActiveEffect, ...]) -> list[float]:
+    """Of each run with a spring at the hitch, to none, as logarithms."""
+    base = searched_.path.base.fit
+    spring = ActiveEffect(effect_of(Law("hitch", "articulation")), (1000.0,))
+    law = searched_.search.judge.run(replace(base, terms=(*start, spring)), 10)
+    known = searched_.search.judge.run(replace(base, terms=start), 10)
+    return _likelier(_foretold(searched_, law), _foretold(searched_, known))
+
+
+def test_a_law_makes_a_left_out_run_likelier_only_where_it_is_one_law() -> None:
+    """A spring of one stiffness foretells both runs; one for each run foretells neither."""
+    assert min(times_likelier(of_two_runs((3000.0, 3000.0)), ())) > 50.0
+    assert sum(times_likelier(of_two_runs((3000.0, -3000.0)), ())) < 0.0
+
+
+def test_windows_of_a_left_out_run_are_not_taught_by_the_others() -> None:
+    """A gust in one run only: what the other run teaches has no gust."""
+    gust = next(e for e in library() if e.name == "crosswind_gust:trailer")
+    term = ActiveEffect(gust, (6.0, 12.0, 900.0), (1,))
+    assert term.outside(0) == term
+    assert term.outside(1).values == ()
+    spring = ActiveEffect(effect_of(Law("hitch", "articulation")), (3000.0,))
+    assert spring.outside(1) == spring
+    both = of_two_runs((0.0, 0.0), (term,))
+    judge = both.search.judge
+    fit = judge.run(replace(both.path.base.fit, terms=(term,)), 20, tolerance=1e-5)
+    taught = judge.run(replace(fit, terms=()), 20, runs=[0], tolerance=1e-5)
+    whole, part = (both.weighed(Candidate(f, f)).evidence for f in (fit, taught))
+    assert _foretold(both, fit)[1] == pytest.approx(whole - part, abs=0.1)
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,8 @@ LAW: dict[str, Any] = {
     "text": "a moment", "perhaps": "a spring", "law": "M = gain x theta", "energy": "stores energy",
     "library_would_say": ["hitch_friction"], "log_bayes_factor_to_library": 40.0,
     "share_explained": 0.9, "equivalent": [{"place": "hitch", "depends_on": "articulation"}],
-    "kept_out": {"calibrated_nrmse": 0.3, "library_nrmse": 0.2, "with_law_nrmse": 0.1},
+    "kept_out": {"calibrated_nrmse": 0.3, "library_nrmse": 0.2, "with_law_nrmse": 0.1,
+                 "log_times_likelier_than_library": [12.0, 30.0]},
     "variables": ["articulation"],
     "parameters": {"gain": {"value": 1.0, "low": 0.5, "high": 2.0, "unit": "Nm/rad"}},
     "input": {

@@ -4,7 +4,7 @@ A law is tried alone and together with the effects found in the library, from ea
 weighed alike (`diagnose/evidence/evidence.py`), with a penalty for the choice among all laws and
 effects. A law is claimed only where its evidence exceeds that of the best explanation from the
 library, where it reduces the misfit by more than the discrepancy of models of this depth, and where
-it predicts the left-out runs better.
+it makes the left-out runs likelier, given what the other runs taught.
 """
 
 from __future__ import annotations
@@ -36,15 +36,17 @@ from swaywatch.diagnose.evidence.search import (
     reduced_chi_square,
 )
 from swaywatch.diagnose.fit.fit import Fit
-from swaywatch.diagnose.fit.holdout import BETTER, left_out, typical
+from swaywatch.diagnose.fit.holdout import left_out
 from swaywatch.discover.grammar import (
     BODIES,
     FREQUENCIES_HZ,
     ID,
+    MOTIONS,
     NONLINEAR_ONLY,
     SHAPES,
     Law,
     all_laws,
+    curve,
     effect_of,
     grammar,
     refined,
@@ -100,6 +102,9 @@ class Discovery:
     kept_out
         Error (NRMSE) of each run predicted from the others: vehicle, library, law; empty with one
         run. `typical` combines several.
+    likelier
+        Logarithm of how many times likelier each run is, given the others, than with the best
+        explanation from the library; empty with one run.
     """
 
     search: Search
@@ -109,6 +114,7 @@ class Discovery:
     evidence: float
     others: list[tuple[Law, float]]
     kept_out: list[tuple[float, float, float]]
+    likelier: list[float]
 
     @cached_property
     def index(self) -> int:
@@ -182,8 +188,25 @@ def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
     if law.swings:  # with a gap: the values of the oscillation, and an initial gap
         more = [effect_of(other, straight.as_dict()["frequency_hz"]) for other in refined(law)]
         return [ActiveEffect(e, (*straight.values, e.parameters[-1].starts[0])) for e in more]
-    against = straight.values[0] < 0.0
-    return [_begun(law)[against] for law in refined(law_in(straight))]
+    return [_like(straight, other) for other in refined(law)]
+
+
+def _like(term: ActiveEffect, law: Law) -> ActiveEffect:
+    """A law in another shape, with initial values that make it as strong as the one given.
+
+    At the usual amplitude of the variable (beyond a dead zone) both are of one size: a law that is
+    many times stronger than the usual initial values of its shape is not found from those.
+    """
+    own, known, effect = law_in(term), term.as_dict(), effect_of(law)
+    values = {p.name: known.get(p.name, p.starts[0]) for p in effect.parameters}
+    if law.shape != own.shape and "gain" in known:
+        values = {p.name: p.starts[0] for p in effect.parameters} | {"gain": known["gain"]}
+        bend = known.get("bend", 0.0)
+        usual = np.array([0.0, max(MOTIONS[law.motion].usual, 2.0 * bend)])
+        before = curve(own.shape, usual, bend)[-1]
+        values["gain"] *= float(before / curve(law.shape, usual, values.get("bend", 0.0))[-1])
+    inside = (min(max(values[p.name], p.low), p.high) for p in effect.parameters)
+    return ActiveEffect(effect, tuple(inside))
 
 
 def _begun(law: Law) -> tuple[ActiveEffect, ...]:
@@ -361,17 +384,9 @@ class LawSearch:
         """With its law in another shape, or with a lag, where that fits clearly better."""
         fit = candidate.fit
         term = fit.terms[-1]
-        starts = []
-        for law in refined(law_in(term)):
-            effect = effect_of(law)
-            known = dict(zip((p.name for p in term.effect.parameters), term.values, strict=True))
-            same = law.shape == law_in(term).shape
-            values = tuple(
-                known[p.name] if p.name in known and (same or p.name != "gain")
-                else math.copysign(p.starts[0], term.values[0] if p.name == "gain" else 1.0)
-                for p in effect.parameters
-            )  # fmt: skip
-            starts.append(replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, values))))
+        starts = [
+            replace(fit, terms=(*fit.terms[:-1], _like(term, law))) for law in refined(law_in(term))
+        ]
         judge = self.search.judge
         near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
         best = min(near, key=lambda f: f.chi2, default=fit)
@@ -623,6 +638,9 @@ def _claimed(
         reduced_chi_square(candidate.fit) > UNEXPLAINED_ABOVE
     ):  # distorted vehicle values that fit a wrong law: a share of the misfit does not count
         return None
+    likelier = _likelier(_foretold(law_search, candidate.fit), _foretold(from_, library.fit))
+    if likelier and sum(likelier) < CLAIMED:
+        return None
     base = law_search.path.base.fit
     rows = list(
         zip(
@@ -632,14 +650,40 @@ def _claimed(
             strict=True,
         )
     )
-    if rows:
-        _, by_library, by_law = typical(rows)
-        if by_law > BETTER * by_library:
-            return None
     return Discovery(
         law_search.search, base, library.fit, candidate.fit, candidate.evidence - library.evidence,
-        _others(law_searches, candidate), rows,
+        _others(law_searches, candidate), rows, likelier,
     )  # fmt: skip
+
+
+def _likelier(one: Sequence[float], other: Sequence[float]) -> list[float]:
+    return [float(a - b) for a, b in zip(one, other, strict=True)]
+
+
+def _foretold(law_search: LawSearch, fit: Fit) -> list[float]:
+    """Logarithm of each run's likelihood, given the others; empty with one run.
+
+    The evidence of all runs less that of the others. So what the others leave open counts as open:
+    near the critical speed a run that is simulated with the values of another one drifts away, with
+    the right law as well as with a wrong one, and the error says which values happened to be lucky.
+    """
+    judge = law_search.search.judge
+    runs = range(len(judge.problem.runs))
+    if len(runs) < 2:
+        return []
+
+    def evidence(taught: Fit) -> float:
+        return law_search.weighed(Candidate(taught, taught)).evidence
+
+    fit = judge.run(fit, 20, tolerance=1e-5)
+    found = []
+    for run in runs:
+        terms = [t.outside(run) for t in fit.terms]
+        kept = tuple(t for t in terms if t.values)
+        others = [r for r in runs if r != run]
+        taught = judge.run(replace(fit, terms=kept), 20, runs=others, tolerance=1e-5)
+        found.append(evidence(fit) - evidence(taught))
+    return found
 
 
 def _beside_what_suffices(library: Fit, fit: Fit) -> bool:

@@ -13,11 +13,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
+import numpy as np
+from numpy.typing import NDArray
+
 from swaywatch.discover.known import KNOWN
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.errors import SwaywatchError
 from swaywatch.plant.lanes import BODY, LAW_TO, PlantInput
+
+Array = NDArray[np.float64]
 
 ID = "law"
 SPEED_M_S = 25.0  # at which the gain of a law is stated
@@ -355,6 +360,31 @@ def _numbers(law: Law) -> tuple[Parameter, ...]:
     if law.lagged:
         found.append(Parameter("lag_s", "s", 0.0, 0.0, 1.5, (0.1,), 0.01, 1e9))
     return tuple(found)
+
+
+def dragged(z: Array, bend: float) -> Array:
+    """Deflection of an element with dry friction that slides at `bend` (Dahl), shape (n,)."""
+    state = np.zeros_like(z)
+    for i, step in enumerate(np.diff(z)):
+        kept = math.exp(-abs(step) / bend)  # exact while z goes one way
+        state[i + 1] = kept * state[i] + math.copysign(bend * (1.0 - kept), step)
+    return state
+
+
+def curve(shape: str, z: Array, bend: float) -> Array:
+    """A shape, of gain one, over the course of its variable, shape (n,)."""
+    bend = max(bend, 1e-9)
+    found = {
+        "straight": z,
+        "saturating": bend * np.tanh(z / bend),
+        "dead zone": z - np.clip(z, -bend, bend),
+        "cube": z**3,
+        "odd square": z * np.abs(z),
+        "even square": z**2,
+        "hysteretic": dragged(z, bend),
+    }
+    assert set(found) == set(SHAPES)
+    return np.asarray(found[shape])
 
 
 def formula(law: Law) -> str:

@@ -8,7 +8,6 @@ that a law can be compared with it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -19,7 +18,16 @@ from numpy.typing import NDArray
 from swaywatch.diagnose.evidence.locate import Locator
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
 from swaywatch.discover.find import Discovery
-from swaywatch.discover.grammar import BODIES, HEADINGS, ID, MOTIONS, PLACES, SHAPES, SPEED_M_S, Law
+from swaywatch.discover.grammar import (
+    BODIES,
+    HEADINGS,
+    ID,
+    MOTIONS,
+    PLACES,
+    SPEED_M_S,
+    Law,
+    curve,
+)
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, simulate
@@ -162,28 +170,9 @@ def _steered(name: str, plant: PlantInput) -> Array:
     return plant.steer if name == "slip_car_front" else np.zeros_like(plant.steer)
 
 
-def dragged(z: Array, bend: float) -> Array:
-    """Deflection of an element with dry friction that slides at `bend` (Dahl), shape (n,)."""
-    state = np.zeros_like(z)
-    for i, step in enumerate(np.diff(z)):
-        kept = math.exp(-abs(step) / bend)  # exact while z goes one way
-        state[i + 1] = kept * state[i] + math.copysign(bend * (1.0 - kept), step)
-    return state
-
-
 def valued(found: Discovery, z: Array, speed: Array) -> Array:
     """The law (without its lag) at given values of its variable, shape (n,)."""
     law = found.law
     values = found.term.as_dict()
-    bend = max(values.get("bend", 1.0), 1e-9)
-    shaped = {
-        "straight": z,
-        "saturating": bend * np.tanh(z / bend),
-        "dead zone": z - np.clip(z, -bend, bend),
-        "cube": z**3,
-        "odd square": z * np.abs(z),
-        "even square": z**2,
-        "hysteretic": dragged(z, bend),
-    }
-    assert set(shaped) == set(SHAPES)
-    return np.asarray(values["gain"] * shaped[law.shape] * (speed / SPEED_M_S) ** law.power)
+    course = curve(law.shape, z, values.get("bend", 1.0))
+    return np.asarray(values["gain"] * course * (speed / SPEED_M_S) ** law.power)

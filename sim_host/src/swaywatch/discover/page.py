@@ -51,8 +51,11 @@ def _words(law: Mapping[str, Any]) -> str:
         text += f" Possible cause: {law['perhaps']}."
     kept = law["kept_out"]
     if kept:
+        times = " and ".join(f"{x:.0f}" for x in kept["log_times_likelier_than_library"])
         text += (
-            " When each run is predicted from the others, the error is "
+            " Given the other runs, the logarithm of how many times likelier a run is with the law "
+            f"than with the library is {times}. When each run is simulated with what the others "
+            "taught, the error is "
             f"{100.0 * kept['calibrated_nrmse']:.1f} % (NRMSE) with the calibrated vehicle, "
             f"{100.0 * kept['library_nrmse']:.1f} % with the library and "
             f"{100.0 * kept['with_law_nrmse']:.1f} % with the law."

@@ -112,6 +112,7 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
             "library_nrmse": kept[1],
             "with_law_nrmse": kept[2],
             "gain_over_library": 1.0 - kept[2] / kept[1],
+            "log_times_likelier_than_library": found.likelier,
             "runs": [list(row) for row in found.kept_out],
         },
         "equivalent": [

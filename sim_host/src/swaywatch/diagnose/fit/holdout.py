@@ -19,8 +19,6 @@ Array = NDArray[np.float64]
 
 #: The part of a run that its start values and its steering offset are taken from.
 START_S = 5.0
-#: Error of a left-out run over that of the rival: better, not only as good.
-BETTER = 0.99
 
 
 def first_seconds(run: Run, seconds: float) -> Run:
