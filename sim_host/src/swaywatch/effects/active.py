@@ -84,7 +84,7 @@ class ActiveEffect:
 
     def outside(self, run: int) -> ActiveEffect:
         """Without its windows in one run."""
-        return self._only([w for w, where in enumerate(self.window_runs) if where != run])
+        return self.only([w for w, where in enumerate(self.window_runs) if where != run])
 
     def without_remainders(self, share: float, gap_s: float) -> ActiveEffect:
         """Without windows that only correct the shape of a larger one beside or around them.
