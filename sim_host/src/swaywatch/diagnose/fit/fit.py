@@ -61,14 +61,12 @@ _VERTICAL = ("trailer_wheel_vertical", "hitch_vertical")
 WORKERS = 16  # calculations whose trials share the lanes
 _AT_ONCE = 8 * LANES  # trials in memory at a time
 NUISANCES = 5  # steering offset and four initial states, for each run
-_NUISANCE_STEP = np.array([4e-6, 4e-4, 4e-5, 2e-5, 4e-5])
+_NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
 MOVED = 0.3  # gain of an iteration, of what it leaves, after which derivatives are old at once
 FARTHEST = 2.0  # wide tolerances by which a typical value moves in one iteration
 EDGE_STEP_S = 0.3  # by which an edge of a window moves in one iteration: it is known by no more
-#: Steps of derivatives: of beliefs in tolerances, of values in their scales. Values nearly make up
-#: for each other, so that derivatives must be true to a few parts in a thousand.
-_SHIFT_STEP, _VALUE_STEP, _EDGE_STEP = 1e-3, 0.01, 0.2
+_SHIFT_STEP = 0.05  # tolerances, for derivatives
 
 
 @dataclass
@@ -779,7 +777,7 @@ class _Task:
         for c in range(self.k):
             if self.places[c] not in (None, r):
                 continue
-            step = _step(self.parameters[c], state.values[c], edge=c in self.edges)
+            step = _step(self.parameters[c], state.values[c])
             v = state.values.copy()
             v[c] += step
             trials.append(Trial(r, self.terms(v), state.nuisance[r], state.shift))
@@ -856,7 +854,6 @@ class _Task:
         return self.state(values, nuisance, shift)
 
 
-def _step(parameter: Parameter, value: float, *, edge: bool) -> float:
-    """Change of a value for its derivative; an edge of a window crosses samples."""
-    step = (_EDGE_STEP if edge else _VALUE_STEP) * float(parameter.scale)
+def _step(parameter: Parameter, value: float) -> float:
+    step = 0.2 * float(parameter.scale)
     return step if value + step <= parameter.high else -step
