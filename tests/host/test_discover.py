@@ -21,7 +21,7 @@ from swaywatch.discover.find import (
     LawSearch,
     _begun,
     _beside_what_suffices,
-    _foretold,
+    _left_out_evidence,
     _like,
     _likelier,
     _ranked,
@@ -459,11 +459,11 @@ def times_likelier(searched_: LawSearch, start: tuple[ActiveEffect, ...]) -> lis
     spring = ActiveEffect(effect_of(Law("hitch", "articulation")), (1000.0,))
     law = searched_.search.judge.run(replace(base, terms=(*start, spring)), 10)
     known = searched_.search.judge.run(replace(base, terms=start), 10)
-    return _likelier(_foretold(searched_, law), _foretold(searched_, known))
+    return _likelier(_left_out_evidence(searched_, law), _left_out_evidence(searched_, known))
 
 
 def test_a_law_makes_a_left_out_run_likelier_only_where_it_is_one_law() -> None:
-    """A spring of one stiffness foretells both runs; one for each run foretells neither."""
+    """A spring of one stiffness predicts both runs; one for each run predicts neither."""
     assert min(times_likelier(of_two_runs((3000.0, 3000.0)), ())) > 50.0
     assert sum(times_likelier(of_two_runs((3000.0, -3000.0)), ())) < 0.0
 
@@ -481,7 +481,7 @@ def test_windows_of_a_left_out_run_are_not_taught_by_the_others() -> None:
     fit = judge.run(replace(both.path.base.fit, terms=(term,)), 20, tolerance=1e-5)
     taught = judge.run(replace(fit, terms=()), 20, runs=[0], tolerance=1e-5)
     whole, part = (both.weighed(Candidate(f, f)).evidence for f in (fit, taught))
-    assert _foretold(both, fit)[1] == pytest.approx(whole - part, abs=0.1)
+    assert _left_out_evidence(both, fit)[1] == pytest.approx(whole - part, abs=0.1)
 
 
 @pytest.mark.parametrize(

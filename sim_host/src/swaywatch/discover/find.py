@@ -638,7 +638,9 @@ def _claimed(
         reduced_chi_square(candidate.fit) > UNEXPLAINED_ABOVE
     ):  # distorted vehicle values that fit a wrong law: a share of the misfit does not count
         return None
-    likelier = _likelier(_foretold(law_search, candidate.fit), _foretold(from_, library.fit))
+    likelier = _likelier(
+        _left_out_evidence(law_search, candidate.fit), _left_out_evidence(from_, library.fit)
+    )
     if likelier and sum(likelier) < CLAIMED:
         return None
     base = law_search.path.base.fit
@@ -660,7 +662,7 @@ def _likelier(one: Sequence[float], other: Sequence[float]) -> list[float]:
     return [float(a - b) for a, b in zip(one, other, strict=True)]
 
 
-def _foretold(law_search: LawSearch, fit: Fit) -> list[float]:
+def _left_out_evidence(law_search: LawSearch, fit: Fit) -> list[float]:
     """Logarithm of each run's likelihood, given the others; empty with one run.
 
     The evidence of all runs less that of the others. So what the others leave open counts as open:
