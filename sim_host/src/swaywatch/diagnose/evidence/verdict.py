@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.evidence.baselines import (
+    SHORTEST_WINDOW_S,
     Path,
     each_once,
     explore,
@@ -285,14 +286,19 @@ def _without_closed(search: Search, fit: Fit) -> Fit:
 
 
 def _without_window(search: Search, fit: Fit, index: int, window: int) -> Fit:
-    """The fit without a window that is worth no claim and takes away hardly any misfit."""
+    """The fit without a window that is too short, or too weak and takes away hardly any misfit.
+
+    A short one beside a long one corrects its shape, however much of the misfit it takes away.
+    """
     term = fit.terms[index]
     kept = [w for w in range(len(term.window_runs)) if w != window]
     if not kept or noticeable_window(term, window):
         return fit
     terms = (*fit.terms[:index], term.only(kept), *fit.terms[index + 1 :])
     fewer = search.judge.run(replace(fit, terms=terms), 4, tolerance=1e-4)
-    return fewer if fewer.chi2 < (1.0 + WINDOW_DISCREPANCY) * fit.chi2 else fit
+    start, stop = term.values[window * term.stride : window * term.stride + 2]
+    short = stop - start < SHORTEST_WINDOW_S
+    return fewer if short or fewer.chi2 < (1.0 + WINDOW_DISCREPANCY) * fit.chi2 else fit
 
 
 def _verdict(paths: Sequence[Path]) -> Verdict:
