@@ -277,7 +277,7 @@ def _of_the_road(term: ActiveEffect) -> bool:
     return term.effect.id in WITHIN and noticeable(term)
 
 
-def _without_closed(search: Search, fit: Fit) -> Fit:
+def _without_slight_windows(search: Search, fit: Fit) -> Fit:
     """The fit without windows in which nothing worth a claim happens."""
     for index in range(len(fit.terms)):
         for window in reversed(range(len(fit.terms[index].window_runs))):
@@ -318,7 +318,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         base = plain.fit
     # weak effects sit in flat valleys: the one that is claimed is fitted to the very end
     exact = search.judge.run(best.fit, 20, tolerance=1e-7) if best.fit.terms else best.fit
-    found = _beyond(search, _without_closed(search, exact))
+    found = _beyond(search, _without_slight_windows(search, exact))
     if not found.terms:
         result = Verdict(
             "consistent", plain.fit, plain.fit, search.problem, candidates=ranked[:8],

@@ -106,19 +106,25 @@ def carried(
     return terms
 
 
+def by_the_others(
+    problem: Problem, index: int, fit: Fit, notes: set[str]
+) -> tuple[dict[str, Array], int]:
+    """A run as the model fitted to the other runs predicts it, and how many effects took part."""
+    others = [r for r in range(len(problem.runs)) if r != index]
+    taught = Fitter(problem).run(Fit(fit.terms, fit.nuisance, fit.shift), 5, runs=others)
+    constant = tuple(t for t in taught.terms if not t.effect.windowed)
+    nuisance = start_values(problem, index, constant, taught.shift)
+    terms = carried(problem, index, taught, nuisance, notes)
+    return predict_run(problem, index, terms, nuisance, taught.shift), len(terms)
+
+
 def left_out(problem: Problem, fit: Fit) -> list[float]:
     """Error (NRMSE) of each run predicted by what the others taught; empty with a single run."""
     count = len(problem.runs)
-    found = []
-    for index in range(count if count > 1 else 0):
-        others = [r for r in range(count) if r != index]
-        taught = Fitter(problem).run(fit, 6, runs=others)
-        constant = tuple(t for t in taught.terms if not t.effect.windowed)
-        nuisance = start_values(problem, index, constant, taught.shift)
-        terms = carried(problem, index, taught, nuisance, set())
-        outputs = predict_run(problem, index, terms, nuisance, taught.shift)
-        found.append(nrmse(errors(problem, index, outputs)))
-    return found
+    return [
+        nrmse(errors(problem, index, by_the_others(problem, index, fit, set())[0]))
+        for index in range(count if count > 1 else 0)
+    ]
 
 
 def typical(rows: Sequence[Sequence[float]]) -> list[float]:
@@ -165,18 +171,15 @@ def held_out(problem: Problem, fit: Fit, before: Fit, *, calibrated: bool = True
     scores = []
     used = 0
     for index, run in enumerate(problem.runs):
-        others = [r for r in range(len(problem.runs)) if r != index]
-        taught = Fitter(problem).run(Fit(fit.terms, fit.nuisance, fit.shift), 5, runs=others)
-        constant = tuple(t for t in taught.terms if not t.effect.windowed)
-        nuisance = start_values(problem, index, constant, taught.shift)
-        terms = carried(problem, index, taught, nuisance, notes)
-        used += len(terms)
-        with_findings = predict_run(problem, index, terms, nuisance, taught.shift)
-        alone = Fit((), before.nuisance, before.shift)
+        with_findings, count = by_the_others(problem, index, fit, notes)
+        used += count
         if calibrated:
-            alone = Fitter(problem).run(alone, 5, runs=others)
-        start = start_values(problem, index, (), alone.shift)
-        without = predict_run(problem, index, (), start, alone.shift)
+            without, _ = by_the_others(
+                problem, index, Fit((), before.nuisance, before.shift), set()
+            )
+        else:
+            start = start_values(problem, index, (), before.shift)
+            without = predict_run(problem, index, (), start, before.shift)
         scores.append(
             [
                 nrmse(errors(problem, index, without)),
