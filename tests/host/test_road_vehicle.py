@@ -16,7 +16,7 @@ from swaywatch.diagnose.engine import diagnose
 from swaywatch.diagnose.evidence.baselines import noticeable
 from swaywatch.diagnose.evidence.evidence import explained, worth
 from swaywatch.diagnose.evidence.search import Search, reduced_chi_square
-from swaywatch.diagnose.evidence.verdict import _without_slight_windows
+from swaywatch.diagnose.evidence.verdict import TANDEM, _counteract, _without_slight_windows
 from swaywatch.diagnose.fit.beliefs import beliefs_of
 from swaywatch.diagnose.fit.data import load
 from swaywatch.diagnose.fit.fit import Fit, plant_of
@@ -133,6 +133,25 @@ def test_a_window_in_which_nothing_happens_is_none(
     ).terms[0]
     fewer = ActiveEffect(effect, (2.0, 9.0, 60.0, 0.0, 1.0, 3.0, 80.0, 5.0), (0, 1))
     assert found == (fewer if left_out else term)
+
+
+@pytest.mark.parametrize(
+    ("shift", "counteract"),
+    [
+        ((2.9, -3.2), True), ((-3.7, 3.9), True), ((-3.0, 0.5), False), ((0.0, 3.0), False),
+        ((3.0, 2.0), False), ((-3.0, -2.0), False),
+    ],
+)  # fmt: skip
+def test_axles_of_a_tandem_that_counteract_each_other(
+    shift: tuple[float, float], counteract: bool
+) -> None:
+    """14 % stiffer in front, 16 % softer behind is an error of form; both softer are tyres."""
+    at = {("vehicle", "car.mass"): 0, ("vehicle", TANDEM[0]): 1, ("vehicle", TANDEM[1]): 2}
+    problem = SimpleNamespace(beliefs=SimpleNamespace(at=at))
+    search = cast("Search", SimpleNamespace(problem=problem))
+    assert _counteract(search, Fit((), np.zeros((2, 5)), np.array([5.0, *shift]))) == counteract
+    del at["vehicle", TANDEM[1]]  # a single axle
+    assert not _counteract(search, Fit((), np.zeros((2, 5)), np.array([5.0, *shift])))
 
 
 def test_a_load_somewhat_early_or_late_is_the_dampers() -> None:

@@ -261,7 +261,7 @@ def _unquiet(study: Study) -> str:
         return ""
     return (
         f"{', '.join(names)}: too short a time without a swing to measure the effect of wind, road "
-        "and rider. It is estimated from the residuals of the swings instead, so these intervals "
+        "and driver. It is estimated from the residuals of the swings instead, so these intervals "
         "are approximate."
     )
 

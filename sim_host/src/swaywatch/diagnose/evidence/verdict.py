@@ -43,6 +43,8 @@ ALONE = 1.1
 FORM_PULLS = 0.04
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
+#: Two axles so close together that only the sum of their forces is clear.
+TANDEM = ("trailer.front_cornering_stiffness", "trailer.rear_cornering_stiffness")
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
 REAR_TYRES = "parameter_error:car.rear_cornering_stiffness"
 #: Most that is ever stated: the library is not the world.
@@ -159,7 +161,10 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     shift = fit.shift.copy()
     terms: list[ActiveEffect] = []
     joint = _Joint(fit)
+    counteract = _counteract(search, fit)
     for index, belief in enumerate(search.problem.beliefs.items):
+        if counteract and belief.name in TANDEM:
+            continue
         z = float(fit.shift[index])
         error = math.sqrt(abs(float(fit.shift_covariance[index, index])) * search.noise)
         if not belief.scaled or abs(z) - BOUND < max(
@@ -178,6 +183,20 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     if not terms:
         return fit
     return joint.fit(replace(fit, terms=(*fit.terms, *terms), shift=shift), len(terms))
+
+
+def _counteract(search: Search, fit: Fit) -> bool:
+    """One axle of a tandem is off to one side by about what the other is off to the other side.
+
+    Tyres of a tandem are alike, and what differs between its axles acts through the short distance
+    between them: a small error of a model's form looks like a large difference there.
+    """
+    at = search.problem.beliefs.at
+    both = [float(fit.shift[at["vehicle", n]]) for n in TANDEM if ("vehicle", n) in at]
+    if len(both) < len(TANDEM):
+        return False
+    low, high = sorted(both)
+    return low < 0.0 < high and 0.5 < -low / high < 2.0
 
 
 class _Joint:

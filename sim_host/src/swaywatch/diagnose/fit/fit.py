@@ -66,7 +66,8 @@ FRESH = 5  # iterations after which derivatives to what hardly moves are calcula
 MOVED = 0.3  # gain of an iteration, of what it leaves, after which derivatives are old at once
 FARTHEST = 2.0  # wide tolerances by which a typical value moves in one iteration
 EDGE_STEP_S = 0.3  # by which an edge of a window moves in one iteration: it is known by no more
-_SHIFT_STEP = 0.05  # tolerances, for derivatives
+#: Steps of derivatives: of beliefs in tolerances, of values and edges of windows in their scales.
+_SHIFT_STEP, _VALUE_STEP, _EDGE_STEP = 0.05, 0.01, 0.2
 
 
 @dataclass
@@ -777,7 +778,7 @@ class _Task:
         for c in range(self.k):
             if self.places[c] not in (None, r):
                 continue
-            step = _step(self.parameters[c], state.values[c])
+            step = _step(self.parameters[c], state.values[c], edge=c in self.edges)
             v = state.values.copy()
             v[c] += step
             trials.append(Trial(r, self.terms(v), state.nuisance[r], state.shift))
@@ -854,6 +855,7 @@ class _Task:
         return self.state(values, nuisance, shift)
 
 
-def _step(parameter: Parameter, value: float) -> float:
-    step = 0.2 * float(parameter.scale)
+def _step(parameter: Parameter, value: float, *, edge: bool) -> float:
+    """Change of a value for its derivative; an edge of a window crosses samples."""
+    step = (_EDGE_STEP if edge else _VALUE_STEP) * float(parameter.scale)
     return step if value + step <= parameter.high else -step
