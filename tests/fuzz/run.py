@@ -19,7 +19,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-FUZZED = ("lib", "port", "dbc", "sim_host/src")
+ECU_CODE = ("lib", "port", "dbc")
+HOST_CODE = ("lib", "port", "dbc", "sim_host/src")
 SLICE_S = 300
 """Longest stretch by the clock, after which the processor time is read."""
 
@@ -38,8 +39,8 @@ ROW = re.compile(r"^\| (\w+) \| [^|]+ \| (\w+) \| ([\d-]+) \| ([\d.]+) \| (\d+) 
 TITLE = """# Fuzzing
 
 How long each fuzzer ran on which version, by `make fuzz FUZZ_SECONDS=...` (processor time). A
-version is the last change of what is fuzzed (lib, port, dbc, sim_host/src); not every one was
-fuzzed. In `make test` the committed inputs and some mutations of them run.
+version is the last change of what is fuzzed: lib, port and dbc, for the recordings sim_host/src
+too; not every one was fuzzed. In `make test` the committed inputs and some mutations of them run.
 
 | fuzzer | attacks | version | last run | minutes | inputs | found |
 |---|---|---|---|---|---|---|
@@ -92,12 +93,13 @@ def added(rows: list[Row], row: Row) -> list[Row]:
     return sorted([*kept, same], key=lambda r: (order.index(r.name), r.day))
 
 
-def version() -> str:
-    """Last change of what is fuzzed, with a mark where there are uncommitted ones."""
+def version(name: str) -> str:
+    """Last change of what this one fuzzes, with a mark where there are uncommitted ones."""
+    fuzzed = HOST_CODE if name == "fuzz_recordings" else ECU_CODE
 
     def git(*words: str) -> str:
         done = subprocess.run(
-            ("git", *words, "--", *FUZZED), cwd=ROOT, capture_output=True, text=True, check=False
+            ("git", *words, "--", *fuzzed), cwd=ROOT, capture_output=True, text=True, check=False
         )
         return done.stdout.strip()
 
@@ -155,7 +157,7 @@ def main() -> int:
     for name in args.names:
         seconds, inputs, found = run(name, args.build.resolve(), args.seconds)
         today = date.today().isoformat()
-        row = Row(name, version(), today, seconds / 60, inputs, found)
+        row = Row(name, version(name), today, seconds / 60, inputs, found)
         rows = added(rows_of(args.result), row)
         args.result.write_text(TITLE + "".join(f"{r}\n" for r in rows), encoding="utf-8")
         print(f"{name}: {inputs} inputs in {seconds:.0f} s of processor time, found: {found}")
