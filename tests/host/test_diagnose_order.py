@@ -94,6 +94,32 @@ def test_one_lasting_effect_is_tried_on_a_rigid_vehicle_that_is_far_behind(
     assert searched == order
 
 
+@pytest.mark.parametrize(
+    ("in_windows", "first"), [(1.37, "hitch_friction"), (1.2, "axle_load_harmonic")]
+)
+def test_beside_a_simulation_windows_must_take_away_more_than_a_lasting_effect_leaves(
+    in_windows: float, first: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There the form of a right effect leaves misfit, which windows of a wrong one can follow."""
+    load = next(e for e in library() if e.name == "axle_load_harmonic:car_rear")
+    rows = [p.starts[0] for p in load.parameters]
+    window = ActiveEffect(load, (5.0, 15.0, *rows), (0,))
+    found = [
+        Candidate(_fit(left, term), _fit(1.7), -0.5 * left * COUNT)
+        for left, term in ((in_windows, window), (1.4, TERM))
+    ]
+    base = Candidate(_fit(1.7), _fit(1.7), -0.5 * 1.7 * COUNT)
+    search = SimpleNamespace(
+        problem=SimpleNamespace(free_start=False), noise=1.0, on_springs=False, beyond=None,
+        weighed=lambda c: c, baseline=lambda: base, tried=[],
+        refuses=lambda what: what == baselines.TRIED[1], extend=lambda *_, **__: found,
+        judge=SimpleNamespace(run=lambda fit, *_, **__: fit),
+    )  # fmt: skip
+    monkeypatch.setattr(baselines, "noticeable", lambda term: True)
+    path = baselines.path(cast("Search", search), base, lambda stage, share: None)
+    assert [t.effect.id for t in path.best.fit.terms] == [first]
+
+
 @pytest.mark.parametrize(("calibrated", "left"), [(1.3, 1.2), (190.0, 1.2)])
 def test_what_an_effect_must_promise_is_half_of_what_makes_it_worth_it(
     calibrated: float, left: float

@@ -16,6 +16,7 @@ from swaywatch.diagnose.evidence.evidence import (
     DISCREPANCY,
     UNEXPLAINED_ABOVE,
     explained,
+    price_of_form,
     worth,
 )
 from swaywatch.diagnose.evidence.search import (
@@ -286,6 +287,8 @@ def path(
         best = search.weighed(best)
         form = {"beside": beside, "on_springs": search.on_springs}
         found = [c for c in found if worth(base.fit, c.parent, c.fit, **form)]
+        if beside:
+            found.sort(key=lambda c: price_of_form(c.fit, search.noise) - c.evidence)
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
         fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)

@@ -130,6 +130,18 @@ def least_gain(base: Fit, before: Fit, *, windowed: bool, on_springs: bool) -> f
     return max(least * before.chi2, form * (base.chi2 - before.chi2))
 
 
+def price_of_form(fit: Fit, noise: float) -> float:
+    """Logarithm of the evidence beside a user's simulation that form alone may give an explanation.
+
+    The plant is only a correction there. Each further effect and each window can take away misfit
+    that the first one's form leaves, so much as `worth` asks of it.
+    """
+    further = BESIDE[1] * max(len(fit.terms) - 1, 0)
+    windows = sum(len(t.window_runs) for t in fit.terms)
+    in_windows = BESIDE[0] * any(t.effect.windowed for t in fit.terms)
+    return (further + in_windows + WINDOW_DISCREPANCY * windows) * 0.5 * fit.chi2 / noise
+
+
 def explained(base: Fit, fit: Fit) -> bool:
     """Whether what a fit leaves is noise, or what the form of a right effect leaves."""
     before, after = (f.chi2 / max(f.count, 1) for f in (base, fit))

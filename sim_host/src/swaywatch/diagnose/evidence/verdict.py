@@ -20,13 +20,14 @@ from swaywatch.diagnose.evidence.baselines import (
 )
 from swaywatch.diagnose.evidence.evidence import (
     APART,
+    BESIDE,
     BOUND,
     CLAIMED,
-    FORM,
     UNEXPLAINED_ABOVE,
     WINDOW_DISCREPANCY,
     explained,
     inflation,
+    price_of_form,
     residuals,
 )
 from swaywatch.diagnose.evidence.search import BENT, Candidate, Progress, Search, reduced_chi_square
@@ -349,12 +350,10 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
     fit = _ordered(found, terms)
     same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
-    # beside the user's own simulation our plant is a correction, whose form is not exact
-    beside = not search.problem.free_start
-    apart = max(APART, FORM * (best.evidence - plain.evidence) if beside else 0.0)
-    equals = [c for c in same if c.evidence > best.evidence - apart]
+    behind, apart = _behind(search, same, best, noise)
+    equals = [c for c, less in zip(same, behind, strict=True) if less > -apart]
     equivalents = [equivalents_of(term, terms, equals) for term in terms]
-    behind = np.array([c.evidence - best.evidence for c in same]) * APART / apart
+    behind *= APART / apart
     weights = np.exp(np.clip(behind, -700.0, 50.0))
     confidence = []
     for term in terms:
@@ -378,6 +377,21 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     if search.problem.free_start and not explained(base, fit):
         result.word = "unexplained"
     return result
+
+
+def _behind(
+    search: Search, candidates: Sequence[Candidate], best: Candidate, noise: float
+) -> tuple[Array, float]:
+    """By how much each candidate's evidence exceeds the claim's, and what of it says nothing.
+
+    Beside the user's own simulation our plant is a correction, whose form is not exact.
+    """
+    behind = np.array([c.evidence - best.evidence for c in candidates])
+    if search.problem.free_start:
+        return behind, APART
+    prices = [price_of_form(c.fit, noise) for c in candidates]
+    behind += price_of_form(best.fit, noise) - np.array(prices)
+    return behind, max(APART, BESIDE[0] * 0.5 * best.fit.chi2 / noise)
 
 
 def equivalents_of(
