@@ -16,7 +16,7 @@ import own_limits
 from information import Wrong, limit_of, with_prior
 from own_limits import Concealed, Known
 
-from swaywatch.diagnose.fit.fit import COMPARED
+from swaywatch.diagnose.fit.fit import COMPARED, NUISANCES, Fit, Fitter, predict_run
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.vehicle_file import load_vehicle
 
@@ -168,6 +168,25 @@ def test_every_effect_that_is_drawn_is_in_the_library():
     for truth in at_times:
         concealed = Concealed(explanations.concealed(truth, windows, ROLL, loads), {})
         assert limits(concealed, runs=runs)[0].name > 0.0, truth
+
+
+def test_a_refit_without_the_effect_leaves_about_as_much():
+    """No linearisation: the effect is taken away in steps, the rest fitted to what it had made."""
+    concealed = effect()
+    problem = own_limits.problem_of(drive(), VEHICLE, KNOWN)
+    true = (concealed.effect(1.0),)
+    rest = problem.at_rest()
+    for index, run in enumerate(problem.runs):
+        shown = predict_run(problem, index, true, np.zeros(NUISANCES), rest)
+        run.channels.update({name: shown[name] for name in run.scales})
+    target = tuple(replace(w, off=0.0) for w in problem.beliefs.weighings)
+    problem = replace(problem, beliefs=replace(problem.beliefs, weighings=target))
+    fitter, fit = Fitter(problem), Fit((), np.zeros((2, NUISANCES)), rest)
+    for share in (0.8, 0.5, 0.25, 0.0):
+        terms = (concealed.effect(share),) if share else ()
+        fit = fitter.run(replace(fit, terms=terms), 6, free=0, tolerance=1e-4)
+    left = float(np.sqrt(fit.chi2))
+    assert 0.5 * left < limits(concealed)[0].detect < 2.0 * left
 
 
 def test_projection_by_hand():
