@@ -40,7 +40,7 @@ help:
 	@echo "Figures of README.md and sim_host/docs/benchmarks.md:"
 	@echo "  make bench          benchmarks; make bench-NAME for one"
 	@echo "  make proof          diagnosis of recordings with published true values"
-	@echo "  make proof-blind    the same on concealed cases"
+	@echo "  make proof-blind    the same on concealed cases, each with the limit of what it can tell"
 	@echo "Deliver:"
 	@echo "  make package dist   Python wheel; sources for CMake, Zephyr, PlatformIO, ESP-IDF"
 	@echo "  make lock clean     renew the list of Python packages; remove everything built"

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
+
+from as_plant import bounce, constants, springs
 
 from swaywatch.models.multibody import Motion, Multibody
 from swaywatch.models.multibody_vehicle import (
@@ -15,12 +21,15 @@ from swaywatch.models.multibody_vehicle import (
     Inputs,
     Physics,
     reference_combination,
-    static_loads,
 )
 from swaywatch.plant.lanes import OUTPUT, PlantInput, neutral, simulate
 from swaywatch.plant.sprung import put
 
 SPACING = 0.01
+__all__ = [
+    "SPACING", "both", "bounce", "constants", "differences", "drawn", "harder", "manoeuvre",
+    "springs",
+]  # fmt: skip
 
 
 def drawn(seed: int) -> Combination:
@@ -61,52 +70,6 @@ def drawn(seed: int) -> Combination:
                    ball_height_m=about(0.42, 0.1))  # fmt: skip
 
 
-def constants(whole: Combination) -> np.ndarray:
-    """Constants in the order of `plant.BODY`."""
-    rows = []
-    for body in (whole.car, whole.trailer):
-        rows += [
-            body.mass_kg, body.yaw_inertia_kgm2, body.front.to_cog_m, -body.rear.to_cog_m,
-            body.hitch_to_cog_m, body.front.cornering_stiffness_n_rad,
-            body.rear.cornering_stiffness_n_rad,
-        ]  # fmt: skip
-    return np.array([*rows, *static_loads(whole)])
-
-
-def springs(whole: Combination) -> dict[str, float]:
-    """Values of the sprung plant: spring and bar in series with the tyre; roll axis on the road.
-
-    The wheels slide along the body's own vertical, so they tilt with it: all of the mass rolls.
-    """
-    values = {
-        "wheel_radius": whole.wheel_radius_m,
-        "track_car_front": whole.car.front.track_m, "track_car_rear": whole.car.rear.track_m,
-        "track_trailer": whole.trailer.front.track_m,
-    }  # fmt: skip
-    for name, body in (("car", whole.car), ("trailer", whole.trailer)):
-        stiffness, damping, carried = [], [], 0.0
-        for axle in (body.front, body.rear):
-            half = 0.5 * axle.track_m**2
-            spring = axle.spring_n_m + 2.0 * axle.roll_bar_n_m
-            share = axle.tyre_vertical_stiffness_n_m / (axle.tyre_vertical_stiffness_n_m + spring)
-            stiffness.append(half * spring * share)
-            damping.append(half * axle.damper.coefficient_ns_m * share**2)
-            carried += half * axle.unsprung_mass_kg
-        values |= {
-            f"sprung_mass_{name}": body.mass_kg,
-            f"sprung_height_{name}": body.cog_height_m,
-            f"ball_height_{name}": whole.ball_height_m,
-            f"roll_inertia_{name}": body.roll_inertia_kgm2 - carried,
-            f"roll_stiffness_{name}": sum(stiffness),
-            f"roll_damping_rate_{name}": sum(damping),
-            f"roll_damping_share_{name}": damping[0] / sum(damping),
-            f"roll_axis_height_{name}": 0.0,
-            f"roll_front_share_{name}": stiffness[0] / sum(stiffness),
-            f"sensor_height_{name}": body.cog_height_m,
-        }
-    return values
-
-
 def harder(whole: Combination, ratio: float) -> Combination:
     """The same with dampers whose rebound is so many times as hard as their compression."""
 
@@ -117,30 +80,6 @@ def harder(whole: Combination, ratio: float) -> Combination:
         return replace(old, front=axle(old.front), rear=axle(old.rear))
 
     return replace(whole, car=body(whole.car), trailer=body(whole.trailer))
-
-
-def bounce(whole: Combination) -> dict[str, float]:
-    """Slots of bodies that their dampers and the lean of their wheels lift and drop."""
-    loads = static_loads(whole)
-    values = {}
-    for number, (name, body) in enumerate((("car", whole.car), ("trailer", whole.trailer))):
-        omega = []
-        for axle, load in zip((body.front, body.rear), loads[2 * number :], strict=False):
-            tyre = axle.tyre_vertical_stiffness_n_m
-            spring = 2.0 * axle.spring_n_m * tyre / (axle.spring_n_m + tyre)
-            omega.append(float(np.sqrt(spring * 9.81 / load)))
-        damper = body.front.damper
-        both_axles = damper.coefficient_ns_m + body.rear.damper.coefficient_ns_m
-        values |= {
-            f"damper_asymmetry_{name}": (damper.ratio - 1.0) / (damper.ratio + 1.0),
-            f"heave_damping_{name}": both_axles / (float(np.mean(omega)) * body.mass_kg),
-            f"jacking_{name}": 1.0,
-        }
-        if name == "car":
-            values["heave_frequency_car_front"], values["heave_frequency_car_rear"] = omega
-        else:
-            values["heave_frequency_trailer"] = float(np.mean(omega))
-    return values
 
 
 def manoeuvre(kind: str, degrees: float, until: float) -> tuple[np.ndarray, np.ndarray]:

@@ -4,14 +4,13 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "proof"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
 
-import limits
+import beside_score
 import score
+import table
 
 
 def answer(**changes):
@@ -116,60 +115,71 @@ def test_windows():
     assert score.per_run([{"run": "run2", "start": 1, "stop": 2}]) == {"run2": [[1.0, 2.0]]}
 
 
-def detections(label, limit, count=40, *, smaller=False):
-    """Cases whose chance of being right passes 90 % at a strength."""
-    rng = np.random.default_rng(7)
-    rows = []
-    for u in np.linspace(0.01, 0.99, count):
-        chance = 1.0 / (1.0 + np.exp(-(np.log(9.0) + 10.0 * (u - limit))))
-        value = 1e7 * 0.01**u if smaller else 0.01 * 100.0**u
-        right = bool(rng.random() < chance)
-        rows.append(
-            {"kind": "planar", "ids": [label], "strength": u, "value": value, "first": right}
-        )
-    return rows
+def scored(name, left, *, first, ids=("tyre_relaxation",), **more):
+    return {
+        "case": name, "kind": "pair" if len(ids) > 1 else "planar", "tier": "B", "ids": list(ids),
+        "left": left, "best_wrong": ["hitch_damping"] * len(left), "first": first, "set": first,
+        "silent": not first, "claims": first, "first_id": None, "verdict": "consistent",
+        "confidence": 0.9, **more,
+    }  # fmt: skip
 
 
-def test_limit_of_detection():
-    rows = detections("tyre_relaxation", 0.5) + detections("steering_compliance", 0.7, smaller=True)
-    rows += [r | {"first": False} for r in detections("hitch_friction", 0.5)]
-    found = limits.limits(rows)
-    assert found["tyre_relaxation"]["strength"] == pytest.approx(0.5, abs=0.12)
-    assert found["tyre_relaxation"]["value"] == pytest.approx(0.1, rel=0.7)
-    assert found["steering_compliance"]["strength"] == pytest.approx(0.7, abs=0.12)
-    assert found["steering_compliance"]["value"] == pytest.approx(1e7 * 0.01**0.7, rel=0.7)
-    assert found["hitch_friction"]["value"] is None
-    assert found["hitch_friction"]["cases"] == 40
+def test_above_the_limit_is_what_leaves_enough_beside_the_best_wrong_effect():
+    both = ("tyre_relaxation", "hitch_friction")
+    rows = [
+        scored("b001", [12.0], first=True),
+        scored("b002", [40.0], first=False),
+        scored("b003", [9.9], first=False),
+        scored("b004", [], first=True),
+        scored("b005", [80.0, 3.0], first=True, ids=both, all=False),
+        scored("b006", [80.0, 13.0], first=True, ids=both, all=False),
+    ]
+    total = score.summarise(rows)
+    assert total["first"] == {"right": 2, "of": 4, "share": 0.5}
+    assert total["first_above_limit"] == {"right": 1, "of": 2, "share": 0.5}
+    assert total["without_limit"] == 1
+    assert total["pair_both_above_limit"]["of"] == 1
+    assert total["effects"]["tyre_relaxation"]["above_limit"]["of"] == 2
+    assert [r["case"] for r in total["missed_above_limit"]] == ["b002", "b006"]
+    assert [(r["from"], r["right"], r["of"]) for r in total["by_limit"]] == [
+        (5.0, 0, 1), (10.0, 1, 1), (30.0, 0, 1),
+    ]  # fmt: skip
 
 
-def test_few_cases_lean_on_the_others():
-    rows = detections("tyre_relaxation", 0.5) + detections("hitch_damping", 0.5)
-    weak_and_right = {"kind": "planar", "ids": ["roll_steer"], "strength": 0.05, "value": 0.01,
-                      "first": True}  # fmt: skip
-    assert 0.05 < limits.limits([*rows, weak_and_right])["roll_steer"]["strength"] < 0.6
+def test_the_page_names_what_was_missed_above_the_limit():
+    total = score.summarise([scored("b002", [40.0], first=False)])
+    text = table.page({"summary": total}, "7")
+    assert "| b002 | B | tyre_relaxation | 40 | hitch_damping | consistent |" in text
+    assert "30 to 100 standard deviations" in text
 
 
-def test_the_proof_is_no_source_of_limits(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        sys, "argv", ["limits.py", "s.json", "--seeds", "20261121", "--out", str(tmp_path / "l")]
-    )
-    with pytest.raises(SystemExit, match="seed of the proof"):
-        limits.main()
+@pytest.mark.parametrize(("name", "weak"), [(10.0, False), (9.0, True)])
+def test_a_pair_beside_a_simulation_counts_where_it_can_be_named(name, weak):
+    pair = answer(effects=[{"id": "hitch_friction"}], values=[30.0])
+    limit = [{"id": "hitch_friction", "detect": 50.0, "name": name, "best_wrong": ""}]
+    row = beside_score.row(pair, diagnosis(claim("hitch_friction")), limit)
+    assert row["effects"][0]["word"] == "named"
+    assert row["effects"][0]["above"] is not weak
+    assert not beside_score.row(pair, None, [])["effects"][0]["above"]
 
 
 def test_tables_and_file(tmp_path, capsys):
+    limit = {"limits": [{"id": "tyre_relaxation", "detect": 80.0, "name": 31.0, "best_wrong": "x"}]}
+    (tmp_path / "a" / "b001").mkdir(parents=True)
+    (tmp_path / "a" / "b001" / "limit.json").write_text(json.dumps(limit))
     cases = {
         "b001": (answer(), diagnosis(claim())),
         "b002": (answer(case="b002", **CLEAN), diagnosis(verdict="consistent")),
     }
     for name, (true, said) in cases.items():
         for folder, content, file in (("a", true, "answer.json"), ("d", said, "diagnosis.json")):
-            (tmp_path / folder / name).mkdir(parents=True)
+            (tmp_path / folder / name).mkdir(parents=True, exist_ok=True)
             (tmp_path / folder / name / file).write_text(json.dumps(content))
     rows = score.score(tmp_path / "a", tmp_path / "d", predict=False)
-    total = score.summarise(rows, {})
+    total = score.summarise(rows)
     score.print_tables(total, rows)
     assert total["first"]["share"] == 1.0
+    assert total["first_above_limit"] == {"right": 1, "of": 1, "share": 1.0}
     assert total["false_claims_on_clean"]["right"] == 0
     assert "tyre_relaxation" in capsys.readouterr().out
 
@@ -182,7 +192,7 @@ def test_a_case_without_a_verdict_says_why(tmp_path, capsys):
         (tmp_path / folder / "b001").mkdir(parents=True)
         (tmp_path / folder / "b001" / file).write_text(json.dumps(content))
     rows = score.score(tmp_path / "a", tmp_path / "d", predict=False)
-    total = score.summarise(rows, {})
+    total = score.summarise(rows)
     score.print_tables(total, rows)
     assert total["failed"] == 1
     assert total["simulated_s_max"] is None

@@ -15,8 +15,9 @@ proof-blind-cases: setup
 proof-blind: proof-blind-cases
 	@$(PY) $(BLIND)/diagnose_all.py --cases $(BLIND_CASES)/cases --out $(BLIND_CASES)/diagnoses \
 	    --count $(N) --jobs $(JOBS)
+	@$(PY) $(BLIND)/case_limits.py --seed $(PROOF_SEED) --cases $(BLIND_CASES)/cases \
+	    --answers $(BLIND_CASES)/answers --count $(N) --jobs $(JOBS)
 	@$(PY) $(BLIND)/score.py --answers $(BLIND_CASES)/answers --diagnoses $(BLIND_CASES)/diagnoses \
-	    $(if $(wildcard $(BLIND)/limits.json),--limits $(BLIND)/limits.json) \
 	    --out $(BLIND_OUT)/score.json
 	@$(PY) $(BLIND)/table.py $(BLIND_OUT)/score.json $(B)/bench/blind.md --seed $(PROOF_SEED)
 
@@ -57,15 +58,23 @@ proof-beside: setup
 	    --out $(BESIDE_OUT)/cases --answers $(BESIDE_OUT)/answers --jobs $(JOBS)
 	@$(PY) $(BLIND)/diagnose_all.py --cases $(BESIDE_OUT)/cases --out $(BESIDE_OUT)/diagnoses \
 	    --count $(N) --jobs $(JOBS)
+	@$(PY) $(BLIND)/case_limits.py --seed $(BESIDE_SEED) --beside $(BESIDE) \
+	    --cases $(BESIDE_OUT)/cases --answers $(BESIDE_OUT)/answers --count $(N) --jobs $(JOBS)
 	@$(PY) $(BLIND)/beside_score.py --answers $(BESIDE_OUT)/answers \
-	    --diagnoses $(BESIDE_OUT)/diagnoses --limits $(BLIND)/limits.json \
+	    --diagnoses $(BESIDE_OUT)/diagnoses \
 	    --out $(B)/bench/beside-$(BESIDE).md
 
 .PHONY: proof-far-off
 proof-far-off: setup
 	@$(PY) tests/proof/far_off.py $(BLIND_OUT)/far-off
 
-# What the confidence, the intervals and the limits of detection are fitted to: never the proof's seed.
+# Our limits beside those that the road recordings state, a check of the method.
+.PHONY: proof-limits
+ROAD ?= ../shared/recordings/road
+proof-limits: setup
+	@$(PY) tests/proof/road_limits.py $(ROAD)
+
+# What the confidence and the intervals are fitted to: never the proof's seed.
 DEV_SEED ?= 101
 DEV_CASES := $(BLIND_OUT)/$(DEV_SEED)
 .PHONY: calibrate
@@ -78,4 +87,3 @@ calibrate: setup
 	    --seeds $(DEV_SEED) --out sim_host/src/swaywatch/diagnose/evidence/calibration.json
 	@$(PY) $(BLIND)/score.py --answers $(DEV_CASES)/answers --diagnoses $(DEV_CASES)/diagnoses \
 	    --no-predict --out $(DEV_CASES)/score.json
-	@$(PY) tests/proof/limits.py $(DEV_CASES)/score.json --seeds $(DEV_SEED) --out $(BLIND)/limits.json

@@ -1,34 +1,36 @@
 """Table of a set of `beside`: what was concealed, what was named, what is inseparable.
 
-``python beside_score.py --answers DIR --diagnoses DIR --limits FILE --out FILE.md``. An effect
+``python beside_score.py --answers DIR --diagnoses DIR --out FILE.md``. An effect
 counts as named where its id is claimed, and as inseparable where it is among a claim's equivalents.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from score import above
+from information import NAMEABLE
+from score import load
 
 #: Other kinds of damper are a fade or an asymmetry, in the words of the library.
 SAME = {"damper_kind": ("damper_fade", "damper_asymmetry")}
 
 
 def row(
-    answer: Mapping[str, Any], result: Mapping[str, Any] | None, limits: Mapping[str, Any]
+    answer: Mapping[str, Any], result: Mapping[str, Any] | None, limits: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """One case: its effects, each with a word, and what else was claimed."""
+    """One case: its effects, each with a word, and what else was claimed.
+
+    `limits`: of each effect, as `case_limits.py` writes them; none: none is known to be above it.
+    """
     claims = [] if result is None else list(result["effects"])
     said, used = [], set()
-    for effect, value in zip(answer["effects"], answer["values"], strict=True):
+    for number, effect in enumerate(answer["effects"]):
         ids = SAME.get(effect["id"], (effect["id"],))
         name = effect.get("kind", effect["id"])
-        limit = limits.get(effect["id"] + "/simulation", {}).get("value")
-        seen = above({"value": value}, effect["id"], limit)
+        seen = bool(limits) and limits[number]["name"] >= NAMEABLE
         own = [i for i, claim in enumerate(claims) if claim["id"] in ids]
         like = [i for i, claim in enumerate(claims) if _alike(claim, ids)]
         used |= {*own[:1], *(like[:1] if not own else ())}
@@ -71,15 +73,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--answers", type=Path, required=True)
     parser.add_argument("--diagnoses", type=Path, required=True)
-    parser.add_argument("--limits", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
-    limits = json.loads(given.limits.read_text())["limits"]
     rows = []
     for path in sorted(given.answers.glob("*/answer.json")):
-        answer = json.loads(path.read_text())
-        file = given.diagnoses / answer["case"] / "diagnosis.json"
-        rows.append(row(answer, json.loads(file.read_text()) if file.is_file() else None, limits))
+        answer = load(path) or {}
+        limits = (load(path.parent / "limit.json") or {}).get("limits", [])
+        rows.append(row(answer, load(given.diagnoses / answer["case"] / "diagnosis.json"), limits))
     lines = table(rows)
     given.out.parent.mkdir(parents=True, exist_ok=True)
     given.out.write_text("\n".join(lines) + "\n")

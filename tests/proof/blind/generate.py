@@ -41,7 +41,11 @@ SUFFIXES = (".blf", ".mf4", ".asc", ".log")
 KINDS = ("clean", "planar", "simulation", "clean_simulation", "pair", "outside", "fault")
 SHARES = (0.12, 0.48, 0.18, 0.04, 0.09, 0.05, 0.04)
 FASTEST_M_S = 37.0
-NOT_OF_THE_CASES = ("score.py", "diagnose_all.py", "calibrate.py", "table.py")
+NOT_OF_THE_CASES = (
+    "score.py", "beside_score.py", "unlisted_score.py", "diagnose_all.py", "calibrate.py",
+    "table.py", "information.py", "as_plant.py", "explanations.py", "own_limits.py",
+    "beside_limits.py", "case_limits.py",
+)  # fmt: skip
 
 
 @dataclass
