@@ -299,7 +299,10 @@ def path(
         found = [c for c in found if worth(base.fit, c.parent, c.fit, **form)]
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
-        found = _with_rivals(search, _ended(search, found))
+        found = _noticeable_to_the_end(search, found)
+        if not found or found[0].evidence < search.weighed(best).evidence + CLAIMED:
+            break
+        found = _with_rivals(search, found)
         best = found[0]
         again = depth == 1 and not search.refuses(TRIED[1])
         if again and search.rebased(best.fit):
@@ -309,6 +312,16 @@ def path(
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
     return Path(search, base, _needed(search, best))
+
+
+def _noticeable_to_the_end(search: Search, found: list[Candidate]) -> list[Candidate]:
+    """What was found, the best of it fitted to the end, without what ends at a bound there."""
+    while found:
+        found = _ended(search, found)
+        if all(noticeable(t) for t in found[0].fit.terms):
+            break
+        found = found[1:]
+    return found
 
 
 def _ended(search: Search, found: list[Candidate]) -> list[Candidate]:
