@@ -9,7 +9,7 @@ import pytest
 from test_diagnose import BODY_VALUES, effect, synthetic
 
 from swaywatch.diagnose.evidence import baselines
-from swaywatch.diagnose.evidence.baselines import _ended, _with_rivals
+from swaywatch.diagnose.evidence.baselines import _ended, _noticeable_to_the_end, _with_rivals
 from swaywatch.diagnose.evidence.evidence import APART
 from swaywatch.diagnose.evidence.rivals import SHARE, rivals, to_the_end
 from swaywatch.diagnose.evidence.search import BENT, Candidate, Search
@@ -134,3 +134,23 @@ def test_those_that_promise_nearly_as_much_are_fitted_to_the_end_too(
     assert asked == ended
     assert sorted(names) == sorted(shares)
     assert names[0] == ended[-1]
+
+
+def test_what_ends_at_a_bound_is_not_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may have been inside before it was fitted to the end."""
+    search = Search(_believed(), library(()), _silent)
+    base = search.judge.start()
+    low = effect(GAIN).parameters[0].low
+
+    def ended(search: Search, found: list[Candidate]) -> list[Candidate]:
+        del search
+        first = found[0]
+        if first.names == (GAIN,):
+            at_bound = replace(_term(GAIN), values=(low,))
+            first = replace(first, fit=replace(first.fit, terms=(at_bound,)))
+        return [first, *found[1:]]
+
+    monkeypatch.setattr(baselines, "_ended", ended)
+    both = [Candidate(replace(base, terms=(_term(n),)), base) for n in (GAIN, RATIO)]
+    assert [c.names for c in _noticeable_to_the_end(search, both)] == [(RATIO,)]
+    assert _noticeable_to_the_end(search, both[:1]) == []

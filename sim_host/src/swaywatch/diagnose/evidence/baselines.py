@@ -301,7 +301,10 @@ def path(
         found = _ranked(search, found)
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
-        found = _with_rivals(search, _ended(search, found))
+        found = _noticeable_to_the_end(search, found)
+        if not found or found[0].evidence < search.weighed(best).evidence + CLAIMED:
+            break
+        found = _with_rivals(search, found)
         best = found[0]
         again = depth == 1 and not search.refuses(TRIED[1])
         if again and search.rebased(best.fit):
@@ -322,6 +325,16 @@ def _ranked(search: Search, found: Sequence[Candidate]) -> list[Candidate]:
         return candidate.evidence - price
 
     return sorted(map(search.weighed, found), key=standing, reverse=True)
+
+
+def _noticeable_to_the_end(search: Search, found: list[Candidate]) -> list[Candidate]:
+    """What was found, the best of it fitted to the end, without what ends at a bound there."""
+    while found:
+        found = _ended(search, found)
+        if all(noticeable(t) for t in found[0].fit.terms):
+            break
+        found = found[1:]
+    return found
 
 
 def _ended(search: Search, found: list[Candidate]) -> list[Candidate]:
