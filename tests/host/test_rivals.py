@@ -132,6 +132,7 @@ def test_those_that_promise_nearly_as_much_are_fitted_to_the_end_too(
     search._promises[id(base)] = base, {DEGRESSION: 100.0, SATURATION: promise, RATIO: 1.0}
     names = [c.names[0] for c in _ended(search, found)]
     assert asked == ended
+    assert [c.names[0] for c in search.tried] == ended  # with these fits, for what is said of them
     assert sorted(names) == sorted(shares)
     assert names[0] == ended[-1]
 

@@ -355,7 +355,7 @@ def _ended(search: Search, found: list[Candidate]) -> list[Candidate]:
         some = some[:BEAM]
     fits = to_the_end(search, [c.fit for c in some], afresh=unbent)
     ended = [replace(c, fit=fit) for c, fit in zip(some, fits, strict=True)]
-    search.tried += ended[1:]
+    search.tried += ended
     lowest = min(fits, key=lambda f: f.chi2)
     search.noise = min(search.noise, inflation(residuals(search.judge, lowest)))
     left = [c for c in found if not any(c is e for e in some)]
