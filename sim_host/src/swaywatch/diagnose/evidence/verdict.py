@@ -348,7 +348,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         return result
     terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
     fit = _ordered(found, terms)
-    same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
+    same = possible_of(best, every)
     # beside the user's own simulation our plant is a correction, whose form is not exact
     beside = not search.problem.free_start
     apart = max(APART, FORM * (best.evidence - plain.evidence) if beside else 0.0)
@@ -378,6 +378,14 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     if search.problem.free_start and not explained(base, fit):
         result.word = "unexplained"
     return result
+
+
+def possible_of(best: Candidate, every: Sequence[Candidate]) -> list[Candidate]:
+    """The claim and what could be claimed in its place, each set of effects once.
+
+    Of the same effects another fit may end higher with a value at its bound: it says nothing.
+    """
+    return each_once([best, *(c for c in every if all(noticeable(t) for t in c.fit.terms))])
 
 
 def equivalents_of(
