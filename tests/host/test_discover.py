@@ -25,8 +25,18 @@ from swaywatch.discover.find import (
     _like,
     _likelier,
     _ranked,
+    law_in,
 )
-from swaywatch.discover.grammar import MOTIONS, Law, all_laws, curve, effect_of, grammar, law_of
+from swaywatch.discover.grammar import (
+    MOTIONS,
+    ROLLS,
+    Law,
+    all_laws,
+    curve,
+    effect_of,
+    grammar,
+    law_of,
+)
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
@@ -46,6 +56,7 @@ from swaywatch.plant.lanes import (
     neutral,
     simulate,
 )  # fmt: skip
+from swaywatch.plant.sprung import defaults
 
 SPEED = 28.0
 YAW = [OUTPUT.index(name) for name in ("car_yaw_rate", "trailer_yaw_rate", "hitch_y")]
@@ -141,6 +152,38 @@ def test_shapes_and_speed() -> None:
     assert difference(base, simulate(plant(**straight, law_lag=0.4))) > 0.005
 
 
+@pytest.mark.parametrize("sprung", [False, True])
+def test_friction_follows_a_roll_too(sprung: bool) -> None:
+    """Without springs roll exists only where something needs it: a law of it does."""
+    steers = {"law_gain": 0.3, "law_of_roll_trailer": 1.0, "law_to_slip_trailer": 1.0}
+    values = defaults(BODY_VALUES)
+    on = {name: values[name] for name in SCALARS if sprung and name in values}
+    base = simulate(plant(**on))
+    named_ = simulate(plant(**on, roll_steer_trailer=0.3))
+    law = simulate(plant(**on, **steers))
+    assert difference(base, named_) > 0.02
+    assert difference(named_, law) < 1e-9
+    held = simulate(plant(**on, **steers, law_shape=6.0, law_bend=1e3))
+    assert difference(law, held) < 5e-3
+    assert difference(law, simulate(plant(**on, **steers, law_shape=6.0, law_bend=1e-3))) > 0.01
+
+
+def test_friction_that_grows_with_a_deflection_damps_alike_at_any_size() -> None:
+    """Over a cycle it takes away 2 gain A^2, as a damper of 2 gain / (pi omega) does."""
+    time = np.arange(0.0, 12.0, 0.01)
+    omega = 2.0 * np.pi * 0.55
+    rubs = {"law_gain": 2000.0, "law_of_articulation": 1.0, "law_to_hitch": 1.0}
+    damper = 2.0 * 2000.0 / (np.pi * omega)
+    for size in (0.5, 1.0):
+        found = []
+        for slots in (rubs | {"law_shape": 7.0}, {"hitch_damping": damper}, {}):
+            driven = plant(**slots)
+            driven.steer = size * 0.02 * np.sin(omega * time) * np.clip(time, 0.0, 1.0)
+            found.append(simulate(driven))
+        assert difference(found[2], found[0]) > 0.01
+        assert difference(found[1], found[0]) < 0.35 * difference(found[2], found[0])
+
+
 def test_neutral_slots_are_those_of_the_plant_without_laws() -> None:
     assert all(neutral()[SCALARS.index(f"law_of_{name}")] == 0.0 for name in LAW_OF)
     with_places = plant(law_of_articulation=1.0, law_to_hitch=1.0)  # but no gain
@@ -190,6 +233,14 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             Law("hitch", "articulation_rate", "odd square"), (10000.0,),
         ),
         (
+            Physics(more="wedge_friction", more_size=8000.0),
+            Law("hitch", "articulation", "rubbing"), (8000.0,),
+        ),
+        (
+            Physics(more="command_steering", more_size=0.05),
+            Law("slip_trailer", "yaw_rate_car"), (0.05,),
+        ),
+        (
             Physics(more="variable_ratio", more_size=5.0),
             Law("slip_car_front", "steer", "odd square"), (5.0,),
         ),
@@ -197,6 +248,11 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             Physics(more="rolling_load", more_size=140.0, more_at=0.02, slosh_mass_kg=140.0,
                     slosh_frequency_hz=0.9, slosh_damping=0.05, slosh_position_m=0.0),
             Law("trailer", "swing", "dead zone"), (140.0, 0.9, 0.05, 0.0, 0.02),
+        ),
+        (
+            Physics(more="baffled_liquid", more_size=140.0, more_at=0.1, slosh_mass_kg=140.0,
+                    slosh_frequency_hz=0.9, slosh_damping=0.01, slosh_position_m=0.0),
+            Law("trailer", "swing", "odd square"), (140.0, 0.9, 0.01, 0.0, 10.0),
         ),
         (
             Physics(more="turning_load", more_size=400.0, more_frequency_hz=0.8),
@@ -278,6 +334,9 @@ def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
         (Law("moment_trailer", "yaw_rate_trailer", "saturating"), (-40000.0, 0.005)),
         (Law("hitch", "articulation_rate", "odd square"), (6000.0,)),
         (Law("force_trailer", "heading"), (9000.0,)),
+        (Law("hitch", "articulation", "rubbing"), (3000.0,)),
+        (Law("slip_trailer", "yaw_rate_car"), (0.02,)),
+        (Law("slip_trailer", "roll_trailer", "hysteretic"), (0.15, 0.01, 8.0, 0.25)),
         (Law("slip_trailer", "slip_trailer", "saturating"), (-0.83, 0.005)),
     ],
 )
@@ -300,6 +359,8 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
     [
         (Law("hitch", "articulation", "dead zone"), (60000.0, 0.025)),
         (Law("slip_trailer", "articulation", "hysteretic"), (0.3, 0.01)),
+        (Law("slip_trailer", "roll_trailer", "hysteretic"), (0.15, 0.01, 8.0, 0.25)),
+        (Law("hitch", "articulation", "rubbing"), (4000.0,)),
         (Law("moment_car", "yaw_rate_trailer", "cube"), (1.5e5,)),
         (Law("moment_car", "articulation", "saturating", 2), (44000.0, 0.02)),
     ],
@@ -332,6 +393,23 @@ def test_a_swinging_load_is_found_with_its_frequency() -> None:
     assert mass == pytest.approx(90.0, rel=0.1)
     assert damping == pytest.approx(0.05, abs=0.02)
     assert place == pytest.approx(-0.6, abs=0.2)
+
+
+def test_a_law_of_roll_has_a_roll_only_where_the_vehicle_has_none() -> None:
+    """On springs the roll is the vehicle's own: numbers without effect would count as evidence."""
+    search = searched(())
+    base = Candidate(search.close.start(), search.close.start())
+    laws = LawSearch(Tried(search, base, base))
+    effects = [effect_of(law) for law in all_laws()]
+    terms = [ActiveEffect(e, tuple(p.starts[0] for p in e.parameters)) for e in effects]
+    assert laws._sprung(terms) == terms
+    search.problem = replace(search.problem, given=(("sprung_mass_car", 1.0),))
+    on_springs = laws._sprung(terms)
+    assert [law_in(t) for t in on_springs] == [law_in(t) for t in terms]
+    for rigid, sprung in zip(terms, on_springs, strict=True):
+        more = set(rigid.as_dict()) - set(sprung.as_dict())
+        rolls = law_in(rigid).motion in ROLLS
+        assert more == ({"roll_frequency_rad_s", "roll_damping"} if rolls else set())
 
 
 def test_nothing_is_found_where_nothing_is_missing() -> None:
@@ -373,6 +451,15 @@ def test_words() -> None:
     assert "dissipates" in energy(Law("moment_trailer", "yaw_rate_trailer"), -500.0)
     assert "can supply" in energy(Law("moment_trailer", "yaw_rate_trailer"), 500.0)
     assert "stop" in suggestion(replace(spring, shape="dead zone"), 3100.0)
+    rubs = replace(spring, shape="rubbing")
+    assert "against its rate" in sentence(rubs, {"gain": row["gain"]})
+    assert "worn coupling" in suggestion(rubs, 3100.0)
+    assert "dissipates" in energy(rubs, 3100.0)
+    assert "supplies" in energy(rubs, -3100.0)
+    liquid = Law("trailer", "swing", "odd square")
+    rows = {p.name: {"value": 2.0, "low": 1.9, "high": 2.1} for p in effect_of(liquid).parameters}
+    assert "2 1/m times the square of its rate" in sentence(liquid, rows)
+    assert "liquid" in suggestion(liquid, 2.0)
 
 
 def test_a_law_is_saved_and_taken_as_an_effect(tmp_path: Path) -> None:

@@ -43,6 +43,7 @@ from swaywatch.discover.grammar import (
     ID,
     MOTIONS,
     NONLINEAR_ONLY,
+    ROLLS,
     SHAPES,
     Law,
     all_laws,
@@ -75,9 +76,12 @@ SWING_HZ = (
     1.4,
 )  # initial frequencies of an oscillating mass in the vehicle of the file
 SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
-#: How it oscillates: laterally, about the vertical axis, laterally with a gap.
+#: How it oscillates: laterally, about the vertical axis, laterally with a gap or with a drag that
+#: grows with its rate.
 SWINGING = tuple(
-    Law(body, *kind) for kind in (("swing",), ("turn",), ("swing", "dead zone")) for body in BODIES
+    Law(body, *kind)
+    for kind in (("swing",), ("turn",), ("swing", "dead zone"), ("swing", "odd square"))
+    for body in BODIES
 )
 #: Library effects from which on one law may replace them: one, with suspension two.
 SEVERAL = {False: 1, True: 2}
@@ -185,7 +189,7 @@ def _stronger(term: ActiveEffect) -> ActiveEffect:
 def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
     """A linear law in other shapes, with initial values."""
     law = law_in(straight)
-    if law.swings:  # with a gap: the values of the oscillation, and an initial gap
+    if law.swings:  # with a gap or a drag: the values of the oscillation, and an initial one
         more = [effect_of(other, straight.as_dict()["frequency_hz"]) for other in refined(law)]
         return [ActiveEffect(e, (*straight.values, e.parameters[-1].starts[0])) for e in more]
     return [_like(straight, other) for other in refined(law)]
@@ -252,12 +256,23 @@ class LawSearch:
         price = len(laws) * math.log(len(grammar())) + nonlinear * math.log(len(SHAPES))
         return replace(found, evidence=found.evidence - price)
 
+    def _sprung(self, terms: Sequence[ActiveEffect]) -> list[ActiveEffect]:
+        """Laws as a vehicle on springs has them, where this is one: it rolls by itself."""
+        if not self.search.on_springs:
+            return list(terms)
+        found = []
+        for term in terms:
+            law = law_in(term)
+            effect = effect_of(law, sprung=True) if law.motion in ROLLS else term.effect
+            found.append(ActiveEffect(effect, term.values[: len(effect.parameters)]))
+        return found
+
     def beside(self, parent: Fit) -> list[Candidate]:
         """The most promising laws together with the effects of a parent, under the observer."""
         close = self.search.close
         near = close.run(parent, 6)
         course = Linear(close, near)
-        terms = _promising(course)
+        terms = self._sprung(_promising(course))
         starts = [replace(near, terms=(*near.terms, term)) for term in terms]
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         if not self._plain:
@@ -279,21 +294,15 @@ class LawSearch:
         close = self.search.close
         terms = [nonlinear for fit in straight for nonlinear in _nonlinear(fit.terms[-1])]
         terms += [term for law in NONLINEAR_ONLY for term in _begun(law)]
-        begun = self._begun_best(course, terms)[0][:SHORT_LIST]
+        begun = self._begun_best(course, self._sprung(terms))[0][:SHORT_LIST]
         if not course.fit.terms:
             of_file = Linear(close, close.start())
             terms = [term for law in self.open() for term in _begun(law)]
-            far, self.ranked = self._begun_best(of_file, terms)
+            far, self.ranked = self._begun_best(of_file, self._sprung(terms))
             # the vehicle of the file leaves a larger misfit: the best of each start are kept
             begun = _best_of_each_law([*begun, *far[:SHORT_LIST]])
         found = close.side_by_side(lambda f: close.run(f, 10), begun)
-        lines: dict[str, float] = {}
-        for fit in (*straight, *found):
-            term = fit.terms[-1]
-            if law_in(term).shape == SHAPES[0]:
-                name = term.effect.component
-                lines[name] = min(lines.get(name, fit.chi2), fit.chi2)
-        return [f for f in found if self._fits_better(f, lines)]
+        return self._shaped_for_a_reason(found, straight)
 
     def _begun_best(
         self, course: Linear, terms: Sequence[ActiveEffect]
@@ -315,6 +324,16 @@ class LawSearch:
         )
         first = [law_in(fit.terms[-1]) for fit in begun]
         return begun, [*first, *ranked[len(kept) :]]
+
+    def _shaped_for_a_reason(self, fits: Sequence[Fit], straight: Sequence[Fit]) -> list[Fit]:
+        """Fits whose law is linear, or whose shape fits clearly better than a line there."""
+        lines: dict[str, float] = {}
+        for fit in (*straight, *fits):
+            term = fit.terms[-1]
+            if law_in(term).shape == SHAPES[0]:
+                name = term.effect.component
+                lines[name] = min(lines.get(name, fit.chi2), fit.chi2)
+        return [f for f in fits if self._fits_better(f, lines)]
 
     def _fits_better(self, fit: Fit, lines: Mapping[str, float]) -> bool:
         """A linear law, or clearly better than the same law in linear form."""
@@ -342,6 +361,7 @@ class LawSearch:
             for e in (effect_of(law, hz) for hz in SWING_HZ)
         ]
         fits = close.side_by_side(lambda f: close.run(f, 10), starts)
+        fits = self._shaped_for_a_reason(fits, ())
         return [Candidate(f, parent) for f in fits if f.chi2 < least]
 
     def _whole(self, law: Law) -> float:
@@ -384,9 +404,8 @@ class LawSearch:
         """With its law in another shape, or with a lag, where that fits clearly better."""
         fit = candidate.fit
         term = fit.terms[-1]
-        starts = [
-            replace(fit, terms=(*fit.terms[:-1], _like(term, law))) for law in refined(law_in(term))
-        ]
+        others = self._sprung([_like(term, law) for law in refined(law_in(term))])
+        starts = [replace(fit, terms=(*fit.terms[:-1], other)) for other in others]
         judge = self.search.judge
         near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
         best = min(near, key=lambda f: f.chi2, default=fit)

@@ -26,11 +26,15 @@ Array = NDArray[np.float64]
 
 ID = "law"
 SPEED_M_S = 25.0  # at which the gain of a law is stated
-#: In the plant's numbering. Hysteretic: dry friction behind an elastic part, after Dahl; it follows
-#: the articulation only, whose rate is a state too.
+#: In the plant's numbering. Hysteretic: dry friction behind an elastic part, after Dahl. Rubbing:
+#: friction as large as the deflection, against its rate (structural damping, after Reid).
 SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
+    "rubbing",
 )  # fmt: skip
+FRICTION = ("hysteretic", "rubbing")  # these follow a deflection whose rate is a state too
+ROLLS = ("roll_car", "roll_trailer")
+DEFLECTIONS = ("articulation", *ROLLS)
 BENDS = (1, 2, 6)  # shapes with a bend
 LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times bend
 
@@ -100,25 +104,31 @@ SLIPS = ("slip_car_front", "slip_car_rear", "slip_trailer")
 #: Pairs of place and motion, and the powers of the speed that are tried with each. Excluded are
 #: library effects (hitch damping, air on the trailer, roll steer) and equivalents of a value of the
 #: file (a force with a body's own sideslip is its cornering stiffness, with its yaw rate its mass).
+#: What a controller or a linkage can act by (the yaw moment of a body, the steering of an axle) is
+#: there with every motion that it can sense: both yaw rates, articulation, its rate, steering.
 PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
     "hitch": {"articulation": (0, 2)},
     "force_car": {"sideslip_car": (2,), "articulation": (0, 2), "heading": (0,)},
     "force_trailer": {"articulation": (0, 2), "heading": (0,)},
     "moment_car": {
         "yaw_rate_car": (-1, 0, 1, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
-        "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2),
+        "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2), "roll_car": (0,),
     },
     "moment_trailer": {
         "yaw_rate_trailer": (-1, 0, 1, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
-        "articulation_rate": (0,), "steer": (0,),
+        "articulation_rate": (0,), "steer": (0,), "roll_trailer": (0,),
     },
     "slip_car_front": {
         "yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,), "heading_car": (0,),
+        "yaw_rate_trailer": (0,),
     },
-    "slip_car_rear": {"steer": (0, 2), "yaw_rate_car": (0,), "articulation": (0,)},
+    "slip_car_rear": {
+        "steer": (0, 2), "yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,),
+        "yaw_rate_trailer": (0,),
+    },
     "slip_trailer": {
         "articulation": (0, 2), "articulation_rate": (0,), "yaw_rate_trailer": (0,),
-        "steer": (0, 2),
+        "yaw_rate_car": (0,), "steer": (0, 2),
     },
 }  # fmt: skip
 #: Initial natural frequencies of an oscillating mass, Hz; the most promising one of each row is
@@ -176,8 +186,11 @@ NONLINEAR_ONLY = (
         for nonlinear in ("odd square", "cube", "dead zone")
     ),
     *(Law("slip_car_front", "steer", nonlinear) for nonlinear in ("odd square", "cube")),
-    *(Law("slip_car_rear", "roll_car", nonlinear) for nonlinear in ("odd square", "cube")),
-    *(Law("slip_trailer", "roll_trailer", nonlinear) for nonlinear in ("odd square", "cube")),
+    *(
+        Law(axle, roll, nonlinear)
+        for axle, roll in (("slip_car_rear", "roll_car"), ("slip_trailer", "roll_trailer"))
+        for nonlinear in ("odd square", "cube", *FRICTION)
+    ),
     *(Law(slip, slip, "saturating") for slip in SLIPS),
 )
 
@@ -211,6 +224,10 @@ def _moves(law: Law) -> Act:
         for motion, share in MADE_OF.get(law.motion, {law.motion: 1.0}).items():
             plant.scalar(f"law_of_{motion}", share)
         plant.scalar(f"law_to_{law.place}", 1.0)
+        if "roll_frequency_rad_s" in values:
+            body = law.motion.removeprefix("roll_")
+            plant.scalar(f"steer_frequency_{body}", values["roll_frequency_rad_s"])
+            plant.scalar(f"steer_damping_{body}", values["roll_damping"])
 
     return act
 
@@ -229,6 +246,7 @@ def _swings(body: str) -> Act:
         plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values["frequency_hz"])
         plant.scalar(f"mode_damping_{body}", values["damping_ratio"])
         plant.scalar(f"mode_gap_{body}", abs(values.get("gap_m", 0.0)))
+        plant.scalar(f"mode_drag_{body}", max(values.get("drag_per_m", 0.0), 0.0))
         plant.scalar(f"mode_place_{body}", place - ahead)
         plant.scalar(f"sensor_ahead_{body}", -ahead)
         plant.body[BODY.index(f"{body}.mass")] = rest
@@ -265,19 +283,21 @@ def _lever(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window
         plant.scalar(f"trail_{axle}", values["lever_m"])
 
 
-def effect_of(law: Law, start_hz: float | None = None) -> Effect:
+def effect_of(law: Law, start_hz: float | None = None, *, sprung: bool = False) -> Effect:
     """The law as an effect of the plant, fitted and judged like any other.
 
     Parameters
     ----------
     start_hz
         For an oscillating mass: the initial frequency of the fit.
+    sprung
+        Whether the vehicle rolls on springs; one without has a roll of its own for a law of it.
     """
-    return _effect(law, start_hz)
+    return _effect(law, start_hz, sprung)
 
 
 @cache
-def _effect(law: Law, start_hz: float | None) -> Effect:
+def _effect(law: Law, start_hz: float | None, sprung: bool) -> Effect:
     act: Act
     parameters: tuple[Parameter, ...]
     if law.swings:
@@ -288,6 +308,8 @@ def _effect(law: Law, start_hz: float | None) -> Effect:
         equation = "M = -lever x side force, of each tyre"
     else:
         act, parameters = _moves(law), _numbers(law)
+        if law.motion in ROLLS and not sprung:
+            parameters = (*parameters, *OWN_ROLL[law.motion])
         equation = formula(law)
     return Effect(
         id=ID,
@@ -324,11 +346,14 @@ def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], 
         Parameter("mass_kg", "kg", 0.0, 0.0, 900.0, (60.0,), 10.0, 2.0), *swings,
         Parameter("position_m", "m", 0.0, -4.0, 4.0, (0.0,), 0.05, 1e9),
     )  # fmt: skip
-    held = "q"
+    held, drag = "q", ""
     if law.shape == "dead zone":
         found = (*found, Parameter("gap_m", "m", 0.01, 0.0, 0.3, (0.01,), 0.003, 1e9))
         held = "(q beyond +-gap)"
-    equation = f"m (q'' + 2 zeta omega q' + omega^2 {held}) = -m a_y of its place"
+    if law.shape == "odd square":
+        found = (*found, Parameter("drag_per_m", "1/m", 0.0, 0.0, 100.0, (3.0,), 0.3, 1e9))
+        drag = " + drag |q'| q'"
+    equation = f"m (q'' + 2 zeta omega q'{drag} + omega^2 {held}) = -m a_y of its place"
     return _swings(law.place), found, equation
 
 
@@ -340,6 +365,16 @@ def _with_limit(values: Values) -> dict[str, float]:
 def _can_swing(values: Values) -> bool:
     """Overdamped is not oscillating: a load or a liquid passes its rest position."""
     return values["damping_ratio"] < MOST_DAMPED
+
+
+#: As of the library's roll steer: roll is not recorded, and a rigid vehicle has none.
+OWN_ROLL = {
+    motion: (
+        Parameter("roll_frequency_rad_s", "rad/s", hz, 4.0, 40.0, (hz,), 0.2, 1e9),
+        Parameter("roll_damping", "1", ratio, 0.03, 1.5, (ratio,), 0.02, 1e9),
+    )
+    for motion, hz, ratio in (("roll_car", 13.0, 0.112), ("roll_trailer", 9.0, 0.3))
+}
 
 
 def _numbers(law: Law) -> tuple[Parameter, ...]:
@@ -382,6 +417,7 @@ def curve(shape: str, z: Array, bend: float) -> Array:
         "odd square": z * np.abs(z),
         "even square": z**2,
         "hysteretic": dragged(z, bend),
+        "rubbing": np.abs(z) * np.sign(np.gradient(z)),
     }
     assert set(found) == set(SHAPES)
     return np.asarray(found[shape])
@@ -397,7 +433,8 @@ def formula(law: Law) -> str:
         "cube": f"{symbol}^3",
         "odd square": f"{symbol} |{symbol}|",
         "even square": f"{symbol}^2",
-        "hysteretic": "z, dz/dt = dtheta/dt - |dtheta/dt| z / bend",
+        "hysteretic": f"z, dz/dt = d{symbol}/dt - |d{symbol}/dt| z / bend",
+        "rubbing": f"|{symbol}| sign(d{symbol}/dt)",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
     speed = {
@@ -438,13 +475,13 @@ def refined(law: Law) -> list[Law]:
     if law in NONLINEAR_ONLY:
         return [other for other in NONLINEAR_ONLY if other != law and _of_one(other, law)]
     if law.motion == "swing" and law.shape == SHAPES[0]:
-        return [Law(law.place, "swing", "dead zone")]
+        return [Law(law.place, "swing", shape) for shape in ("dead zone", "odd square")]
     if law.swings or law.motion == "side_force":
         return []
-    sticks = (
-        law.motion == "articulation" and law.place != "hitch"
-    )  # at the hitch it is a library effect
-    shapes = SHAPES if sticks else SHAPES[:-1]
+    rubs = law.motion in DEFLECTIONS
+    # dry friction at the hitch is a library effect
+    closed = () if rubs and law.place != "hitch" else ("hysteretic",) if rubs else FRICTION
+    shapes = [shape for shape in SHAPES if shape not in closed]
     # the power of the speed of the linear law says little about a nonlinear one
     powers = PAIRS[law.place][law.motion]
     found = [Law(law.place, law.motion, shape, power) for shape in shapes for power in powers]

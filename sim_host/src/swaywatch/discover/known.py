@@ -31,6 +31,7 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
     ("force_trailer", "heading"): ("a steady wind on a curved road",) * 2,
     ("force_car", "heading"): ("a steady wind on a curved road",) * 2,
     ("slip_trailer", "articulation"): ("a steered trailer axle",) * 2,
+    ("slip_trailer", "yaw_rate_car"): ("a trailer axle steered by the car",) * 2,
     ("slip_car_front", "steer"): ("a variable steering ratio",) * 2,
     ("slip_car_front", "heading_car"): ("", "lane keeping assistance"),
     ("slip_car_front", "slip_car_front"): (

@@ -77,6 +77,7 @@ def save_law(result: Mapping[str, Any], path: Path) -> bool:
         starts={
             p.name: float(f"{law['parameters'][p.name]['value']:.6g}")
             for p in effect_of(law_of(law["spec"])).parameters
+            if p.name in law["parameters"]
         },
         source=f"found in {runs}",
     )

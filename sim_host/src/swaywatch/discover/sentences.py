@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from swaywatch.discover.grammar import MOTIONS, PLACES, SPEED_M_S, Law, Place
+from swaywatch.discover.grammar import FRICTION, MOTIONS, PLACES, SPEED_M_S, Law, Place
 from swaywatch.discover.known import KNOWN
 
 #: Motions that a place works against: their product is power.
@@ -23,10 +23,14 @@ def suggestion(law: Law, gain: float) -> str:
     names = KNOWN.get((law.place, law.motion), ("", ""))
     if law.place == "hitch" and law.shape == "dead zone":
         return "a stop: contact at large articulation"
+    if law.swings and law.shape == "odd square":
+        return "a liquid between baffles" if law.place == "trailer" else "a liquid in the car"
     if law.swings and law.shape == "dead zone":
         return "a load that rolls or slides between stops"
-    if law.shape == "hysteretic" and law.place == "slip_trailer":
+    if law.shape in FRICTION and law.place == "slip_trailer":
         return "axle compliance with friction: worn bushes"
+    if law.shape == "rubbing" and law.place == "hitch":
+        return "friction that grows with the articulation: a worn coupling" * (gain > 0.0)
     return names[0 if gain >= 0.0 else 1]
 
 
@@ -37,6 +41,12 @@ def energy(law: Law, gain: float) -> str:
     if law.motion == law.place:
         return "is a compliance under the tyre side force: passive"
     stores, loses, sign = _WORKS.get(law.place, ("", "", 0.0))
+    if law.motion == stores and law.shape == "rubbing":
+        return (
+            "dissipates energy of the motion: passive"
+            if sign * gain < 0.0
+            else "supplies energy to the motion, taken from the forward motion or from an actuator"
+        )
     if law.motion == stores and not law.lagged and not law.power:
         return "stores energy and returns it: passive"
     if law.motion == loses and not law.lagged and sign * gain < 0.0:
@@ -47,24 +57,7 @@ def energy(law: Law, gain: float) -> str:
 def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """The law in one sentence, with its values."""
     if law.swings:
-        hz, ratio = parameters["frequency_hz"], parameters["damping_ratio"]
-        much = f"a damping ratio of {100.0 * max(ratio['value'], 0.0):.0f} %"
-        if law.motion == "turn":
-            size = _range(parameters["inertia_kgm2"])
-            return (
-                f"a load with a yaw inertia of {size} kg m2 in the {law.place} oscillates about "
-                f"the vertical axis at {_range(hz)} Hz with {much}"
-            )
-        mass, x = parameters["mass_kg"], parameters["position_m"]["value"]
-        side = "ahead of" if x >= 0.0 else "behind"
-        where = f", {abs(x):.1f} m {side} the centre of gravity"
-        if "gap_m" in parameters:
-            gap = 1000.0 * abs(parameters["gap_m"]["value"])
-            where += f", free within {gap:.0f} mm either way"
-        return (
-            f"a mass of {_range(mass)} kg in the {law.place} oscillates laterally at "
-            f"{_range(hz)} Hz with {much}{where}"
-        )
+        return _oscillation(law, parameters)
     if law.motion == "side_force":
         lever = parameters["lever_m"]
         side = "behind" if lever["value"] >= 0.0 else "ahead of"
@@ -79,13 +72,7 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     order = "^" + ("3" if law.shape == "cube" else "2") if shape else ""
     per = motion.unit if not order else f"({motion.unit}){order}"
     words = f"{place.words}: {_range(gain, factor)} {unit} per {per} of the {motion.words}{shape}"
-    if law.shape == "saturating":
-        words += f", saturating at {_limit(parameters, place)}"
-    if law.shape == "dead zone":
-        words += f", only beyond {abs(parameters['bend']['value']):.3g} {motion.unit}"
-    if law.shape == "hysteretic":
-        slips = f"{abs(parameters['bend']['value']):.3g} {motion.unit}"
-        words += f", sliding after {slips} at {_limit(parameters, place)} (dry friction)"
+    words += _shape(law, parameters)
     words += {
         -1: f", at {SPEED_M_S:g} m/s, inversely proportional to the speed",
         0: ", independent of speed",
@@ -95,6 +82,46 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.lagged and "lag_s" in parameters:
         words += f", {1000.0 * parameters['lag_s']['value']:.0f} ms lag"
     return words
+
+
+def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """What a shape adds to a sentence."""
+    if law.shape == "saturating":
+        return f", saturating at {_limit(parameters, PLACES[law.place])}"
+    if law.shape == "dead zone":
+        return f", only beyond {abs(parameters['bend']['value']):.3g} {MOTIONS[law.motion].unit}"
+    if law.shape == "hysteretic":
+        slips = f"{abs(parameters['bend']['value']):.3g} {MOTIONS[law.motion].unit}"
+        limit = _limit(parameters, PLACES[law.place])
+        return f", sliding after {slips} at {limit} (dry friction)"
+    if law.shape == "rubbing":
+        return ", against its rate whatever that is (friction that grows with the deflection)"
+    return ""
+
+
+def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """A mass that oscillates, in one sentence."""
+    hz, ratio = parameters["frequency_hz"], parameters["damping_ratio"]
+    much = f"a damping ratio of {100.0 * max(ratio['value'], 0.0):.0f} %"
+    if law.motion == "turn":
+        size = _range(parameters["inertia_kgm2"])
+        return (
+            f"a load with a yaw inertia of {size} kg m2 in the {law.place} oscillates about "
+            f"the vertical axis at {_range(hz)} Hz with {much}"
+        )
+    mass, x = parameters["mass_kg"], parameters["position_m"]["value"]
+    side = "ahead of" if x >= 0.0 else "behind"
+    where = f", {abs(x):.1f} m {side} the centre of gravity"
+    if "gap_m" in parameters:
+        gap = 1000.0 * abs(parameters["gap_m"]["value"])
+        where += f", free within {gap:.0f} mm either way"
+    if "drag_per_m" in parameters:
+        drag = max(parameters["drag_per_m"]["value"], 0.0)
+        where += f", decelerated by {drag:.2g} 1/m times the square of its rate"
+    return (
+        f"a mass of {_range(mass)} kg in the {law.place} oscillates laterally at "
+        f"{_range(hz)} Hz with {much}{where}"
+    )
 
 
 def _limit(parameters: Mapping[str, Mapping[str, Any]], place: Place) -> str:

@@ -112,6 +112,7 @@ SCALARS = (
     "mode_frequency_car", "mode_frequency_trailer",  # rad/s, the body held
     "mode_damping_car", "mode_damping_trailer",  # 1
     "mode_gap_car", "mode_gap_trailer",  # m either way, within which nothing but damping holds it
+    "mode_drag_car", "mode_drag_trailer",  # 1/m, its deceleration over the square of its rate
     "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest
     "sensor_ahead_car", "sensor_ahead_trailer",  # m, "centre of gravity" of the accelerations
     "drag_area_car", "drag_area_trailer",  # m2, drag coefficient times frontal area
@@ -180,8 +181,8 @@ _SCALARS = {name: index for index, name in enumerate(SCALARS)}
 _SERIES = {name: index for index, name in enumerate(SERIES)}
 _RELAXATION = [index for name, index in _SCALARS.items() if name.startswith("relaxation")]
 _ALONE = (
-    "hitch_friction", "peak_friction_inverse", "law_gain", "mode_mass_car", "mode_mass_trailer",
-    "damper_asymmetry_car", "damper_asymmetry_trailer",
+    "hitch_friction", "peak_friction_inverse", "law_gain", "law_of_roll_car", "law_of_roll_trailer",
+    "mode_mass_car", "mode_mass_trailer", "damper_asymmetry_car", "damper_asymmetry_trailer",
 )  # fmt: skip
 #: Slots that the kernel calculates only where a simulation uses them.
 _FEATURES = [

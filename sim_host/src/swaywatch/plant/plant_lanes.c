@@ -22,7 +22,8 @@
 #define TRAILER_AREA 5.0
 #define SHORTEST_LAG_M 0.15
 #define LIMIT 1e6
-#define LAW_STICKS 6.0      // shape "hysteretic" of discover/grammar.py
+#define LAW_STICKS 6.0      // shape "hysteretic" of discover/grammar.py; the next one: "rubbing"
+#define LAW_SLOW 0.01       // rad/s, below which friction that grows with a deflection is not full
 #define LAW_SPEED 25.0      // m/s, at which the gain of a law is said
 #define SHORTEST_LAW_S 0.01 // lag of a law
 

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 115
+#define PLANT_SCALARS 117
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -142,6 +142,8 @@ enum plant_scalar {
     E_MODE_DAMPING_TRAILER,
     E_MODE_GAP_CAR,
     E_MODE_GAP_TRAILER,
+    E_MODE_DRAG_CAR,
+    E_MODE_DRAG_TRAILER,
     E_MODE_PLACE_CAR,
     E_MODE_PLACE_TRAILER,
     E_SENSOR_AHEAD_CAR,

@@ -14,31 +14,40 @@ INLINE V NAME(bent)(V z, V shape, V at)
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
-/// Dry friction behind an elastic part (Dahl): follows the articulation, and slips at a bend.
-INLINE V NAME(dragged)(const V *x, const V *of, const V *e)
+/// How fast what dry friction follows goes on: articulation, roll of car and trailer.
+INLINE V NAME(rubbing)(const V *of, const V *turning, const V *e)
 {
-    const V rate = of[1], some = NAME(most)(e[E_LAW_BEND], NAME(all)(1e-9));
+    return e[E_LAW_OF_ARTICULATION] * of[1] + e[E_LAW_OF_ROLL_CAR] * turning[0] +
+           e[E_LAW_OF_ROLL_TRAILER] * turning[1];
+}
+
+/// Dry friction behind an elastic part (Dahl): slips at a bend.
+INLINE V NAME(dragged)(const V *x, V rate, const V *e)
+{
+    const V some = NAME(most)(e[E_LAW_BEND], NAME(all)(1e-9));
     return rate - NAME(absolute)(rate) * x[X_LAW] / some;
 }
 
 /// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag.
-INLINE V NAME(law)(const V *x, const V *of, const V *e, V speed, V *dx)
+INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V speed, V *dx)
 {
+    const V rate = NAME(rubbing)(of, turning, e);
     V z = {0};
     for (int j = 0; j < PLANT_LAW_STATES; j++) {
         z += e[E_LAW_OF_ARTICULATION + j] * of[j];
     }
     const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
     const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
-    const V bent =
-        NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
+    V bent = NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
+    const V against = NAME(hyperbolic_tangent)(rate * (1.0 / LAW_SLOW));
+    bent = NAME(choose)(sticks == 1.0, NAME(absolute)(z) * against, bent);
     V value = e[E_LAW_GAIN] * bent;
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
     value /= NAME(choose)(power < 0.0, faster, NAME(all)(1.0));
     const V lag = e[E_LAW_LAG];
     const V late = (value - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
-    dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, of, e), NAME(where)(lag, late));
+    dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, rate, e), NAME(where)(lag, late));
     // one state: what goes with the heading has neither lag nor friction
     dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
     return NAME(choose)(lag > 0.0, x[X_LAW], value);
@@ -50,7 +59,9 @@ INLINE V NAME(pulled_back)(const V *x, const V *e, int body)
     const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
     const V gap = e[E_MODE_GAP_CAR + body], q = x[X_MODE + body];
     const V held = q - NAME(most)(NAME(least)(q, gap), -gap);
-    return omega * (omega * held + 2.0 * zeta * x[X_MODE_RATE + body]);
+    const V rate = x[X_MODE_RATE + body];
+    const V drag = e[E_MODE_DRAG_CAR + body] * NAME(absolute)(rate);
+    return omega * (omega * held + 2.0 * zeta * rate) + drag * rate;
 }
 
 /// Its side force on the body.

@@ -234,16 +234,19 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     angle[1] = -NAME(slip)((vy - p[P_CAR_REAR_AXLE_TO_COG] * r1) * per_vx);
     angle[2] = -NAME(slip)((vy2 + p[P_TRAILER_FRONT_AXLE_TO_COG] * r2) * per_vx2);
     angle[3] = -NAME(slip)((vy2 - p[P_TRAILER_REAR_AXLE_TO_COG] * r2) * per_vx2);
+    V turning[2];
     for (int body = 0; body < 2; body++) {
-        V roll = {0};
+        V roll = {0}, rate = {0};
         if (has->sprung) {
-            roll = x[X_ROLL + body];
+            roll = x[X_ROLL + body], rate = x[X_ROLL_RATE + body];
         } else if (has->whole) {
             roll = e[E_ROLL_GAIN_CAR + body] * x[X_TRANSFER + body];
+            rate = e[E_ROLL_GAIN_CAR + body] * x[X_TRANSFER_RATE + body];
         } else if (has->rolls) {
             roll = e[E_ROLL_GAIN_CAR + body] * x[X_ROLL + body];
+            rate = e[E_ROLL_GAIN_CAR + body] * x[X_ROLL_RATE + body];
         }
-        to->roll[body] = roll;
+        to->roll[body] = roll, turning[body] = rate;
     }
     to->law = (V){0};
     if (has->law) {
@@ -260,7 +263,7 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
                                         angle[0],
                                         angle[1],
                                         NAME(middle_slip)(angle, p)};
-        to->law = NAME(law)(x, of, e, vx, dx);
+        to->law = NAME(law)(x, of, turning, e, vx, dx);
     }
     for (int a = 0; a < 4; a++) {
         angle[a] += ser[T_SLIP_CAR_FRONT + a];
