@@ -127,22 +127,35 @@ def spent_s() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def run(name: str, build: Path, seconds: float) -> tuple[float, int, str]:
-    """Processor seconds, inputs, and what was found."""
-    first, inputs = spent_s(), 0
-    while (left := seconds - (spent_s() - first)) > 0.5:
-        seed = int(time.time()) % 1_000_000_000
-        words = command(name, build, min(left, SLICE_S), seed)
-        done = subprocess.run(words, capture_output=True, text=True, errors="replace", check=False)
-        said = done.stdout + done.stderr
-        counts = re.findall(r"number_of_executed_units: (\d+)|^(\d+) files, ", said, re.MULTILINE)
-        inputs += sum(int(a or b) for a, b in counts)
-        if done.returncode:
-            print("\n".join(said.splitlines()[-40:]))
-            return spent_s() - first, inputs, "**yes**"
-        if not counts:
-            raise SystemExit(f"{name}: no count of inputs in what it wrote:\n{said[-2000:]}")
-    return spent_s() - first, inputs, "nothing"
+def stretch(name: str, build: Path, seconds: float) -> tuple[float, int, str]:
+    """Processor seconds, inputs, and what was found in a stretch of time by the clock."""
+    first = spent_s()
+    seed = int(time.time()) % 1_000_000_000
+    words = command(name, build, seconds, seed)
+    done = subprocess.run(words, capture_output=True, text=True, errors="replace", check=False)
+    said = done.stdout + done.stderr
+    counts = re.findall(r"number_of_executed_units: (\d+)|^(\d+) files, ", said, re.MULTILINE)
+    if done.returncode:
+        print("\n".join(said.splitlines()[-40:]))
+    elif not counts:
+        raise SystemExit(f"{name}: no count of inputs in what it wrote:\n{said[-2000:]}")
+    inputs = sum(int(a or b) for a, b in counts)
+    return spent_s() - first, inputs, "**yes**" if done.returncode else "nothing"
+
+
+def run(name: str, build: Path, seconds: float, result: Path) -> tuple[float, int, str]:
+    """Processor seconds, inputs, and what was found; the result grows with each stretch.
+
+    So what was fuzzed before an interruption is kept.
+    """
+    spent, inputs, found = 0.0, 0, "nothing"
+    while seconds - spent > 0.5 and found == "nothing":
+        own_s, own, found = stretch(name, build, min(seconds - spent, SLICE_S))
+        spent, inputs = spent + own_s, inputs + own
+        row = Row(name, version(name), date.today().isoformat(), own_s / 60, own, found)
+        rows = added(rows_of(result), row)
+        result.write_text(TITLE + "".join(f"{r}\n" for r in rows), encoding="utf-8")
+    return spent, inputs, found
 
 
 def main() -> int:
@@ -155,11 +168,7 @@ def main() -> int:
     args = parser.parse_args()
     bad = False
     for name in args.names:
-        seconds, inputs, found = run(name, args.build.resolve(), args.seconds)
-        today = date.today().isoformat()
-        row = Row(name, version(name), today, seconds / 60, inputs, found)
-        rows = added(rows_of(args.result), row)
-        args.result.write_text(TITLE + "".join(f"{r}\n" for r in rows), encoding="utf-8")
+        seconds, inputs, found = run(name, args.build.resolve(), args.seconds, args.result)
         print(f"{name}: {inputs} inputs in {seconds:.0f} s of processor time, found: {found}")
         bad = bad or found != "nothing"
     return 1 if bad else 0

@@ -80,6 +80,12 @@ def test_fuzzing_hours_are_kept(tmp_path: Path) -> None:
         run.Row("fuzz_xcp", "abc1234", "2026-11-26", 60.5, 11000, "**yes**"),
         run.Row("fuzz_xcp", "fed4321x", "2026-11-27", 1.0, 1, "nothing"),
     ]
+    stretches = iter([(300.0, 50, "nothing"), (200.0, 40, "**yes**")])
+    run.stretch = lambda name, build, seconds: next(stretches)
+    run.version = lambda name: "0123456"
+    assert run.run("fuzz_ecu", tmp_path, 900.0, result) == (500.0, 90, "**yes**")
+    kept = [(r.minutes, r.inputs, r.found) for r in run.rows_of(result) if r.name == "fuzz_ecu"]
+    assert kept == [(8.3, 90, "**yes**")]
     committed = PLACE.with_name("RESULT.md")
     assert {row.name for row in run.rows_of(committed)} == set(run.ATTACKS)
     assert all(row.found == "nothing" for row in run.rows_of(committed))
