@@ -13,7 +13,6 @@ from swaywatch.diagnose.evidence.baselines import _ended, _noticeable_to_the_end
 from swaywatch.diagnose.evidence.evidence import APART
 from swaywatch.diagnose.evidence.rivals import SHARE, rivals, to_the_end
 from swaywatch.diagnose.evidence.search import BENT, Candidate, Search
-from swaywatch.diagnose.evidence.verdict import possible_of
 from swaywatch.diagnose.fit.beliefs import beliefs_of
 from swaywatch.diagnose.fit.fit import COMPARED, Fit, Fitter, Problem
 from swaywatch.effects.active import ActiveEffect
@@ -156,13 +155,3 @@ def test_what_ends_at_a_bound_is_not_claimed(monkeypatch: pytest.MonkeyPatch) ->
     both = [Candidate(replace(base, terms=(_term(n),)), base) for n in (GAIN, RATIO)]
     assert [c.names for c in _noticeable_to_the_end(search, both)] == [(RATIO,)]
     assert _noticeable_to_the_end(search, both[:1]) == []
-
-
-def test_a_likelier_fit_at_a_bound_does_not_stand_for_a_claim() -> None:
-    base = Fit((), np.zeros((1, 5)), np.zeros(0))
-    low = effect(GAIN).parameters[0].low
-    at_bound = replace(base, terms=(replace(_term(GAIN), values=(low,)),))
-    best = Candidate(replace(base, terms=(_term(GAIN),)), base, -20.0)
-    other = Candidate(replace(base, terms=(_term(RATIO),)), base, -21.0)
-    found = possible_of(best, [Candidate(at_bound, base, -10.0), best, other])
-    assert [c.evidence for c in found] == [-20.0, -21.0]

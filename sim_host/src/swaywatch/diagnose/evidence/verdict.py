@@ -349,7 +349,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         return result
     terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
     fit = _ordered(found, terms)
-    same = possible_of(best, every)
+    same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
     behind, apart = _behind(search, same, best, noise)
     equals = [c for c, less in zip(same, behind, strict=True) if less > -apart]
     equivalents = [equivalents_of(term, terms, equals) for term in terms]
@@ -392,14 +392,6 @@ def _behind(
     prices = [price_of_form(c.fit, noise) for c in candidates]
     behind += price_of_form(best.fit, noise) - np.array(prices)
     return behind, max(APART, BESIDE[0] * 0.5 * best.fit.chi2 / noise)
-
-
-def possible_of(best: Candidate, every: Sequence[Candidate]) -> list[Candidate]:
-    """The claim and what could be claimed in its place, each set of effects once.
-
-    Of the same effects another fit may end higher with a value at its bound: it says nothing.
-    """
-    return each_once([best, *(c for c in every if all(noticeable(t) for t in c.fit.terms))])
 
 
 def equivalents_of(
