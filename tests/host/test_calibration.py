@@ -78,21 +78,5 @@ def test_intervals_fitted_to_known_errors_cover_nine_tenths() -> None:
     assert np.mean(inside) == pytest.approx(0.9, abs=0.06)
 
 
-def test_shares_of_an_earlier_table_stay_until_cases_say_otherwise() -> None:
-    """The factor on the errors is that of the new cases alone."""
-    import numpy as np
-
-    rng = np.random.default_rng(6)
-    kept = {"roll_steer": 0.2, "hitch_friction": 0.2, "sensor_delay": 0.01}
-    own = [(float(rng.normal(0.0, 1.0)), 1.0, 0.1) for _ in range(300)]
-    one = [(0.1, 0.01, 1.0)]  # as expected
-    fitted = calibrate.intervals({"hitch_friction": own, "roll_steer": one}, kept)
-    assert fitted["form"]["sensor_delay"] == 0.01
-    assert fitted["form"]["roll_steer"] == pytest.approx(0.2, rel=0.2)
-    assert fitted["form"]["hitch_friction"] == pytest.approx(0.2, rel=0.1)  # says nothing
-    assert fitted["noise"] == pytest.approx(1.2, abs=0.2)
-    assert fitted["form_other"] == pytest.approx(np.median(list(fitted["form"].values())), abs=1e-4)
-
-
 def test_the_table_is_plain_json() -> None:
     assert json.loads(json.dumps(table())) == table()

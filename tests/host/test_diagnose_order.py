@@ -95,15 +95,10 @@ def test_one_lasting_effect_is_tried_on_a_rigid_vehicle_that_is_far_behind(
 
 
 @pytest.mark.parametrize(
-    ("beside", "in_windows", "first"),
-    [
-        (True, 1.37, "hitch_friction"),
-        (True, 1.2, "axle_load_harmonic"),
-        (False, 1.37, "axle_load_harmonic"),
-    ],
+    ("in_windows", "first"), [(1.37, "hitch_friction"), (1.2, "axle_load_harmonic")]
 )
 def test_beside_a_simulation_windows_must_take_away_more_than_a_lasting_effect_leaves(
-    beside: bool, in_windows: float, first: str
+    in_windows: float, first: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """There the form of a right effect leaves misfit, which windows of a wrong one can follow."""
     load = next(e for e in library() if e.name == "axle_load_harmonic:car_rear")
@@ -111,12 +106,18 @@ def test_beside_a_simulation_windows_must_take_away_more_than_a_lasting_effect_l
     window = ActiveEffect(load, (5.0, 15.0, *rows), (0,))
     found = [
         Candidate(_fit(left, term), _fit(1.7), -0.5 * left * COUNT)
-        for left, term in ((1.4, TERM), (in_windows, window))
+        for left, term in ((in_windows, window), (1.4, TERM))
     ]
-    problem = SimpleNamespace(free_start=not beside)
-    search = SimpleNamespace(problem=problem, noise=1.0, weighed=lambda c: c)
-    best = baselines._ranked(cast("Search", search), found)[0]
-    assert [t.effect.id for t in best.fit.terms] == [first]
+    base = Candidate(_fit(1.7), _fit(1.7), -0.5 * 1.7 * COUNT)
+    search = SimpleNamespace(
+        problem=SimpleNamespace(free_start=False), noise=1.0, on_springs=False, beyond=None,
+        weighed=lambda c: c, baseline=lambda: base, tried=[],
+        refuses=lambda what: what == baselines.TRIED[1], extend=lambda *_, **__: found,
+        judge=SimpleNamespace(run=lambda fit, *_, **__: fit),
+    )  # fmt: skip
+    monkeypatch.setattr(baselines, "noticeable", lambda term: True)
+    path = baselines.path(cast("Search", search), base, lambda stage, share: None)
+    assert [t.effect.id for t in path.best.fit.terms] == [first]
 
 
 @pytest.mark.parametrize(("calibrated", "left"), [(1.3, 1.2), (190.0, 1.2)])

@@ -4,9 +4,6 @@
 
 Never with the seed of the proof: the map would be fitted to the cases it is judged on.
 
-With ``--keep TABLE`` what the shape of a model costs is expected as that table has it, and stays so
-for effects that these cases do not have; the common factor is fitted to these cases alone.
-
 Intervals: the error of a
 parameter is taken as normal, its variance that of the fit times a common factor plus a share of
 the effect's size, one for each effect ("form": what the shape of a right model costs).
@@ -67,34 +64,27 @@ def deviations(cases: list[tuple[Json, Json]]) -> dict[str, list[tuple[float, fl
     return dict(found)
 
 
-def intervals(
-    found: dict[str, list[tuple[float, float, float]]], kept: dict[str, float] | None = None
-) -> Json:
-    """Factor on the errors of the fit, and share of the size for each effect.
-
-    `kept`: shares of an earlier table, from which these depart only where the cases say so.
-    """
+def intervals(found: dict[str, list[tuple[float, float, float]]]) -> Json:
+    """Factor on the errors of the fit, and share of the size for each effect."""
     names = sorted(found)
-    expected = np.array([(kept or {}).get(name, HEAVY * FORM_PRIOR) for name in names]) / HEAVY
 
     def cost(x: Array) -> float:
         noise, forms = np.exp(x[0]), np.exp(x[1:])
         total = 0.5 * (x[0] - np.log(2.0)) ** 2
-        for name, form, usual in zip(names, forms, expected, strict=True):
+        for name, form in zip(names, forms, strict=True):
             error, se, size = np.array(found[name]).T
             sigma = np.hypot(noise * se, form / NINETY * size) + 1e-12
             # Student's t with 4 degrees of freedom: one wild case must not widen all intervals
             z = (error / sigma) ** 2
             total += float(np.sum(np.log(sigma) + 2.5 * np.log1p(z / 4.0)))
-            total += 0.5 * float(np.log(form / usual)) ** 2
+            total += 0.5 * float(np.log(form / FORM_PRIOR)) ** 2
         return total
 
-    start = np.concatenate([[np.log(2.0)], np.log(expected)])
+    start = np.concatenate([[np.log(2.0)], np.full(len(names), np.log(FORM_PRIOR))])
     best = minimize(cost, start, method="L-BFGS-B").x
-    forms = (kept or {}) | {
+    forms = {
         name: round(HEAVY * float(np.exp(x)), 4) for name, x in zip(names, best[1:], strict=True)
     }
-    forms = dict(sorted(forms.items()))
     return {
         "noise": round(HEAVY * float(np.exp(best[0])), 3),
         "form_other": _typical(forms, beside=False),
@@ -114,7 +104,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--set", nargs=2, type=Path, action="append", required=True)
     parser.add_argument("--seeds", nargs="+", type=int, required=True)
-    parser.add_argument("--keep", type=Path, help="a table, for effects without cases here")
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
     if PROOF_SEED in given.seeds:
@@ -123,16 +112,14 @@ def main() -> None:
     if not cases:
         sys.exit("no case has both an answer and a diagnosis with its evidence")
     found = deviations(cases)
-    before: Json = (load(given.keep) or {}) if given.keep else {}
     table = {
         "provenance": {
             "command": "tests/proof/blind/calibrate.py",
             "seeds": given.seeds,
             "cases": len(cases),
             "parameters": dict(Counter({name: len(rows) for name, rows in found.items()})),
-            **({"kept": before["provenance"]} if before else {}),
         },
-        "intervals": intervals(found, before["intervals"]["form"] if before else None),
+        "intervals": intervals(found),
     }
     given.out.write_text(json.dumps(table, indent=1) + "\n")
     print(json.dumps(table, indent=1))

@@ -16,15 +16,11 @@ from swaywatch.diagnose.evidence.evidence import (
     DISCREPANCY,
     UNEXPLAINED_ABOVE,
     explained,
-    inflation,
     price_of_form,
-    residuals,
     worth,
 )
-from swaywatch.diagnose.evidence.rivals import fitted, to_the_end
 from swaywatch.diagnose.evidence.search import (
     BEAM,
-    BENT,
     LINEAR,
     Candidate,
     Progress,
@@ -38,11 +34,7 @@ from swaywatch.effects.active import ActiveEffect
 SHORTEST_WINDOW_S = 0.6
 MOST_EFFECTS = 3
 #: What is left out where a diagnosis has simulated enough: another baseline, more effects.
-TRIED = (
-    "effects beside another vehicle",
-    "further combinations of effects",
-    "other effects in the place of one that was found",
-)
+TRIED = ("effects beside another vehicle", "further combinations of effects")
 #: Tolerances of the vehicle's file, as stated and where its values turn out far more exact: a value
 #: that is off by its tolerance says nothing among others that are off as far, and much among ones
 #: that are not off at all.
@@ -53,9 +45,6 @@ HOPELESS = 1.25
 #: Effects that are tried before laws are; more only where no law alone leaves nothing but noise.
 BESIDE_LAW = 1
 LAWS = "laws that no library has"
-#: Of what the best effect promised to first order, the share from which another is fitted to the
-#: end.
-RIVAL = 0.5
 #: Misfit, over that of the best, up to which another first effect is followed.
 NEAR = 1.5
 
@@ -298,14 +287,12 @@ def path(
         best = search.weighed(best)
         form = {"beside": beside, "on_springs": search.on_springs}
         found = [c for c in found if worth(base.fit, c.parent, c.fit, **form)]
-        found = _ranked(search, found)
+        if beside:
+            found.sort(key=lambda c: price_of_form(c.fit, search.noise) - c.evidence)
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
-        found = _noticeable_to_the_end(search, found)
-        if not found or found[0].evidence < search.weighed(best).evidence + CLAIMED:
-            break
-        found = _with_rivals(search, found)
-        best = found[0]
+        fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)
+        best = found[0] = search.weighed(replace(found[0], fit=fit))
         again = depth == 1 and not search.refuses(TRIED[1])
         if again and search.rebased(best.fit):
             return path(search, search.baseline(), progress, rival, known, most)
@@ -314,75 +301,6 @@ def path(
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
     return Path(search, base, _needed(search, best))
-
-
-def _ranked(search: Search, found: Sequence[Candidate]) -> list[Candidate]:
-    """Weighed alike, best first; beside a user's simulation windows have to pay for their form."""
-
-    def standing(candidate: Candidate) -> float:
-        beside = not search.problem.free_start
-        price = price_of_form(candidate.fit, search.noise) if beside else 0.0
-        return candidate.evidence - price
-
-    return sorted(map(search.weighed, found), key=standing, reverse=True)
-
-
-def _noticeable_to_the_end(search: Search, found: list[Candidate]) -> list[Candidate]:
-    """What was found, the best of it fitted to the end, without what ends at a bound there."""
-    while found:
-        found = _ended(search, found)
-        if all(noticeable(t) for t in found[0].fit.terms):
-            break
-        found = found[1:]
-    return found
-
-
-def _ended(search: Search, found: list[Candidate]) -> list[Candidate]:
-    """What was found, best first, the best of it fitted to the end.
-
-    An effect that took much away was fitted from the vehicle as believed, as were the next best
-    ones. Otherwise that is made up for, with those that promised nearly as much to first order:
-    near the critical speed a fit from a bent vehicle may go nowhere.
-    """
-    first = found[0]
-    some = found[:1]
-    unbent = first.fit.chi2 >= BENT * first.parent.chi2
-    if unbent:
-        gains = search.promises(first.parent)
-        least = RIVAL * gains.get(first.fit.terms[-1].effect.name, np.inf)
-        others = [c for c in found[1:] if c.parent is first.parent]
-        some += [c for c in others if gains.get(c.fit.terms[-1].effect.name, 0.0) > least]
-        some = some[:BEAM]
-    fits = to_the_end(search, [c.fit for c in some], afresh=unbent)
-    ended = [replace(c, fit=fit) for c, fit in zip(some, fits, strict=True)]
-    search.tried += ended
-    lowest = min(fits, key=lambda f: f.chi2)
-    search.noise = min(search.noise, inflation(residuals(search.judge, lowest)))
-    left = [c for c in found if not any(c is e for e in some)]
-    return _ranked(search, [*ended, *left])
-
-
-def _with_rivals(search: Search, found: list[Candidate]) -> list[Candidate]:
-    """What was found, best first, the best compared with others of its size, all fitted to the end.
-
-    Each with another effect in the last one's place: they share the parent.
-    """
-    tried = {found[0].names}
-    while not search.refuses(TRIED[2]):
-        best = found[0]
-        fits = fitted(search, best.fit, len(best.fit.terms) - 1, tried)
-        new = [search.weighed(Candidate(fit, best.parent)) for fit in fits]
-        new = [c for c in new if all(noticeable(t) for t in c.fit.terms)]
-        if not new:
-            break
-        search.tried += new
-        least = min(new, key=lambda c: c.fit.chi2)
-        if least.fit.chi2 < best.fit.chi2:
-            search.noise = min(search.noise, inflation(residuals(search.judge, least.fit)))
-        found = _ranked(search, [*found, *new])
-        if found[0].fit is best.fit:
-            break
-    return found
 
 
 def _ends(

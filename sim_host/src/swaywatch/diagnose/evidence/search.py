@@ -126,16 +126,9 @@ def _moved_edges(term: ActiveEffect, at: int, edge: int) -> list[ActiveEffect]:
 
 
 class Linear:
-    """What effects explain to first order, everything else refitted within its priors.
+    """What effects explain to first order, everything else refitted within its priors."""
 
-    Attributes
-    ----------
-    left
-        What is to be explained: the residuals, as far as nothing else can take them away.
-    """
-
-    def __init__(self, fitter: Fitter, fit: Fit, beside: Array | None = None) -> None:
-        """`beside`: further columns, of residuals, that are refitted too; shape (residuals, k)."""
+    def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self.fitter, self.fit = fitter, fit
         problem = fitter.problem
         self.runs = range(len(problem.runs))
@@ -154,10 +147,6 @@ class Linear:
             rows[first : first + size, b + r * n : b + (r + 1) * n] = columns[:, b:]
             first += size
         rows[first:, :b] = beliefs.roots
-        if beside is not None:
-            more = np.zeros((rows.shape[0], beside.shape[1]))
-            more[:first] = beside
-            rows = np.hstack([rows, more])
         rows /= np.sqrt(np.sum(rows**2, axis=0)) + 1e-12
         self.q = np.linalg.qr(rows)[0]
         self.left = self._projected(np.concatenate([*self.base, prior]))
@@ -211,7 +200,7 @@ class Linear:
 
     def _promise(self, effect: Effect, values: Array, moved: Array) -> tuple[float, Array]:
         """Drop of chi2 along the course towards some values, and where on it to begin."""
-        column = self.column(moved - np.concatenate(self.base))
+        column = self._column(moved)
         power = float(np.dot(column, column))
         if power < 1e-9 or not np.isfinite(power):
             return 0.0, values
@@ -226,10 +215,10 @@ class Linear:
             return 0.0, values  # against a bound
         return power * factor**2, start
 
-    def column(self, change: Array) -> Array:
-        """What is left of a change of the residuals, everything else refitted."""
+    def _column(self, moved: Array) -> Array:
+        """What residuals changed by, everything else refitted."""
         none = np.zeros(len(self.fitter.problem.beliefs.target))
-        return self._projected(np.concatenate([change, none]))
+        return self._projected(np.concatenate([moved - np.concatenate(self.base), none]))
 
     def _with_form(
         self, found: tuple[float, tuple[float, ...], Effect]
@@ -248,9 +237,8 @@ class Linear:
         for j, step in zip(shape, steps, strict=True):
             trials.append((*values[:j], values[j] + step, *values[j + 1 :]))
         own, *others = self._moved([(effect, trial) for trial in trials])
-        at = np.concatenate(self.base)
-        course = self.column(own - at)
-        a = np.stack([course, *(self.column(other - own) for other in others)], axis=1)
+        course = self._column(own)
+        a = np.stack([course, *(self._column(other) - course for other in others)], axis=1)
         size = np.sqrt(np.sum(a**2, axis=0)) + 1e-12
         if not np.all(np.isfinite(size)):
             return found
@@ -304,8 +292,6 @@ class Search:
         self._parents: dict[int, tuple[Fit, Fit]] = {}
         self._under: dict[int, list[Fit]] = {}
         self._found: dict[int, list[Fit]] = {}
-        #: Likewise a parent and what effects without windows promise to first order.
-        self._promises: dict[int, tuple[Fit, dict[str, float]]] = {}
         #: Likewise a parent and what extends it, in windows too and not.
         self._extended: dict[tuple[int, bool], tuple[Fit, list[Candidate]]] = {}
 
@@ -362,9 +348,6 @@ class Search:
             price = max(price, self._promised(fitter, parent, windowed=False))
         course = Linear(fitter, parent)
         found = [f for f in course.best(open_) if f[0] > price]
-        if fitter is self.judge:
-            gains = {effect.name: gain for gain, _, effect in reversed(found)}
-            self._promises[id(parent)] = parent, gains
         starts = [
             replace(parent, terms=(*parent.terms, ActiveEffect(effect, values)))
             for _, values, effect in found[:SHORT_LIST]
@@ -379,13 +362,6 @@ class Search:
         first = _followed(near[:POLISHED])
         best = fitter.side_by_side(lambda f: fitter.run(f, 12, tolerance=3e-4), first)
         return [*best, *near[len(first) :]]
-
-    def promises(self, parent: Fit) -> dict[str, float]:
-        """Drop of chi2 that effects without windows promise to first order, by name.
-
-        Those on the short list, where fits are judged; none where no such effect was looked for.
-        """
-        return self._promises.get(id(parent), (parent, {}))[1]
 
     def _promised(self, fitter: Fitter, parent: Fit, *, windowed: bool) -> float:
         """Drop of chi2 that one more effect has to promise to first order to be begun.
@@ -709,10 +685,10 @@ class Search:
         best = _best_of_each(fits)
         if best and best[0].chi2 < BENT * parent.chi2:
             again = _best_of_each([*_followed(best[:BEAM]), *watched])
-            best = _best_of_each([*best, *self.from_rest(again)])
+            best = _best_of_each([*best, *self._from_rest(again)])
         return best
 
-    def from_rest(self, fits: Sequence[Fit]) -> list[Fit]:
+    def _from_rest(self, fits: Sequence[Fit]) -> list[Fit]:
         """Fits once more from the vehicle as believed.
 
         A parent that lacks the effect has bent the believed values to make up for it; a fit that

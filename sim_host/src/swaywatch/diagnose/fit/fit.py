@@ -61,15 +61,13 @@ _VERTICAL = ("trailer_wheel_vertical", "hitch_vertical")
 WORKERS = 16  # calculations whose trials share the lanes
 _AT_ONCE = 8 * LANES  # trials in memory at a time
 NUISANCES = 5  # steering offset and four initial states, for each run
-_NUISANCE_STEP = np.array([2e-5, 2e-3, 2e-4, 1e-4, 2e-4])
+_NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
 MOVED = 0.3  # gain of an iteration, of what it leaves, after which derivatives are old at once
 FARTHEST = 2.0  # wide tolerances by which a typical value moves in one iteration
 EDGE_STEP_S = 0.3  # by which an edge of a window moves in one iteration: it is known by no more
 #: Steps of derivatives: of beliefs in tolerances, of values and edges of windows in their scales.
-#: Near the critical speed, where values nearly make up for each other, a step of 0.05 tolerances is
-#: up to 7 % off, one of 0.001 by 0.1 %; rounding is 1e-11 of a derivative.
-_SHIFT_STEP, _VALUE_STEP, _EDGE_STEP = 0.001, 0.01, 0.2
+_SHIFT_STEP, _VALUE_STEP, _EDGE_STEP = 0.05, 0.01, 0.2
 
 
 @dataclass
