@@ -10,7 +10,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
 
-from as_plant import bounce, constants, springs
+from as_plant import constants, springs
 
 from swaywatch.models.multibody import Motion, Multibody
 from swaywatch.models.multibody_vehicle import (
@@ -26,10 +26,6 @@ from swaywatch.plant.lanes import OUTPUT, PlantInput, neutral, simulate
 from swaywatch.plant.sprung import put
 
 SPACING = 0.01
-__all__ = [
-    "SPACING", "both", "bounce", "constants", "differences", "drawn", "harder", "manoeuvre",
-    "springs",
-]  # fmt: skip
 
 
 def drawn(seed: int) -> Combination:

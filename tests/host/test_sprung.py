@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +22,9 @@ from swaywatch.plant.lanes import GRAVITY, OUTPUT, SCALARS, PlantInput, neutral,
 from swaywatch.plant.sprung import BELIEFS, defaults, put, tolerances
 from swaywatch.simulate.run import simulate_plant
 from swaywatch.simulate.scenario import read_scenario
+
+# where the words of the plant for a generated combination are
+sys.path.insert(0, str(Path(__file__).parents[1] / "proof" / "blind"))
 
 RELAXED = {"relaxation_car_front": 0.4, "relaxation_car_rear": 0.5, "relaxation_trailer": 0.6}
 SATURATED = {"peak_friction_inverse": 1.0, "degression": 0.2}
@@ -87,7 +92,8 @@ def test_hard_rebound_and_leaning_struts_bounce_a_rolling_car() -> None:
     Each axle bounces for itself here, while MuJoCo's body pitches too: half of the variance.
     """
     pytest.importorskip("mujoco")
-    from sprung_pairs import both, bounce, drawn, harder, manoeuvre
+    from as_plant import bounce
+    from sprung_pairs import both, drawn, harder, manoeuvre
 
     from swaywatch.models.multibody_vehicle import Physics
 
@@ -110,7 +116,8 @@ def test_an_extra_load_lifts_and_rolls_the_body_over_it(axle: str, first: int) -
     Each axle bounces for itself here, while MuJoCo's body pitches too: half of the variance.
     """
     pytest.importorskip("mujoco")
-    from sprung_pairs import both, bounce, drawn, harder, manoeuvre
+    from as_plant import bounce
+    from sprung_pairs import both, drawn, harder, manoeuvre
 
     from swaywatch.models.multibody_vehicle import HarmonicLoad, Physics
 
@@ -276,7 +283,8 @@ def test_a_car_alone_that_understeers_has_no_critical_speed() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_damping_and_frequency_are_those_of_the_judge(seed: int) -> None:
     pytest.importorskip("mujoco")
-    from sprung_pairs import constants, drawn, springs
+    from as_plant import constants, springs
+    from sprung_pairs import drawn
     from test_multibody import damping_and_frequency, impulse
 
     from swaywatch.models.multibody import Multibody

@@ -103,13 +103,14 @@ def main() -> None:
             own = limit_of_road(path.parent, sensors=not given.exact_sensors)
         if own is None:
             continue
-        told = truth["limit"]
-        pairs.append((told["detect"], own.detect, told["name"], own.name))
+        stated = truth["limit"]
+        pairs.append((stated["detect"], own.detect, stated["name"], own.name))
         print(
             f"{truth['case']} {truth['tier']} {truth['effects'][0]['id']:22s} "
-            f"detect {told['detect']:7.1f} {own.detect:7.1f} ({own.detect / told['detect']:.2f})  "
-            f"name {told['name']:7.1f} {own.name:7.1f} ({own.name / told['name']:.2f})  "
-            f"beside {told['best_wrong']}; {own.best_wrong}"
+            f"detect {stated['detect']:7.1f} {own.detect:7.1f} "
+            f"({own.detect / stated['detect']:.2f})  "
+            f"name {stated['name']:7.1f} {own.name:7.1f} ({own.name / stated['name']:.2f})  "
+            f"beside {stated['best_wrong']}; {own.best_wrong}"
         )
     table = np.array(pairs)
     for words, first in (("detect", 0), ("name", 2)):

@@ -425,7 +425,7 @@ def print_tables(total: Json, rows: list[Json]) -> None:
             f"right {text(row)}"
         )
     for row in total["by_limit"]:
-        print(f"{_interval(row)} standard deviations beside the best wrong: right {text(row)}")
+        print(f"{interval(row)} standard deviations beside the best wrong: right {text(row)}")
     print_missed(total["missed_above_limit"])
     print_confused(rows)
     for r in rows:
@@ -444,7 +444,8 @@ def print_confused(rows: list[Json]) -> None:
         print(f"  {count:3d}  {true} -> {said}")
 
 
-def _interval(row: Json) -> str:
+def interval(row: Json) -> str:
+    """Standard deviations of a row of `by_limit`, in words."""
     return f"{row['from']:g} to {row['to']:g}" if row["to"] else f"{row['from']:g} or more"
 
 

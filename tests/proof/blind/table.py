@@ -7,6 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from score import interval
+
 Json = dict[str, Any]
 
 #: Rows of the summary: key of the score, words, what the issue asks for.
@@ -56,10 +58,9 @@ def summary(total: Json) -> list[str]:
             f"{total['held_out_before_median']:.3f} -> {total['held_out_after_median']:.3f} | |"
         )
     for row in total["by_limit"]:
-        span = f"{row['from']:g} to {row['to']:g}" if row["to"] else f"{row['from']:g} or more"
         lines.append(
-            f"| one effect that leaves {span} standard deviations beside the best wrong one | "
-            f"{cell(row)} | |"
+            f"| one effect that leaves {interval(row)} standard deviations beside the best wrong "
+            f"one | {cell(row)} | |"
         )
     for row in total["calibration"]:
         lines.append(

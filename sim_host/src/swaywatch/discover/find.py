@@ -263,6 +263,7 @@ class LawSearch:
         found = []
         for term in terms:
             law = law_in(term)
+            # values of a roll of its own are the last ones
             effect = effect_of(law, sprung=True) if law.motion in ROLLS else term.effect
             found.append(ActiveEffect(effect, term.values[: len(effect.parameters)]))
         return found

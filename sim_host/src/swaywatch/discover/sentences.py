@@ -30,7 +30,7 @@ def suggestion(law: Law, gain: float) -> str:
     if law.shape in FRICTION and law.place == "slip_trailer":
         return "axle compliance with friction: worn bushes"
     if law.shape == "rubbing" and law.place == "hitch":
-        return "friction that grows with the articulation: a worn coupling" * (gain > 0.0)
+        return "friction that grows with the articulation: a worn coupling" if gain > 0.0 else ""
     return names[0 if gain >= 0.0 else 1]
 
 
@@ -95,7 +95,7 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         limit = _limit(parameters, PLACES[law.place])
         return f", sliding after {slips} at {limit} (dry friction)"
     if law.shape == "rubbing":
-        return ", against its rate whatever that is (friction that grows with the deflection)"
+        return ", against its rate at any speed of it (friction that grows with the deflection)"
     return ""
 
 
