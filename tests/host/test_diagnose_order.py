@@ -12,6 +12,7 @@ from swaywatch.diagnose.evidence import baselines
 from swaywatch.diagnose.evidence.baselines import Path, explore
 from swaywatch.diagnose.evidence.evidence import worth
 from swaywatch.diagnose.evidence.search import PROMISED, Candidate, Search
+from swaywatch.diagnose.evidence.verdict import SHOWN, _shown
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
@@ -118,6 +119,22 @@ def test_beside_a_simulation_windows_must_take_away_more_than_a_lasting_effect_l
     monkeypatch.setattr(baselines, "noticeable", lambda term: True)
     path = baselines.path(cast("Search", search), base, lambda stage, share: None)
     assert [t.effect.id for t in path.best.fit.terms] == [first]
+
+
+def test_what_is_claimed_is_in_the_list_of_explanations_wherever_it_stands() -> None:
+    """Its factor is what a reader compares the others with."""
+    each = {e.name: e for e in library() if not e.windowed}
+    effects = list(each.values())[: SHOWN + 3]
+    every = [
+        Candidate(_fit(1.0, ActiveEffect(e, tuple(p.starts[0] for p in e.parameters))),
+                  _fit(2.0), -float(place))
+        for place, e in enumerate(effects)
+    ]  # fmt: skip
+    plain = Candidate(_fit(2.0), _fit(2.0), -1000.0)
+    claimed = every[-1]
+    shown = _shown([*every, plain], claimed, plain)
+    assert [name for name, _ in shown] == [*(e.name for e in effects[:SHOWN]), effects[-1].name]
+    assert shown[-1][1] == 1000.0 - (SHOWN + 2)
 
 
 @pytest.mark.parametrize(("calibrated", "left"), [(1.3, 1.2), (190.0, 1.2)])

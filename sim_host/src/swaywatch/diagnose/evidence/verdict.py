@@ -48,6 +48,8 @@ OUTSIDE = 0.9
 TANDEM = ("trailer.front_cornering_stiffness", "trailer.rear_cornering_stiffness")
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
 REAR_TYRES = "parameter_error:car.rear_cornering_stiffness"
+#: Explanations that are listed, beside what is claimed.
+SHOWN = 8
 #: Most that is ever stated: the library is not the world.
 SUREST = 0.99
 #: Pairs that are the same in every planar signal.
@@ -264,6 +266,16 @@ def _as_term(
     )
 
 
+def _shown(
+    every: Sequence[Candidate], claimed: Candidate, plain: Candidate
+) -> list[tuple[str, float]]:
+    """The likeliest of all that was tried, best first, and what is claimed wherever it stands."""
+    kept = [
+        c for place, c in enumerate(each_once(every)) if place < SHOWN or c.names == claimed.names
+    ]
+    return [(_label(c.fit), c.evidence - plain.evidence) for c in kept]
+
+
 def decide(planar: Sequence[Search], springs: Search | None, progress: Progress) -> Verdict:
     """Search from each baseline (see `baselines.explore`) and choose."""
     paths = explore(planar, springs, progress)
@@ -330,7 +342,6 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     search, noise = chosen.search, chosen.search.noise
     best = search.weighed(chosen.best)
     every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
-    ranked = [(_label(c.fit), c.evidence - plain.evidence) for c in each_once(every)]
     base = search.weighed(chosen.base).fit
     if best.fit.terms and best.evidence < plain.evidence + CLAIMED:
         best = plain
@@ -341,8 +352,9 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     found = _beyond(search, _without_slight_windows(search, exact))
     if not found.terms:
         result = Verdict(
-            "consistent", plain.fit, plain.fit, search.problem, candidates=ranked[:8],
-            noise=inflation(residuals(search.judge, plain.fit)), hidden=_hidden(every, noise),
+            "consistent", plain.fit, plain.fit, search.problem,
+            candidates=_shown(every, plain, plain), hidden=_hidden(every, noise),
+            noise=inflation(residuals(search.judge, plain.fit)),
         )  # fmt: skip
         if reduced_chi_square(plain.fit) > UNEXPLAINED_ABOVE:
             result.word = "unexplained"
@@ -369,7 +381,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     if "physics" in kinds:
         word = "missing_physics"
     result = Verdict(
-        word, fit, base, search.problem, equivalents, confidence, ranked[:8], noise,
+        word, fit, base, search.problem, equivalents, confidence, _shown(every, best, plain), noise,
         max(best.evidence - plain.evidence, 0.0),
     )  # fmt: skip
     # beside the user's own simulation our plant is a correction, and what it leaves is said beside
