@@ -254,19 +254,17 @@ def hedge_wind(rng: Generator, u: float) -> Draw:
 def caster_axle(rng: Generator, u: float) -> Draw:
     """A self-steering axle of the trailer: its wheels turn after their slip, held by a damper."""
     at = round(float(rng.uniform(0.1, 0.8)), 3)
-    size = log_between(0.02, 0.6, u)
+    size = log_between(0.1, 0.7, u)
     variables = "slip_trailer sideslip_trailer"
     return _draw("caster_axle", size, "slip_trailer force_trailer", variables, more_at=at)
 
 
-def uneven_tyres(rng: Generator, u: float) -> Draw:
-    """A soft tyre on one side of the trailer, a hard one on the other: bends are not alike.
-
-    The force is that of the slip times the load transfer, which goes with roll.
-    """
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.02, 0.4, u)
-    variables = "slip_trailer sideslip_trailer roll_trailer lateral_acceleration_trailer"
-    return _draw("uneven_tyres", size, "slip_trailer force_trailer", variables)
+def tyre_warming(rng: Generator, u: float) -> Draw:
+    """Treads of the trailer's tyres that soften as they are worked, and recover."""
+    at = round(float(rng.uniform(1.0, 5.0)), 2)
+    size = log_between(0.05, 0.6, u)
+    variables = "slip_trailer sideslip_trailer"
+    return _draw("tyre_warming", size, "slip_trailer force_trailer", variables, more_at=at)
 
 
 def rear_bush_play(rng: Generator, u: float) -> Draw:
@@ -283,15 +281,14 @@ def bump_stop_steer(rng: Generator, u: float) -> Draw:
     Bodies roll with their lateral acceleration, so both are the same here.
     """
     at = round(float(rng.uniform(0.002, 0.012)), 4)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.02, 0.6, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.05, 0.6, u)
     variables = "roll_car lateral_acceleration_car"
     return _draw("bump_stop_steer", size, "slip_car_rear", variables, more_at=at)
 
 
 def bent_rim(rng: Generator, u: float) -> Draw:
-    """One wheel of the trailer wobbles as it turns."""
-    size = log_between(5e-4, 0.02, u)
-    return _draw("bent_rim", size, "slip_trailer force_trailer", "distance")
+    """One rear wheel of the car wobbles as it turns."""
+    return _draw("bent_rim", log_between(0.004, 0.03, u), "slip_car_rear", "distance")
 
 
 def cam_centring(rng: Generator, u: float) -> Draw:
@@ -304,7 +301,7 @@ def stabiliser_windup(rng: Generator, u: float) -> Draw:
     """Friction pads at the ball whose arm gives way before they slide."""
     at = round(float(rng.uniform(0.004, 0.03)), 4)
     variables = "articulation articulation_rate"
-    return _draw("stabiliser_windup", log_between(20.0, 1000.0, u), "hitch", variables, more_at=at)
+    return _draw("stabiliser_windup", log_between(60.0, 800.0, u), "hitch", variables, more_at=at)
 
 
 def sliding_crate(rng: Generator, u: float) -> Draw:
@@ -313,15 +310,16 @@ def sliding_crate(rng: Generator, u: float) -> Draw:
     mass = round(log_between(20.0, 400.0, u), 2)
     variables = "swing lateral_acceleration_trailer"
     return _draw(
-        "sliding_crate", mass, "trailer force_trailer", variables, more_at=at, slosh_mass_kg=mass
-    )
+        "sliding_crate", mass, "trailer force_trailer", variables, more_at=at, slosh_mass_kg=mass,
+        slosh_damping=0.0,
+    )  # fmt: skip
 
 
 def padded_load(rng: Generator, u: float) -> Draw:
     """A horse, or a boat, between pads that stiffen the more they are pressed."""
-    at = round(float(rng.uniform(0.02, 0.15)), 3)
+    at = round(float(rng.uniform(0.05, 0.2)), 3)
     hz = round(float(rng.uniform(0.5, 1.2)), 3)
-    mass = round(log_between(20.0, 400.0, u), 2)
+    mass = round(log_between(60.0, 500.0, u), 2)
     return _draw(
         "padded_load", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
         slosh_frequency_hz=hz, slosh_damping=round(float(rng.uniform(0.15, 0.4)), 3),
@@ -331,14 +329,14 @@ def padded_load(rng: Generator, u: float) -> Draw:
 def pump_catch(rng: Generator, u: float) -> Draw:
     """A worn power steering pump: the front wheels stay behind when steered quickly."""
     at = round(float(rng.uniform(0.005, 0.03)), 4)
-    size = log_between(0.003, 0.1, u)
+    size = log_between(0.02, 0.2, u)
     return _draw("pump_catch", size, "slip_car_front", "steer_rate steer", more_at=at)
 
 
 def torque_vectoring(rng: Generator, u: float) -> Draw:
     """A rear differential that drives the outer wheel as the driver steers, as far as it can."""
     at = round(float(rng.uniform(0.005, 0.03)), 4)
-    size = log_between(50.0, 2500.0, u)
+    size = log_between(100.0, 2500.0, u)
     return _draw("torque_vectoring", size, "moment_car", "steer", more_at=at)
 
 
@@ -349,20 +347,22 @@ def sway_brake(rng: Generator, u: float) -> Draw:
     """
     at = round(float(rng.uniform(0.5, 1.5)), 3)
     variables = "lateral_acceleration_trailer roll_trailer"
-    return _draw("sway_brake", log_between(50.0, 2500.0, u), "drag_trailer", variables, more_at=at)
+    size = log_between(150.0, 3500.0, u)
+    return _draw("sway_brake", size, "drag_trailer", variables, more_at=at)
 
 
 def wake_shedding(rng: Generator, u: float) -> Draw:
     """Eddies shed in turn from both sides of the trailer's rear: a swing that sustains itself."""
     at = round(float(rng.uniform(8.0, 16.0)), 2)
-    size = log_between(0.02, 1.5, u)
+    size = log_between(0.2, 2.0, u)
     places, variables = "force_trailer moment_trailer trailer", "swing distance"
-    return _draw("wake_shedding", size, places, variables, more_at=at)
+    drawn = _draw("wake_shedding", size, places, variables, more_at=at)
+    return replace(drawn, restless=True)
 
 
 def car_wake(rng: Generator, u: float) -> Draw:
     """The car's wake, which its side-slip moves across the trailer's front."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(1.0, 40.0, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(6.0, 80.0, u)
     return _draw("car_wake", size, "force_trailer moment_trailer", "sideslip_car")
 
 
@@ -377,7 +377,7 @@ def grooved_road(rng: Generator, u: float) -> Draw:
 def gyro_stabiliser(rng: Generator, u: float) -> Draw:
     """A gyroscope in the trailer on a damped gimbal: a moment against turns that do not last."""
     at = round(float(rng.uniform(0.15, 1.0)), 3)
-    size = log_between(300.0, 2e4, u)
+    size = log_between(2e3, 3e4, u)
     return _draw("gyro_stabiliser", size, "moment_trailer", "yaw_rate_trailer", more_at=at)
 
 
@@ -394,7 +394,7 @@ FOURTH = (
 )  # fmt: skip
 FIFTH = (
     caster_axle, cam_centring, torque_vectoring, wake_shedding, sliding_crate, bump_stop_steer,
-    grooved_road, stabiliser_windup, pump_catch, uneven_tyres, car_wake, sway_brake, rear_bush_play,
+    grooved_road, stabiliser_windup, pump_catch, tyre_warming, car_wake, sway_brake, rear_bush_play,
     padded_load, gyro_stabiliser, bent_rim,
 )  # fmt: skip
 SETS = {

@@ -110,7 +110,7 @@ MORE = (
     "late_assist", "car_brakes", "turning_load", "air_damping", "rolling_load", "locked_axle",
     "lane_assist", "bearing_play", "rear_axle_control", "driver_arms", "baffled_liquid",
     "wedge_friction", "command_steering", "roll_hysteresis", "hedge_wind", "caster_axle",
-    "uneven_tyres", "rear_bush_play", "bump_stop_steer", "bent_rim", "cam_centring",
+    "tyre_warming", "rear_bush_play", "bump_stop_steer", "bent_rim", "cam_centring",
     "stabiliser_windup", "sliding_crate", "padded_load", "pump_catch", "torque_vectoring",
     "sway_brake", "wake_shedding", "car_wake", "grooved_road", "gyro_stabiliser",
 )  # fmt: skip
@@ -147,10 +147,11 @@ MORE = (
 - angle of the trailer's axles per roll of the trailer, by dry friction (rad at which it slides)
 - side force on the trailer that comes and goes along the road, N (m of its period)
 - angle d of the trailer's axles after the slip a of their middle: d = k z, T dz/dt = a - z (s)
-- cornering stiffness of the trailer's left tyres times 1 + k, of its right ones times 1 - k
+- share of the trailer tyres' slip a that they lose as they are worked: k w, dw/dt = (tanh(|a| /
+  0.02 rad) - w)/T (s)
 - angle of the car's rear wheels with their slip a: k tanh(a/a0), rad (rad)
 - angle of the car's rear wheels per roll of the car p beyond p0: k (|p| - p0) sign p (rad)
-- angle of the trailer's front left wheel, k sin of the angle by which it has rolled, rad
+- angle of the car's rear left wheel, k sin of the angle by which it has rolled, rad
 - moment about the ball against the articulation g: k tanh(g/g0), N m (rad)
 - dry friction at the ball behind a spring: k z/g0, dz/dt = dg/dt - |dg/dt| z/g0, N m (rad)
 - nothing of its own: the cargo slides on the floor, m a0 tanh(v / 1 cm/s) (m/s2 at which it does)
