@@ -18,6 +18,10 @@ import drives  # noqa: E402
 import effects  # noqa: E402
 import generate  # noqa: E402
 import recorder  # noqa: E402
+import unlisted  # noqa: E402
+
+from swaywatch.models import physics  # noqa: E402
+from swaywatch.models.multibody_vehicle import MORE  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +54,40 @@ def test_same_seed_same_recording(case, tmp_path):
     for run in ("run1", "run2"):
         (path,) = (folder / "cases" / name).glob(f"{run}.*")
         assert frames(path) == frames(tmp_path / "cases" / name / path.name)
+
+
+def test_unlisted_kinds_are_in_one_set_each_and_in_no_library():
+    names = [function.__name__ for kinds in unlisted.SETS.values() for function in kinds]
+    assert sorted(names) == sorted(MORE)
+    assert len(set(names)) == len(names)
+    listed = {path.stem for path in Path(physics.__file__).parent.glob("*.py")}
+    assert listed
+    assert not listed & set(names)
+
+
+@pytest.mark.parametrize("which", unlisted.SETS)
+def test_unlisted_kinds_come_in_turn_and_say_where_they_are(which):
+    kinds = unlisted.SETS[which]
+    for index in range(2 * len(kinds)):
+        (draw,) = generate.draw_case(5, index, which).draws
+        assert draw.answer["id"] == kinds[index % len(kinds)].__name__
+        assert draw.outside
+        assert draw.answer["places"]
+        assert draw.answer["variables"]
+        assert 0.4 <= draw.strength <= 1.0
+
+
+@pytest.mark.parametrize("index", [3, 15])
+def test_a_wind_that_never_rests_is_no_instability(index, tmp_path, monkeypatch):
+    """Driven as fast as the combination itself allows; the others as fast as they are stable."""
+    asked = []
+    monkeypatch.setattr(generate, "critical_speed", lambda plant: asked.append(plant) or 20.0)
+    monkeypatch.setattr(generate, "make_runs", lambda case, plants, *_: asked.extend(plants) or {})
+    generate.make_case(5, index, tmp_path / "cases", tmp_path / "answers", "opened-fifth")
+    restless = index == 3
+    assert asked[0] is asked[2 if restless else 1]
+    (draw,) = generate.draw_case(5, index, "opened-fifth").draws
+    assert (draw.answer["id"] == "wake_shedding") == restless
 
 
 def test_different_seeds_differ():

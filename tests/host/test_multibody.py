@@ -260,7 +260,24 @@ UNLISTED = {
     "command_steering": (0.05, 0.0),
     "roll_hysteresis": (0.5, 0.005),
     "hedge_wind": (500.0, 80.0),
+    "caster_axle": (0.3, 0.3),
+    "tyre_warming": (0.4, 2.0),
+    "rear_bush_play": (0.003, 0.005),
+    "bump_stop_steer": (0.3, 0.004),
+    "bent_rim": (0.01, 0.0),
+    "cam_centring": (1000.0, 0.01),
+    "stabiliser_windup": (300.0, 0.01),
+    "sliding_crate": (200.0, 0.5),
+    "padded_load": (200.0, 0.05),
+    "pump_catch": (0.05, 0.01),
+    "torque_vectoring": (1000.0, 0.01),
+    "sway_brake": (1500.0, 0.8),
+    "wake_shedding": (0.5, 12.0),
+    "car_wake": (15.0, 0.0),
+    "grooved_road": (0.1, 0.05),
+    "gyro_stabiliser": (5000.0, 0.4),
 }
+CARGO = ("rolling_load", "baffled_liquid", "sliding_crate", "padded_load")
 
 
 @pytest.mark.parametrize("kind", MORE)
@@ -269,7 +286,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     size, at = UNLISTED[kind]
     whole, here = planar.combination, planar.combination.car.mass_kg
     physics = Physics(more=kind, more_size=size, more_at=at)
-    if kind in ("rolling_load", "baffled_liquid"):
+    if kind in CARGO:
         physics = replace(physics, slosh_mass_kg=size)
     plant = Multibody(whole, physics)
     motion, healthy = impulse(plant, 100.0, 20.0), impulse(planar, 100.0, 20.0)
@@ -284,14 +301,93 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
     side, moment = _rest_of_the_trailer(whole.trailer, motion)
     assert (np.abs(side[inner]).max() > 4.0 * leans) == (
-        kind
-        in ("tarpaulin", "heading_wind", "gap_air", "rolling_load", "baffled_liquid", "hedge_wind")
+        kind in CARGO
+        or kind
+        in ("tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake")
     )
     turns = (
         "trailer_brakes", "tandem_scrub", "jackknife_stop", "hydraulic_hitch", "trailer_hubs",
-        "turning_load", "air_damping", "wedge_friction",
+        "turning_load", "air_damping", "wedge_friction", "cam_centring", "stabiliser_windup",
+        "gyro_stabiliser", "wake_shedding", "car_wake",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
+
+
+def _with(kind):
+    """The reference combination with one kind, after a steering impulse; of the size above."""
+    size, at = UNLISTED[kind]
+    cargo = {"slosh_mass_kg": size, "slosh_damping": 0.0} if kind in CARGO else {}
+    physics = Physics(more=kind, more_size=size, more_at=at, **cargo)
+    return impulse(Multibody(reference_combination(), physics), 100.0, 20.0)
+
+
+@pytest.mark.parametrize("kind", ["stabiliser_windup", "cam_centring", "gyro_stabiliser"])
+def test_passive_moments_put_no_energy_in(kind):
+    motion = _with(kind)
+    _, moment = _rest_of_the_trailer(reference_combination().trailer, motion)
+    turns = motion.trailer_yaw_rate_rad_s
+    if kind != "gyro_stabiliser":  # it acts on both bodies
+        turns = turns - motion.yaw_rate_rad_s
+    work = np.cumsum(moment * turns)[50:-50] * 0.002
+    # the wheels' lean and the differences leave a moment of some 10 N m
+    turned = np.abs(turns).sum() * 0.002
+    assert work.max() < 10.0 * turned
+    lost = 0.2 if kind == "cam_centring" else 0.8
+    assert (work[-1] < -lost * np.ptp(work)) == (kind != "cam_centring")
+
+
+def test_gyroscope_lets_a_lasting_turn_be():
+    """Its moment fades within the gimbal's time although the trailer goes on turning."""
+    size, at = UNLISTED["gyro_stabiliser"]
+    time = np.arange(0.0, 12.0, 0.01)
+    wheel = np.radians(30.0) * np.clip(time - 1.0, 0.0, 1.0)
+    physics = Physics(more="gyro_stabiliser", more_size=size, more_at=at)
+    plant = Multibody(reference_combination(), physics)
+    motion = plant.run(Inputs(time, wheel, np.full_like(time, 15.0)))
+    _, moment = _rest_of_the_trailer(reference_combination().trailer, motion)
+    left = np.zeros_like(moment)
+    for i in range(1, left.size):
+        left[i] = left[i - 1] + 0.002 / at * (motion.trailer_yaw_rate_rad_s[i - 1] - left[i - 1])
+    said = -size * (motion.trailer_yaw_rate_rad_s - left)
+    assert np.abs(said).max() > 200.0
+    assert np.abs(moment[-100:-50]).max() < 0.15 * np.abs(said).max()
+    assert np.abs((moment - said)[50:-50]).max() < 0.15 * np.abs(said).max()
+
+
+def test_crate_is_pushed_no_harder_than_its_friction():
+    size, at = UNLISTED["sliding_crate"]
+    motion, trailer = _with("sliding_crate"), reference_combination().trailer
+    side, _ = _rest_of_the_trailer(trailer, motion)
+    push = size * motion.trailer_acceleration_m_s2 - side  # what the trailer does to the crate
+    assert 0.97 * size * at < np.abs(push[50:-50]).max() < 1.1 * size * at
+
+
+def test_brakes_against_sway_pull_the_hitch_back(planar):
+    """As strong as the acceleration beyond their threshold says, and not at all below it."""
+    size, at = UNLISTED["sway_brake"]
+    motion, healthy = _with("sway_brake"), impulse(planar, 100.0, 20.0)
+    pull = -(motion.hitch_x_n - healthy.hitch_x_n)
+    beyond = size * max(np.abs(motion.trailer_acceleration_m_s2).max() - at, 0.0)
+    assert beyond > 500.0
+    assert 0.2 * beyond < pull.max() < 1.1 * beyond
+    still = motion.time_s < 0.5
+    assert np.abs(pull[still]).max() < 1.0
+
+
+def test_eddies_go_with_the_distance():
+    """They sustain themselves on a straight road; their frequency is the speed over a length."""
+    size, at = UNLISTED["wake_shedding"]
+    plant = Multibody(
+        reference_combination(), Physics(more="wake_shedding", more_size=size, more_at=at)
+    )
+    for speed in (18.0, 27.0):
+        motion = impulse(plant, 3.6 * speed, 1.0, until=30.0)
+        late = motion.time_s > 10.0
+        sway = motion.trailer_acceleration_m_s2[late]
+        spectrum = np.abs(np.fft.rfft(sway * np.hanning(sway.size), 1 << 16))
+        hz = np.argmax(spectrum) / ((1 << 16) * 0.002)
+        assert hz == pytest.approx(speed / at, rel=0.05)
+        assert np.abs(sway[-2000:]).max() > 0.8 * np.abs(sway[:2000]).max()
 
 
 def _rest_of_the_trailer(trailer, motion):

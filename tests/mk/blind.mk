@@ -33,8 +33,9 @@ proof-springs: setup
 	@$(PY) $(BLIND)/score.py --answers $(SPRINGS_OUT)/answers --diagnoses $(SPRINGS_OUT)/diagnoses \
 	    --out $(SPRINGS_OUT)/score.json
 
-# Physics that no library lists, six kinds to build on (build), and four sets of six that were opened
-# once (opened-once, opened-second, opened-third, opened-fourth): what law is found, where, of what.
+# Physics that no library lists, six kinds to build on (build), four sets of six that were opened
+# once (opened-once, opened-second, opened-third, opened-fourth), and sixteen to open once
+# (opened-fifth, seed 8209): what law is found, where, of what.
 .PHONY: proof-unlisted
 UNLISTED ?= build
 UNLISTED_SEED ?= 4001

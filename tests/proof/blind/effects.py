@@ -37,6 +37,7 @@ class Draw:
     sensors : per signal {"delay": s, "gain": 1, "roll_gravity": rad per m/s2, ...}.
     user : change to what the user believes, vehicle key to factor (true / believed).
     outside : not in the library of effects.
+    restless : it keeps the combination moving at any speed, which is no instability.
     """
 
     answer: dict[str, Any]
@@ -50,6 +51,7 @@ class Draw:
     sensors: dict[str, dict[str, Any]] = field(default_factory=dict)
     user: dict[str, float] = field(default_factory=dict)
     outside: bool = False
+    restless: bool = False
     fault: bool = False
     vertical: bool = False
 

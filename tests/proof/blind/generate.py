@@ -423,7 +423,8 @@ def make_case(seed: int, index: int, out: Path, answers: Path, only: str | None 
         return name
     case = draw_case(seed, index, only)
     plants = case.plant(), case.plant(healthy=True)
-    top = 0.99 * critical_speed(plants[0])
+    restless = any(draw.restless for draw in case.draws)
+    top = 0.99 * critical_speed(plants[1] if restless else plants[0])
     for attempt in range(4):
         for folder in (out / name, answers / name):
             shutil.rmtree(folder, ignore_errors=True)

@@ -1,7 +1,8 @@
-"""Thirty kinds of physics that no library lists: six to build on, the rest opened once each.
+"""Forty-six kinds of physics that no library lists: six to build on, the rest for one opening each.
 
 Written down before the discovery was tried on any of them (the third and the fourth six on
-2026-11-23, the last six on 2026-11-24, each after the six before had been opened and learnt from).
+2026-11-23, the fifth six on 2026-11-24, each after the six before had been opened and learnt from;
+the last sixteen on 2026-11-26 by someone who had not seen how laws are searched for).
 A kind counts as found where a law is claimed at one of its places and of one of its variables
 (`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
 two variables in phase are one. Values of the file are exact and all sensors there: within
@@ -250,6 +251,136 @@ def hedge_wind(rng: Generator, u: float) -> Draw:
     return _draw("hedge_wind", size, "force_trailer", "distance", more_at=at)
 
 
+def caster_axle(rng: Generator, u: float) -> Draw:
+    """A self-steering axle of the trailer: its wheels turn after their slip, held by a damper."""
+    at = round(float(rng.uniform(0.1, 0.8)), 3)
+    size = log_between(0.1, 0.7, u)
+    variables = "slip_trailer sideslip_trailer"
+    return _draw("caster_axle", size, "slip_trailer force_trailer", variables, more_at=at)
+
+
+def tyre_warming(rng: Generator, u: float) -> Draw:
+    """Treads of the trailer's tyres that soften as they are worked, and recover."""
+    at = round(float(rng.uniform(1.0, 5.0)), 2)
+    size = log_between(0.05, 0.6, u)
+    variables = "slip_trailer sideslip_trailer"
+    return _draw("tyre_warming", size, "slip_trailer force_trailer", variables, more_at=at)
+
+
+def rear_bush_play(rng: Generator, u: float) -> Draw:
+    """Worn bushes of the car's rear axle: its wheels give way to a side force, up to a stop."""
+    gain = float(rng.uniform(0.3, 0.8))
+    size = log_between(2e-4, 1e-2, u)
+    at = round(size / gain, 6)
+    return _draw("rear_bush_play", size, "slip_car_rear", "slip_car_rear", more_at=at)
+
+
+def bump_stop_steer(rng: Generator, u: float) -> Draw:
+    """Rear axle of a car that the nose load has lowered: it steers once a bump stop is touched.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.002, 0.012)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.05, 0.6, u)
+    variables = "roll_car lateral_acceleration_car"
+    return _draw("bump_stop_steer", size, "slip_car_rear", variables, more_at=at)
+
+
+def bent_rim(rng: Generator, u: float) -> Draw:
+    """One rear wheel of the car wobbles as it turns."""
+    return _draw("bent_rim", log_between(0.004, 0.03, u), "slip_car_rear", "distance")
+
+
+def cam_centring(rng: Generator, u: float) -> Draw:
+    """Cams at the drawbar that hold it straight, no more than so strongly."""
+    at = round(float(rng.uniform(0.005, 0.03)), 4)
+    return _draw("cam_centring", log_between(60.0, 3000.0, u), "hitch", "articulation", more_at=at)
+
+
+def stabiliser_windup(rng: Generator, u: float) -> Draw:
+    """Friction pads at the ball whose arm gives way before they slide."""
+    at = round(float(rng.uniform(0.004, 0.03)), 4)
+    variables = "articulation articulation_rate"
+    return _draw("stabiliser_windup", log_between(60.0, 800.0, u), "hitch", variables, more_at=at)
+
+
+def sliding_crate(rng: Generator, u: float) -> Draw:
+    """A crate on the trailer's floor that slides where friction does not hold it."""
+    at = round(float(rng.uniform(0.5, 2.0)), 3)
+    mass = round(log_between(20.0, 400.0, u), 2)
+    variables = "swing lateral_acceleration_trailer"
+    return _draw(
+        "sliding_crate", mass, "trailer force_trailer", variables, more_at=at, slosh_mass_kg=mass,
+        slosh_damping=0.0,
+    )  # fmt: skip
+
+
+def padded_load(rng: Generator, u: float) -> Draw:
+    """A horse, or a boat, between pads that stiffen the more they are pressed."""
+    at = round(float(rng.uniform(0.05, 0.2)), 3)
+    hz = round(float(rng.uniform(0.5, 1.2)), 3)
+    mass = round(log_between(60.0, 500.0, u), 2)
+    return _draw(
+        "padded_load", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=hz, slosh_damping=round(float(rng.uniform(0.15, 0.4)), 3),
+    )  # fmt: skip
+
+
+def pump_catch(rng: Generator, u: float) -> Draw:
+    """A worn power steering pump: the front wheels stay behind when steered quickly."""
+    at = round(float(rng.uniform(0.005, 0.03)), 4)
+    size = log_between(0.02, 0.2, u)
+    return _draw("pump_catch", size, "slip_car_front", "steer_rate steer", more_at=at)
+
+
+def torque_vectoring(rng: Generator, u: float) -> Draw:
+    """A rear differential that drives the outer wheel as the driver steers, as far as it can."""
+    at = round(float(rng.uniform(0.005, 0.03)), 4)
+    size = log_between(100.0, 2500.0, u)
+    return _draw("torque_vectoring", size, "moment_car", "steer", more_at=at)
+
+
+def sway_brake(rng: Generator, u: float) -> Draw:
+    """Trailer brakes, both sides alike, that a lateral acceleration of the trailer applies.
+
+    The force acts along the trailer; across it nothing acts but the pull of the hitch.
+    """
+    at = round(float(rng.uniform(0.5, 1.5)), 3)
+    variables = "lateral_acceleration_trailer roll_trailer"
+    size = log_between(150.0, 3500.0, u)
+    return _draw("sway_brake", size, "drag_trailer", variables, more_at=at)
+
+
+def wake_shedding(rng: Generator, u: float) -> Draw:
+    """Eddies shed in turn from both sides of the trailer's rear: a swing that sustains itself."""
+    at = round(float(rng.uniform(8.0, 16.0)), 2)
+    size = log_between(0.2, 2.0, u)
+    places, variables = "force_trailer moment_trailer trailer", "swing distance"
+    drawn = _draw("wake_shedding", size, places, variables, more_at=at)
+    return replace(drawn, restless=True)
+
+
+def car_wake(rng: Generator, u: float) -> Draw:
+    """The car's wake, which its side-slip moves across the trailer's front."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(6.0, 80.0, u)
+    return _draw("car_wake", size, "force_trailer moment_trailer", "sideslip_car")
+
+
+def grooved_road(rng: Generator, u: float) -> Draw:
+    """Grooves along the road, which all tyres follow as long as they cross them slowly."""
+    at = round(float(rng.uniform(0.02, 0.08)), 4)
+    places = "slip_car_front slip_car_rear slip_trailer"
+    variables = "heading heading_car heading_trailer"
+    return _draw("grooved_road", log_between(0.005, 0.3, u), places, variables, more_at=at)
+
+
+def gyro_stabiliser(rng: Generator, u: float) -> Draw:
+    """A gyroscope in the trailer on a damped gimbal: a moment against turns that do not last."""
+    at = round(float(rng.uniform(0.15, 1.0)), 3)
+    size = log_between(2e3, 3e4, u)
+    return _draw("gyro_stabiliser", size, "moment_trailer", "yaw_rate_trailer", more_at=at)
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
@@ -261,9 +392,14 @@ THIRD = (
 FOURTH = (
     driver_arms, baffled_liquid, wedge_friction, command_steering, roll_hysteresis, hedge_wind,
 )  # fmt: skip
+FIFTH = (
+    caster_axle, cam_centring, torque_vectoring, wake_shedding, sliding_crate, bump_stop_steer,
+    grooved_road, stabiliser_windup, pump_catch, tyre_warming, car_wake, sway_brake, rear_bush_play,
+    padded_load, gyro_stabiliser, bent_rim,
+)  # fmt: skip
 SETS = {
     "build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND, "opened-third": THIRD,
-    "opened-fourth": FOURTH,
+    "opened-fourth": FOURTH, "opened-fifth": FIFTH,
 }  # fmt: skip
 
 

@@ -66,12 +66,18 @@ AIR_DENSITY, SIDE_AREA = 1.2, 5.0
     TRAILER_BRAKES, HYDRAULIC, REAR_STEERS, SCRUB, GAP_AIR, TRAILER_HUBS, VARIABLE_RATIO,
     LATE_ASSIST, CAR_BRAKES, TURNING_LOAD, AIR_DAMPING, ROLLING_LOAD, LOCKED_AXLE, LANE_ASSIST,
     BEARING_PLAY, REAR_CONTROL, DRIVER_ARMS, BAFFLED_LIQUID, WEDGE_FRICTION, COMMAND_STEERING,
-    ROLL_HYSTERESIS, HEDGE_WIND,
-) = range(1, 31)  # fmt: skip
+    ROLL_HYSTERESIS, HEDGE_WIND, CASTER_AXLE, TYRE_WARMING, REAR_BUSH_PLAY, BUMP_STOP_STEER,
+    BENT_RIM, CAM_CENTRING, STABILISER_WINDUP, SLIDING_CRATE, PADDED_LOAD, PUMP_CATCH,
+    TORQUE_VECTORING, SWAY_BRAKE, WAKE_SHEDDING, CAR_WAKE, GROOVED_ROAD, GYRO_STABILISER,
+) = range(1, 47)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
 SLOW_RAD_S = 0.005
+SLIDES_M_S, WORKED_RAD, REAR_LEFT = 0.01, 0.02, 2
+RATE_S, BRAKE_S = 0.02, 0.15  # lag of a rate that is taken from an angle, of trailer brakes
+EDDY_GROWTH, EDDY_COUPLING = 0.3, 5.0  # the latter 12 over the trailer's width (Facchinetti 2004)
+EDDIES_BEHIND_M, NOSE_AHEAD_M = 2.0, 2.5
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
 SPEED_GAIN, INTEGRAL_GAIN = 0.8, 0.2  # of the driver who holds the speed, 1/s and 1/s2
 _G = 9.81
@@ -296,17 +302,23 @@ def _loads(g: Any, wheels: Any, view: Any, z: Any, load: Any, work: Any, out: An
 
 
 @njit(cache=True)
+def _beyond(value: float, at: float) -> float:
+    """What of a value lies beyond `at`, on either side."""
+    return math.copysign(max(abs(value) - at, 0.0), value)
+
+
+@njit(cache=True)
 def _more_steer(g: Any, z: Any, rate: float, wheel: int, slip: float, out: Any) -> float:
     """Steering of a wheel's axle by physics that nobody lists, rad; `slip` is without it."""
+    if g[G_MORE] == GROOVED_ROAD:
+        heading = out[O_YAW1] if wheel < 4 else out[O_YAW2]
+        return float(-g[G_MORE_SIZE] * g[G_MORE_AT] * math.tanh(heading / g[G_MORE_AT]))
     if wheel >= 4:
         return float(_more_of_trailer_axles(g, z, slip, out))
-    kind, angle = g[G_MORE], 0.0
     if wheel >= 2:
-        if kind == REAR_STEERS:
-            angle = out[O_STEER]
-        elif kind == REAR_CONTROL:
-            angle = z[Z_MORE]
-    elif kind in (LATE_ASSIST, DRIVER_ARMS):
+        return float(g[G_MORE_SIZE] * _more_of_rear_axle(g, z, wheel, slip, out))
+    kind, angle = g[G_MORE], 0.0
+    if kind in (LATE_ASSIST, DRIVER_ARMS):
         angle = z[Z_MORE]
     elif kind == TOW_ASSIST:
         angle = rate
@@ -314,7 +326,26 @@ def _more_steer(g: Any, z: Any, rate: float, wheel: int, slip: float, out: Any) 
         angle = out[O_STEER] * abs(out[O_STEER])
     elif kind == LANE_ASSIST:
         angle = -out[O_YAW1]
+    elif kind == PUMP_CATCH:
+        angle = -_beyond((out[O_STEER] - z[Z_MORE]) / RATE_S, g[G_MORE_AT])
     return float(g[G_MORE_SIZE] * angle)
+
+
+@njit(cache=True)
+def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> float:
+    """The same of the car's rear axle, or of one wheel that is bent, over its size."""
+    kind, angle = g[G_MORE], 0.0
+    if kind == REAR_STEERS:
+        angle = out[O_STEER]
+    elif kind == REAR_CONTROL:
+        angle = z[Z_MORE]
+    elif kind == REAR_BUSH_PLAY:
+        angle = math.tanh(slip / g[G_MORE_AT])
+    elif kind == BENT_RIM and wheel == REAR_LEFT:
+        angle = math.sin(z[Z_MORE] / g[G_RADIUS])
+    elif kind == BUMP_STOP_STEER:
+        angle = _beyond(out[O_ROLL1], g[G_MORE_AT])
+    return float(angle)
 
 
 @njit(cache=True)
@@ -327,37 +358,61 @@ def _more_of_trailer_axles(g: Any, z: Any, slip: float, out: Any) -> float:
         return float(size * (out[O_YAW2] - out[O_YAW1]))
     if kind == COMMAND_STEERING:
         return float(size * out[O_RATE1])
-    if kind in (AXLE_HYSTERESIS, ROLL_HYSTERESIS):
+    if kind in (AXLE_HYSTERESIS, ROLL_HYSTERESIS, CASTER_AXLE):
         return float(size * z[Z_MORE])
+    if kind == TYRE_WARMING:
+        return float(size * z[Z_MORE] * slip)
     return 0.0
 
 
 @njit(cache=True)
 def _more_moments(g: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
     """Moments of physics that nobody lists."""
-    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
     hitch = int(g[G_HITCH_DOF])
-    rate, angle = view.qvel[hitch], out[O_YAW2] - out[O_YAW1]
+    rate = view.qvel[hitch]
+    view.qfrc[hitch] -= _more_at_hitch(g, z, rate, out)
+    view.xfrc[trailer, 5] += _more_of_trailer(g, z, rate, out)
+    view.xfrc[CAR, 5] += _more_of_car(g, rate, out)
+
+
+@njit(cache=True)
+def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
+    """Moment about the ball against the articulation, N m."""
+    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+    angle = out[O_YAW2] - out[O_YAW1]
     if kind == STOP:
-        view.qfrc[hitch] -= math.copysign(size * max(abs(angle) - at, 0.0), angle)
-    elif kind == HYDRAULIC:
-        view.qfrc[hitch] -= size * abs(rate) * rate
-    elif kind == TRAILER_BRAKES:
-        r = out[O_RATE2]
-        view.xfrc[trailer, 5] -= math.copysign(size * max(abs(r) - at, 0.0), r)
+        return float(math.copysign(size * max(abs(angle) - at, 0.0), angle))
+    if kind == HYDRAULIC:
+        return float(size * abs(rate) * rate)
+    if kind == WEDGE_FRICTION:
+        return float(size * abs(angle) * math.tanh(rate / SLOW_RAD_S))
+    if kind == CAM_CENTRING:
+        return float(size * math.tanh(angle / at))
+    if kind == STABILISER_WINDUP:
+        return float(size * z[Z_MORE] / at)
+    return 0.0
+
+
+@njit(cache=True)
+def _more_of_trailer(g: Any, z: Any, rate: float, out: Any) -> float:
+    """Yaw moment on the trailer, N m."""
+    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+    r, moment = out[O_RATE2], 0.0
+    if kind == TRAILER_BRAKES:
+        moment = -math.copysign(size * max(abs(r) - at, 0.0), r)
     elif kind == SCRUB:
-        view.xfrc[trailer, 5] -= size * math.tanh(out[O_RATE2] / SLOW_RAD_S)
+        moment = -size * math.tanh(r / SLOW_RAD_S)
     elif kind == TRAILER_HUBS:
-        view.xfrc[trailer, 5] -= size * math.tanh(rate / at)
+        moment = -size * math.tanh(rate / at)
     elif kind == TURNING_LOAD:
         omega = g[G_MORE_HZ]
         pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
-        view.xfrc[trailer, 5] += size * pull
+        moment = size * pull
     elif kind == AIR_DAMPING:
-        view.xfrc[trailer, 5] -= size * out[O_SPEED] * out[O_RATE2]
-    elif kind == WEDGE_FRICTION:
-        view.qfrc[hitch] -= size * abs(angle) * math.tanh(rate / SLOW_RAD_S)
-    view.xfrc[CAR, 5] += _more_of_car(g, rate, out)
+        moment = -size * out[O_SPEED] * r
+    elif kind == GYRO_STABILISER:
+        moment = -size * (r - z[Z_MORE])
+    return float(moment)
 
 
 @njit(cache=True)
@@ -368,6 +423,8 @@ def _more_of_car(g: Any, rate: float, out: Any) -> float:
         return float(math.copysign(size * max(abs(rate) - at, 0.0), rate))
     if kind == LOCKED_AXLE:
         return float(-size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0))))
+    if kind == TORQUE_VECTORING:
+        return float(size * math.tanh(out[O_STEER] / at))
     return 0.0
 
 
@@ -379,7 +436,7 @@ def _more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         zdot[Z_MORE] = (out[O_RATE1] - z[Z_MORE]) / at
     elif kind == LATE_ASSIST:
         zdot[Z_MORE] = (out[O_YAW2] - out[O_YAW1] - z[Z_MORE]) / at
-    elif kind == AXLE_HYSTERESIS:
+    elif kind in (AXLE_HYSTERESIS, STABILISER_WINDUP):
         zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / at
     elif kind == ROLL_HYSTERESIS:  # of a planar trailer
         rolls = z[Z_ROLL + 3]
@@ -389,8 +446,32 @@ def _more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = omega * omega * (out[O_RATE1] - z[Z_MORE])
         zdot[Z_MORE + 1] -= 2.0 * ARMS_DAMPING * omega * z[Z_MORE + 1]
-    elif kind == HEDGE_WIND:
+    elif kind in (HEDGE_WIND, BENT_RIM):
         zdot[Z_MORE] = out[O_SPEED]
+    elif kind == GYRO_STABILISER:
+        zdot[Z_MORE] = (out[O_RATE2] - z[Z_MORE]) / at
+    elif kind == PUMP_CATCH:
+        zdot[Z_MORE] = (out[O_STEER] - z[Z_MORE]) / RATE_S
+    else:
+        _more_of_sway(g, z, zdot, out)
+
+
+@njit(cache=True)
+def _more_of_sway(g: Any, z: Any, zdot: Any, out: Any) -> None:
+    """What a planar trailer's lateral acceleration moves: its brakes, or eddies behind it.
+
+    These are an oscillator after van der Pol.
+    """
+    lateral = z[Z_ROLL + 2] / g[G_TRAILER_ROLL_GAIN]
+    if g[G_MORE] == SWAY_BRAKE:
+        zdot[Z_MORE] = (max(abs(lateral) - g[G_MORE_AT], 0.0) - z[Z_MORE]) / BRAKE_S
+    if g[G_MORE] != WAKE_SHEDDING:
+        return
+    omega = TURN * out[O_SPEED] / g[G_MORE_AT]
+    q, change = z[Z_MORE], z[Z_MORE + 1]
+    zdot[Z_MORE] = change
+    zdot[Z_MORE + 1] = EDDY_COUPLING * lateral - omega**2 * q
+    zdot[Z_MORE + 1] -= EDDY_GROWTH * omega * (q * q - 1.0) * change
 
 
 @njit(cache=True)
@@ -400,10 +481,6 @@ def _more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any
     `beta` and `pressure` (half the air's density times speed squared) are of that body.
     """
     kind, size, omega = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_HZ]
-    if kind == CAR_AIR:
-        return float(-size * pressure * beta)
-    if kind == GAP_AIR:
-        return float(-size * pressure * (out[O_YAW2] - out[O_YAW1]))
     if kind in (HEADING_WIND, HEDGE_WIND):
         turns = kind == HEADING_WIND
         return float(size * math.sin(out[O_YAW2] if turns else TURN * z[Z_MORE] / g[G_MORE_AT]))
@@ -415,7 +492,29 @@ def _more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any
     if kind == ROOF_LOAD:
         pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
         return float(size * pull)
+    return float(-size * pressure * _more_of_flow(g, z, beta, out))
+
+
+@njit(cache=True)
+def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
+    """Side force of the air over its size and pressure, 1; positive is against it."""
+    kind = g[G_MORE]
+    if kind == CAR_AIR:
+        return beta
+    if kind == GAP_AIR:
+        return float(out[O_YAW2] - out[O_YAW1])
+    if kind == WAKE_SHEDDING:
+        return float(-z[Z_MORE])
+    if kind == CAR_WAKE:
+        return float(-math.atan2(_across(out, O_CAR_VX), out[O_SPEED]))
     return 0.0
+
+
+@njit(cache=True)
+def _across(out: Any, column: int) -> float:
+    """Part of a world velocity, from this column on, across the car."""
+    c, s = math.cos(out[O_YAW1]), math.sin(out[O_YAW1])
+    return float(c * out[column + 1] - s * out[column])
 
 
 @njit(cache=True)
@@ -437,6 +536,11 @@ def _tyres(
         at[SPEED] = max(c * at[3] + s * at[4], 1.0)
         at[TRAVEL] = math.atan2(c * at[4] - s * at[3], at[SPEED])
     out[O_STEER] = _steer(g, wheels, u, z, work, load, play)
+    if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING):
+        middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
+        if g[G_MORE] == TYRE_WARMING:
+            middle = math.tanh(abs(middle) / WORKED_RAD)
+        zdot[Z_MORE] = (middle - z[Z_MORE]) / g[G_MORE_AT]
     for i in range(8):
         w = wheels[i]
         roll = out[O_ROLL1] if i < 4 else out[O_ROLL2]
@@ -451,6 +555,8 @@ def _tyres(
         force = _wheel_force(g, w, u, load[i], slip)
         out[O_FY + i] = force
         along = 0.5 * drive * w[W_STEERED] - w[W_DRAG]
+        if g[G_MORE] == SWAY_BRAKE and i >= 4:
+            along -= 0.25 * g[G_MORE_SIZE] * z[Z_MORE]
         yaw = steer + (out[O_YAW1] if i < 4 else out[O_YAW2])
         c, s = math.cos(yaw), math.sin(yaw)
         fx, fy = c * along - s * force, s * along + c * force
@@ -464,19 +570,26 @@ def _tyres(
 
 @njit(cache=True)
 def _stretch(g: Any, z: Any) -> float:
-    """Of the spring that holds the cargo, m; a load that rolls is free between its boards."""
+    """Of the spring that holds the cargo, m; a load that rolls is free between its boards.
+
+    Pads stiffen, as if they were pressed by more; friction alone holds a crate.
+    """
     q = z[Z_SLOSH]
-    if g[G_MORE] != ROLLING_LOAD:
-        return float(q)
-    return math.copysign(max(abs(q) - g[G_MORE_AT], 0.0), q)
+    if g[G_MORE] == ROLLING_LOAD:
+        return _beyond(q, g[G_MORE_AT])
+    if g[G_MORE] == PADDED_LOAD:
+        return float(q * (1.0 + (q / g[G_MORE_AT]) ** 2))
+    return 0.0 if g[G_MORE] == SLIDING_CRATE else float(q)
 
 
 @njit(cache=True)
 def _baffled(g: Any, z: Any) -> float:
-    """Deceleration of a liquid between baffles by the square of its rate, m/s2."""
-    if g[G_MORE] != BAFFLED_LIQUID:
-        return 0.0
-    return float(abs(z[Z_SLOSH + 1]) * z[Z_SLOSH + 1] / g[G_MORE_AT])
+    """Deceleration of a liquid by baffles, with the square of its rate, or by friction, m/s2."""
+    if g[G_MORE] == BAFFLED_LIQUID:
+        return float(abs(z[Z_SLOSH + 1]) * z[Z_SLOSH + 1] / g[G_MORE_AT])
+    if g[G_MORE] == SLIDING_CRATE:
+        return float(g[G_MORE_AT] * math.tanh(z[Z_SLOSH + 1] / SLIDES_M_S))
+    return 0.0
 
 
 @njit(cache=True)
@@ -526,6 +639,10 @@ def _bodies(
         return
     side2 = _more_side(g, z, zdot, beta, 0.5 * AIR_DENSITY * v2 * v2, out)
     _push(view, trailer, cog2, -s2 * side2, c2 * side2, 0.0)
+    if g[G_MORE] == WAKE_SHEDDING:
+        view.xfrc[trailer, 5] -= EDDIES_BEHIND_M * side2
+    elif g[G_MORE] == CAR_WAKE:
+        view.xfrc[trailer, 5] += NOSE_AHEAD_M * side2
     out[O_FORCE_X] -= s2 * side2
     out[O_FORCE_Y] += c2 * side2
 

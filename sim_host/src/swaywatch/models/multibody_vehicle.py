@@ -109,7 +109,10 @@ MORE = (
     "rear_wheel_steering", "tandem_scrub", "gap_air", "trailer_hubs", "variable_ratio",
     "late_assist", "car_brakes", "turning_load", "air_damping", "rolling_load", "locked_axle",
     "lane_assist", "bearing_play", "rear_axle_control", "driver_arms", "baffled_liquid",
-    "wedge_friction", "command_steering", "roll_hysteresis", "hedge_wind",
+    "wedge_friction", "command_steering", "roll_hysteresis", "hedge_wind", "caster_axle",
+    "tyre_warming", "rear_bush_play", "bump_stop_steer", "bent_rim", "cam_centring",
+    "stabiliser_windup", "sliding_crate", "padded_load", "pump_catch", "torque_vectoring",
+    "sway_brake", "wake_shedding", "car_wake", "grooved_road", "gyro_stabiliser",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -143,6 +146,26 @@ MORE = (
 - angle of the trailer's axles per yaw rate of the car, s
 - angle of the trailer's axles per roll of the trailer, by dry friction (rad at which it slides)
 - side force on the trailer that comes and goes along the road, N (m of its period)
+- angle d of the trailer's axles after the slip a of their middle: d = k z, T dz/dt = a - z (s)
+- share of the trailer tyres' slip a that they lose as they are worked: k w, dw/dt = (tanh(|a| /
+  0.02 rad) - w)/T (s)
+- angle of the car's rear wheels with their slip a: k tanh(a/a0), rad (rad)
+- angle of the car's rear wheels per roll of the car p beyond p0: k (|p| - p0) sign p (rad)
+- angle of the car's rear left wheel, k sin of the angle by which it has rolled, rad
+- moment about the ball against the articulation g: k tanh(g/g0), N m (rad)
+- dry friction at the ball behind a spring: k z/g0, dz/dt = dg/dt - |dg/dt| z/g0, N m (rad)
+- nothing of its own: the cargo slides on the floor, m a0 tanh(v / 1 cm/s) (m/s2 at which it does)
+- nothing of its own: the cargo's spring stiffens, 1 + (q/q0)^2 (m to twice the stiffness)
+- angle of the front wheels lost to their rate r beyond r0: k (|r| - r0) sign r, s (rad/s)
+- yaw moment on the car with the angle d of its front wheels: k tanh(d/d0), N m (rad)
+- drag of all trailer wheels per lateral acceleration a of the trailer beyond a0: k (|a| - a0),
+  0.15 s late, N s2/m (m/s2)
+- area A of eddies at the trailer's rear, F = A p q with the dynamic pressure p, 2 m behind its COG:
+  d2q/dt2 + 0.3 w (q^2 - 1) dq/dt + w^2 q = 5 a, w = 2 pi v/L, a lateral acceleration, m2 (m, L)
+- area times the slope of the trailer's air force over the car's side-slip, 2.5 m ahead of its COG,
+  m2/rad
+- angle of all wheels against the heading h of their body: k h0 tanh(h/h0) (rad)
+- yaw moment on the trailer against its yaw rate r: k (r - z), T dz/dt = r - z, N m s/rad (s)
 """
 
 
