@@ -665,11 +665,30 @@ class Search:
         """
         if id(parent) not in self._found:
             under = _followed(self._watched(parent, effects)[1][:POLISHED])
-            fits = _best_of_each(self.judge.side_by_side(self.released, under))
+            near = [*under, *self._as_believed(parent, effects)]
+            fits = _best_of_each(self.judge.side_by_side(self.released, near))
             if self.releases and not self.settled(parent, fits):
                 fits += self.constants(self.judge, parent, effects)
             self._found[id(parent)] = self._unbent(fits, parent, under)
         return self._found[id(parent)]
+
+    def _as_believed(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
+        """First effects that the vehicle as believed promises, under the observer.
+
+        Where values within their tolerances make up for an effect down to the noise, no course from
+        the calibrated vehicle shows it, and a fit from there ends where it began.
+        """
+        if parent.terms or not self.releases:
+            return []
+        rest = self.close.start()
+        price = 2.0 * np.log(len(self.effects))
+        found = [f for f in Linear(self.close, rest).best(effects) if f[0] > price]
+        starts = [
+            replace(rest, terms=(ActiveEffect(effect, values),))
+            for _, values, effect in found[:POLISHED]
+        ]
+        near = self.close.side_by_side(lambda f: self.close.run(f, 12), starts)
+        return _followed(_best_of_each(near))
 
     def _polished(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
         """Effects in windows, found under the observer and fitted where they are judged."""
