@@ -12,7 +12,7 @@ from swaywatch.diagnose.evidence import baselines
 from swaywatch.diagnose.evidence.baselines import Path, explore
 from swaywatch.diagnose.evidence.evidence import worth
 from swaywatch.diagnose.evidence.search import PROMISED, Candidate, Search
-from swaywatch.diagnose.evidence.verdict import SHOWN, _shown
+from swaywatch.diagnose.evidence.verdict import SHOWN, _shown, possible_of
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
@@ -151,3 +151,17 @@ def test_what_an_effect_must_promise_is_half_of_what_makes_it_worth_it(
         after.chi2, after.count = before.chi2 - share * least, COUNT
         assert worth(_fit(calibrated), before, after) is enough
     assert search._promised(search.judge, _fit(5.0, TERM), windowed=False) == 0.0
+
+
+def test_a_likelier_fit_at_a_bound_does_not_stand_for_a_claim() -> None:
+    """Else the claim's own effects are missing from what its confidence is a share of."""
+    most = FRICTION.parameters[0].high
+    at_bound = ActiveEffect(FRICTION, (most, *TERM.values[1:]))
+    damping = next(e for e in library() if e.name == "hitch_damping:hitch")
+    damped = ActiveEffect(damping, tuple(p.starts[0] for p in damping.parameters))
+    best, likelier, other = (
+        Candidate(_fit(1.0, term), _fit(2.0), evidence)
+        for term, evidence in ((TERM, -20.0), (at_bound, -10.0), (damped, -21.0))
+    )
+    found = possible_of(best, [likelier, best, other])
+    assert [c.evidence for c in found] == [-20.0, -21.0]

@@ -361,7 +361,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
         return result
     terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
     fit = _ordered(found, terms)
-    same = [c for c in each_once(every) if all(noticeable(t) for t in c.fit.terms)]
+    same = possible_of(best, every)
     behind, apart = _behind(search, same, best, noise)
     equals = [c for c, less in zip(same, behind, strict=True) if less > -apart]
     equivalents = [equivalents_of(term, terms, equals) for term in terms]
@@ -389,6 +389,14 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     if search.problem.free_start and not explained(base, fit):
         result.word = "unexplained"
     return result
+
+
+def possible_of(best: Candidate, every: Sequence[Candidate]) -> list[Candidate]:
+    """The claim and what could be claimed in its place, each set of effects once.
+
+    Of the same effects a likelier fit may have ended with a value at its bound: it says nothing.
+    """
+    return each_once([best, *(c for c in every if all(noticeable(t) for t in c.fit.terms))])
 
 
 def _behind(
