@@ -381,7 +381,7 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
     kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
     angle = out[O_YAW2] - out[O_YAW1]
     if kind == STOP:
-        return float(math.copysign(size * max(abs(angle) - at, 0.0), angle))
+        return float(size * _beyond(angle, at))
     if kind == HYDRAULIC:
         return float(size * abs(rate) * rate)
     if kind == WEDGE_FRICTION:
@@ -399,7 +399,7 @@ def _more_of_trailer(g: Any, z: Any, rate: float, out: Any) -> float:
     kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
     r, moment = out[O_RATE2], 0.0
     if kind == TRAILER_BRAKES:
-        moment = -math.copysign(size * max(abs(r) - at, 0.0), r)
+        moment = -size * _beyond(r, at)
     elif kind == SCRUB:
         moment = -size * math.tanh(r / SLOW_RAD_S)
     elif kind == TRAILER_HUBS:
@@ -420,7 +420,7 @@ def _more_of_car(g: Any, rate: float, out: Any) -> float:
     """Yaw moment on the car, N m."""
     kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
     if kind == CAR_BRAKES:
-        return float(math.copysign(size * max(abs(rate) - at, 0.0), rate))
+        return float(size * _beyond(rate, at))
     if kind == LOCKED_AXLE:
         return float(-size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0))))
     if kind == TORQUE_VECTORING:
