@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -12,7 +13,7 @@ from swaywatch.diagnose.evidence import baselines
 from swaywatch.diagnose.evidence.baselines import Path, explore
 from swaywatch.diagnose.evidence.evidence import worth
 from swaywatch.diagnose.evidence.search import PROMISED, Candidate, Search
-from swaywatch.diagnose.evidence.verdict import SHOWN, _shown, possible_of
+from swaywatch.diagnose.evidence.verdict import SHOWN, _clear, _clear_ones, _shown, possible_of
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
@@ -165,3 +166,26 @@ def test_a_likelier_fit_at_a_bound_does_not_stand_for_a_claim() -> None:
     )
     found = possible_of(best, [likelier, best, other])
     assert [c.evidence for c in found] == [-20.0, -21.0]
+
+
+@pytest.mark.parametrize(("error_nm", "claimed"), [(2.0, True), (30.0, False)])
+def test_an_effect_whose_interval_reaches_nothing_is_not_claimed(
+    error_nm: float, claimed: bool
+) -> None:
+    """Beside a second one that is clear it alone is left out."""
+    damping = next(e for e in library() if e.name == "hitch_damping:hitch")
+    clear = ActiveEffect(damping, tuple(100.0 * p.minimum for p in damping.parameters))
+    size = FRICTION.parameters[0].neutral + 20.0 * FRICTION.parameters[0].minimum
+    weak = ActiveEffect(FRICTION, (size, *TERM.values[1:]))
+    errors = [1e-3] * len(clear.values) + [error_nm] + [1e-3] * (len(weak.values) - 1)
+    fit = replace(_fit(1.0, clear, weak), covariance=np.diag(np.square(errors)))
+    assert _clear(fit, 0, 1.0)
+    assert _clear(fit, 1, 1.0) == claimed
+    alone = replace(_fit(1.02, clear), covariance=np.diag(np.square(errors[:1])))
+    judge = SimpleNamespace(run=lambda f, *_, **__: f)
+    search = cast("Search", SimpleNamespace(noise=1.0, judge=judge, without=lambda f, i: alone))
+    kept = _clear_ones(search, _fit(3.0), fit)
+    assert [t.effect.id for t in kept.terms] == ["hitch_damping", "hitch_friction"][: 1 + claimed]
+    needed = _fit(2.0, clear)  # without it more than noise is left
+    search = cast("Search", SimpleNamespace(noise=1.0, judge=judge, without=lambda f, i: needed))
+    assert _clear_ones(search, _fit(3.0), fit) is fit

@@ -321,7 +321,7 @@ class Search:
         effect only led out of there; where it is little, what was found is found from both.
         """
         before = self.baseline().fit
-        fit = self.judge.run(replace(found, terms=()), 12, tolerance=3e-4)
+        fit = self.judge.run(self._as_shifts(found), 12, tolerance=3e-4)
         if not fit.chi2 < (1.0 - DISCREPANCY) * before.chi2:
             return False
         self._base = Candidate(fit, fit)
@@ -329,6 +329,16 @@ class Search:
         stuck = before.chi2 - fit.chi2 > STUCK * (before.chi2 - found.chi2)
         self.noise = noise if stuck else min(self.noise, noise)
         return stuck
+
+    def _as_shifts(self, found: Fit) -> Fit:
+        """The vehicle of a fit without its effects; wrong values of the file stay what they are."""
+        beliefs, shift = self.problem.beliefs, found.shift.copy()
+        for term in found.terms:
+            at = beliefs.at.get(("vehicle", term.effect.component))
+            if term.effect.id == "parameter_error" and at is not None and beliefs.items[at].scaled:
+                tolerance = beliefs.items[at].tolerance
+                shift[at] = ((1.0 + shift[at] * tolerance) * term.values[0] - 1.0) / tolerance
+        return replace(found, terms=(), shift=shift)
 
     def released(self, fit: Fit, iterations: int = 10) -> Fit:
         """A fit under the observer, refitted with everything free where it is judged."""
@@ -665,11 +675,30 @@ class Search:
         """
         if id(parent) not in self._found:
             under = _followed(self._watched(parent, effects)[1][:POLISHED])
-            fits = _best_of_each(self.judge.side_by_side(self.released, under))
+            near = [*under, *self._as_believed(parent, effects)]
+            fits = _best_of_each(self.judge.side_by_side(self.released, near))
             if self.releases and not self.settled(parent, fits):
                 fits += self.constants(self.judge, parent, effects)
             self._found[id(parent)] = self._unbent(fits, parent, under)
         return self._found[id(parent)]
+
+    def _as_believed(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
+        """First effects that the vehicle as believed promises, under the observer.
+
+        Where values within their tolerances make up for an effect down to the noise, no course from
+        the calibrated vehicle shows it, and a fit from there ends where it began.
+        """
+        if parent.terms or not self.releases:
+            return []
+        rest = self.close.start()
+        price = 2.0 * np.log(len(self.effects))
+        found = [f for f in Linear(self.close, rest).best(effects) if f[0] > price]
+        starts = [
+            replace(rest, terms=(ActiveEffect(effect, values),))
+            for _, values, effect in found[:POLISHED]
+        ]
+        near = self.close.side_by_side(lambda f: self.close.run(f, 12), starts)
+        return _followed(_best_of_each(near))
 
     def _polished(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
         """Effects in windows, found under the observer and fitted where they are judged."""

@@ -18,6 +18,8 @@ from swaywatch.diagnose.evidence.baselines import (
     noticeable,
     noticeable_window,
 )
+from swaywatch.diagnose.evidence.calibration import NINETY
+from swaywatch.diagnose.evidence.calibration import noise as noise_factor
 from swaywatch.diagnose.evidence.evidence import (
     APART,
     BESIDE,
@@ -333,6 +335,55 @@ def _without_window(search: Search, fit: Fit, index: int, window: int) -> Fit:
     return fewer if short or fewer.chi2 < (1.0 + WINDOW_DISCREPANCY) * fit.chi2 else fit
 
 
+def _to_the_end(search: Search, base: Fit, best: Candidate) -> Candidate:
+    """What is claimed, fitted to the very end (weak effects sit in flat valleys), without the rest.
+
+    Its evidence stays that of the search unless an effect was left out.
+    """
+    exact = search.judge.run(best.fit, 20, tolerance=1e-7)
+    exact = _without_slight_windows(search, exact)
+    kept = replace(best, fit=_clear_ones(search, base, exact))
+    return kept if len(kept.fit.terms) == len(best.fit.terms) else search.weighed(kept)
+
+
+def _clear_ones(search: Search, base: Fit, fit: Fit) -> Fit:
+    """The fit without effects whose own interval reaches where they would not be worth a claim.
+
+    Such an effect lies in a valley in which the vehicle, or another effect, does nearly the same.
+    One is kept without which more than noise would be left.
+    """
+    while True:
+        unclear = [i for i in range(len(fit.terms)) if not _clear(fit, i, search.noise)]
+        if not unclear:
+            return fit
+        alone = len(fit.terms) == 1
+        rest = base if alone else min((search.without(fit, i) for i in unclear), key=_chi2)
+        if explained(base, fit) and not explained(base, rest):
+            return fit
+        fit = rest if alone else search.judge.run(rest, 20, tolerance=1e-7)
+
+
+def _chi2(fit: Fit) -> float:
+    return fit.chi2
+
+
+def _clear(fit: Fit, index: int, noise: float) -> bool:
+    """Tell whether some size of an effect is worth a claim at the near end of its interval, too."""
+    first = sum(len(t.values) for t in fit.terms[:index])
+    term = fit.terms[index]
+    sizes = [
+        j
+        for j in range(len(term.values))
+        if not term.is_edge(j) and term.parameter(j).minimum > 0.0 and not term.parameter(j).shapes
+    ]
+    for j in sizes:
+        p = term.parameter(j)
+        error = math.sqrt(abs(float(fit.covariance[first + j, first + j])) * noise)
+        if abs(term.values[j] - p.neutral) - p.minimum > NINETY * noise_factor() * error:
+            return True
+    return not sizes
+
+
 def _verdict(paths: Sequence[Path]) -> Verdict:
     chosen = max(paths, key=lambda p: p.search.weighed(p.best).evidence)
     alone = _alone(paths, chosen)
@@ -343,13 +394,12 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     best = search.weighed(chosen.best)
     every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
     base = search.weighed(chosen.base).fit
-    if best.fit.terms and best.evidence < plain.evidence + CLAIMED:
-        best = plain
+    if best.fit.terms and best.evidence >= plain.evidence + CLAIMED:
+        best = _to_the_end(search, base, best)
+    if not best.fit.terms or best.evidence < plain.evidence + CLAIMED:
+        best, base = plain, plain.fit
         search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
-        base = plain.fit
-    # weak effects sit in flat valleys: the one that is claimed is fitted to the very end
-    exact = search.judge.run(best.fit, 20, tolerance=1e-7) if best.fit.terms else best.fit
-    found = _beyond(search, _without_slight_windows(search, exact))
+    found = _beyond(search, best.fit)
     if not found.terms:
         result = Verdict(
             "consistent", plain.fit, plain.fit, search.problem,

@@ -24,6 +24,8 @@ EFFECTS = [
         parameters=(Parameter("flexibility", "rad/N", 0.0, 0.0, 1e-5, (1e-6,), 1e-7, 1e-7),),
         act=_act,
         decided_by="road-wheel angle measured at the wheel",
+        # every steering is elastic; tyres that are too soft look the same in every planar signal
+        plausibility=1.0,
         report=lambda v: {"stiffness_n_per_rad": 1.0 / max(v["flexibility"], 1e-12)},
     )
 ]
