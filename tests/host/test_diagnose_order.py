@@ -13,7 +13,14 @@ from swaywatch.diagnose.evidence import baselines
 from swaywatch.diagnose.evidence.baselines import Path, explore
 from swaywatch.diagnose.evidence.evidence import worth
 from swaywatch.diagnose.evidence.search import PROMISED, Candidate, Search
-from swaywatch.diagnose.evidence.verdict import SHOWN, _clear, _clear_ones, _shown, possible_of
+from swaywatch.diagnose.evidence.verdict import (
+    SHOWN,
+    Verdict,
+    _clear,
+    _clear_ones,
+    _shown,
+    possible_of,
+)
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
@@ -189,3 +196,18 @@ def test_an_effect_whose_interval_reaches_nothing_is_not_claimed(
     needed = _fit(2.0, clear)  # without it more than noise is left
     search = cast("Search", SimpleNamespace(noise=1.0, judge=judge, without=lambda f, i: needed))
     assert _clear_ones(search, _fit(3.0), fit) is fit
+
+
+@pytest.mark.parametrize(
+    ("evidence", "stretched", "compared"),
+    [(10.0, False, "baseline"), (10.0, True, "written"), (0.0, False, "written")],
+)
+def test_a_claim_is_not_compared_with_a_vehicle_that_nobody_would_believe(
+    evidence: float, stretched: bool, compared: str
+) -> None:
+    base, written = _fit(1.01), _fit(400.0)
+    verdict = Verdict(
+        "missing_physics", _fit(1.0, TERM), base, cast("Problem", None),
+        evidence=evidence, written=written, stretched=stretched,
+    )  # fmt: skip
+    assert verdict.before is {"baseline": base, "written": written}[compared]

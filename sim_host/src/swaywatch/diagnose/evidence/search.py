@@ -321,7 +321,7 @@ class Search:
         effect only led out of there; where it is little, what was found is found from both.
         """
         before = self.baseline().fit
-        fit = self.judge.run(self._as_shifts(found), 12, tolerance=3e-4)
+        fit = self.judge.run(replace(found, terms=()), 12, tolerance=3e-4)
         if not fit.chi2 < (1.0 - DISCREPANCY) * before.chi2:
             return False
         self._base = Candidate(fit, fit)
@@ -329,16 +329,6 @@ class Search:
         stuck = before.chi2 - fit.chi2 > STUCK * (before.chi2 - found.chi2)
         self.noise = noise if stuck else min(self.noise, noise)
         return stuck
-
-    def _as_shifts(self, found: Fit) -> Fit:
-        """The vehicle of a fit without its effects; wrong values of the file stay what they are."""
-        beliefs, shift = self.problem.beliefs, found.shift.copy()
-        for term in found.terms:
-            at = beliefs.at.get(("vehicle", term.effect.component))
-            if term.effect.id == "parameter_error" and at is not None and beliefs.items[at].scaled:
-                tolerance = beliefs.items[at].tolerance
-                shift[at] = ((1.0 + shift[at] * tolerance) * term.values[0] - 1.0) / tolerance
-        return replace(found, terms=(), shift=shift)
 
     def released(self, fit: Fit, iterations: int = 10) -> Fit:
         """A fit under the observer, refitted with everything free where it is judged."""

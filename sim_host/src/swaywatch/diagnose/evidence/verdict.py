@@ -97,6 +97,8 @@ class Verdict:
         What was tried, from each baseline.
     written
         The vehicle of the file as it is written; None where it runs away, or not simulated yet.
+    stretched
+        The calibrated vehicle leaves only noise without the claim, with values beyond their bounds.
     """
 
     word: str
@@ -112,15 +114,18 @@ class Verdict:
     notes: list[dict[str, Any]] = field(default_factory=list)
     paths: Sequence[Path] = ()
     written: Fit | None = None
+    stretched: bool = False
 
     @property
     def before(self) -> Fit:
         """What the claim is compared with.
 
         The calibrated vehicle where the claim goes beyond it; where calibration itself is the
-        claim, or nothing is claimed, the vehicle as written.
+        claim, or does the same with values that nobody would believe, or nothing is claimed, the
+        vehicle as written.
         """
-        return self.baseline if self.written is None or self.evidence > 0.0 else self.written
+        calibrated = self.evidence > 0.0 and not self.stretched
+        return self.baseline if self.written is None or calibrated else self.written
 
 
 def _hidden(tried: Sequence[Candidate], noise: float) -> list[dict[str, Any]]:
@@ -433,12 +438,19 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     result = Verdict(
         word, fit, base, search.problem, equivalents, confidence, _shown(every, best, plain), noise,
         max(best.evidence - plain.evidence, 0.0),
+        stretched=_stretched(search, base),
     )  # fmt: skip
     # beside the user's own simulation our plant is a correction, and what it leaves is said beside
     # the claim
     if search.problem.free_start and not explained(base, fit):
         result.word = "unexplained"
     return result
+
+
+def _stretched(search: Search, base: Fit) -> bool:
+    """The calibrated vehicle is itself another explanation: wrong values that leave only noise."""
+    only_noise = reduced_chi_square(base) <= UNEXPLAINED_ABOVE
+    return only_noise and len(_beyond(search, base).terms) > 0
 
 
 def possible_of(best: Candidate, every: Sequence[Candidate]) -> list[Candidate]:

@@ -414,6 +414,7 @@ def page(result: Mapping[str, Any], verdict: Verdict, vehicle: Vehicle) -> str:
         costs=costs_part(result),
         own=problem.free_start,
         by_calibration=bool(verdict.fit.terms) and verdict.before is verdict.written,
+        stretched=verdict.stretched,
         claimed=bool(verdict.fit.terms),
         scores=_scores(result),
         five_percent=_five_percent(problem, threes),
