@@ -136,7 +136,7 @@ WHOLE: dict[str, Any] = {
     "calibrated": [["v"] * 7], "clean_percent": 3.0, "maps": [FIGURE], "best": [("e", "+4")],
     "costs": {"summary": "s", "plot": FIGURE, "head": ["h"], "rows": [["r"]],
               "left_out": [("n", "why")]},
-    "claimed": True, "own": True, "by_calibration": False,
+    "claimed": True, "own": True, "by_calibration": False, "stretched": False,
     "scores": {"rows": [["r"] * 4], "held_out": ["run 2"]},
     "five_percent": (["head"], [["row"]]),
 }  # fmt: skip
@@ -203,6 +203,9 @@ MAKERS: dict[str, Callable[[str], object]] = {
         "diagnose/report/page.html", "t",
         **{**WHOLE, "by_calibration": True,
            "evidence": {**WHOLE["evidence"], "reduced_chi_square_as_written": None}}),
+    "a vehicle that nobody would believe": lambda _: document(
+        "diagnose/report/page.html", "t",
+        **{**WHOLE, "by_calibration": True, "stretched": True}),
     "beside a simulation": lambda _: document(
         "diagnose/report/page.html", "t", **{**WHOLE, "own": False}),
     "car alone": lambda _: document("diagnose/car_alone/page.html", "t", **CAR),
