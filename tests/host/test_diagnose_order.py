@@ -19,6 +19,7 @@ from swaywatch.diagnose.evidence.verdict import (
     _clear,
     _clear_ones,
     _shown,
+    _to_the_end,
     possible_of,
 )
 from swaywatch.diagnose.fit.fit import Fit, Problem
@@ -196,6 +197,28 @@ def test_an_effect_whose_interval_reaches_nothing_is_not_claimed(
     needed = _fit(2.0, clear)  # without it more than noise is left
     search = cast("Search", SimpleNamespace(noise=1.0, judge=judge, without=lambda f, i: needed))
     assert _clear_ones(search, _fit(3.0), fit) is fit
+
+
+@pytest.mark.parametrize(("without_it", "stays"), [(-3.0, True), (60.0, False)])
+def test_what_is_not_clear_stays_where_a_clear_effect_is_nothing_without_it(
+    without_it: float, stays: bool
+) -> None:
+    damping = next(e for e in library() if e.name == "hitch_damping:hitch")
+    clear = ActiveEffect(damping, tuple(100.0 * p.minimum for p in damping.parameters))
+    size = FRICTION.parameters[0].neutral + 20.0 * FRICTION.parameters[0].minimum
+    weak = ActiveEffect(FRICTION, (size, *TERM.values[1:]))
+    errors = [1e-3] * len(clear.values) + [30.0] + [1e-3] * (len(weak.values) - 1)
+    fit = replace(_fit(1.0, clear, weak), covariance=np.diag(np.square(errors)))
+    alone = replace(_fit(1.02, clear), covariance=np.diag(np.square(errors[:1])))
+    judge = SimpleNamespace(run=lambda f, *_, **__: f)
+    search = SimpleNamespace(
+        noise=1.0, judge=judge, without=lambda f, i: alone,
+        weighed=lambda c: replace(c, evidence=without_it),
+    )  # fmt: skip
+    best = Candidate(fit, _fit(3.0), evidence=100.0)
+    found = _to_the_end(cast("Search", search), _fit(3.0), best, 10.0)
+    assert len(found.fit.terms) == 1 + stays
+    assert found.evidence == (100.0 if stays else without_it)
 
 
 @pytest.mark.parametrize(

@@ -340,15 +340,21 @@ def _without_window(search: Search, fit: Fit, index: int, window: int) -> Fit:
     return fewer if short or fewer.chi2 < (1.0 + WINDOW_DISCREPANCY) * fit.chi2 else fit
 
 
-def _to_the_end(search: Search, base: Fit, best: Candidate) -> Candidate:
+def _to_the_end(search: Search, base: Fit, best: Candidate, least: float) -> Candidate:
     """What is claimed, fitted to the very end (weak effects sit in flat valleys), without the rest.
 
-    Its evidence stays that of the search unless an effect was left out.
+    Its evidence stays that of the search unless an effect was left out. One that is not clear stays
+    where a clear one is not worth a claim (`least` evidence) without it.
     """
     exact = search.judge.run(best.fit, 20, tolerance=1e-7)
     exact = _without_slight_windows(search, exact)
     kept = replace(best, fit=_clear_ones(search, base, exact))
-    return kept if len(kept.fit.terms) == len(best.fit.terms) else search.weighed(kept)
+    if len(kept.fit.terms) == len(best.fit.terms):
+        return kept
+    kept = search.weighed(kept)
+    clear = {t.effect.name for i, t in enumerate(exact.terms) if _clear(exact, i, search.noise)}
+    lost = clear and (kept.evidence < least or not clear <= set(kept.names))
+    return replace(best, fit=exact) if lost else kept
 
 
 def _clear_ones(search: Search, base: Fit, fit: Fit) -> Fit:
@@ -399,9 +405,10 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     best = search.weighed(chosen.best)
     every = sorted((c for p in paths for c in p.all), key=lambda c: -c.evidence)
     base = search.weighed(chosen.base).fit
-    if best.fit.terms and best.evidence >= plain.evidence + CLAIMED:
-        best = _to_the_end(search, base, best)
-    if not best.fit.terms or best.evidence < plain.evidence + CLAIMED:
+    least = plain.evidence + CLAIMED
+    if best.fit.terms and best.evidence >= least:
+        best = _to_the_end(search, base, best, least)
+    if not best.fit.terms or best.evidence < least:
         best, base = plain, plain.fit
         search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
     found = _beyond(search, best.fit)
