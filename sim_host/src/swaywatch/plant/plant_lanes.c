@@ -11,8 +11,10 @@
 // The widest instructions of the machine that runs it, chosen by the loader where it can.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__GLIBC__)
 #define WIDEST __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#define WIDE(name) __builtin_cpu_supports(name)
 #else
 #define WIDEST
+#define WIDE(name) 0
 #endif
 #define INLINE static inline __attribute__((always_inline))
 
@@ -36,19 +38,39 @@ static const double NEUTRAL = 0.0;
 #include "plant_step.h"
 #undef WIDTH
 #undef NAME
+#define WIDTH 4
+#define NAME(name) name##_4
+#include "plant_step.h"
+#undef WIDTH
+#undef NAME
 #define WIDTH 2
 #define NAME(name) name##_2
 #include "plant_step.h"
 #undef WIDTH
 #undef NAME
 
+/// Lanes that a register holds: what compares wider rows is compiled to one lane after the other.
+static int32_t widest(void)
+{
+    if (WIDE("avx512dq")) {
+        return 8;
+    }
+    return WIDE("avx2") ? 4 : 2;
+}
+
 static void run(plant_lane_t *const *lanes, int32_t count, double period_s, int32_t stride,
                 int64_t steps)
 {
-    if (count > 2) {
-        advance_8(lanes, count, period_s, stride, steps);
-    } else {
-        advance_2(lanes, count, period_s, stride, steps);
+    const int32_t width = widest();
+    for (int32_t first = 0; first < count; first += width) {
+        const int32_t some = count - first < width ? count - first : width;
+        if (some > 4) {
+            advance_8(lanes + first, some, period_s, stride, steps);
+        } else if (some > 2) {
+            advance_4(lanes + first, some, period_s, stride, steps);
+        } else {
+            advance_2(lanes + first, some, period_s, stride, steps);
+        }
     }
 }
 
