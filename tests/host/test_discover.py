@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sprung_pairs import SPACING, constants, manoeuvre
-from test_diagnose import BODY_VALUES, synthetic
+from test_diagnose import BODY_VALUES, effect, synthetic
 
 from swaywatch.diagnose.evidence.baselines import Path as Tried
 from swaywatch.diagnose.evidence.search import Candidate, Linear, Search
@@ -412,16 +412,39 @@ def test_a_law_of_roll_has_a_roll_only_where_the_vehicle_has_none() -> None:
         assert more == ({"roll_frequency_rad_s", "roll_damping"} if rolls else set())
 
 
+def test_laws_are_begun_only_where_one_promises_enough() -> None:
+    """Beside the library effect that acts none does; beside one that only passes for a law, one."""
+    relaxation = ActiveEffect(effect("tyre_relaxation:car_rear"), (0.5,))
+    search = searched((relaxation,))
+    base = search.baseline()
+    fit = search.judge.run(replace(base.fit, terms=(relaxation,)), 12)
+    right = Tried(search, base, Candidate(fit, base.fit))
+    assert right.clean
+    assert not LawSearch(right).promising()
+    spent = search.problem.budget.spent_s
+    assert Laws([search]).discover([right], silent) is None
+    seconds = sum(run.time.size for run in search.problem.runs) / 100.0
+    assert search.problem.budget.spent_s - spent < 6.0 * len(all_laws()) * seconds
+
+    law = ActiveEffect(effect_of(Law("hitch", "articulation")), (1000.0,))
+    search = searched((law,))
+    base = search.baseline()
+    passing = replace(base.fit, terms=(relaxation,), count=10**9)  # a misfit that passes for noise
+    wrong = Tried(search, base, Candidate(passing, base.fit))
+    assert wrong.clean
+    assert LawSearch(wrong).promising()
+
+
 def test_nothing_is_found_where_nothing_is_missing() -> None:
     assert Laws([searched(())]).discover([], silent) is None
 
 
 def test_every_law_has_a_word_and_its_word_is_read_back() -> None:
-    for effect in grammar():
-        law = effect.extra["law"]
+    for one in grammar():
+        law = one.extra["law"]
         assert isinstance(law, Law)
-        assert law_of(str(effect.extra["form"])) == law
-        rows = {p.name: {"value": 1.0, "low": 0.9, "high": 1.1} for p in effect.parameters}
+        assert law_of(str(one.extra["form"])) == law
+        rows = {p.name: {"value": 1.0, "low": 0.9, "high": 1.1} for p in one.parameters}
         assert sentence(law, rows)
         assert energy(law, 1.0)
     for place, motion in KNOWN:
