@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from swaywatch.diagnose.evidence import baselines
+from swaywatch.diagnose.evidence import baselines, verdict
 from swaywatch.diagnose.evidence.baselines import Path, explore
 from swaywatch.diagnose.evidence.evidence import worth
 from swaywatch.diagnose.evidence.search import PROMISED, Candidate, Search
@@ -234,3 +234,30 @@ def test_a_claim_is_not_compared_with_a_vehicle_that_nobody_would_believe(
         evidence=evidence, written=written, stretched=stretched,
     )  # fmt: skip
     assert verdict.before is {"baseline": base, "written": written}[compared]
+
+
+@pytest.mark.parametrize(
+    ("left", "stretched", "runs", "errors", "worse"),
+    [
+        (1.1, False, 2, (0.057, 0.026), True),  # 0.052 and 0.023 without the effect
+        (1.1, False, 2, (0.040, 0.028), False),
+        (1.1, False, 2, (0.053, 0.023), False),  # by chance
+        (1.1, False, 1, (0.057, 0.026), False),
+        (1.1, True, 2, (0.057, 0.026), False),
+        (5.0, False, 2, (0.057, 0.026), False),
+    ],
+)
+def test_what_predicts_left_out_runs_worse_than_a_vehicle_that_leaves_noise_is_not_claimed(
+    left: float,
+    stretched: bool,
+    runs: int,
+    errors: tuple[float, ...],
+    worse: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    base, fit = _fit(left), _fit(0.99 * left, TERM)
+    search = SimpleNamespace(problem=SimpleNamespace(runs=(None,) * runs))
+    predicted = {id(base): (0.052, 0.023), id(fit): errors}
+    monkeypatch.setattr(verdict, "left_out", lambda problem, f: list(predicted[id(f)][:runs]))
+    monkeypatch.setattr(verdict, "_stretched", lambda search, base: stretched)
+    assert verdict._predicts_worse(cast("Search", search), base, fit) is worse

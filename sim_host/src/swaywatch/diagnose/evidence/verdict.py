@@ -34,6 +34,7 @@ from swaywatch.diagnose.evidence.evidence import (
 )
 from swaywatch.diagnose.evidence.search import BENT, Candidate, Progress, Search, reduced_chi_square
 from swaywatch.diagnose.fit.fit import Fit, Problem
+from swaywatch.diagnose.fit.holdout import left_out, typical
 from swaywatch.diagnose.fit.road_vehicle import WITHIN
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.plant.lanes import BODY
@@ -46,6 +47,9 @@ ALONE = 1.1
 FORM_PULLS = 0.04
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
+#: Error of a left-out run with the effects, over that without, above which they are not claimed
+#: where a calibrated vehicle leaves only noise: what acts predicts, too.
+WORSE = 1.05
 #: Two axles so close together that only the sum of their forces is clear.
 TANDEM = ("trailer.front_cornering_stiffness", "trailer.rear_cornering_stiffness")
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
@@ -408,6 +412,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     least = plain.evidence + CLAIMED
     if best.fit.terms and best.evidence >= least:
         best = _to_the_end(search, base, best, least)
+        best = Candidate(base, base) if _predicts_worse(search, base, best.fit) else best
     if not best.fit.terms or best.evidence < least:
         best, base = plain, plain.fit
         search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
@@ -458,6 +463,21 @@ def _stretched(search: Search, base: Fit) -> bool:
     """The calibrated vehicle is itself another explanation: wrong values that leave only noise."""
     only_noise = reduced_chi_square(base) <= UNEXPLAINED_ABOVE
     return only_noise and len(_beyond(search, base).terms) > 0
+
+
+def _predicts_worse(search: Search, base: Fit, fit: Fit) -> bool:
+    """The calibrated vehicle leaves only noise, and predicts left-out runs better without effects.
+
+    Not asked of effects in windows, which say nothing about another run, nor where the calibrated
+    vehicle has values that nobody would believe.
+    """
+    problem = search.problem
+    stands = reduced_chi_square(base) <= UNEXPLAINED_ABOVE and not _stretched(search, base)
+    if not stands or len(problem.runs) < 2 or any(t.effect.windowed for t in fit.terms):
+        return False
+    rows = zip(left_out(problem, base), left_out(problem, fit), strict=True)
+    without, with_effects = typical(list(rows))
+    return with_effects > WORSE * without
 
 
 def possible_of(best: Candidate, every: Sequence[Candidate]) -> list[Candidate]:
