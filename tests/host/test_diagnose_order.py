@@ -130,6 +130,38 @@ def test_beside_a_simulation_windows_must_take_away_more_than_a_lasting_effect_l
     assert [t.effect.id for t in path.best.fit.terms] == [first]
 
 
+@pytest.mark.parametrize(
+    ("calibrated", "slight", "large", "named"),
+    [
+        (1.25, 1.05, 1.15, []),  # of noise the slight one takes more
+        (1.25, 1.17, 1.15, ["hitch_friction"]),
+        (1.6, 1.4, 1.45, ["hitch_friction"]),  # more than noise is left: something is there
+        (1.6, 1.05, 1.15, ["hitch_damping"]),  # however small, it alone leaves only noise
+    ],
+)
+def test_what_a_slight_effect_explains_better_is_not_claimed(
+    calibrated: float, slight: float, large: float, named: list[str]
+) -> None:
+    """A weak gust on the car was called a banked road, a late sensor a trailer that steers."""
+    damping = next(e for e in library() if e.name == "hitch_damping:hitch")
+    small = ActiveEffect(damping, tuple(p.neutral + 0.5 * p.minimum for p in damping.parameters))
+    size = FRICTION.parameters[0].neutral + 2.0 * FRICTION.parameters[0].minimum
+    claim = ActiveEffect(FRICTION, (size, *TERM.values[1:]))
+    base = Candidate(_fit(calibrated), _fit(calibrated), -0.5 * calibrated * COUNT)
+    found = [
+        Candidate(_fit(left, term), base.fit, -0.5 * left * COUNT)
+        for left, term in ((slight, small), (large, claim))
+    ]
+    search = SimpleNamespace(
+        problem=SimpleNamespace(free_start=True), noise=1.0, on_springs=False, beyond=None,
+        weighed=lambda c: c, baseline=lambda: base, tried=[], rebased=lambda fit: False,
+        refuses=lambda what: what == baselines.TRIED[1], extend=lambda *_, **__: found,
+        judge=SimpleNamespace(run=lambda fit, *_, **__: fit),
+    )  # fmt: skip
+    path = baselines.path(cast("Search", search), base, lambda stage, share: None)
+    assert [t.effect.id for t in path.best.fit.terms] == named
+
+
 def test_what_is_claimed_is_in_the_list_of_explanations_wherever_it_stands() -> None:
     """Its factor is what a reader compares the others with."""
     each = {e.name: e for e in library() if not e.windowed}
@@ -261,3 +293,22 @@ def test_what_predicts_left_out_runs_worse_than_a_vehicle_that_leaves_noise_is_n
     monkeypatch.setattr(verdict, "left_out", lambda problem, f: list(predicted[id(f)][:runs]))
     monkeypatch.setattr(verdict, "_stretched", lambda search, base: stretched)
     assert verdict._predicts_worse(cast("Search", search), base, fit) is worse
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "own_model", "claimed"),
+    [
+        (1.86, 1.77, True, False),  # a clock that drifts had been called roll steer
+        (530.0, 519.0, True, False),
+        (5.0, 3.0, True, True),  # one of two equal effects
+        (3.4, 1.45, True, True),
+        (1.86, 1.29, True, True),  # only noise is left
+        (1.67, 1.47, False, True),  # beside the user's own simulation
+    ],
+)
+def test_effects_that_leave_far_more_than_they_explain_are_not_claimed(
+    before: float, after: float, own_model: bool, claimed: bool
+) -> None:
+    search = SimpleNamespace(problem=SimpleNamespace(free_start=own_model))
+    leaves = verdict._leaves_most(cast("Search", search), _fit(before), _fit(after, TERM))
+    assert leaves is not claimed

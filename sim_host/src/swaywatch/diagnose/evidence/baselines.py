@@ -281,15 +281,12 @@ def path(
         if known is not None and depth == 1:
             found.append(Candidate(known, base.fit))
             search.tried.append(found[-1])
-        found = [c for c in found if all(noticeable(t) for t in c.fit.terms)]
-        beside = not search.problem.free_start
-        found = _simplest(sorted(map(search.weighed, found), key=lambda c: -c.evidence), beside)
         best = search.weighed(best)
-        form = {"beside": beside, "on_springs": search.on_springs}
-        found = [c for c in found if worth(base.fit, c.parent, c.fit, **form)]
-        if beside:
-            found.sort(key=lambda c: price_of_form(c.fit, search.noise) - c.evidence)
+        found, slight = _claims(base, best, found)
+        found = _ranked(search, base, found)
         if not found or found[0].evidence < best.evidence + CLAIMED:
+            break
+        if _outdone(search, best, found[0], _ranked(search, base, slight)):
             break
         fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)
         best = found[0] = search.weighed(replace(found[0], fit=fit))
@@ -301,6 +298,49 @@ def path(
         clean = explained(base.fit, best.fit)
         beam = [best] if clean else [c for c in found[:BEAM] if _hopeful(c, best)]
     return Path(search, base, _needed(search, best))
+
+
+def _ranked(search: Search, base: Candidate, found: Sequence[Candidate]) -> list[Candidate]:
+    """Those that are worth a claim by what they take away, the likeliest first."""
+    beside = not search.problem.free_start
+    ranked = _simplest(sorted(map(search.weighed, found), key=lambda c: -c.evidence), beside)
+    form = {"beside": beside, "on_springs": search.on_springs}
+    kept = [c for c in ranked if worth(base.fit, c.parent, c.fit, **form)]
+    return sorted(kept, key=lambda c: -_likelihood(search, c))
+
+
+def _likelihood(search: Search, candidate: Candidate) -> float:
+    """Evidence; beside the user's own simulation less the price of our plant's form."""
+    price = 0.0 if search.problem.free_start else price_of_form(candidate.fit, search.noise)
+    return candidate.evidence - price
+
+
+def _claims(
+    base: Candidate, best: Candidate, found: Sequence[Candidate]
+) -> tuple[list[Candidate], list[Candidate]]:
+    """What may be claimed, and what is there or may be but is too small for that.
+
+    However small, what alone leaves only noise where more was left is a claim.
+    """
+    claims: list[Candidate] = []
+    slight: list[Candidate] = []
+    for candidate in found:
+        if all(map(noticeable, candidate.fit.terms)):
+            claims.append(candidate)
+        elif _slight(candidate):
+            needed = explained(base.fit, candidate.fit) and not explained(base.fit, best.fit)
+            (claims if needed else slight).append(candidate)
+    return claims, slight
+
+
+def _outdone(
+    search: Search, best: Candidate, claim: Candidate, slight: Sequence[Candidate]
+) -> bool:
+    """Only noise is left anyway, and of it another effect, too small for a claim, takes more."""
+    if reduced_chi_square(best.fit) > UNEXPLAINED_ABOVE:
+        return False
+    least = _likelihood(search, claim)
+    return any(_likelihood(search, c) > least for c in slight if c.names != claim.names)
 
 
 def _ends(
@@ -388,6 +428,34 @@ def noticeable(term: ActiveEffect) -> bool:
         if abs(value - p.neutral) >= p.minimum:
             return True
     return False
+
+
+def _slight(candidate: Candidate) -> bool:
+    """Every effect is there or may be, and one of them is too small to be worth a claim."""
+    slight = [_small(term) for term in candidate.fit.terms]
+    return any(slight) and all(
+        small or noticeable(t) for small, t in zip(slight, candidate.fit.terms, strict=True)
+    )
+
+
+def _small(term: ActiveEffect) -> bool:
+    """All sizes are below what is worth a claim, in windows that are long enough for one."""
+    if not _inside(term):
+        return False
+    if any(stop - start < SHORTEST_WINDOW_S for start, stop in _edges(term)):
+        return False
+    sizes = [
+        (value, term.parameter(i))
+        for i, value in enumerate(term.values)
+        if not term.is_edge(i) and term.parameter(i).minimum > 0.0
+    ]
+    return bool(sizes) and all(abs(value - p.neutral) < p.minimum for value, p in sizes)
+
+
+def _edges(term: ActiveEffect) -> list[tuple[float, float]]:
+    """Beginning and end of each window."""
+    v, n = term.values, term.stride
+    return [(v[w * n], v[w * n + 1]) for w in range(len(term.window_runs))]
 
 
 def _inside(term: ActiveEffect) -> bool:

@@ -50,6 +50,9 @@ OUTSIDE = 0.9
 #: Error of a left-out run with the effects, over that without, above which they are not claimed
 #: where a calibrated vehicle leaves only noise: what acts predicts, too.
 WORSE = 1.05
+#: What effects leave above noise, over what they take away, above which they are not claimed: more
+#: is missing than was found, and some of it looks like any effect. One of two equal ones leaves 1.
+LEFT_OVER = 2.0
 #: Two axles so close together that only the sum of their forces is clear.
 TANDEM = ("trailer.front_cornering_stiffness", "trailer.rear_cornering_stiffness")
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
@@ -412,7 +415,8 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     least = plain.evidence + CLAIMED
     if best.fit.terms and best.evidence >= least:
         best = _to_the_end(search, base, best, least)
-        best = Candidate(base, base) if _predicts_worse(search, base, best.fit) else best
+        doubtful = _predicts_worse(search, base, best.fit) or _leaves_most(search, base, best.fit)
+        best = Candidate(base, base) if doubtful else best
     if not best.fit.terms or best.evidence < least:
         best, base = plain, plain.fit
         search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
@@ -478,6 +482,16 @@ def _predicts_worse(search: Search, base: Fit, fit: Fit) -> bool:
     rows = zip(left_out(problem, base), left_out(problem, fit), strict=True)
     without, with_effects = typical(list(rows))
     return with_effects > WORSE * without
+
+
+def _leaves_most(search: Search, base: Fit, fit: Fit) -> bool:
+    """What is left unexplained is far more than what the effects explain.
+
+    Not asked beside the user's own simulation, where our plant is a correction.
+    """
+    if not search.problem.free_start or explained(base, fit):
+        return False
+    return fit.chi2 - fit.count > LEFT_OVER * (base.chi2 - fit.chi2)
 
 
 def possible_of(best: Candidate, every: Sequence[Candidate]) -> list[Candidate]:
