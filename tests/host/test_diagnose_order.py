@@ -23,6 +23,7 @@ from swaywatch.diagnose.evidence.verdict import (
     possible_of,
 )
 from swaywatch.diagnose.fit.fit import Fit, Problem
+from swaywatch.diagnose.report.describe import too_small
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
 from swaywatch.plant.lanes import BODY
@@ -312,3 +313,23 @@ def test_effects_that_leave_far_more_than_they_explain_are_not_claimed(
     search = SimpleNamespace(problem=SimpleNamespace(free_start=own_model))
     leaves = verdict._leaves_most(cast("Search", search), _fit(before), _fit(after, TERM))
     assert leaves is not claimed
+
+
+def test_what_is_too_small_to_report_is_said_where_nothing_is_claimed() -> None:
+    """An engineer who knows that a gust was there sees that it was seen."""
+    gust = next(e for e in library() if e.name == "crosswind_gust:car")
+    row = [-p.minimum if p.name == "force_n" else p.neutral for p in gust.parameters]
+    at = [p.name for p in gust.parameters].index("force_n")
+    rows = [[start, start + 2.0, *row] for start in (5.0, 15.0)]
+    rows[0][2 + at] *= 0.4
+    rows[1][2 + at] *= 0.6
+    term = ActiveEffect(gust, tuple(value for window in rows for value in window), (0, 0))
+    small = Candidate(_fit(1.05, term), _fit(1.2))
+    assert baselines.is_slight(small)
+    base = _fit(1.2)
+    said = Verdict("consistent", base, base, cast("Problem", None), slight=small)
+    (text,) = too_small(said)
+    least = gust.parameters[at].minimum
+    assert f"crosswind gust (car), force {-0.6 * least:.4g} N" in text
+    assert f"reported from a change of {least:.4g} on" in text
+    assert too_small(replace(said, slight=None)) == []

@@ -25,7 +25,7 @@ from swaywatch.diagnose.fit.road_vehicle import on_springs, outside
 from swaywatch.diagnose.fit.simulation import attach
 from swaywatch.diagnose.fit.stretches import misfit_of
 from swaywatch.diagnose.model import embedded, model_block
-from swaywatch.diagnose.report.describe import calibrated, describe
+from swaywatch.diagnose.report.describe import calibrated, describe, too_small
 from swaywatch.diagnose.report.page import page, write_page
 from swaywatch.diagnose.report.stability import stability
 from swaywatch.diagnose.report.unexplained import locate_rest
@@ -380,6 +380,7 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
             *loaded.cannot,
             *_untestable(problem, effects),
             *_unseen(verdict),
+            *too_small(verdict),
         ],
         "evidence": {
             "reduced_chi_square_as_written": (

@@ -327,7 +327,7 @@ def _claims(
     for candidate in found:
         if all(map(noticeable, candidate.fit.terms)):
             claims.append(candidate)
-        elif _slight(candidate):
+        elif is_slight(candidate):
             needed = explained(base.fit, candidate.fit) and not explained(base.fit, best.fit)
             (claims if needed else slight).append(candidate)
     return claims, slight
@@ -430,7 +430,7 @@ def noticeable(term: ActiveEffect) -> bool:
     return False
 
 
-def _slight(candidate: Candidate) -> bool:
+def is_slight(candidate: Candidate) -> bool:
     """Every effect is there or may be, and one of them is too small to be worth a claim."""
     slight = [_small(term) for term in candidate.fit.terms]
     return any(slight) and all(

@@ -15,6 +15,7 @@ from swaywatch.diagnose.evidence.baselines import (
     Path,
     each_once,
     explore,
+    is_slight,
     noticeable,
     noticeable_window,
 )
@@ -98,6 +99,8 @@ class Verdict:
         Logarithm of the Bayes factor of the claim to the calibrated vehicle.
     hidden
         Where nothing is claimed: sizes up to which effects could be there unseen.
+    slight
+        Where nothing is claimed: what explains more than nothing does but is too small for a claim.
     notes
         What no effect explains, for `unexplained`.
     paths
@@ -118,6 +121,7 @@ class Verdict:
     noise: float = 1.0
     evidence: float = 0.0
     hidden: list[dict[str, Any]] = field(default_factory=list)
+    slight: Candidate | None = None
     notes: list[dict[str, Any]] = field(default_factory=list)
     paths: Sequence[Path] = ()
     written: Fit | None = None
@@ -426,6 +430,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
             "consistent", plain.fit, plain.fit, search.problem,
             candidates=_shown(every, plain, plain), hidden=_hidden(every, noise),
             noise=inflation(residuals(search.judge, plain.fit)),
+            slight=next((c for c in every if is_slight(c) and c.evidence > least), None),
         )  # fmt: skip
         if reduced_chi_square(plain.fit) > UNEXPLAINED_ABOVE:
             result.word = "unexplained"

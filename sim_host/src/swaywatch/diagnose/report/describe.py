@@ -12,6 +12,7 @@ from swaywatch.diagnose.evidence.verdict import Verdict
 from swaywatch.diagnose.fit.agreement import errors, iso18571, nrmse
 from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.fit.holdout import held_out
+from swaywatch.diagnose.report import labels
 from swaywatch.effects.active import ActiveEffect
 
 Array = NDArray[np.float64]
@@ -182,6 +183,28 @@ def _fit_block(verdict: Verdict, problem: Problem) -> dict[str, Any]:
         "iso18571_after": after[1],
     }
     return block | held_out(problem, verdict.fit, verdict.before, calibrated=not as_written)
+
+
+def too_small(verdict: Verdict) -> list[str]:
+    """A sentence on what explains more than nothing does but is below what is worth a report."""
+    if verdict.slight is None:
+        return []
+    parts = [f"{labels.named(t.effect.name)}, {_largest(t)}" for t in verdict.slight.fit.terms]
+    return [f"would explain part of what is left, but is too small to report: {'; '.join(parts)}"]
+
+
+def _largest(term: ActiveEffect) -> str:
+    """The largest sizes of an active effect, and from what change on they would be reported."""
+    sizes: dict[str, float] = {}
+    claims = [p for p in term.effect.parameters if p.minimum > 0.0 and not p.shapes]
+    for p in claims:
+        found = [v for i, v in enumerate(term.values) if term.parameter(i) is p]
+        sizes[p.name] = max(found, key=lambda v: abs(v - p.neutral))
+    return ", ".join(
+        f"{labels.value(p.name, sizes[p.name])} "
+        f"(reported from a change of {labels.rounded(p.minimum)} on)"
+        for p in claims
+    )
 
 
 def calibrated(verdict: Verdict, problem: Problem) -> list[dict[str, Any]]:
