@@ -22,6 +22,7 @@ from swaywatch.diagnose.evidence.verdict import (
     _to_the_end,
     possible_of,
 )
+from swaywatch.diagnose.fit.beliefs import beliefs_of
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.diagnose.report.describe import too_small
 from swaywatch.effects.active import ActiveEffect
@@ -230,6 +231,36 @@ def test_an_effect_whose_interval_reaches_nothing_is_not_claimed(
     needed = _fit(2.0, clear)  # without it more than noise is left
     search = cast("Search", SimpleNamespace(noise=1.0, judge=judge, without=lambda f, i: needed))
     assert _clear_ones(search, _fit(3.0), fit) is fit
+
+
+@pytest.mark.parametrize(
+    ("beside_it", "without_it", "stays"),
+    [(0.5, -4.5, True), (-4.4, -4.5, False), (0.5, 0.6, False)],
+)
+def test_what_is_not_clear_stays_where_without_it_a_value_is_beyond_belief(
+    beside_it: float, without_it: float, stays: bool
+) -> None:
+    """A trailer's roll steer of -0.028 (right: -0.032) was called tyres 22 % too soft."""
+    beliefs = beliefs_of(np.full(len(BODY), 1e5), ())
+    at = beliefs.at["vehicle", "trailer.rear_cornering_stiffness"]
+
+    def off(fit: Fit, tolerances: float) -> Fit:
+        shift = np.zeros(len(beliefs))
+        shift[at] = tolerances
+        return replace(fit, shift=shift, shift_covariance=1e-4 * np.eye(len(beliefs)))
+
+    size = FRICTION.parameters[0].neutral + 20.0 * FRICTION.parameters[0].minimum
+    weak = ActiveEffect(FRICTION, (size, *TERM.values[1:]))
+    errors = [30.0] + [1e-3] * (len(weak.values) - 1)
+    fit = replace(off(_fit(1.03, weak), beside_it), covariance=np.diag(np.square(errors)))
+    base = off(_fit(1.07), without_it)
+    judge = SimpleNamespace(run=lambda f, *_, **__: f)
+    search = SimpleNamespace(
+        noise=1.0, judge=judge, on_springs=False, effects=library(),
+        problem=SimpleNamespace(beliefs=beliefs, body=np.full(len(BODY), 1e5)),
+    )  # fmt: skip
+    kept = _clear_ones(cast("Search", search), base, fit)
+    assert len(kept.terms) == stays
 
 
 @pytest.mark.parametrize(("without_it", "stays"), [(-3.0, True), (60.0, False)])

@@ -372,7 +372,8 @@ def _clear_ones(search: Search, base: Fit, fit: Fit) -> Fit:
     """The fit without effects whose own interval reaches where they would not be worth a claim.
 
     Such an effect lies in a valley in which the vehicle, or another effect, does nearly the same.
-    One is kept without which more than noise would be left.
+    One is kept without which more than noise would be left, or a vehicle with values that nobody
+    would believe: that is an explanation, too, and it is the less likely one.
     """
     while True:
         unclear = [i for i in range(len(fit.terms)) if not _clear(fit, i, search.noise)]
@@ -381,6 +382,8 @@ def _clear_ones(search: Search, base: Fit, fit: Fit) -> Fit:
         alone = len(fit.terms) == 1
         rest = base if alone else min((search.without(fit, i) for i in unclear), key=_chi2)
         if explained(base, fit) and not explained(base, rest):
+            return fit
+        if _values_beyond(search, rest) and not _values_beyond(search, fit):
             return fit
         fit = rest if alone else search.judge.run(rest, 20, tolerance=1e-7)
 
@@ -470,8 +473,12 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
 
 def _stretched(search: Search, base: Fit) -> bool:
     """The calibrated vehicle is itself another explanation: wrong values that leave only noise."""
-    only_noise = reduced_chi_square(base) <= UNEXPLAINED_ABOVE
-    return only_noise and len(_beyond(search, base).terms) > 0
+    return reduced_chi_square(base) <= UNEXPLAINED_ABOVE and _values_beyond(search, base)
+
+
+def _values_beyond(search: Search, fit: Fit) -> bool:
+    """Some values of the file are beyond their bounds in a calibrated vehicle."""
+    return len(_beyond(search, fit).terms) > len(fit.terms)
 
 
 def _predicts_worse(search: Search, base: Fit, fit: Fit) -> bool:
