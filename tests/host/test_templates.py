@@ -276,6 +276,21 @@ def test_words_of_no_page_become_markup(
         assert spoiled.tags == _Tags(clean).tags, template
 
 
+@pytest.mark.parametrize("kind", MAKERS)
+def test_no_heading_stands_over_nothing(kind: str, filled: dict[str, Filled]) -> None:
+    """Below a heading comes a word or a plot before the next of its rank or a higher one."""
+    for template, data in filled[kind]:
+        tags = _Tags(fill_clean(template, data)).tags
+        open_ = 0  # rank of the heading that nothing has followed yet
+        for tag, *_ in [*tags, ("h1",)]:
+            rank = int(tag[1]) if re.fullmatch("h[1-6]", tag) else 0
+            if rank:
+                assert not open_ or rank > open_, f"{template}: an empty section of rank {open_}"
+                open_ = rank
+            elif not tag.startswith("/"):
+                open_ = 0
+
+
 def fill_clean(template: str, data: dict[str, Any]) -> str:
     """As the package fills it."""
     with pytest.MonkeyPatch.context() as patch:
