@@ -190,6 +190,24 @@ def test_neutral_slots_are_those_of_the_plant_without_laws() -> None:
     assert difference(simulate(plant()), simulate(with_places)) == 0.0
 
 
+def test_what_a_law_forgets_within_no_time_is_its_rate() -> None:
+    """A moment against what a yaw rate has changed within a short lag is a larger inertia."""
+    gyro = plant(
+        law_gain=-40000.0, law_of_yaw_rate_trailer=1.0, law_to_moment_trailer=1.0, law_lag=0.01,
+        law_transient=1.0,
+    )  # fmt: skip
+    heavier = plant()
+    heavier.body[BODY.index("trailer.yaw_inertia")] += 400.0
+    assert difference(simulate(heavier), simulate(gyro)) < 0.01
+    assert difference(simulate(plant()), simulate(gyro)) > 0.05
+    ahead = plant()
+    effect_of(Law("slip_car_front", "steer_rate")).act(ahead, None, {"gain": 0.05}, ())
+    shifted = plant()
+    shifted.steer = shifted.steer + 0.05 * np.gradient(shifted.steer, 0.01)
+    assert difference(simulate(shifted), simulate(ahead)) < 0.03
+    assert difference(simulate(plant()), simulate(ahead)) > 0.1
+
+
 def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
     """Where it stands does not matter then: centre of gravity and inertia are the file's."""
     rigid = simulate(plant())
@@ -257,6 +275,23 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
         (
             Physics(more="turning_load", more_size=400.0, more_frequency_hz=0.8),
             Law("trailer", "turn"), (400.0, 0.8, 0.05),
+        ),
+        (
+            Physics(more="caster_axle", more_size=0.4, more_at=0.4),
+            Law("slip_trailer", "slip_trailer", response="lagged"), (-0.4, 0.4),
+        ),
+        (
+            Physics(more="gyro_stabiliser", more_size=20000.0, more_at=0.4),
+            Law("moment_trailer", "yaw_rate_trailer", response="transient"), (-20000.0, 0.4),
+        ),
+        (
+            Physics(more="pump_catch", more_size=0.1, more_at=0.02),
+            Law("slip_car_front", "steer_rate", "dead zone"), (-0.1, 0.02),
+        ),
+        (
+            Physics(more="sliding_crate", more_size=200.0, more_at=1.0, slosh_mass_kg=200.0,
+                    slosh_frequency_hz=0.9, slosh_damping=0.0, slosh_position_m=0.0),
+            Law("trailer", "swing", "hysteretic"), (200.0, 0.0, 1.0),
         ),
     ],
 )  # fmt: skip
@@ -338,6 +373,10 @@ def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
         (Law("slip_trailer", "yaw_rate_car"), (0.02,)),
         (Law("slip_trailer", "roll_trailer", "hysteretic"), (0.15, 0.01, 8.0, 0.25)),
         (Law("slip_trailer", "slip_trailer", "saturating"), (-0.83, 0.005)),
+        (Law("slip_trailer", "slip_trailer", response="lagged"), (-0.5, 0.5)),
+        (Law("moment_trailer", "yaw_rate_trailer", response="transient"), (-15000.0, 0.4)),
+        (Law("slip_car_rear", "roll_car", "dead zone"), (0.3, 0.01, 13.0, 0.112)),
+        (Law("trailer", "swing", "hysteretic"), (90.0, -0.6, 0.8)),
     ],
 )
 def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
@@ -363,6 +402,9 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
         (Law("hitch", "articulation", "rubbing"), (4000.0,)),
         (Law("moment_car", "yaw_rate_trailer", "cube"), (1.5e5,)),
         (Law("moment_car", "articulation", "saturating", 2), (44000.0, 0.02)),
+        (Law("slip_car_front", "steer_rate", "dead zone"), (-0.2, 0.02)),
+        (Law("force_trailer", "sideslip_car", power=2), (9000.0,)),
+        (Law("slip_trailer", "heading"), (-0.1,)),
     ],
 )
 def test_the_law_that_acts_is_among_the_few_that_are_begun(
@@ -451,8 +493,8 @@ def test_every_law_has_a_word_and_its_word_is_read_back() -> None:
         assert law_of(Law(place, motion).spec)
     for wrong in (
         "hitch",
-        "hitch/articulation/round/0/False",
-        "nose/articulation/straight/0/False",
+        "hitch/articulation/round/0/instant",
+        "nose/articulation/straight/0/instant",
     ):
         with pytest.raises(SwaywatchError, match="no"):
             law_of(wrong)

@@ -10,7 +10,7 @@ it makes the left-out runs likelier, given what the other runs taught.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -45,6 +45,7 @@ from swaywatch.discover.grammar import (
     NONLINEAR_ONLY,
     ROLLS,
     SHAPES,
+    SLIDING,
     Law,
     all_laws,
     curve,
@@ -76,11 +77,11 @@ SWING_HZ = (
     1.4,
 )  # initial frequencies of an oscillating mass in the vehicle of the file
 SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
-#: How it oscillates: laterally, about the vertical axis, laterally with a gap or with a drag that
-#: grows with its rate.
+#: How it moves: oscillates laterally, about the vertical axis, laterally with a gap or with a drag
+#: that grows with its rate, or slides.
 SWINGING = tuple(
     Law(body, *kind)
-    for kind in (("swing",), ("turn",), ("swing", "dead zone"), ("swing", "odd square"))
+    for kind in (("swing",), ("turn",), ("swing", "dead zone"), ("swing", "odd square"), ("swing", SLIDING))
     for body in BODIES
 )
 #: Library effects from which on one law may replace them: one, with suspension two.
@@ -390,11 +391,9 @@ class LawSearch:
         close = self.search.close
         start = close.start()
         starts = [
-            replace(
-                start, terms=(ActiveEffect(e, self._at_start(e, SWING_SHARE * self._whole(law))),)
-            )
+            replace(start, terms=(ActiveEffect(e, values),))
             for law in SWINGING
-            for e in (effect_of(law, hz) for hz in SWING_HZ)
+            for e, values in self._set_going(law)
         ]
         fits = close.side_by_side(lambda f: close.run(f, 10), starts)
         fits = self._shaped_for_a_reason(fits, ())
@@ -405,10 +404,17 @@ class LawSearch:
         of = "yaw_inertia" if law.motion == "turn" else "mass"
         return float(self.search.close.problem.body[BODY.index(f"{law.place}.{of}")])
 
-    @staticmethod
-    def _at_start(effect: Effect, mass_kg: float) -> tuple[float, ...]:
-        """Initial values of an oscillating mass."""
-        return (mass_kg, *(p.starts[0] for p in effect.parameters[1:]))
+    def _set_going(self, law: Law) -> Iterator[tuple[Effect, tuple[float, ...]]]:
+        """A mass that moves in its body, with initial values: frequencies, or frictions."""
+        mass = SWING_SHARE * self._whole(law)
+        if law.slides:
+            effect = effect_of(law)
+            place, friction = effect.parameters[1:]
+            yield from ((effect, (mass, place.starts[0], f)) for f in friction.starts)
+            return
+        for hz in SWING_HZ:
+            effect = effect_of(law, hz)
+            yield effect, (mass, *(p.starts[0] for p in effect.parameters[1:]))
 
     def polish(self, candidates: Sequence[Candidate]) -> None:
         """Fits in free simulation, from the values of the parent or from the vehicle of the file.

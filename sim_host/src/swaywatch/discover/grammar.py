@@ -32,11 +32,16 @@ SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
     "rubbing",
 )  # fmt: skip
-FRICTION = ("hysteretic", "rubbing")  # these follow a deflection whose rate is a state too
+SLIDING = "hysteretic"
+FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a state too
 ROLLS = ("roll_car", "roll_trailer")
 DEFLECTIONS = ("articulation", *ROLLS)
 BENDS = (1, 2, 6)  # shapes with a bend
 LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times bend
+#: When a law acts: at once, behind a lag, or only while its variable changes (a washout: what has
+#: lasted longer than the lag is forgotten).
+RESPONSES = INSTANT, LAGGED, TRANSIENT = ("instant", "lagged", "transient")
+RATE_S = 0.05  # over which the rate of steering is taken
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,7 @@ MOTIONS = {
         Dependence("sideslip_car", "sideslip angle of the car", "beta1", "rad", 0.03),
         Dependence("sideslip_trailer", "sideslip angle of the trailer", "beta2", "rad", 0.04),
         Dependence("steer", "steering angle of the front wheels", "delta", "rad", 0.02),
+        Dependence("steer_rate", "steering rate of the front wheels", "ddelta/dt", "rad/s", 0.06),
         Dependence("roll_car", "roll of the car", "phi1", "rad", 0.03),
         Dependence("roll_trailer", "roll of the trailer", "phi2", "rad", 0.03),
         Dependence("heading", "heading of the trailer", "psi2", "rad", 0.1),
@@ -97,7 +103,10 @@ MOTIONS = {
 }
 
 #: Plant slots of motions that have none of their own.
-MADE_OF = {"heading_car": {"heading": 1.0, "articulation": -1.0}}
+MADE_OF = {
+    "heading_car": {"heading": 1.0, "articulation": -1.0},
+    "steer_rate": {"steer": 1.0 / RATE_S},  # what has changed within that time
+}
 HEADINGS = ("heading", "heading_car")
 SLIPS = ("slip_car_front", "slip_car_rear", "slip_trailer")
 
@@ -105,18 +114,22 @@ SLIPS = ("slip_car_front", "slip_car_rear", "slip_trailer")
 #: library effects (hitch damping, air on the trailer, roll steer) and equivalents of a value of the
 #: file (a force with a body's own sideslip is its cornering stiffness, with its yaw rate its mass).
 #: What a controller or a linkage can act by (the yaw moment of a body, the steering of an axle) is
-#: there with every motion that it can sense: both yaw rates, articulation, its rate, steering.
+#: there with every motion that it can sense: both yaw rates, articulation, its rate, steering, its
+#: rate. Air acts on the trailer with the sideslip of the car, whose wake it is in; what a road has
+#: along it (grooves, a crown) holds every axle in its body's heading.
 PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
     "hitch": {"articulation": (0, 2)},
     "force_car": {"sideslip_car": (2,), "articulation": (0, 2), "heading": (0,)},
-    "force_trailer": {"articulation": (0, 2), "heading": (0,)},
+    "force_trailer": {"articulation": (0, 2), "heading": (0,), "sideslip_car": (2,)},
     "moment_car": {
         "yaw_rate_car": (-1, 0, 1, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2), "roll_car": (0,),
+        "steer_rate": (0,),
     },
     "moment_trailer": {
         "yaw_rate_trailer": (-1, 0, 1, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "steer": (0,), "roll_trailer": (0,),
+        "steer_rate": (0,), "sideslip_car": (2,),
     },
     "slip_car_front": {
         "yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,), "heading_car": (0,),
@@ -124,11 +137,11 @@ PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
     },
     "slip_car_rear": {
         "steer": (0, 2), "yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,),
-        "yaw_rate_trailer": (0,),
+        "yaw_rate_trailer": (0,), "steer_rate": (0,), "heading_car": (0,),
     },
     "slip_trailer": {
         "articulation": (0, 2), "articulation_rate": (0,), "yaw_rate_trailer": (0,),
-        "yaw_rate_car": (0,), "steer": (0, 2),
+        "yaw_rate_car": (0,), "steer": (0, 2), "steer_rate": (0,), "heading": (0,),
     },
 }  # fmt: skip
 #: Initial natural frequencies of an oscillating mass, Hz; the most promising one of each row is
@@ -156,30 +169,36 @@ class Law:
         One of `SHAPES`.
     power
         Of the speed.
-    lagged
-        Whether it acts with a lag.
+    response
+        One of `RESPONSES`.
     """
 
     place: str
     motion: str
     shape: str = SHAPES[0]
     power: int = 0
-    lagged: bool = False
+    response: str = INSTANT
 
     @property
     def spec(self) -> str:
         """The law as one string, as stored in a model block."""
-        return "/".join((self.place, self.motion, self.shape, str(self.power), str(self.lagged)))
+        return "/".join((self.place, self.motion, self.shape, str(self.power), self.response))
 
     @property
     def swings(self) -> bool:
-        """An oscillating mass, with a natural frequency."""
+        """A mass that moves in its body: it oscillates, or slides."""
         return self.motion in SWINGS
+
+    @property
+    def slides(self) -> bool:
+        """A mass that dry friction alone holds on the floor."""
+        return self.motion == "swing" and self.shape == SLIDING
 
 
 #: Laws whose linear form is in the library or the file: a damper at the ball, the steering ratio,
-#: roll steer, a softer tyre. Friction at the ball and free play of the steering are library effects
-#: too. An axle with play in its wheel bearings is softer at small slip.
+#: a late steering, roll steer, a softer tyre. Friction at the ball and free play of the steering are
+#: library effects too. An axle with play in its wheel bearings is softer at small slip, one that
+#: steers itself after its slip late is softer in slow turns.
 NONLINEAR_ONLY = (
     *(
         Law("hitch", "articulation_rate", nonlinear)
@@ -187,26 +206,34 @@ NONLINEAR_ONLY = (
     ),
     *(Law("slip_car_front", "steer", nonlinear) for nonlinear in ("odd square", "cube")),
     *(
+        Law("slip_car_front", "steer_rate", nonlinear)
+        for nonlinear in ("saturating", "dead zone", "odd square", "cube")
+    ),
+    *(
         Law(axle, roll, nonlinear)
-        for axle, roll in (("slip_car_rear", "roll_car"), ("slip_trailer", "roll_trailer"))
-        for nonlinear in ("odd square", "cube", *FRICTION)
+        for axle, roll in (
+            ("slip_car_front", "roll_car"), ("slip_car_rear", "roll_car"),
+            ("slip_trailer", "roll_trailer"),
+        )
+        for nonlinear in ("saturating", "dead zone", "odd square", "cube", *FRICTION)
     ),
     *(Law(slip, slip, "saturating") for slip in SLIPS),
+    *(Law(slip, slip, response=LAGGED) for slip in SLIPS),
 )
 
 
 def law_of(spec: str) -> Law:
     """The law of a string written by `Law.spec`."""
     try:
-        place, motion, shape, power, lagged = spec.partition("@")[0].split("/")
-        found = Law(place, motion, shape, int(power), lagged == "True")
+        place, motion, shape, power, response = spec.partition("@")[0].split("/")
+        found = Law(place, motion, shape, int(power), response)
     except ValueError:
-        raise SwaywatchError(f"{spec!r} is no law (place/motion/shape/power/lagged)") from None
+        raise SwaywatchError(f"{spec!r} is no law (place/motion/shape/power/response)") from None
     known = motion in MOTIONS and place in PLACES
     known |= motion in SWINGS and place in BODIES
     known |= motion == "side_force" and place == "tyres"
-    if not known or shape not in SHAPES:
-        raise SwaywatchError(f"{spec!r}: no such place, motion or shape")
+    if not known or shape not in SHAPES or response not in RESPONSES:
+        raise SwaywatchError(f"{spec!r}: no such place, motion, shape or response")
     return found
 
 
@@ -220,7 +247,9 @@ def _moves(law: Law) -> Act:
         plant.scalar("law_shape", float(SHAPES.index(law.shape)))
         plant.scalar("law_bend", values.get("bend", 0.0))
         plant.scalar("law_speed_power", float(law.power))
-        plant.scalar("law_lag", max(values.get("lag_s", 0.0), 0.0))
+        rate = law.motion == "steer_rate"
+        plant.scalar("law_lag", RATE_S if rate else max(values.get("lag_s", 0.0), 0.0))
+        plant.scalar("law_transient", float(rate or law.response == TRANSIENT))
         for motion, share in MADE_OF.get(law.motion, {law.motion: 1.0}).items():
             plant.scalar(f"law_of_{motion}", share)
         plant.scalar(f"law_to_{law.place}", 1.0)
@@ -243,10 +272,11 @@ def _swings(body: str) -> Act:
         # the centre of gravity of the rest is as far the other way as the masses say
         ahead = -mass * place / rest
         plant.scalar(f"mode_mass_{body}", mass)
-        plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values["frequency_hz"])
-        plant.scalar(f"mode_damping_{body}", values["damping_ratio"])
+        plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values.get("frequency_hz", 0.0))
+        plant.scalar(f"mode_damping_{body}", values.get("damping_ratio", 0.0))
         plant.scalar(f"mode_gap_{body}", abs(values.get("gap_m", 0.0)))
         plant.scalar(f"mode_drag_{body}", max(values.get("drag_per_m", 0.0), 0.0))
+        plant.scalar(f"mode_friction_{body}", max(values.get("friction_m_s2", 0.0), 0.0))
         plant.scalar(f"mode_place_{body}", place - ahead)
         plant.scalar(f"sensor_ahead_{body}", -ahead)
         plant.body[BODY.index(f"{body}.mass")] = rest
@@ -328,7 +358,7 @@ def _effect(law: Law, start_hz: float | None, sprung: bool) -> Effect:
             "start_hz": start_hz,
             "imitated_on_springs": True,
         }
-        | ({"possible": _can_swing} if law.swings else {}),
+        | ({"possible": _can_swing} if law.swings and not law.slides else {}),
     )
 
 
@@ -342,10 +372,13 @@ def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], 
         size = Parameter("inertia_kgm2", "kg m2", 0.0, 0.0, 3000.0, (150.0,), 25.0, 5.0)
         equation = "I (q'' + 2 zeta omega q' + omega^2 q) = -I r'"
         return _turns(law.place), (size, *swings), equation
-    found: tuple[Parameter, ...] = (
-        Parameter("mass_kg", "kg", 0.0, 0.0, 900.0, (60.0,), 10.0, 2.0), *swings,
-        Parameter("position_m", "m", 0.0, -4.0, 4.0, (0.0,), 0.05, 1e9),
-    )  # fmt: skip
+    mass = Parameter("mass_kg", "kg", 0.0, 0.0, 900.0, (60.0,), 10.0, 2.0)
+    place = Parameter("position_m", "m", 0.0, -4.0, 4.0, (0.0,), 0.05, 1e9)
+    if law.slides:
+        rubs = Parameter("friction_m_s2", "m/s2", 1e3, 0.02, 20.0, (1.0, 0.4, 2.0), 0.05, 1e9)
+        equation = "m q'' = -m a_y of its place - m friction sign(q')"
+        return _swings(law.place), (mass, place, rubs), equation
+    found: tuple[Parameter, ...] = (mass, *swings, place)
     held, drag = "q", ""
     if law.shape == "dead zone":
         found = (*found, Parameter("gap_m", "m", 0.01, 0.0, 0.3, (0.01,), 0.003, 1e9))
@@ -392,8 +425,11 @@ def _numbers(law: Law) -> tuple[Parameter, ...]:
         found.append(
             Parameter("bend", motion.unit, 1e3, 0.02 * bend, 20.0 * bend, (bend,), 0.1 * bend, 1e9)
         )
-    if law.lagged:
-        found.append(Parameter("lag_s", "s", 0.0, 0.0, 1.5, (0.1,), 0.01, 1e9))
+    if law.response == LAGGED:
+        late = 0.4 if law.motion in SLIPS else 0.1  # a shorter one of a slip is a relaxation
+        found.append(Parameter("lag_s", "s", 0.0, 0.0, 1.5, (late,), 0.01, 1e9))
+    if law.response == TRANSIENT:
+        found.append(Parameter("lag_s", "s", 1e3, 0.02, 3.0, (0.3,), 0.03, 1e9))
     return tuple(found)
 
 
@@ -443,7 +479,10 @@ def formula(law: Law) -> str:
         1: f" (v / {SPEED_M_S:g} m/s)",
         2: f" (v / {SPEED_M_S:g} m/s)^2",
     }[law.power]
-    return f"{left} = gain x {nonlinear}{speed}" + (" with a lag" if law.lagged else "")
+    return f"{left} = gain x {nonlinear}{speed}" + _WHEN[law.response]
+
+
+_WHEN = {INSTANT: "", LAGGED: " with a lag", TRANSIENT: ", without what lasts"}
 
 
 @cache
@@ -486,8 +525,9 @@ def refined(law: Law) -> list[Law]:
     powers = PAIRS[law.place][law.motion]
     found = [Law(law.place, law.motion, shape, power) for shape in shapes for power in powers]
     found = [other for other in found if (other.shape, other.power) != (law.shape, law.power)]
-    lagged = Law(law.place, law.motion, power=law.power, lagged=True)
-    return found if law.motion in HEADINGS else [*found, lagged]
+    if law.motion in (*HEADINGS, "steer_rate"):  # their one state is taken
+        return found
+    return [*found, *(Law(law.place, law.motion, power=law.power, response=r) for r in RESPONSES[1:])]
 
 
 @cache

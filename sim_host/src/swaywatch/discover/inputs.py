@@ -8,12 +8,14 @@ that a law can be compared with it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from swaywatch.diagnose.evidence.locate import Locator
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
@@ -24,7 +26,9 @@ from swaywatch.discover.grammar import (
     ID,
     MOTIONS,
     PLACES,
+    RATE_S,
     SPEED_M_S,
+    TRANSIENT,
     Law,
     curve,
 )
@@ -131,6 +135,8 @@ def motion(found: Discovery, index: int, law: Law) -> Array | None:
     plant = plant_of(problem, index, fit.terms, fit.nuisance[index], fit.shift)
     if law.motion == "steer":
         return plant.steer
+    if law.motion == "steer_rate":
+        return changed(plant.steer, RATE_S) / RATE_S
     out = simulate(plant)
     column = {name: out[:, i] for i, name in enumerate(OUTPUT)}
     if law.motion in _COLUMNS:
@@ -170,9 +176,17 @@ def _steered(name: str, plant: PlantInput) -> Array:
     return plant.steer if name == "slip_car_front" else np.zeros_like(plant.steer)
 
 
+def changed(z: Array, lag_s: float) -> Array:
+    """What has changed within a lag, shape (n,): less its mean over the past."""
+    kept = math.exp(-1.0 / (RATE_HZ * lag_s))
+    return np.asarray(z - lfilter([1.0 - kept], [1.0, -kept], z))
+
+
 def valued(found: Discovery, z: Array, speed: Array) -> Array:
-    """The law (without its lag) at given values of its variable, shape (n,)."""
+    """The law (without its lag) over the course of its variable, shape (n,)."""
     law = found.law
     values = found.term.as_dict()
+    if law.response == TRANSIENT:
+        z = changed(z, values["lag_s"])
     course = curve(law.shape, z, values.get("bend", 1.0))
     return np.asarray(values["gain"] * course * (speed / SPEED_M_S) ** law.power)

@@ -59,6 +59,8 @@ def variables(law: Law) -> list[str]:
     """Its variables, in words."""
     if law.motion == "turn":
         return [f"yaw acceleration of the {law.place}", "its own angle and rate"]
+    if law.slides:
+        return [f"lateral acceleration of the {law.place}", "its own rate"]
     if law.swings:
         return [f"lateral acceleration of the {law.place}", "its own displacement and rate"]
     found = ["tyre side force"] if law.motion == "side_force" else []

@@ -6,7 +6,17 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from swaywatch.discover.grammar import FRICTION, MOTIONS, PLACES, SPEED_M_S, Law, Place
+from swaywatch.discover.grammar import (
+    FRICTION,
+    INSTANT,
+    LAGGED,
+    MOTIONS,
+    PLACES,
+    SPEED_M_S,
+    TRANSIENT,
+    Law,
+    Place,
+)
 from swaywatch.discover.known import KNOWN
 
 #: Motions that a place works against: their product is power.
@@ -23,10 +33,18 @@ def suggestion(law: Law, gain: float) -> str:
     names = KNOWN.get((law.place, law.motion), ("", ""))
     if law.place == "hitch" and law.shape == "dead zone":
         return "a stop: contact at large articulation"
+    if law.slides:
+        return f"a load that slides on the floor of the {law.place}"
     if law.swings and law.shape == "odd square":
         return "a liquid between baffles" if law.place == "trailer" else "a liquid in the car"
     if law.swings and law.shape == "dead zone":
         return "a load that rolls or slides between stops"
+    if law.motion == law.place and law.response == LAGGED:
+        return "wheels that turn after their slip, held by a damper: a self-steering axle"
+    if law.response == TRANSIENT and (law.place, law.motion) == (
+        "moment_trailer", "yaw_rate_trailer",
+    ):  # fmt: skip
+        return "a gyroscope, or yaw damping by a controller that a steady turn does not concern"
     if law.shape in FRICTION and law.place == "slip_trailer":
         return "axle compliance with friction: worn bushes"
     if law.shape == "rubbing" and law.place == "hitch":
@@ -47,9 +65,10 @@ def energy(law: Law, gain: float) -> str:
             if sign * gain < 0.0
             else "supplies energy to the motion, taken from the forward motion or from an actuator"
         )
-    if law.motion == stores and not law.lagged and not law.power:
+    at_once = law.response == INSTANT
+    if law.motion == stores and at_once and not law.power:
         return "stores energy and returns it: passive"
-    if law.motion == loses and not law.lagged and sign * gain < 0.0:
+    if law.motion == loses and at_once and sign * gain < 0.0:
         return "dissipates energy of the motion: passive"
     return "can supply energy to the motion, taken from the forward motion or from an actuator"
 
@@ -79,9 +98,15 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         1: f", at {SPEED_M_S:g} m/s, proportional to the speed",
         2: f", at {SPEED_M_S:g} m/s, proportional to the square of the speed",
     }[law.power]
-    if law.lagged and "lag_s" in parameters:
-        words += f", {1000.0 * parameters['lag_s']['value']:.0f} ms lag"
-    return words
+    return words + _response(law, parameters)
+
+
+def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """What a lag adds to a sentence, or a washout."""
+    if law.response == INSTANT or "lag_s" not in parameters:
+        return ""
+    lag = f"{1000.0 * parameters['lag_s']['value']:.0f} ms"
+    return f", {lag} lag" if law.response == LAGGED else f", only what has changed within {lag}"
 
 
 def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
@@ -101,6 +126,8 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
 
 def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """A mass that oscillates, in one sentence."""
+    if law.slides:
+        return _sliding(law, parameters)
     hz, ratio = parameters["frequency_hz"], parameters["damping_ratio"]
     much = f"a damping ratio of {100.0 * max(ratio['value'], 0.0):.0f} %"
     if law.motion == "turn":
@@ -109,9 +136,7 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
             f"a load with a yaw inertia of {size} kg m2 in the {law.place} oscillates about "
             f"the vertical axis at {_range(hz)} Hz with {much}"
         )
-    mass, x = parameters["mass_kg"], parameters["position_m"]["value"]
-    side = "ahead of" if x >= 0.0 else "behind"
-    where = f", {abs(x):.1f} m {side} the centre of gravity"
+    mass, where = parameters["mass_kg"], _where(parameters)
     if "gap_m" in parameters:
         gap = 1000.0 * abs(parameters["gap_m"]["value"])
         where += f", free within {gap:.0f} mm either way"
@@ -121,6 +146,20 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     return (
         f"a mass of {_range(mass)} kg in the {law.place} oscillates laterally at "
         f"{_range(hz)} Hz with {much}{where}"
+    )
+
+
+def _where(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """Where a mass that moves is at rest."""
+    x = parameters["position_m"]["value"]
+    return f", {abs(x):.1f} m {'ahead of' if x >= 0.0 else 'behind'} the centre of gravity"
+
+
+def _sliding(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """A mass that slides, in one sentence."""
+    return (
+        f"a mass of {_range(parameters['mass_kg'])} kg in the {law.place} slides laterally where "
+        f"more than {_range(parameters['friction_m_s2'])} m/s2 acts on it{_where(parameters)}"
     )
 
 

@@ -106,6 +106,7 @@ SCALARS = (
     "law_bend",  # what it depends on, where it saturates or the dead zone ends
     "law_speed_power",  # -1, 0, 1 or 2
     "law_lag",  # s
+    "law_transient",  # 1: of what it depends on only what has changed within the lag counts
     *(f"law_of_{name}" for name in LAW_OF),  # weights of what it depends on
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass
@@ -113,6 +114,7 @@ SCALARS = (
     "mode_damping_car", "mode_damping_trailer",  # 1
     "mode_gap_car", "mode_gap_trailer",  # m either way, within which nothing but damping holds it
     "mode_drag_car", "mode_drag_trailer",  # 1/m, its deceleration over the square of its rate
+    "mode_friction_car", "mode_friction_trailer",  # m/s2, what friction on the floor takes
     "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest
     "sensor_ahead_car", "sensor_ahead_trailer",  # m, "centre of gravity" of the accelerations
     "drag_area_car", "drag_area_trailer",  # m2, drag coefficient times frontal area

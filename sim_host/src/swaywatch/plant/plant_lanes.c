@@ -28,6 +28,7 @@
 #define LAW_SLOW 0.01       // rad/s, below which friction that grows with a deflection is not full
 #define LAW_SPEED 25.0      // m/s, at which the gain of a law is said
 #define SHORTEST_LAW_S 0.01 // lag of a law
+#define MODE_SLOW 0.01      // m/s, below which friction on a floor is not full
 
 _Static_assert(E_SLOTS == PLANT_SCALARS, "every slot is read");
 

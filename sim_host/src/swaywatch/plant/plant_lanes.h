@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 117
+#define PLANT_SCALARS 120
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -113,6 +113,7 @@ enum plant_scalar {
     E_LAW_BEND,
     E_LAW_SPEED_POWER,
     E_LAW_LAG,
+    E_LAW_TRANSIENT,
     E_LAW_OF_ARTICULATION,
     E_LAW_OF_ARTICULATION_RATE,
     E_LAW_OF_YAW_RATE_CAR,
@@ -144,6 +145,8 @@ enum plant_scalar {
     E_MODE_GAP_TRAILER,
     E_MODE_DRAG_CAR,
     E_MODE_DRAG_TRAILER,
+    E_MODE_FRICTION_CAR,
+    E_MODE_FRICTION_TRAILER,
     E_MODE_PLACE_CAR,
     E_MODE_PLACE_TRAILER,
     E_SENSOR_AHEAD_CAR,
@@ -307,7 +310,7 @@ enum plant_state {
     X_ROLL_RATE = 14,
     X_HEAVE = 16, ///< m, over the four axles
     X_HEAVE_RATE = 20,
-    X_LAW = 24,  ///< N, Nm or rad, of a law behind its lag; rad, the heading that it goes with
+    X_LAW = 24,  ///< of a law behind its lag, or of what a transient one depends on; rad, the heading
     X_MODE = 25, ///< m, to the left, of what swings in the bodies
     X_MODE_RATE = 27,
     X_LAG = 29,       ///< N, Nm: the car's side force and moment behind the suspension's lag

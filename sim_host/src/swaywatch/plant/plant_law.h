@@ -28,7 +28,8 @@ INLINE V NAME(dragged)(const V *x, V rate, const V *e)
     return rate - NAME(absolute)(rate) * x[X_LAW] / some;
 }
 
-/// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag.
+/// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag; or of
+/// what has changed within that lag.
 INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V speed, V *dx)
 {
     const V rate = NAME(rubbing)(of, turning, e);
@@ -36,6 +37,9 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     for (int j = 0; j < PLANT_LAW_STATES; j++) {
         z += e[E_LAW_OF_ARTICULATION + j] * of[j];
     }
+    const V lag = e[E_LAW_LAG], passing = e[E_LAW_TRANSIENT];
+    const V followed = z;
+    z = NAME(choose)(passing > 0.0, z - x[X_LAW], z);
     const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
     const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
     V bent = NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
@@ -45,15 +49,16 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
     value /= NAME(choose)(power < 0.0, faster, NAME(all)(1.0));
-    const V lag = e[E_LAW_LAG];
-    const V late = (value - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
+    const V goal = NAME(choose)(passing > 0.0, followed, value);
+    const V late = (goal - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
     dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, rate, e), NAME(where)(lag, late));
     // one state: what goes with the heading has neither lag nor friction
     dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
-    return NAME(choose)(lag > 0.0, x[X_LAW], value);
+    return NAME(choose)(lag > 0.0, NAME(choose)(passing > 0.0, value, x[X_LAW]), value);
 }
 
-/// Deceleration of the mass that swings in a body; it is free within a gap in the middle.
+/// Deceleration of the mass that swings in a body: free within a gap in the middle, or held by
+/// friction on the floor.
 INLINE V NAME(pulled_back)(const V *x, const V *e, int body)
 {
     const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
@@ -61,7 +66,8 @@ INLINE V NAME(pulled_back)(const V *x, const V *e, int body)
     const V held = q - NAME(most)(NAME(least)(q, gap), -gap);
     const V rate = x[X_MODE_RATE + body];
     const V drag = e[E_MODE_DRAG_CAR + body] * NAME(absolute)(rate);
-    return omega * (omega * held + 2.0 * zeta * rate) + drag * rate;
+    const V rubs = e[E_MODE_FRICTION_CAR + body] * NAME(hyperbolic_tangent)(rate * (1.0 / MODE_SLOW));
+    return omega * (omega * held + 2.0 * zeta * rate) + drag * rate + rubs;
 }
 
 /// Its side force on the body.
