@@ -310,7 +310,8 @@ enum plant_state {
     X_ROLL_RATE = 14,
     X_HEAVE = 16, ///< m, over the four axles
     X_HEAVE_RATE = 20,
-    X_LAW = 24,  ///< of a law behind its lag, or of what a transient one depends on; rad, the heading
+    X_LAW =
+        24, ///< of a law behind its lag, or of what a transient one depends on; rad, the heading
     X_MODE = 25, ///< m, to the left, of what swings in the bodies
     X_MODE_RATE = 27,
     X_LAG = 29,       ///< N, Nm: the car's side force and moment behind the suspension's lag

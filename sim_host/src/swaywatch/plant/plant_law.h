@@ -66,7 +66,8 @@ INLINE V NAME(pulled_back)(const V *x, const V *e, int body)
     const V held = q - NAME(most)(NAME(least)(q, gap), -gap);
     const V rate = x[X_MODE_RATE + body];
     const V drag = e[E_MODE_DRAG_CAR + body] * NAME(absolute)(rate);
-    const V rubs = e[E_MODE_FRICTION_CAR + body] * NAME(hyperbolic_tangent)(rate * (1.0 / MODE_SLOW));
+    const V rubs =
+        e[E_MODE_FRICTION_CAR + body] * NAME(hyperbolic_tangent)(rate * (1.0 / MODE_SLOW));
     return omega * (omega * held + 2.0 * zeta * rate) + drag * rate + rubs;
 }
 
