@@ -81,7 +81,13 @@ SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
 #: that grows with its rate, or slides.
 SWINGING = tuple(
     Law(body, *kind)
-    for kind in (("swing",), ("turn",), ("swing", "dead zone"), ("swing", "odd square"), ("swing", SLIDING))
+    for kind in (
+        ("swing",),
+        ("turn",),
+        ("swing", "dead zone"),
+        ("swing", "odd square"),
+        ("swing", SLIDING),
+    )
     for body in BODIES
 )
 #: Library effects from which on one law may replace them: one, with suspension two.

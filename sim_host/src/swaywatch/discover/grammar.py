@@ -212,7 +212,8 @@ NONLINEAR_ONLY = (
     *(
         Law(axle, roll, nonlinear)
         for axle, roll in (
-            ("slip_car_front", "roll_car"), ("slip_car_rear", "roll_car"),
+            ("slip_car_front", "roll_car"),
+            ("slip_car_rear", "roll_car"),
             ("slip_trailer", "roll_trailer"),
         )
         for nonlinear in ("saturating", "dead zone", "odd square", "cube", *FRICTION)
@@ -527,7 +528,10 @@ def refined(law: Law) -> list[Law]:
     found = [other for other in found if (other.shape, other.power) != (law.shape, law.power)]
     if law.motion in (*HEADINGS, "steer_rate"):  # their one state is taken
         return found
-    return [*found, *(Law(law.place, law.motion, power=law.power, response=r) for r in RESPONSES[1:])]
+    return [
+        *found,
+        *(Law(law.place, law.motion, power=law.power, response=r) for r in RESPONSES[1:]),
+    ]
 
 
 @cache
