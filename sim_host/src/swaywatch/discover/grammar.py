@@ -196,9 +196,9 @@ class Law:
 
 
 #: Laws whose linear form is in the library or the file: a damper at the ball, the steering ratio,
-#: a late steering, roll steer, a softer tyre. Friction at the ball and free play of the steering are
-#: library effects too. An axle with play in its wheel bearings is softer at small slip, one that
-#: steers itself after its slip late is softer in slow turns.
+#: a late steering, roll steer, a softer tyre. Friction at the ball and free play of the steering
+#: are library effects too. An axle with play in its wheel bearings is softer at small slip, one
+#: that steers itself after its slip late is softer in slow turns.
 NONLINEAR_ONLY = (
     *(
         Law("hitch", "articulation_rate", nonlinear)

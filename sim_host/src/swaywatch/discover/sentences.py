@@ -12,6 +12,7 @@ from swaywatch.discover.grammar import (
     LAGGED,
     MOTIONS,
     PLACES,
+    SLIDING,
     SPEED_M_S,
     TRANSIENT,
     Law,
@@ -30,26 +31,33 @@ _UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
 
 def suggestion(law: Law, gain: float) -> str:
     """What is known to act in this way; empty if nothing is."""
-    names = KNOWN.get((law.place, law.motion), ("", ""))
-    if law.place == "hitch" and law.shape == "dead zone":
-        return "a stop: contact at large articulation"
-    if law.slides:
-        return f"a load that slides on the floor of the {law.place}"
-    if law.swings and law.shape == "odd square":
-        return "a liquid between baffles" if law.place == "trailer" else "a liquid in the car"
-    if law.swings and law.shape == "dead zone":
-        return "a load that rolls or slides between stops"
-    if law.motion == law.place and law.response == LAGGED:
+    if law.swings:
+        in_trailer = law.place == "trailer"
+        named = {
+            SLIDING: f"a load that slides on the floor of the {law.place}",
+            "odd square": "a liquid between baffles" if in_trailer else "a liquid in the car",
+            "dead zone": "a load that rolls or slides between stops",
+        }
+        if law.motion == "swing" and law.shape in named:
+            return named[law.shape]
+    elif law.motion == law.place and law.response == LAGGED:
         return "wheels that turn after their slip, held by a damper: a self-steering axle"
-    if law.response == TRANSIENT and (law.place, law.motion) == (
-        "moment_trailer", "yaw_rate_trailer",
-    ):  # fmt: skip
-        return "a gyroscope, or yaw damping by a controller that a steady turn does not concern"
-    if law.shape in FRICTION and law.place == "slip_trailer":
+    elif (law.place, law.response) == ("moment_trailer", TRANSIENT):
+        return "a gyroscope, or a controller that leaves a steady turn alone"
+    elif law.shape in FRICTION and law.place == "slip_trailer":
         return "axle compliance with friction: worn bushes"
-    if law.shape == "rubbing" and law.place == "hitch":
-        return "friction that grows with the articulation: a worn coupling" if gain > 0.0 else ""
-    return names[0 if gain >= 0.0 else 1]
+    return _at_hitch(law, gain) or KNOWN.get((law.place, law.motion), ("", ""))[gain < 0.0]
+
+
+def _at_hitch(law: Law, gain: float) -> str:
+    """What acts at the hitch otherwise than a spring or a damper."""
+    if law.place != "hitch":
+        return ""
+    if law.shape == "dead zone":
+        return "a stop: contact at large articulation"
+    if law.shape == "rubbing" and gain > 0.0:
+        return "friction that grows with the articulation: a worn coupling"
+    return ""
 
 
 def energy(law: Law, gain: float) -> str:
