@@ -25,6 +25,7 @@ from swaywatch.diagnose.evidence.evidence import (
     UNEXPLAINED_ABOVE,
     explained,
     inflation,
+    price_of_further,
     residuals,
     worth,
 )
@@ -92,6 +93,8 @@ SWINGING = tuple(
 )
 #: Library effects from which on one law may replace them: one, with suspension two.
 SEVERAL = {False: 1, True: 2}
+#: Library effects more than the law and what is beside it, from which on it is the simpler one.
+SIMPLER = 2
 #: Share by which a law has to reduce the misfit that the library effects leave.
 BESIDE_KNOWN = 0.03
 #: Of what a law has to take away to be claimed, that it promises to first order beside library
@@ -603,9 +606,25 @@ def _polish_best(law_searches: Sequence[LawSearch]) -> None:
 
 
 def _ahead(law_searches: Sequence[LawSearch], candidate: Candidate) -> bool:
-    """The law is likelier than the best of the library by more than the model error allows."""
+    """The law is likelier than the best of the library by more than the model error allows.
+
+    Or it does alone what takes several effects of the library.
+    """
     least = _least_ahead(law_in(candidate.fit.terms[-1]))
-    return candidate.evidence > _library(law_searches)[1].evidence + least
+    where, library = _library(law_searches)
+    ahead = candidate.evidence > library.evidence + least
+    return ahead or _simpler(where.path.base.fit, library.fit, candidate.fit)
+
+
+def _simpler(base: Fit, library: Fit, fit: Fit) -> bool:
+    """The law leaves only noise, and library effects that are more by `SIMPLER` hardly less.
+
+    What each of them takes away more than the law does, the form of a right law can leave as well.
+    """
+    count = len(fit.terms)
+    if len(library.terms) < count + SIMPLER or reduced_chi_square(fit) > UNEXPLAINED_ABOVE:
+        return False
+    return fit.chi2 - library.chi2 < price_of_further(base, library, count)
 
 
 def _least_ahead(law: Law) -> float:
