@@ -53,6 +53,9 @@ def test_ramps_are_at_half_at_the_edges_of_the_window() -> None:
     assert value[[200, 450, 800]] == pytest.approx([0.0, 1.0, 0.0])
     assert np.interp([3.0, 6.0], time, value) == pytest.approx([0.5, 0.5], abs=0.02)
     assert np.sum(value) * 0.01 == pytest.approx(3.0, abs=0.02)
+    short = Window(3.0, 4.0, {"rise_s": 2.0}).ramped(time)
+    assert short.max() == pytest.approx(1.0, abs=1e-3)
+    assert short[350] == short.max()
     sharp = Window(3.0, 6.0, {"rise_s": 0.0})
     assert np.abs(sharp.ramped(time) - sharp.mask(time)).max() < 0.51
 

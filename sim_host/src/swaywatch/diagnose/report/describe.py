@@ -138,18 +138,24 @@ def _windows(term: ActiveEffect, problem: Problem) -> list[dict[str, Any]]:
 def _over_windows(
     term: ActiveEffect, name: str, windows: list[dict[str, Any]], covariance: Array, reached: float
 ) -> dict[str, Any]:
-    """Median over the windows; its interval from their spread and from the fit's errors."""
+    """Median over the windows; its interval from their spread and from the fit's errors.
+
+    What is not fitted itself but follows from it has the relative error of the first value.
+    """
     effect = term.effect
     neutral = {p.name: p.neutral for p in effect.parameters}
-    first = np.arange(len(windows)) * term.stride + 2
-    sizes = np.abs([term.values[at] for at in first]) + 1e-12
-    relative = float(np.median(np.sqrt(np.abs(np.diag(covariance)[first])) / sizes))
+    names = [p.name for p in effect.parameters]
+    own = np.sqrt(np.abs(np.diag(covariance))).reshape(len(windows), term.stride)[:, 2:]
+    sizes = np.abs(np.reshape(term.values, (len(windows), -1))[:, 2]) + 1e-12
+    relative = float(np.median(own[:, 0] / sizes))
     parameters: dict[str, Any] = {}
     for key in (k for k in windows[0] if k not in ("run", "start", "stop")):
         values = np.array([w[key] for w in windows])
         centre = float(np.median(values))
         spread = float(values.std() / np.sqrt(values.size)) if values.size > 1 else 0.0
-        error = float(np.hypot(spread, relative * abs(centre)))
+        fitted = key in names and not callable(effect.extra.get("describe"))
+        of_fit = np.median(own[:, names.index(key)]) if fitted else relative * abs(centre)
+        error = float(np.hypot(spread, of_fit))
         size = centre - neutral.get(key, 0.0)
         parameters[key] = interval(name, centre, size, error, reached)
         parameters[key]["per_window"] = [float(x) for x in values]
