@@ -67,7 +67,8 @@ class Window:
         inside = np.minimum(time - self.start, self.stop - time) / rise + 0.5
         middle = min(0.5 * max(self.stop - self.start, 0.0) / rise + 0.5, 1.0)
         reached = 0.5 - 0.5 * np.cos(np.pi * middle)
-        return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(inside, 0.0, 1.0))) / reached
+        ramp = 0.5 - 0.5 * np.cos(np.pi * np.clip(inside, 0.0, 1.0))
+        return np.asarray(ramp / reached)
 
 
 #: A least claim beyond which a value only shapes its effect.
