@@ -291,9 +291,9 @@ class LawSearch:
         """A law may be claimed: the library leaves more than noise, or a law promises enough.
 
         Library effects that leave only noise and are not the cause leave what a law takes away
-        beside them, too: it has to be far likelier than they are.
+        beside them, too: it has to be far likelier than they are. Several effects may be one law.
         """
-        if not self.path.clean:
+        if not self.path.clean or len(self.path.best.fit.terms) > SIMPLER:
             return True
         close = self.search.close
         course = Linear(close, close.run(self.path.best.fit, 6))
@@ -669,9 +669,12 @@ def _share_noise(law_searches: Sequence[LawSearch]) -> None:
 
 
 def _best(law_searches: Sequence[LawSearch]) -> tuple[LawSearch, Candidate] | None:
-    """The likeliest law that reduces the misfit enough."""
+    """The likeliest law that reduces the misfit enough; of the simpler ones if there are any."""
     found = [(h, h.weighed(c)) for h in law_searches for c in h.tried if _enough(h, c)]
-    return max(found, key=lambda pair: pair[1].evidence, default=None)
+    where, library = _library(law_searches)
+    base = where.path.base.fit
+    simpler = [(h, c) for h, c in found if _simpler(base, library.fit, c.fit)]
+    return max(simpler or found, key=lambda pair: pair[1].evidence, default=None)
 
 
 def _leaves_noise(law_search: LawSearch, candidate: Candidate) -> bool:
