@@ -59,16 +59,10 @@ class Window:
         return self.half_sine(time) ** 2
 
     def ramped(self, time: Array) -> Array:
-        """Half-cosine ramps of `rise_s` about both edges, where it is at half. Shape of `time`.
-
-        1 in the middle, also where the window is shorter than a ramp: sizes are those reached.
-        """
+        """Half-cosine ramps of `rise_s` about both edges, where it is at half. Shape of `time`."""
         rise = max(self.values["rise_s"], float(time[1] - time[0]))
         inside = np.minimum(time - self.start, self.stop - time) / rise + 0.5
-        middle = min(0.5 * max(self.stop - self.start, 0.0) / rise + 0.5, 1.0)
-        reached = 0.5 - 0.5 * np.cos(np.pi * middle)
-        ramp = 0.5 - 0.5 * np.cos(np.pi * np.clip(inside, 0.0, 1.0))
-        return np.asarray(ramp / reached)
+        return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(inside, 0.0, 1.0)))
 
 
 #: A least claim beyond which a value only shapes its effect.
