@@ -388,20 +388,20 @@ def gyro_stabiliser(rng: Generator, u: float) -> Draw:
 def wire_steering(rng: Generator, u: float) -> Draw:
     """Axles of a trailer that are steered by hydraulics after the car's front wheels, late."""
     at = round(float(rng.uniform(0.15, 0.6)), 3)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.01, 0.3, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.3, 1.5, u)
     return _draw("wire_steering", size, "slip_trailer", "steer", more_at=at)
 
 
 def brake_cable(rng: Generator, u: float) -> Draw:
     """A brake cable that is too short: the right wheels drag as the drawbar turns to one side."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(500.0, 2e4, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1500.0, 4e4, u)
     return _draw("brake_cable", size, "moment_trailer drag_trailer", "articulation")
 
 
 def rubber_coupling(rng: Generator, u: float) -> Draw:
     """A coupling in rubber and oil: it resists a turn, and gives way to one that lasts."""
     at = round(float(rng.uniform(0.15, 1.0)), 3)
-    size = log_between(600.0, 2e4, u)
+    size = log_between(2e3, 3e4, u)
     variables = "articulation articulation_rate"
     return _draw("rubber_coupling", size, "hitch", variables, more_at=at)
 
@@ -409,7 +409,7 @@ def rubber_coupling(rng: Generator, u: float) -> Draw:
 def tow_mode(rng: Generator, u: float) -> Draw:
     """Rear wheels of the car that are steered with the articulation, as far as they can."""
     at = round(float(rng.uniform(0.008, 0.04)), 4)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.005, 0.15, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.01, 0.3, u)
     return _draw("tow_mode", size, "slip_car_rear", "articulation", more_at=at)
 
 
@@ -438,26 +438,26 @@ def two_tanks(rng: Generator, u: float) -> Draw:
 
 def wishbone_bush(rng: Generator, u: float) -> Draw:
     """A torn bush of a front wishbone: the wheels give way to a side force beyond its preload."""
-    at = round(float(rng.uniform(0.003, 0.015)), 4)
-    size = log_between(0.02, 0.5, u)
+    at = round(float(rng.uniform(0.001, 0.006)), 4)
+    size = log_between(0.08, 0.6, u)
     return _draw("wishbone_bush", size, "slip_car_front", "slip_car_front", more_at=at)
 
 
 def bow_wave(rng: Generator, u: float) -> Draw:
     """Air that a tall trailer holds up before it presses on the car's tail as it turns."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(1.0, 40.0, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1.5, 30.0, u)
     return _draw("bow_wave", size, "force_car moment_car", "articulation")
 
 
 def elastic_drawbar(rng: Generator, u: float) -> Draw:
     """A drawbar that is cracked at its root gives way sideways to the force at the ball."""
-    return _draw("elastic_drawbar", log_between(5e6, 1.5e5, u), "hitch", "side_force")
+    return _draw("elastic_drawbar", log_between(5e5, 2.5e4, u), "hitch", "side_force")
 
 
 def sway_assist(rng: Generator, u: float) -> Draw:
     """A stability controller of the car that brakes its sides in turn once a swing has grown."""
     at = round(float(rng.uniform(0.004, 0.015)), 4)
-    size = log_between(800.0, 3e4, u)
+    size = log_between(1.2e3, 2e4, u)
     return _draw("sway_assist", size, "moment_car", "yaw_rate_car", more_at=at)
 
 
