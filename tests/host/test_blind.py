@@ -90,6 +90,19 @@ def test_a_wind_that_never_rests_is_no_instability(index, tmp_path, monkeypatch)
     assert (draw.answer["id"] == "wake_shedding") == restless
 
 
+def test_liquid_in_two_tanks_is_part_of_the_trailer():
+    """Mass and inertia of all that is in it are those of the vehicle that its user knows."""
+    index = [kind.__name__ for kind in unlisted.SETS["opened-sixth"]].index("two_tanks")
+    case = generate.draw_case(5, index, "opened-sixth")
+    plant, healthy = case.plant(), case.healthy.trailer
+    moves, at = plant.physics.slosh_mass_kg, plant.physics.slosh_position_m
+    rest = plant.combination.trailer
+    assert moves > 0.0
+    assert rest.mass_kg == healthy.mass_kg
+    inertia = rest.yaw_inertia_kgm2 + moves * at**2
+    assert inertia == pytest.approx(healthy.yaw_inertia_kgm2)
+
+
 def test_different_seeds_differ():
     kinds = [generate.draw_case(7, i).draws for i in range(12)]
     others = [generate.draw_case(8, i).draws for i in range(12)]

@@ -276,8 +276,20 @@ UNLISTED = {
     "car_wake": (15.0, 0.0),
     "grooved_road": (0.1, 0.05),
     "gyro_stabiliser": (5000.0, 0.4),
+    "wire_steering": (0.5, 0.3),
+    "brake_cable": (1e4, 0.0),
+    "rubber_coupling": (8000.0, 0.4),
+    "tow_mode": (0.1, 0.02),
+    "corner_steady": (5e4, 0.006),
+    "two_tanks": (200.0, 0.0),
+    "wishbone_bush": (0.3, 0.003),
+    "bow_wave": (15.0, 0.0),
+    "elastic_drawbar": (1e5, 0.0),
+    "sway_assist": (1e4, 0.008),
+    "late_air": (30.0, 8.0),
+    "loose_u_bolts": (0.3, 0.005),
 }
-CARGO = ("rolling_load", "baffled_liquid", "sliding_crate", "padded_load")
+CARGO = ("rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks")
 
 
 @pytest.mark.parametrize("kind", MORE)
@@ -297,18 +309,22 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     rest = (here * motion.car_acceleration_m_s2 - along)[inner]
     # wheels are steered by up to 1.5 deg: their forces lean by that
     leans = 0.002 * np.abs(motion.wheel_fy_n).sum(axis=0).max()
-    on_the_car = kind in ("car_air", "roof_load")
+    on_the_car = kind in ("car_air", "roof_load", "bow_wave")
     assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
     side, moment = _rest_of_the_trailer(whole.trailer, motion)
     assert (np.abs(side[inner]).max() > 4.0 * leans) == (
         kind in CARGO
         or kind
-        in ("tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake")
-    )
+        in (
+            "tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake",
+            "late_air",
+        )
+    )  # fmt: skip
     turns = (
         "trailer_brakes", "tandem_scrub", "jackknife_stop", "hydraulic_hitch", "trailer_hubs",
         "turning_load", "air_damping", "wedge_friction", "cam_centring", "stabiliser_windup",
-        "gyro_stabiliser", "wake_shedding", "car_wake",
+        "gyro_stabiliser", "wake_shedding", "car_wake", "brake_cable", "rubber_coupling",
+        "corner_steady", "late_air",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 
@@ -388,6 +404,80 @@ def test_eddies_go_with_the_distance():
         hz = np.argmax(spectrum) / ((1 << 16) * 0.002)
         assert hz == pytest.approx(speed / at, rel=0.05)
         assert np.abs(sway[-2000:]).max() > 0.8 * np.abs(sway[:2000]).max()
+
+
+def test_brake_cable_drags_to_one_side_only(planar):
+    """Half of the time nothing, then as strong as the articulation says; from the right wheels."""
+    size, _ = UNLISTED["brake_cable"]
+    motion, trailer = _with("brake_cable"), planar.combination.trailer
+    angle = motion.trailer_yaw_rad - motion.yaw_rad
+    drag = size * np.clip(angle, 0.0, None)
+    _, moment = _rest_of_the_trailer(trailer, motion)
+    assert drag.max() > 300.0
+    inner = slice(50, -50)
+    assert np.abs(moment + 0.5 * trailer.front.track_m * drag)[inner].max() < 0.1 * drag.max()
+
+
+def test_corner_steady_drags_where_the_trailer_leans_on_it(planar):
+    size, at = UNLISTED["corner_steady"]
+    motion = _with("corner_steady")
+    drag = size * np.clip(motion.trailer_roll_rad - at, 0.0, None)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    assert drag.max() > 500.0
+    assert (drag == 0.0).mean() > 0.3
+    assert np.abs(moment + 0.9 * drag)[50:-50].max() < 0.1 * drag.max()
+
+
+def _changed(planar, size_deg=20.0, **settings):
+    """Change of the trailer's yaw rate by physics."""
+    plant = Multibody(planar.combination, Physics(**settings))
+    motion, healthy = impulse(plant, 100.0, size_deg), impulse(planar, 100.0, size_deg)
+    return motion.trailer_yaw_rate_rad_s - healthy.trailer_yaw_rate_rad_s
+
+
+def test_air_that_follows_at_once_is_the_librarys(planar):
+    """Air acts 1 m ahead: as a side force and a moment of the same coefficient on 5 m2."""
+    late = _changed(planar, more="late_air", more_size=30.0, more_at=0.2)
+    at_once = _changed(planar, side_force_coefficient=6.0, yaw_moment_coefficient=6.0)
+    assert np.abs(late - at_once).max() < 0.05 * np.abs(at_once).max()
+
+
+def test_stiffer_drawbar_moves_less(planar):
+    """What it changes goes with its compliance; a stiff one is none."""
+    soft, stiff = (
+        _changed(planar, more="elastic_drawbar", more_size=size) for size in (1e6, 4e6)
+    )  # fmt: skip
+    assert np.abs(stiff).max() > 1e-4
+    assert np.abs(soft - 4.0 * stiff).max() < 0.1 * np.abs(soft).max()
+
+
+def test_sway_assist_waits_for_a_swing(planar):
+    size, at = UNLISTED["sway_assist"]
+    small, large = (
+        _changed(planar, size_deg, more="sway_assist", more_size=size, more_at=at)
+        for size_deg in (1.0, 20.0)
+    )
+    assert np.abs(small).max() < 1e-9
+    assert np.abs(large).max() > 1e-3
+
+
+def test_frozen_tanks_are_a_load(planar):
+    """Liquid that hardly moves: the inertia of the combination without it and its own are one."""
+    mass, away = 200.0, 1.2
+    trailer = planar.combination.trailer
+    rest = replace(trailer, yaw_inertia_kgm2=trailer.yaw_inertia_kgm2 - mass * away**2)
+    frozen = Physics(
+        more="two_tanks", more_size=mass, more_frequency_hz=12.0, slosh_mass_kg=mass,
+        slosh_frequency_hz=12.0, slosh_position_m=away, slosh_damping=0.3,
+    )  # fmt: skip
+    whole = replace(planar.combination, trailer=rest)
+    motion, healthy = impulse(Multibody(whole, frozen), 100.0, 20.0), impulse(planar, 100.0, 20.0)
+    light = impulse(Multibody(whole), 100.0, 20.0)
+    off, without = (
+        np.abs(m.trailer_yaw_rate_rad_s - healthy.trailer_yaw_rate_rad_s).max()
+        for m in (motion, light)
+    )
+    assert off < 0.2 * without
 
 
 def _rest_of_the_trailer(trailer, motion):

@@ -1,8 +1,9 @@
-"""Forty-six kinds of physics that no library lists: six to build on, the rest for one opening each.
+"""Fifty-eight kinds of physics that no library lists: six to build on, the rest to open once.
 
 Written down before the discovery was tried on any of them (the third and the fourth six on
 2026-11-23, the fifth six on 2026-11-24, each after the six before had been opened and learnt from;
-the last sixteen on 2026-11-26 by someone who had not seen how laws are searched for).
+the next sixteen on 2026-11-26 by someone who had not seen how laws are searched for, the last
+twelve the same day by someone who knew of the search what DESIGN.md and CHANGELOG.md say).
 A kind counts as found where a law is claimed at one of its places and of one of its variables
 (`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
 two variables in phase are one. Values of the file are exact and all sensors there: within
@@ -30,6 +31,9 @@ def _draw(name: str, size: float, places: str, variables: str, **more: float) ->
             return replace(whole, car=replace(car, mass_kg=car.mass_kg - size))
         if name == "turning_load":
             rest = trailer.yaw_inertia_kgm2 - size
+            return replace(whole, trailer=replace(trailer, yaw_inertia_kgm2=rest))
+        if name == "two_tanks":
+            rest = trailer.yaw_inertia_kgm2 - size * more["slosh_position_m"] ** 2
             return replace(whole, trailer=replace(trailer, yaw_inertia_kgm2=rest))
         return whole
 
@@ -381,6 +385,97 @@ def gyro_stabiliser(rng: Generator, u: float) -> Draw:
     return _draw("gyro_stabiliser", size, "moment_trailer", "yaw_rate_trailer", more_at=at)
 
 
+def wire_steering(rng: Generator, u: float) -> Draw:
+    """Axles of a trailer that are steered by hydraulics after the car's front wheels, late."""
+    at = round(float(rng.uniform(0.15, 0.6)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.3, 1.5, u)
+    return _draw("wire_steering", size, "slip_trailer", "steer", more_at=at)
+
+
+def brake_cable(rng: Generator, u: float) -> Draw:
+    """A brake cable that is too short: the right wheels drag as the drawbar turns to one side."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1500.0, 4e4, u)
+    return _draw("brake_cable", size, "moment_trailer drag_trailer", "articulation")
+
+
+def rubber_coupling(rng: Generator, u: float) -> Draw:
+    """A coupling in rubber and oil: it resists a turn, and gives way to one that lasts."""
+    at = round(float(rng.uniform(0.15, 1.0)), 3)
+    size = log_between(2e3, 3e4, u)
+    variables = "articulation articulation_rate"
+    return _draw("rubber_coupling", size, "hitch", variables, more_at=at)
+
+
+def tow_mode(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that are steered with the articulation, as far as they can."""
+    at = round(float(rng.uniform(0.008, 0.04)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.01, 0.3, u)
+    return _draw("tow_mode", size, "slip_car_rear", "articulation", more_at=at)
+
+
+def corner_steady(rng: Generator, u: float) -> Draw:
+    """A corner steady that has come loose: it drags on the road as the trailer leans to its side.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.003, 0.012)), 4)
+    variables = "roll_trailer lateral_acceleration_trailer"
+    size = log_between(3e3, 1e5, u)
+    return _draw("corner_steady", size, "moment_trailer drag_trailer", variables, more_at=at)
+
+
+def two_tanks(rng: Generator, u: float) -> Draw:
+    """Liquid in two tanks, one ahead of the axles and one behind, not equally full."""
+    ahead = round(float(rng.uniform(0.5, 0.9)), 3)
+    behind = round(ahead * float(rng.uniform(1.3, 2.0)), 3)
+    mass = round(log_between(20.0, 400.0, u), 2)
+    return _draw(
+        "two_tanks", mass, "trailer", "swing", more_frequency_hz=behind, slosh_mass_kg=mass,
+        slosh_frequency_hz=ahead, slosh_position_m=1.2,
+        slosh_damping=round(float(rng.uniform(0.02, 0.06)), 3),
+    )  # fmt: skip
+
+
+def wishbone_bush(rng: Generator, u: float) -> Draw:
+    """A torn bush of a front wishbone: the wheels give way to a side force beyond its preload."""
+    at = round(float(rng.uniform(0.001, 0.006)), 4)
+    size = log_between(0.08, 0.6, u)
+    return _draw("wishbone_bush", size, "slip_car_front", "slip_car_front", more_at=at)
+
+
+def bow_wave(rng: Generator, u: float) -> Draw:
+    """Air that a tall trailer holds up before it presses on the car's tail as it turns."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1.5, 30.0, u)
+    return _draw("bow_wave", size, "force_car moment_car", "articulation")
+
+
+def elastic_drawbar(rng: Generator, u: float) -> Draw:
+    """A drawbar that is cracked at its root gives way sideways to the force at the ball."""
+    return _draw("elastic_drawbar", log_between(5e5, 2.5e4, u), "hitch", "side_force")
+
+
+def sway_assist(rng: Generator, u: float) -> Draw:
+    """A stability controller of the car that brakes its sides in turn once a swing has grown."""
+    at = round(float(rng.uniform(0.004, 0.015)), 4)
+    size = log_between(1.2e3, 2e4, u)
+    return _draw("sway_assist", size, "moment_car", "yaw_rate_car", more_at=at)
+
+
+def late_air(rng: Generator, u: float) -> Draw:
+    """Air on a long body: the flow beside it needs some metres to follow the side-slip."""
+    at = round(float(rng.uniform(4.0, 16.0)), 2)
+    places = "force_trailer moment_trailer"
+    return _draw("late_air", log_between(2.0, 60.0, u), places, "sideslip_trailer", more_at=at)
+
+
+def loose_u_bolts(rng: Generator, u: float) -> Draw:
+    """Loose bolts of the trailer's leaf springs: axles turn in their seats, with dry friction."""
+    at = round(float(rng.uniform(0.002, 0.015)), 4)
+    size = log_between(0.03, 0.6, u)
+    places, variables = "slip_trailer force_trailer", "slip_trailer sideslip_trailer"
+    return _draw("loose_u_bolts", size, places, variables, more_at=at)
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
@@ -397,9 +492,13 @@ FIFTH = (
     grooved_road, stabiliser_windup, pump_catch, tyre_warming, car_wake, sway_brake, rear_bush_play,
     padded_load, gyro_stabiliser, bent_rim,
 )  # fmt: skip
+SIXTH = (
+    wire_steering, brake_cable, rubber_coupling, tow_mode, corner_steady, two_tanks, wishbone_bush,
+    bow_wave, elastic_drawbar, sway_assist, late_air, loose_u_bolts,
+)  # fmt: skip
 SETS = {
     "build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND, "opened-third": THIRD,
-    "opened-fourth": FOURTH, "opened-fifth": FIFTH,
+    "opened-fourth": FOURTH, "opened-fifth": FIFTH, "opened-sixth": SIXTH,
 }  # fmt: skip
 
 

@@ -221,7 +221,12 @@ class Multibody:
         self.combination = combination
         self.physics = physics or Physics()
         mujoco, library = _library()
-        text = mjcf(combination, full=self.physics.full, slosh_kg=self.physics.slosh_mass_kg)
+        text = mjcf(
+            combination,
+            full=self.physics.full,
+            slosh_kg=self.physics.slosh_mass_kg,
+            elastic_drawbar=self.physics.more == "elastic_drawbar",
+        )
         self._model = mujoco.MjModel.from_xml_string(text)
         self._data = mujoco.MjData(self._model)
         names = (

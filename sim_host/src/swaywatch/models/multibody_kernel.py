@@ -69,7 +69,9 @@ AIR_DENSITY, SIDE_AREA = 1.2, 5.0
     ROLL_HYSTERESIS, HEDGE_WIND, CASTER_AXLE, TYRE_WARMING, REAR_BUSH_PLAY, BUMP_STOP_STEER,
     BENT_RIM, CAM_CENTRING, STABILISER_WINDUP, SLIDING_CRATE, PADDED_LOAD, PUMP_CATCH,
     TORQUE_VECTORING, SWAY_BRAKE, WAKE_SHEDDING, CAR_WAKE, GROOVED_ROAD, GYRO_STABILISER,
-) = range(1, 47)  # fmt: skip
+    WIRE_STEERING, BRAKE_CABLE, RUBBER_COUPLING, TOW_MODE, CORNER_STEADY, TWO_TANKS, WISHBONE_BUSH,
+    BOW_WAVE, ELASTIC_DRAWBAR, SWAY_ASSIST, LATE_AIR, LOOSE_U_BOLTS,
+) = range(1, 59)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -77,7 +79,9 @@ SLOW_RAD_S = 0.005
 SLIDES_M_S, WORKED_RAD, REAR_LEFT = 0.01, 0.02, 2
 RATE_S, BRAKE_S = 0.02, 0.15  # lag of a rate that is taken from an angle, of trailer brakes
 EDDY_GROWTH, EDDY_COUPLING = 0.3, 5.0  # the latter 12 over the trailer's width (Facchinetti 2004)
-EDDIES_BEHIND_M, NOSE_AHEAD_M = 2.0, 2.5
+EDDIES_BEHIND_M, NOSE_AHEAD_M, AIR_AHEAD_M, TAIL_BEHIND_M = 2.0, 2.5, 1.0, 2.0
+CORNER_BEHIND_M, CORNER_RIGHT_M = 2.0, 0.9
+SWAY_S, DRAWBAR_S = 0.6, 0.004  # of the mean of a swing; damping over stiffness of a drawbar
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
 SPEED_GAIN, INTEGRAL_GAIN = 0.8, 0.2  # of the driver who holds the speed, 1/s and 1/s2
 _G = 9.81
@@ -328,6 +332,8 @@ def _more_steer(g: Any, z: Any, rate: float, wheel: int, slip: float, out: Any) 
         angle = -out[O_YAW1]
     elif kind == PUMP_CATCH:
         angle = -_beyond((out[O_STEER] - z[Z_MORE]) / RATE_S, g[G_MORE_AT])
+    elif kind == WISHBONE_BUSH:
+        angle = _beyond(slip, g[G_MORE_AT])
     return float(g[G_MORE_SIZE] * angle)
 
 
@@ -345,6 +351,8 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
         angle = math.sin(z[Z_MORE] / g[G_RADIUS])
     elif kind == BUMP_STOP_STEER:
         angle = _beyond(out[O_ROLL1], g[G_MORE_AT])
+    elif kind == TOW_MODE:
+        angle = g[G_MORE_AT] * math.tanh((out[O_YAW2] - out[O_YAW1]) / g[G_MORE_AT])
     return float(angle)
 
 
@@ -358,7 +366,7 @@ def _more_of_trailer_axles(g: Any, z: Any, slip: float, out: Any) -> float:
         return float(size * (out[O_YAW2] - out[O_YAW1]))
     if kind == COMMAND_STEERING:
         return float(size * out[O_RATE1])
-    if kind in (AXLE_HYSTERESIS, ROLL_HYSTERESIS, CASTER_AXLE):
+    if kind in (AXLE_HYSTERESIS, ROLL_HYSTERESIS, CASTER_AXLE, WIRE_STEERING, LOOSE_U_BOLTS):
         return float(size * z[Z_MORE])
     if kind == TYRE_WARMING:
         return float(size * z[Z_MORE] * slip)
@@ -372,25 +380,30 @@ def _more_moments(g: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
     rate = view.qvel[hitch]
     view.qfrc[hitch] -= _more_at_hitch(g, z, rate, out)
     view.xfrc[trailer, 5] += _more_of_trailer(g, z, rate, out)
-    view.xfrc[CAR, 5] += _more_of_car(g, rate, out)
+    view.xfrc[CAR, 5] += _more_of_car(g, z, rate, out)
+    if g[G_MORE] == ELASTIC_DRAWBAR and g[G_FULL] == 0.0:  # a planar trailer's joint after the ball
+        side = hitch + 1
+        view.qfrc[side] -= g[G_MORE_SIZE] * (view.qpos[side] + DRAWBAR_S * view.qvel[side])
 
 
 @njit(cache=True)
 def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
     """Moment about the ball against the articulation, N m."""
     kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
-    angle = out[O_YAW2] - out[O_YAW1]
+    angle, moment = out[O_YAW2] - out[O_YAW1], 0.0
     if kind == STOP:
-        return float(size * _beyond(angle, at))
-    if kind == HYDRAULIC:
-        return float(size * abs(rate) * rate)
-    if kind == WEDGE_FRICTION:
-        return float(size * abs(angle) * math.tanh(rate / SLOW_RAD_S))
-    if kind == CAM_CENTRING:
-        return float(size * math.tanh(angle / at))
-    if kind == STABILISER_WINDUP:
-        return float(size * z[Z_MORE] / at)
-    return 0.0
+        moment = size * _beyond(angle, at)
+    elif kind == HYDRAULIC:
+        moment = size * abs(rate) * rate
+    elif kind == WEDGE_FRICTION:
+        moment = size * abs(angle) * math.tanh(rate / SLOW_RAD_S)
+    elif kind == CAM_CENTRING:
+        moment = size * math.tanh(angle / at)
+    elif kind == STABILISER_WINDUP:
+        moment = size * z[Z_MORE] / at
+    elif kind == RUBBER_COUPLING:
+        moment = size * (angle - z[Z_MORE])
+    return float(moment)
 
 
 @njit(cache=True)
@@ -416,7 +429,7 @@ def _more_of_trailer(g: Any, z: Any, rate: float, out: Any) -> float:
 
 
 @njit(cache=True)
-def _more_of_car(g: Any, rate: float, out: Any) -> float:
+def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
     """Yaw moment on the car, N m."""
     kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
     if kind == CAR_BRAKES:
@@ -425,6 +438,8 @@ def _more_of_car(g: Any, rate: float, out: Any) -> float:
         return float(-size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0))))
     if kind == TORQUE_VECTORING:
         return float(size * math.tanh(out[O_STEER] / at))
+    if kind == SWAY_ASSIST:
+        return float(-size * out[O_RATE1] * min(max(z[Z_MORE] / at - 1.0, 0.0), 1.0))
     return 0.0
 
 
@@ -432,10 +447,8 @@ def _more_of_car(g: Any, rate: float, out: Any) -> float:
 def _more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     """What is late, and the state of dry friction (after Dahl)."""
     kind, at = g[G_MORE], g[G_MORE_AT]
-    if kind == REAR_CONTROL:
-        zdot[Z_MORE] = (out[O_RATE1] - z[Z_MORE]) / at
-    elif kind == LATE_ASSIST:
-        zdot[Z_MORE] = (out[O_YAW2] - out[O_YAW1] - z[Z_MORE]) / at
+    if kind in (REAR_CONTROL, LATE_ASSIST, RUBBER_COUPLING, WIRE_STEERING, GYRO_STABILISER):
+        zdot[Z_MORE] = (_followed(kind, out) - z[Z_MORE]) / at
     elif kind in (AXLE_HYSTERESIS, STABILISER_WINDUP):
         zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / at
     elif kind == ROLL_HYSTERESIS:  # of a planar trailer
@@ -448,12 +461,24 @@ def _more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         zdot[Z_MORE + 1] -= 2.0 * ARMS_DAMPING * omega * z[Z_MORE + 1]
     elif kind in (HEDGE_WIND, BENT_RIM):
         zdot[Z_MORE] = out[O_SPEED]
-    elif kind == GYRO_STABILISER:
-        zdot[Z_MORE] = (out[O_RATE2] - z[Z_MORE]) / at
     elif kind == PUMP_CATCH:
         zdot[Z_MORE] = (out[O_STEER] - z[Z_MORE]) / RATE_S
+    elif kind == SWAY_ASSIST:
+        zdot[Z_MORE] = (abs(out[O_RATE1]) - z[Z_MORE]) / SWAY_S
     else:
         _more_of_sway(g, z, zdot, out)
+
+
+@njit(cache=True)
+def _followed(kind: float, out: Any) -> float:
+    """What a state follows late."""
+    if kind == REAR_CONTROL:
+        return float(out[O_RATE1])
+    if kind == GYRO_STABILISER:
+        return float(out[O_RATE2])
+    if kind == WIRE_STEERING:
+        return float(out[O_STEER])
+    return float(out[O_YAW2] - out[O_YAW1])
 
 
 @njit(cache=True)
@@ -492,6 +517,8 @@ def _more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any
     if kind == ROOF_LOAD:
         pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
         return float(size * pull)
+    if kind == LATE_AIR:
+        zdot[Z_MORE] = (beta - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
     return float(-size * pressure * _more_of_flow(g, z, beta, out))
 
 
@@ -501,8 +528,10 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
     kind = g[G_MORE]
     if kind == CAR_AIR:
         return beta
-    if kind == GAP_AIR:
+    if kind in (GAP_AIR, BOW_WAVE):
         return float(out[O_YAW2] - out[O_YAW1])
+    if kind == LATE_AIR:
+        return float(z[Z_MORE])
     if kind == WAKE_SHEDDING:
         return float(-z[Z_MORE])
     if kind == CAR_WAKE:
@@ -515,6 +544,32 @@ def _across(out: Any, column: int) -> float:
     """Part of a world velocity, from this column on, across the car."""
     c, s = math.cos(out[O_YAW1]), math.sin(out[O_YAW1])
     return float(c * out[column + 1] - s * out[column])
+
+
+@njit(cache=True)
+def _more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
+    """State of what follows the slip of the trailer's axles, taken at their middle."""
+    at = g[G_MORE_AT]
+    if g[G_MORE] == TYRE_WARMING:
+        middle = math.tanh(abs(middle) / WORKED_RAD)
+    if g[G_MORE] == LOOSE_U_BOLTS:
+        change = (middle - z[Z_MORE + 1]) / RATE_S
+        zdot[Z_MORE] = change - abs(change) * z[Z_MORE] / at
+        zdot[Z_MORE + 1] = change
+        return
+    zdot[Z_MORE] = (middle - z[Z_MORE]) / at
+
+
+@njit(cache=True)
+def _more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
+    """Drag of one wheel of the trailer, N."""
+    size = g[G_MORE_SIZE]
+    if g[G_MORE] == SWAY_BRAKE:
+        return float(0.25 * size * z[Z_MORE])
+    if g[G_MORE] == BRAKE_CABLE and wheel[W_SIDE] < 0.0:
+        turned = (out[O_YAW2] - out[O_YAW1]) * math.copysign(1.0, size)
+        return float(0.5 * abs(size) * max(turned, 0.0))
+    return 0.0
 
 
 @njit(cache=True)
@@ -536,11 +591,9 @@ def _tyres(
         at[SPEED] = max(c * at[3] + s * at[4], 1.0)
         at[TRAVEL] = math.atan2(c * at[4] - s * at[3], at[SPEED])
     out[O_STEER] = _steer(g, wheels, u, z, work, load, play)
-    if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING):
+    if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS):
         middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
-        if g[G_MORE] == TYRE_WARMING:
-            middle = math.tanh(abs(middle) / WORKED_RAD)
-        zdot[Z_MORE] = (middle - z[Z_MORE]) / g[G_MORE_AT]
+        _more_of_slip(g, z, zdot, middle)
     for i in range(8):
         w = wheels[i]
         roll = out[O_ROLL1] if i < 4 else out[O_ROLL2]
@@ -555,8 +608,8 @@ def _tyres(
         force = _wheel_force(g, w, u, load[i], slip)
         out[O_FY + i] = force
         along = 0.5 * drive * w[W_STEERED] - w[W_DRAG]
-        if g[G_MORE] == SWAY_BRAKE and i >= 4:
-            along -= 0.25 * g[G_MORE_SIZE] * z[Z_MORE]
+        if i >= 4:
+            along -= _more_drag(g, z, w, out)
         yaw = steer + (out[O_YAW1] if i < 4 else out[O_YAW2])
         c, s = math.cos(yaw), math.sin(yaw)
         fx, fy = c * along - s * force, s * along + c * force
@@ -593,6 +646,54 @@ def _baffled(g: Any, z: Any) -> float:
 
 
 @njit(cache=True)
+def _pull_behind(g: Any, z: Any) -> float:
+    """Acceleration with which the second tank holds its liquid, m/s2."""
+    omega = g[G_MORE_HZ]
+    return float(omega * omega * z[Z_MORE] + 2.0 * g[G_SLOSH_ZETA] * omega * z[Z_MORE + 1])
+
+
+@njit(cache=True)
+def _cargo(g: Any, z: Any, view: Any, trailer: int, at: Any, out: Any) -> float:
+    """Pull of what moves in the trailer across it, N, and push it; `at` is scratch."""
+    c, s, omega = math.cos(out[O_YAW2]), math.sin(out[O_YAW2]), g[G_SLOSH_OMEGA]
+    up = (g[G_TRAILER_HEIGHT] - g[G_BALL]) * g[G_FULL]
+    pull = omega * omega * _stretch(g, z) + 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
+    pull = g[G_SLOSH_MASS] * (pull + _baffled(g, z))
+    behind = 0.0
+    if g[G_MORE] == TWO_TANKS:
+        pull *= 0.5
+        behind = 0.5 * g[G_SLOSH_MASS] * _pull_behind(g, z)
+        _point(view, trailer, -g[G_TRAILER_LEVER] - g[G_SLOSH_X], 0.0, up, at)
+        _push(view, trailer, at, -s * behind, c * behind, 0.0)
+    _point(view, trailer, -g[G_TRAILER_LEVER] + g[G_SLOSH_X], 0.0, up, at)
+    _push(view, trailer, at, -s * pull, c * pull, 0.0)
+    return float(pull + behind)
+
+
+@njit(cache=True)
+def _drag_corner(g: Any, view: Any, trailer: int, at: Any, out: Any) -> None:
+    """Drag of a corner steady on the road; `at` is scratch."""
+    c, s = math.cos(out[O_YAW2]), math.sin(out[O_YAW2])
+    _point(view, trailer, -g[G_TRAILER_LEVER] - CORNER_BEHIND_M, -CORNER_RIGHT_M, 0.0, at)
+    drag = g[G_MORE_SIZE] * max(out[O_ROLL2] - g[G_MORE_AT], 0.0)
+    _push(view, trailer, at, -c * drag, -s * drag, 0.0)
+    out[O_FORCE_X] -= c * drag
+    out[O_FORCE_Y] -= s * drag
+
+
+@njit(cache=True)
+def _ahead(g: Any) -> float:
+    """Place of a side force ahead of its body's COG, m."""
+    if g[G_MORE] == WAKE_SHEDDING:
+        return -EDDIES_BEHIND_M
+    if g[G_MORE] == BOW_WAVE:
+        return -TAIL_BEHIND_M
+    if g[G_MORE] == CAR_WAKE:
+        return NOSE_AHEAD_M
+    return AIR_AHEAD_M if g[G_MORE] == LATE_AIR else 0.0
+
+
+@njit(cache=True)
 def _bodies(
     g: Any, u: Any, z: Any, zdot: Any, view: Any, trailer: int, work: Any, out: Any
 ) -> None:
@@ -620,29 +721,25 @@ def _bodies(
     view.xfrc[trailer, 5] -= g[G_AIR_YAW] * pressure * beta
     view.xfrc[CAR, 5] -= g[G_YAW_CONTROL] * out[O_RATE1]
     if g[G_SLOSH_MASS] > 0.0:
-        omega = g[G_SLOSH_OMEGA]
-        pull = omega * omega * _stretch(g, z) + 2 * g[G_SLOSH_ZETA] * omega * z[Z_SLOSH + 1]
-        pull = g[G_SLOSH_MASS] * (pull + _baffled(g, z))
-        _point(view, trailer, -lever + g[G_SLOSH_X], 0.0, up, at)
-        _push(view, trailer, at, -s2 * pull, c2 * pull, 0.0)
-        side2 += pull
+        side2 += _cargo(g, z, view, trailer, at, out)
     out[O_FORCE_X] += -drag2 * c2 - side2 * s2
     out[O_FORCE_Y] += -drag2 * s2 + side2 * c2
     if g[G_MORE] == 0.0:
         return
     _more_moments(g, z, view, trailer, out)
     _more_lag(g, z, zdot, view.qvel[int(g[G_HITCH_DOF])], out)
-    if g[G_MORE] == CAR_AIR or g[G_MORE] == ROOF_LOAD:
+    if g[G_MORE] == CORNER_STEADY:
+        _drag_corner(g, view, trailer, at, out)
+        return
+    if g[G_MORE] in (CAR_AIR, ROOF_LOAD, BOW_WAVE):
         beta1 = math.atan2(c1 * cog1[4] - s1 * cog1[3], v1)
         side1 = _more_side(g, z, zdot, beta1, 0.5 * AIR_DENSITY * v1 * v1, out)
         _push(view, CAR, cog1, -s1 * side1, c1 * side1, 0.0)
+        view.xfrc[CAR, 5] += _ahead(g) * side1
         return
     side2 = _more_side(g, z, zdot, beta, 0.5 * AIR_DENSITY * v2 * v2, out)
     _push(view, trailer, cog2, -s2 * side2, c2 * side2, 0.0)
-    if g[G_MORE] == WAKE_SHEDDING:
-        view.xfrc[trailer, 5] -= EDDIES_BEHIND_M * side2
-    elif g[G_MORE] == CAR_WAKE:
-        view.xfrc[trailer, 5] += NOSE_AHEAD_M * side2
+    view.xfrc[trailer, 5] += _ahead(g) * side2
     out[O_FORCE_X] -= s2 * side2
     out[O_FORCE_Y] += c2 * side2
 
@@ -696,6 +793,8 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
     ball_y = a[1] + lever * (-yaw1 * c1 + r1 * r1 * s1)
     ball = -s2 * ball_x + c2 * ball_y
     across2 = ball - g[G_TRAILER_LEVER] * yaw2
+    if g[G_MORE] == ELASTIC_DRAWBAR:
+        across2 += a[int(g[G_HITCH_DOF]) + 1]
     for body in range(2):
         gain = g[G_CAR_ROLL_GAIN + 3 * body]
         omega, zeta = g[G_CAR_ROLL_OMEGA + 3 * body], g[G_CAR_ROLL_ZETA + 3 * body]
@@ -714,6 +813,10 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - across1
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+    if g[G_MORE] == TWO_TANKS:
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = -_pull_behind(g, z) - across2 + g[G_SLOSH_X] * yaw2
+        zdot[Z_MORE + 1] -= _G * math.sin(u[U_BANK])
     if g[G_MORE] == TURNING_LOAD:
         omega = g[G_MORE_HZ]
         zdot[Z_MORE] = z[Z_MORE + 1]

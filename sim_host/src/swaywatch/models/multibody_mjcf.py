@@ -21,7 +21,7 @@ def _inertial(place: tuple[float, float, float], mass: float, inertia: tuple[flo
     return f'<inertial pos="{text}" mass="{mass:.9g}" diaginertia="{diagonal}"/>'
 
 
-def _planar(combination: Combination, slosh_kg: float) -> str:
+def _planar(combination: Combination, slosh_kg: float, elastic_drawbar: bool) -> str:
     car, trailer = combination.car, combination.trailer
     parts = [
         _HEAD.format(gravity="0"),
@@ -30,6 +30,7 @@ def _planar(combination: Combination, slosh_kg: float) -> str:
         _inertial((0, 0, 0), car.mass_kg, (car.yaw_inertia_kgm2,) * 3),
         f'<body name="trailer" pos="{-car.hitch_to_cog_m:.9g} 0 0">',
         '<joint name="hitch" type="hinge" axis="0 0 1"/>',
+        '<joint name="drawbar" type="slide" axis="0 1 0"/>' if elastic_drawbar else "",
         _inertial(
             (-trailer.hitch_to_cog_m, 0, 0),
             trailer.mass_kg - slosh_kg,
@@ -100,7 +101,9 @@ def _full(combination: Combination, slosh_kg: float) -> str:
     return "".join(parts)
 
 
-def mjcf(combination: Combination, *, full: bool, slosh_kg: float = 0.0) -> str:
+def mjcf(
+    combination: Combination, *, full: bool, slosh_kg: float = 0.0, elastic_drawbar: bool = False
+) -> str:
     """MJCF of the combination.
 
     Parameters
@@ -108,5 +111,8 @@ def mjcf(combination: Combination, *, full: bool, slosh_kg: float = 0.0) -> str:
     combination : what to build.
     full : bodies with heave, pitch, roll and suspensions; else 4 planar degrees of freedom.
     slosh_kg : mass of the trailer that the kernel moves on its own.
+    elastic_drawbar : a planar trailer moves sideways at the ball too.
     """
-    return _full(combination, slosh_kg) if full else _planar(combination, slosh_kg)
+    if full:
+        return _full(combination, slosh_kg)
+    return _planar(combination, slosh_kg, elastic_drawbar)

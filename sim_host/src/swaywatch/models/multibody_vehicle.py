@@ -113,6 +113,8 @@ MORE = (
     "tyre_warming", "rear_bush_play", "bump_stop_steer", "bent_rim", "cam_centring",
     "stabiliser_windup", "sliding_crate", "padded_load", "pump_catch", "torque_vectoring",
     "sway_brake", "wake_shedding", "car_wake", "grooved_road", "gyro_stabiliser",
+    "wire_steering", "brake_cable", "rubber_coupling", "tow_mode", "corner_steady", "two_tanks",
+    "wishbone_bush", "bow_wave", "elastic_drawbar", "sway_assist", "late_air", "loose_u_bolts",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -166,6 +168,25 @@ MORE = (
   m2/rad
 - angle of all wheels against the heading h of their body: k h0 tanh(h/h0) (rad)
 - yaw moment on the trailer against its yaw rate r: k (r - z), T dz/dt = r - z, N m s/rad (s)
+- angle of the trailer's axles after the angle d of the car's front wheels: k z, T dz/dt = d - z (s)
+- drag of the trailer's right wheels with the articulation g to one side: |k| max(g sign k, 0),
+  N/rad
+- moment about the ball against the articulation g: k (g - z), T dz/dt = g - z, N m/rad (s)
+- angle of the car's rear wheels with the articulation g: k g0 tanh(g/g0) (rad)
+- drag at the trailer's rear right corner, 2 m behind its COG and 0.9 m beside it, as it leans
+  there: k max(p - p0, 0), p its roll, N/rad (rad)
+- nothing of its own: half of the cargo moves 1.2 m ahead of the trailer's COG, the other half as
+  far behind it, with a frequency of its own (Hz)
+- angle of the car's front wheels with their slip a beyond a0: k (|a| - a0) sign a (rad)
+- area times the slope of the air force on the car with the articulation, 2 m behind its COG, m2/rad
+- stiffness of the drawbar, planar bodies only: the ball's place across the trailer gives way to its
+  side force F: F = k (y + 4 ms dy/dt), N/m
+- yaw moment on the car against its yaw rate r once it swings: k r min(max(z/z0 - 1, 0), 1),
+  0.6 s dz/dt = |r| - z, N m s/rad (rad/s)
+- area times the slope of the trailer's air force over a side-slip b that the flow follows over some
+  way: F = k p z, (L/v) dz/dt = b - z, 1 m ahead of its COG, m2/rad (m)
+- angle of the trailer's axles with the slip a of their middle, through dry friction: k z,
+  dz/dt = da/dt - |da/dt| z/a0 (rad at which it slides)
 """
 
 
