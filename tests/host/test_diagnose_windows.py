@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from test_diagnose import effect, synthetic
 
-from swaywatch.diagnose.evidence.calibration import noise
 from swaywatch.diagnose.evidence.evidence import least_gain
 from swaywatch.diagnose.evidence.locate import (
     AmplitudeCourse,
@@ -20,7 +19,6 @@ from swaywatch.diagnose.evidence.locate import (
 )
 from swaywatch.diagnose.evidence.search import Search
 from swaywatch.diagnose.fit.fit import EDGE_STEP_S, OBSERVER, Fit, Fitter
-from swaywatch.diagnose.report.describe import within_bounds
 from swaywatch.effects.active import ROOM_S, ActiveEffect
 from swaywatch.effects.effect import RISE, Effect, Parameter, Window, library
 from swaywatch.effects.library.axle_load_harmonic import generator_effect
@@ -285,21 +283,3 @@ def test_a_small_window_beside_a_larger_one_is_no_swing_of_its_own() -> None:
     apart = replace(term, window_runs=(0, 1, 1, 0, 0))  # of another run
     assert [w.start for w in apart.without_remainders(0.35, 1.0).windows(1)] == [11.0, 14.5]
     assert own.without_remainders(0.35, 1.0) is own
-
-
-def test_ramps_that_are_uncertain_do_not_make_a_gust_uncertain_without_end() -> None:
-    """Size and ramp go together in a fit; a ramp is between nothing and its window."""
-    gust = _effect("crosswind_gust:trailer", "ramped")
-    term = ActiveEffect(gust, (3.0, 5.0, -800.0, 1.9, 0.6), (0,))
-    names = [p.name for p in gust.parameters]
-    size, rise = 2 + names.index("force_n"), 2 + names.index("rise_s")
-    open_ = np.diag([1e-4, 1e-4, 0.0, 0.0, 1e-4])
-    along = np.zeros(5)
-    along[[size, rise]] = 80.0, 1.0  # N for each second of ramp
-    narrow = 4.0 * np.eye(5)[size][:, None] * np.eye(5)[size]
-    found = within_bounds(term, open_ + narrow + 100.0 * np.outer(along, along), 1.0)
-    error = np.sqrt(np.diag(found))
-    assert noise() * error[rise] == pytest.approx(2.0 / np.sqrt(12.0), rel=0.01)
-    assert noise() * error[size] == pytest.approx(80.0 * 2.0 / np.sqrt(12.0), rel=0.02)
-    sharp = open_ + narrow
-    assert within_bounds(term, sharp, 1.0) == pytest.approx(sharp, rel=1e-2, abs=1e-9)

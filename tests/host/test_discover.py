@@ -25,7 +25,6 @@ from swaywatch.discover.find import (
     _like,
     _likelier,
     _ranked,
-    _simpler,
     law_in,
 )
 from swaywatch.discover.grammar import (
@@ -650,30 +649,3 @@ def test_no_law_beside_effects_that_leave_only_noise(
     explains = Fit((known,), np.zeros((1, 5)), np.zeros(0), reduced * 1000.0, 1000)
     terms = (known, law) if beside else (law,)
     assert _beside_what_suffices(explains, replace(explains, terms=terms)) is needless
-
-
-@pytest.mark.parametrize(
-    ("names", "more", "simpler"),
-    [
-        (("roll_steer:trailer", "tyre_relaxation:trailer", "crosswind_gust:trailer"), 350.0, True),
-        (
-            ("roll_steer:trailer", "tyre_relaxation:trailer", "crosswind_gust:trailer"),
-            1300.0,
-            False,
-        ),
-        (("roll_steer:trailer", "tyre_relaxation:trailer", "hitch_friction:hitch"), 700.0, False),
-        (("roll_steer:trailer", "tyre_relaxation:trailer"), 0.0, False),
-    ],
-)
-def test_one_law_is_simpler_than_three_effects_that_hardly_leave_less(
-    names: tuple[str, ...], more: float, simpler: bool
-) -> None:
-    """A self-steering axle had become roll steer, a relaxation and gusts (seed 8209, b001)."""
-    known = tuple(
-        ActiveEffect(e, tuple(p.starts[0] for p in e.parameters)) for e in map(effect, names)
-    )
-    base = Fit((), np.zeros((1, 5)), np.zeros(0), 93_800.0, 9_600)
-    three = replace(base, terms=known, chi2=9_300.0)
-    law = replace(base, terms=(_begun(all_laws()[0])[0],), chi2=9_300.0 + more)
-    assert _simpler(base, three, law) is simpler
-    assert not _simpler(base, three, replace(law, count=7_000))  # leaves more than noise

@@ -25,7 +25,6 @@ from swaywatch.diagnose.evidence.evidence import (
     UNEXPLAINED_ABOVE,
     explained,
     inflation,
-    price_of_further,
     residuals,
     worth,
 )
@@ -93,8 +92,6 @@ SWINGING = tuple(
 )
 #: Library effects from which on one law may replace them: one, with suspension two.
 SEVERAL = {False: 1, True: 2}
-#: Library effects more than the law and what is beside it, from which on it is the simpler one.
-SIMPLER = 2
 #: Share by which a law has to reduce the misfit that the library effects leave.
 BESIDE_KNOWN = 0.03
 #: Of what a law has to take away to be claimed, that it promises to first order beside library
@@ -291,9 +288,9 @@ class LawSearch:
         """A law may be claimed: the library leaves more than noise, or a law promises enough.
 
         Library effects that leave only noise and are not the cause leave what a law takes away
-        beside them, too: it has to be far likelier than they are. Several effects may be one law.
+        beside them, too: it has to be far likelier than they are.
         """
-        if not self.path.clean or len(self.path.best.fit.terms) > SIMPLER:
+        if not self.path.clean:
             return True
         close = self.search.close
         course = Linear(close, close.run(self.path.best.fit, 6))
@@ -606,25 +603,9 @@ def _polish_best(law_searches: Sequence[LawSearch]) -> None:
 
 
 def _ahead(law_searches: Sequence[LawSearch], candidate: Candidate) -> bool:
-    """The law is likelier than the best of the library by more than the model error allows.
-
-    Or it does alone what takes several effects of the library.
-    """
+    """The law is likelier than the best of the library by more than the model error allows."""
     least = _least_ahead(law_in(candidate.fit.terms[-1]))
-    where, library = _library(law_searches)
-    ahead = candidate.evidence > library.evidence + least
-    return ahead or _simpler(where.path.base.fit, library.fit, candidate.fit)
-
-
-def _simpler(base: Fit, library: Fit, fit: Fit) -> bool:
-    """The law leaves only noise, and library effects that are more by `SIMPLER` hardly less.
-
-    What each of them takes away more than the law does, the form of a right law can leave as well.
-    """
-    count = len(fit.terms)
-    if len(library.terms) < count + SIMPLER or reduced_chi_square(fit) > UNEXPLAINED_ABOVE:
-        return False
-    return fit.chi2 - library.chi2 < price_of_further(base, library, count)
+    return candidate.evidence > _library(law_searches)[1].evidence + least
 
 
 def _least_ahead(law: Law) -> float:
@@ -669,12 +650,9 @@ def _share_noise(law_searches: Sequence[LawSearch]) -> None:
 
 
 def _best(law_searches: Sequence[LawSearch]) -> tuple[LawSearch, Candidate] | None:
-    """The likeliest law that reduces the misfit enough; of the simpler ones if there are any."""
+    """The likeliest law that reduces the misfit enough."""
     found = [(h, h.weighed(c)) for h in law_searches for c in h.tried if _enough(h, c)]
-    where, library = _library(law_searches)
-    base = where.path.base.fit
-    simpler = [(h, c) for h, c in found if _simpler(base, library.fit, c.fit)]
-    return max(simpler or found, key=lambda pair: pair[1].evidence, default=None)
+    return max(found, key=lambda pair: pair[1].evidence, default=None)
 
 
 def _leaves_noise(law_search: LawSearch, candidate: Candidate) -> bool:

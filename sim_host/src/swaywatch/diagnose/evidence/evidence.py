@@ -113,22 +113,6 @@ def worth(
     return gain > max(least * before.chi2, form * (base.chi2 - after.chi2))
 
 
-def price_of_further(base: Fit, fit: Fit, kept: int) -> float:
-    """What the effects beyond so many of a model have to take away, by form alone; of chi2.
-
-    Parameters
-    ----------
-    base
-        Nothing missing.
-    fit
-        Several effects.
-    kept
-        How many of them, the first ones, are not counted.
-    """
-    shares = [WINDOW_FORM if t.effect.windowed else FORM for t in fit.terms[kept:]]
-    return sum(shares) * (base.chi2 - fit.chi2)
-
-
 def least_gain(base: Fit, before: Fit, *, windowed: bool, on_springs: bool) -> float:
     """Drop of chi2 without which one more effect cannot be `worth` it, in one window or without.
 

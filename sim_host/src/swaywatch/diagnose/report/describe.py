@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.diagnose.evidence.calibration import BESIDE, interval, noise
+from swaywatch.diagnose.evidence.calibration import BESIDE, interval
 from swaywatch.diagnose.evidence.verdict import Verdict
 from swaywatch.diagnose.fit.agreement import errors, iso18571, nrmse
 from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.fit.holdout import held_out
 from swaywatch.diagnose.report import labels
 from swaywatch.effects.active import ActiveEffect
-from swaywatch.effects.effect import RISE
 
 Array = NDArray[np.float64]
 
@@ -146,7 +145,6 @@ def _over_windows(
     effect = term.effect
     neutral = {p.name: p.neutral for p in effect.parameters}
     names = [p.name for p in effect.parameters]
-    covariance = within_bounds(term, covariance, reached)
     own = np.sqrt(np.abs(np.diag(covariance))).reshape(len(windows), term.stride)[:, 2:]
     sizes = np.abs(np.reshape(term.values, (len(windows), -1))[:, 2]) + 1e-12
     relative = float(np.median(own[:, 0] / sizes))
@@ -162,36 +160,6 @@ def _over_windows(
         parameters[key] = interval(name, centre, size, error, reached)
         parameters[key]["per_window"] = [float(x) for x in values]
     return parameters
-
-
-def within_bounds(term: ActiveEffect, covariance: Array, reached: float) -> Array:
-    """Covariance of values in windows, their shapes no less certain than their bounds say.
-
-    A shape that the recording leaves open (how long the ramps of a gust are) would make its size as
-    open, without end in a linear fit: but no ramp is longer than its window, none below zero.
-
-    Parameters
-    ----------
-    term
-        In windows, `n` values of all.
-    covariance
-        As a fit has it, shape (n, n).
-    reached
-        Size of an independent sample of the residuals (`evidence.inflation`).
-    """
-    shapes, variance = [], []
-    for index, value in enumerate(term.values):
-        parameter = term.parameter(index)
-        if term.is_edge(index) or not parameter.shapes:
-            continue
-        start, stop = term.values[index - index % term.stride :][:2]
-        longest = max(stop - start, value) if parameter is RISE else parameter.high
-        shapes.append(index)
-        variance.append((longest - parameter.low) ** 2 / 12.0)  # anywhere between its bounds
-    counted = noise() ** 2 * max(reached, 1.0)  # of the covariance, see `interval`
-    of_shapes = covariance[np.ix_(shapes, shapes)] + np.diag(variance) / counted
-    across = covariance[:, shapes]
-    return np.asarray(covariance - across @ np.linalg.pinv(of_shapes) @ across.T)
 
 
 def _reproduced(problem: Problem, fit: Fit | None) -> tuple[float | None, float | None]:
