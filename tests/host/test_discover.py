@@ -404,7 +404,7 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
         (Law("slip_car_front", "steer_rate", "dead zone"), (-0.2, 0.02)),
         (Law("force_trailer", "sideslip_car", power=2), (9000.0,)),
         (Law("slip_trailer", "heading"), (-0.1,)),
-        (Law("moment_trailer", "yaw_rate_trailer", response="transient"), (-20000.0, 0.6)),
+        (Law("hitch", "articulation", response="transient"), (8000.0, 0.3)),
     ],
 )
 def test_the_law_that_acts_is_among_the_few_that_are_begun(
