@@ -17,6 +17,7 @@ from swaywatch.diagnose.fit.holdout import typical
 from swaywatch.diagnose.model import _entries, terms_of
 from swaywatch.discover.find import (
     SCREENED,
+    SWINGING,
     Laws,
     LawSearch,
     _begun,
@@ -649,3 +650,14 @@ def test_no_law_beside_effects_that_leave_only_noise(
     explains = Fit((known,), np.zeros((1, 5)), np.zeros(0), reduced * 1000.0, 1000)
     terms = (known, law) if beside else (law,)
     assert _beside_what_suffices(explains, replace(explains, terms=terms)) is needless
+
+
+def test_every_law_that_is_tried_can_be_reported() -> None:
+    """A sliding load has no bend to report a limit of."""
+    for law in (*all_laws(), *SWINGING):
+        effect_ = effect_of(law)
+        found = effect_.report({p.name: p.starts[0] for p in effect_.parameters})
+        rows = {key: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for key, v in found.items()}
+        assert sentence(law, rows)
+        assert isinstance(suggestion(law, 1.0), str)
+        assert energy(law, 1.0)
