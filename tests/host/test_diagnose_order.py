@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from swaywatch.diagnose.evidence import baselines, verdict
+from swaywatch.diagnose.evidence import search as search_room
 from swaywatch.diagnose.evidence.baselines import Path, explore
 from swaywatch.diagnose.evidence.evidence import worth
 from swaywatch.diagnose.evidence.search import PROMISED, Candidate, Search
@@ -162,6 +163,34 @@ def test_what_a_slight_effect_explains_better_is_not_claimed(
     )  # fmt: skip
     path = baselines.path(cast("Search", search), base, lambda stage, share: None)
     assert [t.effect.id for t in path.best.fit.terms] == named
+
+
+def test_what_another_vehicle_found_says_how_large_an_independent_sample_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A gust of 780 N had an interval of 4,700 N: its noise stayed that of the bare vehicle."""
+    base = Candidate(_fit(20.0), _fit(20.0), -10.0 * COUNT)
+    known = _fit(1.03, TERM)
+    poor = Candidate(_fit(18.0, TERM), base.fit, -9.0 * COUNT)
+    monkeypatch.setattr(search_room, "residuals", lambda judge, fit: fit)
+    monkeypatch.setattr(search_room, "inflation", lambda fit: 20.0 * fit.chi2 / COUNT)
+    search = Search.__new__(Search)
+    search.noise, search.tried, search.beyond = 400.0, [], None
+    search.judge = cast("Any", SimpleNamespace(run=lambda fit, *_, **__: fit))
+    search.problem = cast("Any", SimpleNamespace(free_start=True, given=None))
+    for name, stub in {
+        "weighed": lambda c: replace(c, evidence=-0.5 * c.fit.chi2),
+        "extend": lambda *_, **__: [poor],
+        "refuses": lambda what: what == baselines.TRIED[1],
+        "baseline": lambda: base,
+        "rebased": lambda fit: False,
+        "settled": lambda parent, fits: True,
+    }.items():
+        monkeypatch.setattr(search, name, stub, raising=False)
+    monkeypatch.setattr(baselines, "noticeable", lambda term: True)
+    path = baselines.path(search, base, lambda stage, share: None, known=known)
+    assert path.best.fit is known
+    assert search.noise == pytest.approx(20.0 * 1.03)
 
 
 def test_what_is_claimed_is_in_the_list_of_explanations_wherever_it_stands() -> None:

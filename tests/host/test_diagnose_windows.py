@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,7 +20,8 @@ from swaywatch.diagnose.evidence.locate import (
     windows,
 )
 from swaywatch.diagnose.evidence.search import Search
-from swaywatch.diagnose.fit.fit import EDGE_STEP_S, OBSERVER, Fit, Fitter
+from swaywatch.diagnose.fit.fit import EDGE_STEP_S, OBSERVER, Fit, Fitter, Problem
+from swaywatch.diagnose.report.describe import _over_windows, _windows
 from swaywatch.effects.active import ROOM_S, ActiveEffect
 from swaywatch.effects.effect import RISE, Effect, Parameter, Window, library
 from swaywatch.effects.library.axle_load_harmonic import generator_effect
@@ -283,3 +286,46 @@ def test_a_small_window_beside_a_larger_one_is_no_swing_of_its_own() -> None:
     apart = replace(term, window_runs=(0, 1, 1, 0, 0))  # of another run
     assert [w.start for w in apart.without_remainders(0.35, 1.0).windows(1)] == [11.0, 14.5]
     assert own.without_remainders(0.35, 1.0) is own
+
+
+def _reported_of(effect: Effect, values: tuple[float, ...], errors: list[float]) -> dict[str, Any]:
+    """Reported values of windows in one run, with the standard errors of the fitted ones."""
+    run = _rolling(13.0, 0.112)
+    count = len(values) // (2 + len(effect.parameters))
+    term = ActiveEffect(effect, values, (0,) * count)
+    problem = cast("Problem", SimpleNamespace(runs=(run,)))
+    windows = _windows(term, problem)
+    covariance = np.diag(np.square(np.tile(errors, count)))
+    return _over_windows(term, problem, effect.id, windows, covariance, 1.0) | {"all": windows}
+
+
+def test_windows_to_both_sides_have_a_typical_size_not_one_near_nothing() -> None:
+    gust = _effect("crosswind_gust:trailer", "box")
+    found = _reported_of(
+        gust, (2.0, 4.0, 300.0, 8.0, 9.0, -280.0, 12.0, 14.0, 310.0), [0.0, 0.0, 5.0]
+    )
+    assert found["force_n"]["value"] == pytest.approx(300.0)
+    assert found["force_n"]["low"] < 300.0 < found["force_n"]["high"]
+    assert [w["intervals"]["force_n"][0] < w["force_n"] for w in found["all"]] == [True] * 3
+
+
+def test_how_windows_differ_widens_an_interval_once() -> None:
+    """What was seen needs no factor for what a fit does not know of its own errors."""
+    gust = _effect("crosswind_gust:trailer", "box")
+    same, differ = (
+        _reported_of(gust, (2.0, 4.0, a, 8.0, 10.0, b), [0.0, 0.0, 1.0])["force_n"]
+        for a, b in ((400.0, 400.0), (300.0, 500.0))
+    )
+    half = [0.5 * (row["high"] - row["low"]) for row in (same, differ)]
+    assert half[1] == pytest.approx(np.hypot(half[0], 1.645 * 100.0), rel=1e-6)
+
+
+def test_an_amplitude_is_as_exact_as_its_parts_whichever_of_them_is_none() -> None:
+    """Its error was that of the part in phase over that part: without end where it is none."""
+    load = next(
+        e for e in library() if e.name == "axle_load_harmonic:car_rear" and len(e.parameters) == 2
+    )
+    found = _reported_of(load, (10.0, 14.0, 0.01, 400.0), [0.0, 0.0, 6.0, 6.0])
+    assert found["amplitude_n"]["value"] == pytest.approx(400.0, rel=1e-3)
+    assert found["amplitude_n"]["standard_error"] == pytest.approx(6.0, rel=0.02)
+    assert found["phase_deg"]["standard_error"] == pytest.approx(np.degrees(6.0 / 400.0), rel=0.02)

@@ -25,7 +25,9 @@ def restate(path: Path) -> None:
         for said in effect["parameters"].values():
             if "standard_error" in said:
                 error, size = said["standard_error"], said["deviation"]
-                said.update(interval(effect["id"] + beside, said["value"], size, error, 1.0))
+                scatter = said.get("scatter", 0.0)
+                name = effect["id"] + beside
+                said.update(interval(name, said["value"], size, error, 1.0, scatter=scatter))
     write(verdict, path)
 
 

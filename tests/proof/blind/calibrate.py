@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from collections import Counter, defaultdict
 from pathlib import Path
@@ -60,7 +61,8 @@ def deviations(cases: list[tuple[Json, Json]]) -> dict[str, list[tuple[float, fl
                     said = effect["parameters"].get(name)
                     if said and "standard_error" in said:
                         error = said["value"] - value
-                        found[key].append((error, said["standard_error"], abs(said["deviation"])))
+                        own = math.hypot(said["standard_error"], said.get("scatter", 0.0))
+                        found[key].append((error, own, abs(said["deviation"])))
     return dict(found)
 
 

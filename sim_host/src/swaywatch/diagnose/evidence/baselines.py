@@ -219,7 +219,7 @@ def _with_care(search: Search, other: Path, progress: Progress) -> Path:
     base = search.baseline()
     same = search.judge.run(other.best.fit, 12)
     if not other.clean:
-        search.tried.append(Candidate(same, base.fit))
+        search.note([Candidate(same, base.fit)])
         return Path(search, base, search.tried[-1] if same.terms else base)
     return path(search, base, progress, known=same)
 
@@ -280,7 +280,7 @@ def path(
             found += search.extend(parent.fit, windowed=again)
         if known is not None and depth == 1:
             found.append(Candidate(known, base.fit))
-            search.tried.append(found[-1])
+            search.note(found[-1:])
         best = search.weighed(best)
         found, slight = _claims(base, best, found)
         found = _ranked(search, base, found)
@@ -383,7 +383,7 @@ def _needed(search: Search, best: Candidate) -> Candidate:
         first = max(candidates, key=lambda c: c.evidence)
         if first.evidence < search.weighed(best).evidence - CLAIMED:
             break
-        search.tried.append(first)
+        search.note([first])
         best = first
     return best
 

@@ -39,7 +39,14 @@ def form_share(name: str) -> float:
 
 
 def interval(
-    name: str, value: float, deviation: float, error: float, reached: float, assumed: float = 0.0
+    name: str,
+    value: float,
+    deviation: float,
+    error: float,
+    reached: float,
+    *,
+    assumed: float = 0.0,
+    scatter: float = 0.0,
 ) -> dict[str, Any]:
     """90 % interval of a value.
 
@@ -55,12 +62,14 @@ def interval(
         Size of an independent sample of the residuals (`evidence.inflation`).
     assumed
         Share of the size that hangs on a value nobody measured, 90 %.
+    scatter
+        Standard deviation of the value over its windows: what was seen needs no factor.
     """
     form = max(form_share(name), assumed)
     whole = NINETY * noise() * error * math.sqrt(max(reached, 1.0))
-    half = math.hypot(whole, form * abs(deviation))
+    half = math.hypot(whole, form * abs(deviation), NINETY * scatter)
     return {
         "value": float(value), "low": float(value - half), "high": float(value + half),
         "standard_error": float(error * math.sqrt(max(reached, 1.0))),
-        "deviation": float(deviation),
+        "deviation": float(deviation), **({"scatter": scatter} if scatter else {}),
     }  # fmt: skip

@@ -613,11 +613,16 @@ class Search:
                 fits = self._polished(parent, in_parts)
             fits = _best_of_each([*lasts, *fits])
         candidates = [Candidate(f, parent) for f in fits if np.isfinite(f.chi2)]
-        if candidates:
-            least = min(candidates, key=lambda c: c.fit.chi2)
+        self.note(candidates)
+        return candidates
+
+    def note(self, candidates: Sequence[Candidate]) -> None:
+        """Candidates that were tried; the best one says how large an independent sample is."""
+        finite = [c for c in candidates if np.isfinite(c.fit.chi2)]
+        if finite:
+            least = min(finite, key=lambda c: c.fit.chi2)
             self.noise = min(self.noise, inflation(residuals(self.judge, least.fit)))
         self.tried += candidates
-        return candidates
 
     def _enough(self, parent: Fit, lasts: Sequence[Fit]) -> bool:
         """Windows need not be looked for, or may not any more."""

@@ -14,6 +14,7 @@ from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.fit.holdout import held_out
 from swaywatch.diagnose.report import labels
 from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Window
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ def describe(verdict: Verdict, problem: Problem, signals: dict[str, str]) -> lis
         windows: list[dict[str, Any]] = []
         if effect.windowed:
             windows = _windows(term, problem)
-            parameters = _over_windows(term, name, windows, own, reached)
+            parameters = _over_windows(term, problem, name, windows, own, reached)
             windows.sort(key=lambda w: (w["run"], w["start"]))
         else:
             parameters = _reported(term, name, own, reached)
@@ -98,7 +99,9 @@ def _reported(term: ActiveEffect, name: str, covariance: Array, reached: float) 
     assumed = float(str(effect.extra.get("assumed_share", 0.0)))
     errors_ = np.sqrt(np.abs(np.diag(jacobian.T @ covariance @ jacobian)))
     rows = {
-        key: interval(name, value, _size(value, neutral[key]), float(error), reached, assumed)
+        key: interval(
+            name, value, _size(value, neutral[key]), float(error), reached, assumed=assumed
+        )
         for (key, value), error in zip(found.items(), errors_, strict=True)
     }
     for key, row in rows.items():
@@ -115,51 +118,99 @@ def _size(value: float, neutral: float) -> float:
 
 def _windows(term: ActiveEffect, problem: Problem) -> list[dict[str, Any]]:
     """Windows of an active effect in the order of its values."""
-    windows = []
-    describe_window = term.effect.extra.get("describe")
+    return [
+        {
+            "run": problem.runs[r].name,
+            "start": float(term.values[w * term.stride]),
+            "stop": float(term.values[w * term.stride + 1]),
+            **_details(term, problem, w, np.array(term.values)),
+        }
+        for w, r in enumerate(term.window_runs)
+    ]
+
+
+def _details(term: ActiveEffect, problem: Problem, index: int, values: Array) -> dict[str, float]:
+    """What is reported of one window, by name, with these values of the effect."""
+    own = values[index * term.stride : (index + 1) * term.stride]
     names = [p.name for p in term.effect.parameters]
-    for w, r in enumerate(term.window_runs):
-        at = w * term.stride
-        details = dict(zip(names, term.values[at + 2 : at + term.stride], strict=True))
-        window = next(x for x in term.windows(r) if x.start == term.values[at])
-        if callable(describe_window):
-            details = describe_window(problem.runs[r], window)
-        windows.append(
-            {
-                "run": problem.runs[r].name,
-                "start": float(window.start),
-                "stop": float(window.stop),
-                **{k: float(v) for k, v in details.items()},
-            }
-        )
-    return windows
+    details = dict(zip(names, own[2:], strict=True))
+    describe_window = term.effect.extra.get("describe")
+    if callable(describe_window):
+        window = Window(float(own[0]), float(own[1]), details)
+        details = describe_window(problem.runs[term.window_runs[index]], window)
+    return {k: float(v) for k, v in details.items()}
+
+
+def _errors_of_windows(
+    term: ActiveEffect, problem: Problem, covariance: Array
+) -> list[dict[str, float]]:
+    """Standard error of what is reported of each window, as if noise were white."""
+    found = []
+    for index in range(len(term.window_runs)):
+        at = slice(index * term.stride, (index + 1) * term.stride)
+        own = covariance[at, at]
+        base = _details(term, problem, index, np.array(term.values))
+        columns = []
+        for place in range(at.start, at.stop):
+            step = 0.1 * float(np.sqrt(max(covariance[place, place], 1e-300)))
+            moved = np.array(term.values)
+            moved[place] += step
+            by = float(moved[place] - term.values[place])
+            other = _details(term, problem, index, moved)
+            columns.append([_apart(k, other[k], base[k]) / by if by else 0.0 for k in base])
+        slopes = np.array(columns)
+        variances = np.diag(slopes.T @ own @ slopes)
+        found.append({k: float(np.sqrt(abs(v))) for k, v in zip(base, variances, strict=True)})
+    return found
 
 
 def _over_windows(
-    term: ActiveEffect, name: str, windows: list[dict[str, Any]], covariance: Array, reached: float
+    term: ActiveEffect,
+    problem: Problem,
+    name: str,
+    windows: list[dict[str, Any]],
+    covariance: Array,
+    reached: float,
 ) -> dict[str, Any]:
-    """Median over the windows; its interval from their spread and from the fit's errors.
+    """What is typical of the windows, and the interval of each.
 
-    What is not fitted itself but follows from it has the relative error of the first value.
+    The interval of the typical value is that of a window: it comes from the fit's errors, and from
+    how the windows differ.
     """
-    effect = term.effect
-    neutral = {p.name: p.neutral for p in effect.parameters}
-    names = [p.name for p in effect.parameters]
-    own = np.sqrt(np.abs(np.diag(covariance))).reshape(len(windows), term.stride)[:, 2:]
-    sizes = np.abs(np.reshape(term.values, (len(windows), -1))[:, 2]) + 1e-12
-    relative = float(np.median(own[:, 0] / sizes))
+    neutral = {p.name: p.neutral for p in term.effect.parameters}
+    errors_ = _errors_of_windows(term, problem, covariance)
     parameters: dict[str, Any] = {}
-    for key in (k for k in windows[0] if k not in ("run", "start", "stop")):
+    for key in [k for k in windows[0] if k not in ("run", "start", "stop")]:
         values = np.array([w[key] for w in windows])
-        centre = float(np.median(values))
-        spread = float(values.std() / np.sqrt(values.size)) if values.size > 1 else 0.0
-        fitted = key in names and not callable(effect.extra.get("describe"))
-        of_fit = np.median(own[:, names.index(key)]) if fitted else relative * abs(centre)
-        error = float(np.hypot(spread, of_fit))
-        size = centre - neutral.get(key, 0.0)
-        parameters[key] = interval(name, centre, size, error, reached)
+        zero = neutral.get(key, 0.0)
+        centre = zero + _typical(key, values - zero)
+        scatter = float(np.sqrt(np.mean([_apart(key, v, centre) ** 2 for v in values])))
+        error = float(np.median([row[key] for row in errors_]))
+        parameters[key] = interval(name, centre, centre - zero, error, reached, scatter=scatter)
         parameters[key]["per_window"] = [float(x) for x in values]
+        for window, row in zip(windows, errors_, strict=True):
+            own = interval(name, window[key], window[key] - zero, row[key], reached)
+            window.setdefault("intervals", {})[key] = [own["low"], own["high"]]
     return parameters
+
+
+def _typical(key: str, sizes: Array) -> float:
+    """Median over windows; of windows to both sides, the median size towards the larger side."""
+    if _is_phase(key):
+        return float(np.degrees(np.angle(np.sum(np.exp(1j * np.radians(sizes))))))
+    if np.all(sizes >= 0.0) or np.all(sizes <= 0.0):
+        return float(np.median(sizes))
+    return float(np.copysign(np.median(np.abs(sizes)), np.sum(sizes)))
+
+
+def _is_phase(key: str) -> bool:
+    return key == "phase_deg"
+
+
+def _apart(key: str, one: float, other: float) -> float:
+    """Difference of two values, of phases the shorter way round."""
+    difference = one - other
+    return (difference + 180.0) % 360.0 - 180.0 if _is_phase(key) else difference
 
 
 def _reproduced(problem: Problem, fit: Fit | None) -> tuple[float | None, float | None]:

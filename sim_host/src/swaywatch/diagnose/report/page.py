@@ -125,7 +125,10 @@ def amounts(result: Mapping[str, Any]) -> list[list[str]]:
         each = [d for d in effect["window_details"] if any(name in d for name in names)]
         for d in each:
             values = ", ".join(value(name, d[name]) for name in names if name in d)
-            rows.append([what, when([d]), values, ""])
+            own = d.get("intervals", {})
+            sizes = [name for name in names if name in own and not _follows(name)]
+            ranges = ", ".join(_range(name, *own[name]) for name in sizes)
+            rows.append([what, when([d]), values, ranges])
         if len(each) > 1:
             what, moment = "", "median of the windows"
         else:
@@ -134,20 +137,29 @@ def amounts(result: Mapping[str, Any]) -> list[list[str]]:
             rows += [
                 [what, moment, value(name, v["value"]), _interval(name, v)]
                 for name, v in names.items()
-                if not (each and name.startswith(("phase", "frequency")))
+                if not (each and _follows(name))
             ]  # fmt: skip
         else:
             rows[-1][-1] = ", ".join(_interval(name, v) for name, v in names.items())
     return rows
 
 
+def _follows(name: str) -> bool:
+    """Tell whether a value follows from the motion in its window, rather than being a size."""
+    return name.startswith(("phase", "frequency"))
+
+
 def _interval(name: str, parameter: Mapping[str, Any]) -> str:
     if parameter["low"] == parameter["high"]:
         return ""
-    unit = quantity(name)[1]
-    text = f"{rounded(parameter['low'])} to {rounded(parameter['high'])}"
-    text = f"{text} {unit}" if unit else text
+    text = _range(name, parameter["low"], parameter["high"])
     return text + (", at the end of the range searched" if parameter.get("at_bound") else "")
+
+
+def _range(name: str, low: float, high: float) -> str:
+    unit = quantity(name)[1]
+    text = f"{rounded(low)} to {rounded(high)}"
+    return f"{text} {unit}" if unit else text
 
 
 def where(problem: Problem, index: int, result: Mapping[str, Any]) -> go.Figure:
