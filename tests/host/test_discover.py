@@ -425,6 +425,33 @@ def test_the_law_that_acts_is_among_the_few_that_are_begun(
     assert close.problem.budget.spent_s - spent < 3.0 * len(terms) * seconds
 
 
+SPRING, LOAD = Law("hitch", "articulation"), Law("trailer", "swing")
+
+
+@pytest.mark.parametrize(
+    ("acts", "values", "tried", "begun", "kept"),
+    [
+        (LOAD, (90.0, 0.85, 0.05, -0.6), replace(LOAD, shape="odd square"), 0.0, LOAD),
+        (SPRING, (4000.0,), replace(SPRING, response="lagged"), 0.01, SPRING),
+        (
+            replace(SPRING, response="lagged"), (4000.0, 0.2),
+            replace(SPRING, response="lagged"), 0.2, replace(SPRING, response="lagged"),
+        ),
+    ],
+)  # fmt: skip
+def test_a_number_that_a_law_does_not_need_is_not_reported(
+    acts: Law, values: tuple[float, ...], tried: Law, begun: float, kept: Law
+) -> None:
+    """A drag of 0.0 beside a swinging load, and a spring that is 10 ms late, say nothing."""
+    search = searched((ActiveEffect(effect_of(acts), values),))
+    base = search.baseline()
+    count = len(effect_of(tried).parameters)
+    term = ActiveEffect(effect_of(tried), (*values[: count - 1], begun))
+    fit = search.judge.run(replace(search.judge.start(), terms=(term,)), 20, tolerance=1e-6)
+    plain = LawSearch(Tried(search, base, base)).plain(Candidate(fit, base.fit))
+    assert law_in(plain.fit.terms[0]) == kept
+
+
 def test_a_swinging_load_is_found_with_its_frequency() -> None:
     effect = effect_of(Law("trailer", "swing"))
     truth = ActiveEffect(effect, (90.0, 0.85, 0.05, -0.6))

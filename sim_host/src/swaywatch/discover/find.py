@@ -51,6 +51,7 @@ from swaywatch.discover.grammar import (
     curve,
     effect_of,
     grammar,
+    plainer,
     refined,
 )
 from swaywatch.effects.active import ActiveEffect
@@ -457,13 +458,33 @@ class LawSearch:
         judge = self.search.judge
         near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
         best = min(near, key=lambda f: f.chi2, default=fit)
-        least = max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * fit.chi2)
-        if not best.chi2 < fit.chi2 - least:
+        if not best.chi2 < fit.chi2 - self._clearly(fit):
             return candidate
         found = Candidate(best, candidate.parent)
         self.tried.append(found)
         self.quieten([found])
         return found
+
+    def plain(self, candidate: Candidate) -> Candidate:
+        """Without a shape or a lag of its law that does not fit clearly better than none."""
+        fit = candidate.fit
+        at = next(i for i, t in enumerate(fit.terms) if t.effect.id == ID)
+        law = plainer(law_in(fit.terms[at]))
+        if law is None:
+            return candidate
+        known = fit.terms[at].as_dict()
+        effect = effect_of(law, known.get("frequency_hz"), sprung=self.search.on_springs)
+        term = ActiveEffect(effect, tuple(known[p.name] for p in effect.parameters))
+        terms = (*fit.terms[:at], term, *fit.terms[at + 1 :])
+        found = self.search.judge.run(replace(fit, terms=terms), 20, tolerance=1e-6)
+        if not found.chi2 < fit.chi2 + self._clearly(fit):
+            return candidate
+        self.tried.append(Candidate(found, candidate.parent))
+        return self.weighed(self.tried[-1])
+
+    def _clearly(self, fit: Fit) -> float:
+        """Drop of chi2 from which another shape fits clearly better."""
+        return max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * fit.chi2)
 
 
 class Laws:
@@ -578,7 +599,7 @@ class Laws:
         progress("shape of the law", 0.95)
         candidate = law_search.shaped(candidate)
         _share_noise(law_searches)
-        candidate = _completed(law_search, candidate)
+        candidate = law_search.plain(_completed(law_search, candidate))
         return _claimed(law_searches, law_search, candidate)
 
 

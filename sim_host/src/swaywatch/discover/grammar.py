@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -532,6 +532,15 @@ def refined(law: Law) -> list[Law]:
         *found,
         *(Law(law.place, law.motion, power=law.power, response=r) for r in RESPONSES[1:]),
     ]
+
+
+def plainer(law: Law) -> Law | None:
+    """The law with fewer numbers that this one becomes where it does not need them, or None."""
+    plain = replace(law, shape=SHAPES[0], response=INSTANT)
+    if law == plain or law in NONLINEAR_ONLY or law.slides or law.response == TRANSIENT:
+        return None
+    fewer = len(effect_of(plain).parameters) < len(effect_of(law).parameters)
+    return plain if fewer else None
 
 
 @cache
