@@ -49,6 +49,20 @@ def test_a_budget_refuses_once_it_is_spent() -> None:
     assert Budget().sentences() == []
 
 
+def test_a_step_is_refused_that_would_not_end_within_the_budget() -> None:
+    """Windows beside a second vehicle took 3.9 million simulated seconds beyond the limit."""
+    budget = Budget(most_s=100.0)
+    assert not budget.refuses("windows")
+    for cost in (30.0, 20.0):
+        with budget.step("windows"):
+            budget.spend(cost)
+    assert not budget.refuses("windows")  # 50 spent, the longest took 30
+    budget.spend(25.0)
+    assert budget.refuses("windows")
+    assert not budget.refuses("laws")
+    assert "windows" in budget.sentences()[0]
+
+
 def test_every_simulation_of_a_fit_counts(friction: Problem) -> None:
     problem = replace(friction, budget=Budget())
     fitter = Fitter(problem)

@@ -45,7 +45,7 @@ def _search(name: str, calibrated: float, evidence: float) -> Search:
         "Search",
         SimpleNamespace(
             name=name, noise=1.0, progress=None, weighed=lambda c: c, baseline=lambda: base,
-            refuses=lambda what: True, on_springs=name == "springs",
+            refuses=lambda what: name == "rigid", on_springs=name == "springs",
         ),
     )  # fmt: skip
 

@@ -375,6 +375,8 @@ def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
         (Law("slip_trailer", "roll_trailer", "hysteretic"), (0.15, 0.01, 8.0, 0.25)),
         (Law("slip_trailer", "slip_trailer", "saturating"), (-0.83, 0.005)),
         (Law("slip_trailer", "slip_trailer", response="lagged"), (-0.5, 0.5)),
+        (Law("slip_car_front", "slip_car_front", "dead zone"), (-0.3, 0.006)),
+        (Law("force_trailer", "sideslip_trailer", "straight", 2, "lagged"), (-14000.0, 0.3)),
         (Law("slip_car_rear", "roll_car", "dead zone"), (0.3, 0.01, 13.0, 0.112)),
         (Law("trailer", "swing", "hysteretic"), (90.0, -0.6, 0.8)),
     ],

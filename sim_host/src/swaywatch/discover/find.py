@@ -95,6 +95,7 @@ SWINGING = tuple(
 SEVERAL = {False: 1, True: 2}
 #: Share by which a law has to reduce the misfit that the library effects leave.
 BESIDE_KNOWN = 0.03
+BESIDE = "laws beside effects of the library"  # in words, for what was left untried
 #: Of what a law has to take away to be claimed, that it promises to first order beside library
 #: effects that leave only noise; below it no law is begun. Laws that replaced such effects promised
 #: 0.38 and 0.5 of what they took away then (docs/experiments.md).
@@ -541,7 +542,7 @@ class Laws:
             return all_laws()
         ranked = [law_search.ranked for law_search in self._on_rigid if law_search.ranked]
         if not ranked:
-            if search.refuses(LAWS):
+            if search.problem.budget.refuses(LAWS):
                 return []
             ranked = [self._begun(self.searches[0]).ranked]
         return ranked[-1][:MOST_OPEN]
@@ -554,6 +555,10 @@ class Laws:
             self._alone[id(search)] = law_search
             _polish_best([law_search])
         return self._alone[id(search)]
+
+    def _ended(self) -> bool:
+        """Tell whether the diagnosis has simulated enough."""
+        return self.searches[0].problem.budget.refuses(LAWS)
 
     def discover(self, paths: Sequence[Path], progress: Progress) -> Discovery | None:
         """The law that explains the runs better than the library does, or None.
@@ -569,7 +574,7 @@ class Laws:
             Called with a stage and the completed share.
         """
         progress("laws beyond the library", 0.93)
-        if not self._alone and self.searches[0].refuses(LAWS):
+        if not self._alone and self._ended():
             return None
         clean = any(path.clean for path in paths)
         best_of_each = _one_of_each(paths)
@@ -589,7 +594,7 @@ class Laws:
         _share_noise(law_searches)
         best = _best(law_searches)
         if best is None or not _leaves_noise(*best) or not _ahead(law_searches, best[1]):
-            if not self.searches[0].refuses(LAWS) and any(h.promising() for h in law_searches):
+            if not self._ended() and any(h.promising() for h in law_searches):
                 _polish_best(law_searches)
             _share_noise(law_searches)
             best = _best(law_searches)
@@ -605,7 +610,12 @@ class Laws:
 
 def _polish_best(law_searches: Sequence[LawSearch]) -> None:
     """The best laws of all parents and baselines in free simulation."""
-    near = [(h, c) for h in law_searches for parent in _parents(h) for c in h.beside(parent)]
+    near: list[tuple[LawSearch, Candidate]] = []
+    for law_search in law_searches:
+        for parent in _parents(law_search):
+            if near and law_search.search.problem.budget.refuses(BESIDE):
+                break
+            near += [(law_search, candidate) for candidate in law_search.beside(parent)]
     if not near:
         return
     near.sort(key=lambda pair: pair[1].fit.chi2)

@@ -109,6 +109,7 @@ MADE_OF = {
 }
 HEADINGS = ("heading", "heading_car")
 SLIPS = ("slip_car_front", "slip_car_rear", "slip_trailer")
+AIR = ("force_trailer", "moment_trailer")  # where it acts on the trailer
 
 #: Pairs of place and motion, and the powers of the speed that are tried with each. Excluded are
 #: library effects (hitch damping, air on the trailer, roll steer) and equivalents of a value of the
@@ -198,7 +199,8 @@ class Law:
 #: Laws whose linear form is in the library or the file: a damper at the ball, the steering ratio,
 #: a late steering, roll steer, a softer tyre. Friction at the ball and free play of the steering
 #: are library effects too. An axle with play in its wheel bearings is softer at small slip, one
-#: that steers itself after its slip late is softer in slow turns.
+#: with worn bushes beyond some slip, one that steers itself after its slip late in slow turns. Air
+#: on the trailer that is late, or that separates, is not the library's.
 NONLINEAR_ONLY = (
     *(
         Law("hitch", "articulation_rate", nonlinear)
@@ -218,8 +220,18 @@ NONLINEAR_ONLY = (
         )
         for nonlinear in ("saturating", "dead zone", "odd square", "cube", *FRICTION)
     ),
-    *(Law(slip, slip, "saturating") for slip in SLIPS),
+    *(Law(slip, slip, nonlinear) for slip in SLIPS for nonlinear in ("saturating", "dead zone")),
     *(Law(slip, slip, response=LAGGED) for slip in SLIPS),
+    *(
+        Law(place, "sideslip_trailer", nonlinear, 2)
+        for place in AIR
+        for nonlinear in ("saturating", "dead zone", "odd square", "cube")
+    ),
+    *(
+        Law(place, "sideslip_trailer", power=2, response=response)
+        for place in AIR
+        for response in RESPONSES[1:]
+    ),
 )
 
 

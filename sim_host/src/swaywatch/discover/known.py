@@ -30,6 +30,8 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
     ("moment_trailer", "articulation_rate"): ("", "trailer brakes under a stability controller"),
     ("force_trailer", "sideslip_car"): ("the car's wake over the trailer",) * 2,
     ("moment_trailer", "sideslip_car"): ("the car's wake over the trailer",) * 2,
+    ("force_trailer", "sideslip_trailer"): ("air on the trailer that is late, or separates",) * 2,
+    ("moment_trailer", "sideslip_trailer"): ("air on the trailer that is late, or separates",) * 2,
     ("slip_car_rear", "heading_car"): ("", "grooves along the road"),
     ("slip_trailer", "heading"): ("", "grooves along the road"),
     ("slip_car_front", "steer_rate"): (

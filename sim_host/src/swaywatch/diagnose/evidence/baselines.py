@@ -22,6 +22,7 @@ from swaywatch.diagnose.evidence.evidence import (
 from swaywatch.diagnose.evidence.search import (
     BEAM,
     LINEAR,
+    WINDOWED_STEP,
     Candidate,
     Progress,
     Search,
@@ -156,7 +157,7 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
         base = first.baseline()
         if short.clean:
             return [short]
-        if short.best.fit.terms:
+        if short.best.fit.terms and not springs.refuses(TRIED[0]):
             known = _again(springs, short.best.fit.terms, other)
         # a rigid vehicle that the first effect leaves far behind is not searched to the end first
         behind = known is not None and HOPELESS * known.chi2 < short.best.fit.chi2
@@ -169,12 +170,19 @@ def _either(first: Search, base: Candidate, springs: Search, part: _Parts) -> li
     found = path(springs, other, part.next(), known=known)
     if not found.clean:
         return [found, path(first, base, part.next())]
+    return [found, *_rigid_too(first, base, found, part)]
+
+
+def _rigid_too(first: Search, base: Candidate, found: Path, part: _Parts) -> list[Path]:
+    """The search with a rigid vehicle, where one may do better than that found on springs."""
+    if first.refuses(TRIED[0]):
+        return []
     same = _again(first, found.best.fit.terms, base)
     if _hopeless(first, base, same, found):
-        return [found]
+        return []
     # beyond one effect more, a rigid vehicle has to do better than this one to be searched on
-    rival = Rival(len(found.best.fit.terms) + 1, springs.weighed(found.best).evidence)
-    return [found, path(first, base, part.next(), rival, known=same)]
+    rival = Rival(len(found.best.fit.terms) + 1, found.search.weighed(found.best).evidence)
+    return [path(first, base, part.next(), rival, known=same)]
 
 
 def _one_is_enough(rigid: Search, base: Candidate) -> bool:
@@ -185,8 +193,6 @@ def _one_is_enough(rigid: Search, base: Candidate) -> bool:
 
 def _hopeless(rigid: Search, base: Candidate, same: Fit, other: Path) -> bool:
     """A rigid vehicle is far off, with the same effects or without, and one more does not help."""
-    if rigid.refuses(TRIED[0]):
-        return True
     parents = [base.fit, same] if same.terms else [base.fit]
     found = [c.fit for parent in parents for c in rigid.extend(parent, windowed=False)]
     return min(f.chi2 for f in (same, *found)) > HOPELESS * other.best.fit.chi2
@@ -291,7 +297,8 @@ def path(
         fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)
         best = found[0] = search.weighed(replace(found[0], fit=fit))
         again = depth == 1 and not search.refuses(TRIED[1])
-        if again and search.rebased(best.fit):
+        again = again and search.has_room(WINDOWED_STEP)  # they take as long once more
+        if again and not _needless(search, base, best) and search.rebased(best.fit):
             return path(search, search.baseline(), progress, rival, known, most)
         base = search.baseline()
         # where nothing is left, a second best start leads nowhere else

@@ -72,6 +72,8 @@ RUNS_AWAY = (
     "speed, cannot be right"
 )
 
+LIBRARY_SHARE = 0.8  # of the budget; laws took 0.4 to 1.2 of the 6 million simulated seconds
+WINDOWED_STEP = "effects in windows"  # in words, for what was left untried
 #: Forms of a windowed effect that its windows are looked for with; others refine them.
 FIRST_FORMS = ("box", "box_motion")
 
@@ -605,7 +607,7 @@ class Search:
         ]
         lasting = [e for e in open_ if not e.windowed]
         in_parts = [e for e in open_ if e.windowed] if windowed else []
-        first = bool(in_parts) and self._hardly(parent, lasting)
+        first = bool(in_parts) and self._hardly(parent, lasting) and not self.refuses(WINDOWED_STEP)
         fits = self._polished(parent, in_parts) if first else []
         if not self.settled(parent, fits):
             lasts = self._lasting(parent, lasting)
@@ -626,11 +628,20 @@ class Search:
 
     def _enough(self, parent: Fit, lasts: Sequence[Fit]) -> bool:
         """Windows need not be looked for, or may not any more."""
-        return self.settled(parent, lasts) or self.refuses("effects in windows")
+        return self.settled(parent, lasts) or self.refuses(WINDOWED_STEP)
 
     def refuses(self, what: str) -> bool:
         """Tell whether `what` is left untried because the diagnosis has simulated enough."""
-        return self.problem.budget.refuses(what)
+        return self.problem.budget.refuses(what, self._share)
+
+    def has_room(self, what: str) -> bool:
+        """Tell whether another step of a kind ends within the budget, as far as known."""
+        return self.problem.budget.has_room(what, self._share)
+
+    @property
+    def _share(self) -> float:
+        """Share of the budget that the library may use: laws are to be tried, too."""
+        return 1.0 if self.beyond is None else LIBRARY_SHARE
 
     @staticmethod
     def settled(parent: Fit, fits: Sequence[Fit]) -> bool:
@@ -697,8 +708,9 @@ class Search:
 
     def _polished(self, parent: Fit, effects: Sequence[Effect]) -> list[Fit]:
         """Effects in windows, found under the observer and fitted where they are judged."""
-        found = self._windowed(self._near(parent), effects)
-        return self._unbent(self.judge.side_by_side(self.released, found), parent)
+        with self.problem.budget.step(WINDOWED_STEP):
+            found = self._windowed(self._near(parent), effects)
+            return self._unbent(self.judge.side_by_side(self.released, found), parent)
 
     def _unbent(self, fits: Sequence[Fit], parent: Fit, watched: Sequence[Fit] = ()) -> list[Fit]:
         """The best of each, and once more from rest where they take away much of the misfit.

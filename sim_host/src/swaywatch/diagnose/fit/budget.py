@@ -7,6 +7,8 @@ a fast and on a busy machine. What was left untried is named.
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 #: Simulated seconds of one diagnosis: six to eight minutes of processor time (13,000 to 17,000 of
@@ -26,11 +28,15 @@ class Budget:
         Simulated seconds so far.
     untried
         What was left out for it, in words, in this order.
+    steps_s
+        Simulated seconds of the longest step of each kind so far: the next one is expected to take
+        as long.
     """
 
     most_s: float = MOST_S
     spent_s: float = 0.0
     untried: list[str] = field(default_factory=list)
+    steps_s: dict[str, float] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
 
     def spend(self, simulated_s: float) -> None:
@@ -38,17 +44,29 @@ class Budget:
         with self._lock:
             self.spent_s += simulated_s
 
+    def has_room(self, what: str, share: float = 1.0) -> bool:
+        """Tell whether a step of this kind ends within a share of the budget, as far as known."""
+        return self.spent_s + self.steps_s.get(what, 0.0) < share * self.most_s
+
     def refuses(self, what: str, share: float = 1.0) -> bool:
         """Tell whether `what` is left untried because this share of the budget is spent.
 
+        It is, too, where a step of this kind does not end within it if it takes as long as before.
         To be asked only where no calculations run side by side: then the answer does not depend on
         how threads run.
         """
-        if self.spent_s < share * self.most_s:
+        if self.has_room(what, share):
             return False
         if what not in self.untried:
             self.untried.append(what)
         return True
+
+    @contextmanager
+    def step(self, what: str) -> Iterator[None]:
+        """Note what a step costs; to be used where none of its kind runs beside it."""
+        before = self.spent_s
+        yield
+        self.steps_s[what] = max(self.steps_s.get(what, 0.0), self.spent_s - before)
 
     def sentences(self) -> list[str]:
         """What was left untried, for the checks of a diagnosis; empty if nothing was."""
