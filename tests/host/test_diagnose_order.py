@@ -165,6 +165,24 @@ def test_what_a_slight_effect_explains_better_is_not_claimed(
     assert [t.effect.id for t in path.best.fit.terms] == named
 
 
+def test_small_pieces_in_windows_that_leave_only_noise_are_no_claim() -> None:
+    """Fourteen gusts of 10 to 97 N to both sides had imitated a brake that the drawbar pulls."""
+    gust = next(
+        e for e in library()
+        if e.name == "crosswind_gust:trailer" and e.extra["form"] == "box"
+    )  # fmt: skip
+    pieces = [(4.0 * w, 4.0 * w + 2.0, 60.0 * (-1.0) ** w) for w in range(8)]
+    values = tuple(v for piece in pieces for v in piece)
+    damping = next(e for e in library() if e.name == "hitch_damping:hitch")
+    small = tuple(p.neutral + 0.5 * p.minimum for p in damping.parameters)
+    base = Candidate(_fit(2.1), _fit(2.1))
+    windows, lasting = (
+        Candidate(_fit(1.05, term), base.fit)
+        for term in (ActiveEffect(gust, values, (0,) * 8), ActiveEffect(damping, small))
+    )
+    assert baselines._claims(base, base, [windows, lasting]) == ([lasting], [windows])
+
+
 def test_what_another_vehicle_found_says_how_large_an_independent_sample_is(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

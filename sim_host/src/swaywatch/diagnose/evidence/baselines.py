@@ -327,7 +327,8 @@ def _claims(
 ) -> tuple[list[Candidate], list[Candidate]]:
     """What may be claimed, and what is there or may be but is too small for that.
 
-    However small, what alone leaves only noise where more was left is a claim.
+    However small, what alone leaves only noise where more was left is a claim; but small pieces in
+    windows can follow anything.
     """
     claims: list[Candidate] = []
     slight: list[Candidate] = []
@@ -335,7 +336,9 @@ def _claims(
         if all(map(noticeable, candidate.fit.terms)):
             claims.append(candidate)
         elif is_slight(candidate):
+            lasts = not any(t.effect.windowed for t in candidate.fit.terms)
             needed = explained(base.fit, candidate.fit) and not explained(base.fit, best.fit)
+            needed &= lasts
             (claims if needed else slight).append(candidate)
     return claims, slight
 

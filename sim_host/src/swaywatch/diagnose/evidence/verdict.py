@@ -423,6 +423,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     if best.fit.terms and best.evidence >= least:
         best = _to_the_end(search, base, best, least)
         doubtful = _predicts_worse(search, base, best.fit) or _leaves_most(search, base, best.fit)
+        doubtful = doubtful or any(t.effect.windowed and not noticeable(t) for t in best.fit.terms)
         best = Candidate(base, base) if doubtful else best
     if not best.fit.terms or best.evidence < least:
         best, base = plain, plain.fit
