@@ -542,7 +542,7 @@ class Laws:
             return all_laws()
         ranked = [law_search.ranked for law_search in self._on_rigid if law_search.ranked]
         if not ranked:
-            if search.problem.budget.refuses(LAWS):
+            if self._ended():
                 return []
             ranked = [self._begun(self.searches[0]).ranked]
         return ranked[-1][:MOST_OPEN]

@@ -336,9 +336,8 @@ def _claims(
         if all(map(noticeable, candidate.fit.terms)):
             claims.append(candidate)
         elif is_slight(candidate):
-            lasts = not any(t.effect.windowed for t in candidate.fit.terms)
             needed = explained(base.fit, candidate.fit) and not explained(base.fit, best.fit)
-            needed &= lasts
+            needed &= not any(t.effect.windowed for t in candidate.fit.terms)
             (claims if needed else slight).append(candidate)
     return claims, slight
 
