@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -87,21 +88,11 @@ def _reported(term: ActiveEffect, name: str, covariance: Array, reached: float) 
     raw = np.array(term.values)
     found = report(raw)
     neutral = report([p.neutral for p in effect.parameters])
-    steps = np.sqrt(np.maximum(np.diag(covariance), 1e-300)) * 0.1
-    columns = []
-    for index, step in enumerate(steps):
-        moved = raw.copy()
-        moved[index] += step if raw[index] + step <= effect.parameters[index].high else -step
-        changed = report(moved)
-        by = float(moved[index] - raw[index])  # none where the fit says that the error is none
-        columns.append([(changed[k] - found[k]) / by if by else 0.0 for k in found])
-    jacobian = np.array(columns)
     assumed = float(str(effect.extra.get("assumed_share", 0.0)))
-    errors_ = np.sqrt(np.abs(np.diag(jacobian.T @ covariance @ jacobian)))
+    highs = [p.high for p in effect.parameters]
+    errors_ = _carried(report, raw, covariance, highs)
     rows = {
-        key: interval(
-            name, value, _size(value, neutral[key]), float(error), reached, assumed=assumed
-        )
+        key: interval(name, value, _size(value, neutral[key]), error, reached, assumed=assumed)
         for (key, value), error in zip(found.items(), errors_, strict=True)
     }
     for key, row in rows.items():
@@ -148,20 +139,36 @@ def _errors_of_windows(
     found = []
     for index in range(len(term.window_runs)):
         at = slice(index * term.stride, (index + 1) * term.stride)
-        own = covariance[at, at]
-        base = _details(term, problem, index, np.array(term.values))
-        columns = []
-        for place in range(at.start, at.stop):
-            step = 0.1 * float(np.sqrt(max(covariance[place, place], 1e-300)))
-            moved = np.array(term.values)
-            moved[place] += step
-            by = float(moved[place] - term.values[place])
-            other = _details(term, problem, index, moved)
-            columns.append([_apart(k, other[k], base[k]) / by if by else 0.0 for k in base])
-        slopes = np.array(columns)
-        variances = np.diag(slopes.T @ own @ slopes)
-        found.append({k: float(np.sqrt(abs(v))) for k, v in zip(base, variances, strict=True)})
+
+        def report(own: Array, at: slice = at, index: int = index) -> dict[str, float]:
+            values = np.array(term.values)
+            values[at] = own
+            return _details(term, problem, index, values)
+
+        own = np.array(term.values[at])
+        errors_ = _carried(report, own, covariance[at, at], [np.inf] * own.size)
+        found.append(dict(zip(report(own), errors_, strict=True)))
     return found
+
+
+def _carried(
+    report: Callable[[Array], dict[str, float]],
+    values: Array,
+    covariance: Array,
+    highs: Sequence[float],
+) -> list[float]:
+    """Errors of fitted values, carried through what is reported of them; in its order."""
+    base = report(values)
+    columns = []
+    for index, variance in enumerate(np.diag(covariance)):
+        step = 0.1 * float(np.sqrt(max(variance, 1e-300)))
+        moved = values.copy()
+        moved[index] += step if values[index] + step <= highs[index] else -step
+        changed = report(moved)
+        by = float(moved[index] - values[index])  # none where the fit says that the error is none
+        columns.append([_apart(k, changed[k], base[k]) / by if by else 0.0 for k in base])
+    slopes = np.array(columns)
+    return [float(e) for e in np.sqrt(np.abs(np.diag(slopes.T @ covariance @ slopes)))]
 
 
 def _over_windows(
