@@ -27,6 +27,7 @@ WORDS = {
     "hitch_damping", "trailer_aerodynamics", "roll_steer", "crosswind_gust", "road_bank",
     "sensor_delay", "sensor_gain", "sensor_roll_gravity", "parameter_error", "damper_fade",
     "damper_asymmetry", "friction_reduction", "roll_stiffness_change",
+    "drawbar_compliance",
 }  # fmt: skip
 BODY_VALUES = np.array(
     [1955, 2690, 1.302, 1.383, 2.166, 109300, 185200, 1880, 10350, 0.124, 0.526, 5.073,

@@ -20,6 +20,7 @@ WORDS = frozenset((
     "tyre_saturation", "tyre_load_sensitivity", "tyre_stiffness_change", "hitch_friction",
     "hitch_damping", "trailer_aerodynamics", "roll_steer", "crosswind_gust", "road_bank",
     "friction_reduction", "damper_fade", "damper_asymmetry", "roll_stiffness_change",
+    "drawbar_compliance",
 ))  # fmt: skip
 SLALOM = np.radians(12.0) * np.sin(2.0 * np.pi * 0.5 * TIME) * np.clip(TIME / 4.0, 0.0, 1.0)
 

@@ -39,6 +39,8 @@ FEATURES = [
     {"hitch_friction": 300.0, "aero_side": 1.0, "steering_flexibility": 1e-6},
     {"sprung_mass_car": 1400.0, "trail_car_front": 0.03},
     {"sprung_mass_car": 1400.0, "sprung_mass_trailer": 1300.0, "peak_friction_inverse": 1.2},
+    {"drawbar_compliance": 2e-5},
+    {"drawbar_compliance": 1e-6, "sprung_mass_car": 1400.0, "sprung_mass_trailer": 1300.0},
 ]  # fmt: skip
 SPRUNG = {"sprung_height": 0.5, "roll_inertia": 500.0, "roll_stiffness": 9e4,
           "roll_damping_rate": 4e3, "roll_front_share": 0.6, "roll_damping_share": 0.6}  # fmt: skip
@@ -114,6 +116,26 @@ def test_divergence_leaves_zeros_and_the_neighbours_alone() -> None:
     assert both[0].output[0].any()
     assert not both[0].output[-1].any()
     np.testing.assert_array_equal(both[1].output, alone)
+
+
+@pytest.mark.parametrize("sprung", [0.0, 1.0])
+def test_drawbar_gives_way_to_the_force_at_the_ball(sprung: float) -> None:
+    """What the bodies have there is the drawbar's force; a stiff one is a rigid trailer."""
+    springs = {"sprung_mass_car": 1400.0 * sprung, "sprung_mass_trailer": 1300.0 * sprung}
+    given = plant(800, 2, **springs, drawbar_compliance=2e-5)
+    found = run_jobs([Job(given, columns=ALL, states=True)])[0]
+    assert found.output is not None
+    assert found.states is not None
+    out = {name: found.output[:, i] for i, name in enumerate(OUTPUT)}
+    theta = out["articulation"]
+    force = out["hitch_y"] * np.cos(theta) - out["hitch_x"] * np.sin(theta)
+    moved, rate = found.states[:, lib.X_DRAWBAR], found.states[:, lib.X_DRAWBAR + 1]
+    own = (moved + 0.005 * rate) / 2e-5
+    np.testing.assert_allclose(force[:-1], own[:-1], atol=1e-6 * np.abs(force).max())
+    rigid, stiff = (simulate(plant(800, 2, **springs, drawbar_compliance=c)) for c in (0.0, 1e-8))
+    size = np.std(rigid[:, :4], axis=0)
+    assert np.all(np.std(stiff[:, :4] - rigid[:, :4], axis=0) < 2e-4 * size)
+    assert np.any(np.std(found.output[:, :4] - rigid[:, :4], axis=0) > 0.05 * size)
 
 
 @pytest.mark.parametrize("steer", [0.005, 0.05, 0.2])

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sprung_pairs import SPACING, constants, manoeuvre
 from test_double_track import TIME, VEHICLE, impulse
 
 from swaywatch.diagnose.fit.data import body_of
@@ -18,9 +19,13 @@ from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
 from swaywatch.effects.runs import Run
 from swaywatch.models.double_track import DoubleTrack
+from swaywatch.models.multibody import Multibody
+from swaywatch.models.multibody_vehicle import Inputs, Physics, reference_combination
 from swaywatch.models.physics import PhysicsEffect
+from swaywatch.plant.lanes import OUTPUT, PlantInput, simulate
 
 SPEED = 27.0
+YAW = [OUTPUT.index(name) for name in ("car_yaw_rate", "trailer_yaw_rate")]
 CHANNELS = ("car_yaw_rate", "trailer_yaw_rate", "articulation", "hitch_lateral_force")
 STEERING = impulse(2.0)
 WINDOW = {"start_s": 4.005, "stop_s": 8.005}  # edges between samples
@@ -63,6 +68,10 @@ CASES: list[tuple[PhysicsEffect, ActiveEffect]] = [
         term("hitch_damping:hitch", 800.0),
     ),
     (
+        PhysicsEffect("drawbar_compliance", stiffness_n_per_m=1e5),
+        term("drawbar_compliance:hitch", 1e-5),
+    ),
+    (
         PhysicsEffect(
             "trailer_aerodynamics", side_force_coefficient=1.5, yaw_moment_coefficient=0.5
         ),
@@ -103,3 +112,24 @@ def test_without_effects_both_plants_move_alike() -> None:
     for name in CHANNELS:
         size = float(np.abs(trace[name]).max())
         assert float(np.abs(trace[name] - plain[name]).max()) < 0.01 * size, name
+
+
+def test_drawbar_of_an_independent_simulator() -> None:
+    """MuJoCo's trailer on a slide at the ball: far nearer with the effect than without it."""
+    whole = reference_combination()
+    time, wheel = manoeuvre("slalom", 20.0, 10.0)
+    soft = Physics(more="elastic_drawbar", more_size=5e4)
+    motion = Multibody(whole, soft).run(Inputs(time, wheel, np.full_like(time, SPEED)))
+    motion = motion.resample(time)
+    judged = np.stack([motion.yaw_rate_rad_s, motion.trailer_yaw_rate_rad_s], axis=1)
+
+    def off(*terms: ActiveEffect) -> float:
+        own = PlantInput(
+            SPACING, motion.speed_m_s, np.gradient(motion.speed_m_s, SPACING),
+            motion.road_wheel_rad, constants(whole),
+        )  # fmt: skip
+        for t in terms:
+            t.effect.act(own, Run("r", time, {}, {}, 15.0), t.as_dict(), ())
+        return float(np.std(simulate(own)[:, YAW] - judged) / np.std(judged))
+
+    assert off(term("drawbar_compliance:hitch", 1.0 / 5e4)) < 0.1 * off()

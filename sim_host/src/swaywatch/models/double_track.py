@@ -625,6 +625,7 @@ def _body_constants(p: Array, axles: Array) -> Array:
 def _scalars(p: Array, axles: Array) -> dict[str, float]:
     """Scalar slots of the plant."""
     stiffness = float(p[P["steering_stiffness"]])
+    drawbar = float(p[P["drawbar_stiffness"]])
     castors = p[P["steering_gap_law"]] == 2.0
     found = {
         "steering_flexibility": 1.0 / stiffness if stiffness > 0.0 else 0.0,
@@ -632,6 +633,7 @@ def _scalars(p: Array, axles: Array) -> dict[str, float]:
         "hitch_friction": p[P["hitch_friction"]],
         "hitch_sticking": p[P["hitch_friction_rate"]],
         "hitch_damping": p[P["hitch_damping"]],
+        "drawbar_compliance": 1.0 / drawbar if drawbar > 0.0 else 0.0,
         "aero_side": p[P["aero_side_force"]], "aero_yaw": p[P["aero_yaw_moment"]],
         "bank_unsensed": 1.0,
     }  # fmt: skip

@@ -117,6 +117,7 @@ SCALARS = (
     "mode_friction_car", "mode_friction_trailer",  # m/s2, what friction on the floor takes
     "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest
     "sensor_ahead_car", "sensor_ahead_trailer",  # m, "centre of gravity" of the accelerations
+    "drawbar_compliance",  # m/N, sideways at the ball; 0: rigid
     "drag_area_car", "drag_area_trailer",  # m2, drag coefficient times frontal area
     "front_drive",  # share of the drive that acts at the front wheels, along where they point
     "pitch_transfer",  # share of the moments of drag and drive that the axle loads carry
@@ -185,6 +186,7 @@ _RELAXATION = [index for name, index in _SCALARS.items() if name.startswith("rel
 _ALONE = (
     "hitch_friction", "peak_friction_inverse", "law_gain", "law_of_roll_car", "law_of_roll_trailer",
     "mode_mass_car", "mode_mass_trailer", "damper_asymmetry_car", "damper_asymmetry_trailer",
+    "drawbar_compliance",
 )  # fmt: skip
 #: Slots that the kernel calculates only where a simulation uses them.
 _FEATURES = [

@@ -22,6 +22,7 @@ P_NAMES = (
     "hitch_friction",          # N m
     "hitch_friction_rate",     # rad/s at which dry friction is 76 % developed
     "hitch_damping",           # N m s/rad
+    "drawbar_stiffness",       # N/m, sideways at the ball; 0: rigid
     "aero_side_force",         # trailer, 1/rad on q A
     "aero_yaw_moment",         # trailer, 1/rad on q A x 1 m
     "roll_gain_1", "roll_omega_1", "roll_zeta_1",   # rad/(m/s2), rad/s, 1

@@ -24,11 +24,14 @@
 #define TRAILER_AREA 5.0
 #define SHORTEST_LAG_M 0.15
 #define LIMIT 1e6
-#define LAW_STICKS 6.0      // shape "hysteretic" of discover/grammar.py; the next one: "rubbing"
-#define LAW_SLOW 0.01       // rad/s, below which friction that grows with a deflection is not full
-#define LAW_SPEED 25.0      // m/s, at which the gain of a law is said
-#define SHORTEST_LAW_S 0.01 // lag of a law
-#define MODE_SLOW 0.01      // m/s, below which friction on a floor is not full
+#define LAW_STICKS 6.0       // shape "hysteretic" of discover/grammar.py; the next one: "rubbing"
+#define LAW_SLOW 0.01        // rad/s, below which friction that grows with a deflection is not full
+#define LAW_SPEED 25.0       // m/s, at which the gain of a law is said
+#define SHORTEST_LAW_S 0.01  // lag of a law
+#define MODE_SLOW 0.01       // m/s, below which friction on a floor is not full
+#define DRAWBAR_LOSS_S 0.005 // damping over stiffness of a drawbar: steel with its joints
+#define LEAST_DRAWBAR 2e-6 // m/N, below which the motion of this one is scaled down: steps of 20 ms
+#define RESOLVED 2         // trials of the drawbar's acceleration, and which one is the last
 
 _Static_assert(E_SLOTS == PLANT_SCALARS, "every slot is read");
 

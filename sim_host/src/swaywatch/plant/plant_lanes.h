@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 120
+#define PLANT_SCALARS 121
 #define PLANT_SERIES 32
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -16,8 +16,8 @@
 #define PLANT_GENERATOR_WINDOW 6
 #define PLANT_STATES_OF_A_FIT 16
 #define PLANT_STATES_OF_HEAVE 24
-#define PLANT_STATES_OF_A_LAW 29
-#define PLANT_STATES 37
+#define PLANT_STATES_OF_A_LAW 31
+#define PLANT_STATES 39
 #define PLANT_LAW_STATES 13
 #define PLANT_BLOCK 10
 #define PLANT_LANES 8
@@ -151,6 +151,7 @@ enum plant_scalar {
     E_MODE_PLACE_TRAILER,
     E_SENSOR_AHEAD_CAR,
     E_SENSOR_AHEAD_TRAILER,
+    E_DRAWBAR_COMPLIANCE,
     E_DRAG_AREA_CAR,
     E_DRAG_AREA_TRAILER,
     E_FRONT_DRIVE,
@@ -314,12 +315,14 @@ enum plant_state {
         24, ///< of a law behind its lag, or of what a transient one depends on; rad, the heading
     X_MODE = 25, ///< m, to the left, of what swings in the bodies
     X_MODE_RATE = 27,
-    X_LAG = 29,       ///< N, Nm: the car's side force and moment behind the suspension's lag
-    X_SPEED = 31,     ///< m/s
+    X_DRAWBAR = 29,   ///< m, of the trailer past the ball, to the left
+    X_DRAWBAR_RATE,   ///< m/s
+    X_LAG,            ///< N, Nm: the car's side force and moment behind the suspension's lag
+    X_SPEED = 33,     ///< m/s
     X_SPEED_INTEGRAL, ///< m
     X_DRIVE,          ///< N
     X_PLACE,          ///< m, two
-    X_HEADING = 36,   ///< rad
+    X_HEADING = 38,   ///< rad
 };
 
 /// Axle loads that the motion makes (plant_generator.h).

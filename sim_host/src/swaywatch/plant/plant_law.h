@@ -1,5 +1,5 @@
-// Laws that no named effect has: a force that one motion makes, a mass that swings in a body;
-// included by plant_step.h. What the slots are is said by plant/lanes.py.
+// Laws that no named effect has: a force that one motion makes, a mass that swings in a body, a
+// drawbar that gives way; included by plant_step.h. What the slots are is said by plant/lanes.py.
 
 /// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square.
 INLINE V NAME(bent)(V z, V shape, V at)
@@ -83,4 +83,17 @@ INLINE void NAME(swing)(const V *x, const V *e, int body, V base, V *dx)
     const V back = NAME(pulled_back)(x, e, body);
     dx[X_MODE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], x[X_MODE_RATE + body]);
     dx[X_MODE_RATE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], -base - back);
+}
+
+/// How much of the motion of a drawbar that is not stiffer than the steps allow is its own.
+INLINE V NAME(drawbar_share)(const V *e)
+{
+    return NAME(least)(e[E_DRAWBAR_COMPLIANCE] * (1.0 / LEAST_DRAWBAR), NAME(all)(1.0));
+}
+
+/// Its side force on the car, in the trailer's axes.
+INLINE V NAME(drawbar_force)(const V *x, const V *e)
+{
+    const V per_n = NAME(most)(e[E_DRAWBAR_COMPLIANCE], NAME(all)(LEAST_DRAWBAR));
+    return (x[X_DRAWBAR] + DRAWBAR_LOSS_S * x[X_DRAWBAR_RATE]) / per_n;
 }

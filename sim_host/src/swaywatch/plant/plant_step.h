@@ -18,7 +18,7 @@
 typedef struct {
     bool relaxed, saturated, softens, aligning, rolls, sprung, flexible, playing, aero, sticking,
         banked;
-    bool law, swings; // plant_law.h
+    bool law, swings, bends; // plant_law.h
     bool alone, blocks, full;
     bool whole, heaves; // with what a simulator needs beyond a fit: plant_whole.h
     int states;         // that move
@@ -86,6 +86,7 @@ typedef struct {
     V hitch;                // Nm about the ball, on the car
     V hitch_x, turn;        // m/s2, of the ball in car axes
     V trailer_x, trailer_y; // m/s2, of the trailer in its own axes
+    V bent;                 // m/s2, of the trailer past the ball, part of `trailer_y`
     V push;                 // N, lengthwise on all, where the speed is free
 } LOADS;
 
@@ -182,6 +183,7 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     to->hitch_x = prescribed - slips->hitch * r1;
     to->turn = slips->ahead * r1;
     to->trailer_y = slips->cosine * to->turn - slips->sine * to->hitch_x;
+    to->bent = (V){0};
 }
 
 /// Bodies that do not roll: a symmetric system of three.
@@ -192,7 +194,8 @@ INLINE void NAME(solve)(const V *x, const V *p, const CONSTANTS *k, const FEATUR
     const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
     const V a13 = -m2 * c * lh2;
     const V a23 = lh * m2 * c * lh2;
-    const V inner = c * by->side[1] + s * by->along[1] - m2 * by->turn - m2 * s * lh2 * r2 * r2;
+    const V inner = c * (by->side[1] - m2 * by->bent) + s * by->along[1] - m2 * by->turn -
+                    m2 * s * lh2 * r2 * r2;
     const V b1 = by->side[0] - p[P_CAR_MASS] * by->turn + inner;
     const V b2 = by->yaw[0] - lh * inner;
     V b3 = by->yaw[1] - lh2 * by->side[1] + lh2 * m2 * by->trailer_y;
@@ -223,7 +226,8 @@ INLINE void NAME(solve_sprung)(const V *x, const V *p, const CONSTANTS *k, const
     const V s = slips->sine, c = slips->cosine, r2 = x[X_YAW_2];
     const V m2 = p[P_TRAILER_MASS], lh = p[P_CAR_HITCH_TO_COG], lh2 = p[P_TRAILER_HITCH_TO_COG];
     const V e1 = k->ball[0], q = k->pull;
-    const V inner = c * by->side[1] + s * by->along[1] - m2 * by->turn - m2 * s * lh2 * r2 * r2;
+    const V inner = c * (by->side[1] - m2 * by->bent) + s * by->along[1] - m2 * by->turn -
+                    m2 * s * lh2 * r2 * r2;
     const V drag = by->side[1] - m2 * by->trailer_y;
     const V turned = c * m2 * lh2;
     V a[5][5], b[5];
@@ -273,6 +277,22 @@ INLINE void NAME(solve_sprung)(const V *x, const V *p, const CONSTANTS *k, const
         }
     }
     to->side = b[0], to->yaw[0] = b[1], to->yaw[1] = b[2], to->roll[0] = b[3], to->roll[1] = b[4];
+}
+
+/// A drawbar that gives way sideways: the trailer passes the ball with the acceleration at which
+/// the force there is the drawbar's. That force is linear in it: two trials say how.
+INLINE void NAME(bend)(const V *x, const V *e, const V *force, int trial, LOADS *by, V *dx)
+{
+    const V rigid = by->trailer_y - by->bent;
+    by->bent = NAME(all)((double)trial);
+    if (trial == RESOLVED) {
+        const V share = NAME(drawbar_share)(e);
+        const V found = (NAME(drawbar_force)(x, e) - force[0]) / (force[1] - force[0]);
+        dx[X_DRAWBAR] = NAME(where)(share, x[X_DRAWBAR_RATE]);
+        dx[X_DRAWBAR_RATE] = NAME(where)(share, found);
+        by->bent = NAME(where)(share, share * found);
+    }
+    by->trailer_y = rigid + by->bent;
 }
 
 /// Outputs, see plant/lanes.py. `own` are the lateral accelerations of both centres of gravity.
@@ -334,26 +354,39 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
     const V s = slips.sine, c = slips.cosine;
     const V m2 = p[P_TRAILER_MASS], lh2 = p[P_TRAILER_HITCH_TO_COG];
     const V swing = lh2 * x[X_YAW_2] * x[X_YAW_2];
-    if (has->whole) {
-        by.push = by.along[0] + c * by.along[1] - s * by.side[1] +
-                  p[P_CAR_MASS] * x[X_SIDE] * x[X_YAW_1] - m2 * (by.hitch_x + c * swing);
-    }
     RATES rates;
-    if (has->sprung) {
-        NAME(solve_sprung)(x, p, k, has, &slips, &by, &rates);
-    } else {
-        NAME(solve)(x, p, k, has, &slips, &by, &rates);
+    V ay1, ahy, a2y, force[RESOLVED];
+    // one place of call, so that the compiler takes each system into the loop once
+    for (int trial = has->bends ? 0 : RESOLVED; trial <= RESOLVED; trial++) {
+        if (has->bends) {
+            NAME(bend)(x, e, force, trial, &by, dx);
+        }
+        if (has->whole) {
+            by.push = by.along[0] + c * by.along[1] - s * (by.side[1] - m2 * by.bent) +
+                      p[P_CAR_MASS] * x[X_SIDE] * x[X_YAW_1] - m2 * (by.hitch_x + c * swing);
+        }
+        if (has->sprung) {
+            NAME(solve_sprung)(x, p, k, has, &slips, &by, &rates);
+        } else {
+            NAME(solve)(x, p, k, has, &slips, &by, &rates);
+        }
+        rates.ahead = now->acceleration;
+        V hitch_x = by.hitch_x;
+        if (has->whole) {
+            const V free =
+                (by.push - m2 * lh2 * s * rates.yaw[1] + s * k->pull * rates.roll[1]) * k->per_m;
+            rates.ahead += k->free * (free - now->acceleration);
+            hitch_x += k->free * free;
+        }
+        ay1 = rates.side + by.turn;
+        ahy = ay1 - p[P_CAR_HITCH_TO_COG] * rates.yaw[0] - k->ball[0] * rates.roll[0];
+        a2y = c * ahy - s * hitch_x - lh2 * rates.yaw[1] + k->ball[1] * rates.roll[1] + by.bent;
+        if (trial < RESOLVED) {
+            force[trial] = by.side[1] - m2 * a2y + k->lever[1] * rates.roll[1];
+        } else {
+            by.hitch_x = hitch_x;
+        }
     }
-    rates.ahead = now->acceleration;
-    if (has->whole) {
-        const V free =
-            (by.push - m2 * lh2 * s * rates.yaw[1] + s * k->pull * rates.roll[1]) * k->per_m;
-        rates.ahead += k->free * (free - now->acceleration);
-        by.hitch_x += k->free * free;
-    }
-    const V ay1 = rates.side + by.turn;
-    const V ahy = ay1 - p[P_CAR_HITCH_TO_COG] * rates.yaw[0] - k->ball[0] * rates.roll[0];
-    const V a2y = c * ahy - s * by.hitch_x - lh2 * rates.yaw[1] + k->ball[1] * rates.roll[1];
     by.trailer_x = c * by.hitch_x + s * ahy + swing;
     // an observer keeps the state near the measured one, so that what is missing shows where and
     // when it acts instead of being carried on (innovation form of the prediction-error method)
@@ -504,7 +537,8 @@ INLINE void NAME(features)(const plant_lane_t *lane, const double *axles, FEATUR
     has->rolls |= s[E_LAW_OF_ROLL_CAR] != 0.0 || s[E_LAW_OF_ROLL_TRAILER] != 0.0;
     has->swings |= s[E_MODE_MASS_CAR] > 0.0 || s[E_MODE_MASS_TRAILER] > 0.0;
     has->states = has->heaves ? PLANT_STATES_OF_HEAVE : PLANT_STATES_OF_A_FIT;
-    has->states = has->law || has->swings ? PLANT_STATES_OF_A_LAW : has->states;
+    has->bends |= s[E_DRAWBAR_COMPLIANCE] > 0.0;
+    has->states = has->law || has->swings || has->bends ? PLANT_STATES_OF_A_LAW : has->states;
     has->states = has->whole ? PLANT_STATES : has->states;
     has->sprung |= s[E_SPRUNG_MASS_CAR] > 0.0 || s[E_SPRUNG_MASS_TRAILER] > 0.0;
     has->alone |= !(lane->body[P_TRAILER_MASS] > 0.0);

@@ -225,6 +225,9 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
         hvy -= k->ball[0] * x[X_ROLL_RATE];
         own += k->ball[1] * x[X_ROLL_RATE + 1];
     }
+    if (has->bends) {
+        own += NAME(drawbar_share)(e) * x[X_DRAWBAR_RATE];
+    }
     const V vx2 = c * vx + s * hvy;
     const V vy2 = c * hvy - s * vx + own;
     const V per_vx = 1.0 / vx;

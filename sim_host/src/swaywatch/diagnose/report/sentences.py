@@ -173,6 +173,10 @@ _SENTENCES: dict[str, Callable[[Effect], str]] = {
     "hitch_damping": lambda e: (
         f"The hitch damps the articulation by {_number(e, 'coefficient_nms_per_rad', 'N m s/rad')}"
     ),
+    "drawbar_compliance": lambda e: (
+        "The drawbar is elastic: the trailer gives way sideways to the force at the ball "
+        f"(stiffness {_number(e, 'stiffness_n_per_m', 'N/m')})"
+    ),
     "trailer_aerodynamics": lambda e: (
         "Air flow exerts a side force and a yaw moment on the trailer (coefficients "
         f"{_number(e, 'side_force_coefficient', '')} and "
