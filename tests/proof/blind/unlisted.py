@@ -502,14 +502,14 @@ def glazing_pads(rng: Generator, u: float) -> Draw:
 
 def one_way_damper(rng: Generator, u: float) -> Draw:
     """A damper strut beside the drawbar with a failed valve: it resists one way only."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(600.0, 2e4, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1e3, 2e4, u)
     return _draw("one_way_damper", size, "hitch", "articulation_rate")
 
 
 def unlocked_slew(rng: Generator, u: float) -> Draw:
     """A small excavator whose upper part is not locked: only friction takes it along in yaw."""
-    at = round(float(rng.uniform(20.0, 120.0)), 1)
-    size = log_between(100.0, 700.0, u)
+    at = round(float(rng.uniform(40.0, 200.0)), 1)
+    size = log_between(250.0, 1100.0, u)
     variables = "swing yaw_rate_trailer"
     return _draw("unlocked_slew", size, "trailer moment_trailer", variables, more_at=at)
 
@@ -518,7 +518,7 @@ def wandering_ruts(rng: Generator, u: float) -> Draw:
     """Ruts that wander from side to side along the road, and lead each axle as it comes there."""
     at = round(float(rng.uniform(25.0, 70.0)), 1)
     places = "slip_car_front slip_car_rear slip_trailer"
-    size = log_between(5e-4, 4e-3, u)
+    size = log_between(1.5e-3, 5e-3, u)
     drawn = _draw("wandering_ruts", size, places, "distance", more_at=at)
     return replace(drawn, restless=True)
 
@@ -550,7 +550,7 @@ def hydro_bush(rng: Generator, u: float) -> Draw:
 
 def loose_curtain(rng: Generator, u: float) -> Draw:
     """A curtain of a trailer that is open on one side: air from there fills it, else it is flat."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(3.0, 80.0, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(10.0, 80.0, u)
     return _draw("loose_curtain", size, "force_trailer moment_trailer", "sideslip_trailer")
 
 
