@@ -103,6 +103,17 @@ def test_liquid_in_two_tanks_is_part_of_the_trailer():
     assert inertia == pytest.approx(healthy.yaw_inertia_kgm2)
 
 
+def test_unlocked_slew_is_part_of_the_trailer():
+    index = [kind.__name__ for kind in unlisted.SETS["opened-seventh"]].index("unlocked_slew")
+    for turn in range(4):
+        at = index + turn * len(unlisted.SETS["opened-seventh"])
+        case = generate.draw_case(5, at, "opened-seventh")
+        plant, healthy = case.plant(), case.healthy.trailer
+        rest = plant.combination.trailer.yaw_inertia_kgm2
+        assert rest > 0.0
+        assert rest + plant.physics.more_size == pytest.approx(healthy.yaw_inertia_kgm2)
+
+
 def test_different_seeds_differ():
     kinds = [generate.draw_case(7, i).draws for i in range(12)]
     others = [generate.draw_case(8, i).draws for i in range(12)]

@@ -288,8 +288,21 @@ UNLISTED = {
     "sway_assist": (1e4, 0.008),
     "late_air": (30.0, 8.0),
     "loose_u_bolts": (0.3, 0.005),
+    "puncture": (0.5, 100.0),
+    "binding_brake": (1500.0, 150.0),
+    "glazing_pads": (500.0, 0.1),
+    "one_way_damper": (5000.0, 0.0),
+    "unlocked_slew": (600.0, 120.0),
+    "wandering_ruts": (0.002, 40.0),
+    "yaw_reference": (1e4, 0.01),
+    "stepping_horse": (300.0, 0.5),
+    "hydro_bush": (0.4, 0.3),
+    "loose_curtain": (30.0, 0.0),
 }
-CARGO = ("rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks")
+CARGO = (
+    "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
+    "stepping_horse",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", MORE)
@@ -317,14 +330,15 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         or kind
         in (
             "tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake",
-            "late_air",
+            "late_air", "loose_curtain",
         )
     )  # fmt: skip
     turns = (
         "trailer_brakes", "tandem_scrub", "jackknife_stop", "hydraulic_hitch", "trailer_hubs",
         "turning_load", "air_damping", "wedge_friction", "cam_centring", "stabiliser_windup",
         "gyro_stabiliser", "wake_shedding", "car_wake", "brake_cable", "rubber_coupling",
-        "corner_steady", "late_air",
+        "corner_steady", "late_air", "loose_curtain", "binding_brake", "glazing_pads",
+        "one_way_damper", "unlocked_slew",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 
@@ -337,7 +351,10 @@ def _with(kind):
     return impulse(Multibody(reference_combination(), physics), 100.0, 20.0)
 
 
-@pytest.mark.parametrize("kind", ["stabiliser_windup", "cam_centring", "gyro_stabiliser"])
+@pytest.mark.parametrize(
+    "kind",
+    ["stabiliser_windup", "cam_centring", "gyro_stabiliser", "one_way_damper", "glazing_pads"],
+)
 def test_passive_moments_put_no_energy_in(kind):
     motion = _with(kind)
     _, moment = _rest_of_the_trailer(reference_combination().trailer, motion)
@@ -478,6 +495,158 @@ def test_frozen_tanks_are_a_load(planar):
         for m in (motion, light)
     )
     assert off < 0.2 * without
+
+
+def _way(motion):
+    """What the car has covered, m."""
+    return np.cumsum(motion.speed_m_s) * 0.002
+
+
+def test_puncture_takes_the_left_tyres_force_along_the_road(planar):
+    size, at = UNLISTED["puncture"]
+    motion = _with("puncture")
+    of_load = motion.wheel_fy_n[4:] / motion.wheel_fz_n[4:]  # a wheel's force goes with its load
+    left, right = of_load[::2].sum(axis=0), of_load[1::2].sum(axis=0)
+    kept = 1.0 - size * (1.0 - np.exp(-_way(motion) / at))
+    assert kept.min() < 0.6
+    assert np.abs(left - kept * right).max() < 0.02 * np.abs(right).max()
+
+
+def test_binding_brake_drags_more_and_more(planar):
+    size, at = UNLISTED["binding_brake"]
+    motion, healthy = _with("binding_brake"), impulse(planar, 100.0, 20.0)
+    drag = size * (1.0 - np.exp(-_way(motion) / at))
+    pull = -(motion.hitch_x_n - healthy.hitch_x_n)
+    calm = (motion.time_s < 0.5) | (motion.time_s > 7.0)
+    calm[:50] = calm[-50:] = False
+    assert np.abs(pull - drag)[calm].max() < 0.1 * size
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    half = 0.5 * planar.combination.trailer.front.track_m
+    assert np.abs(moment + half * drag)[50:-50].max() < 0.1 * size
+
+
+def test_pads_glaze_as_they_rub(planar):
+    """Their friction goes with what they have rubbed, and so is the less the later."""
+    size, at = UNLISTED["glazing_pads"]
+    motion = _with("glazing_pads")
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    rate = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    rubbed = np.cumsum(np.abs(rate)) * 0.002
+    said = -size * np.tanh(rate / 0.005) / (1.0 + rubbed / at)
+    assert rubbed[-1] > at
+    assert np.abs(said).max() > 0.7 * size
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * size
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_one_way_damper_resists_one_way_only(planar, sense):
+    size = sense * UNLISTED["one_way_damper"][0]
+    plant = Multibody(planar.combination, Physics(more="one_way_damper", more_size=size))
+    motion = impulse(plant, 100.0, 20.0)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    rate = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    said = -size * np.clip(sense * rate, 0.0, None)
+    assert np.abs(said).max() > 300.0
+    assert (said == 0.0).mean() > 0.3
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_unlocked_slew_takes_along_no_more_than_its_friction(planar):
+    _, at = UNLISTED["unlocked_slew"]
+    trailer = planar.combination.trailer
+    _, moment = _rest_of_the_trailer(trailer, _with("unlocked_slew"))
+    leans = np.abs(_rest_of_the_trailer(trailer, impulse(planar, 100.0, 20.0))[1])[50:-50].max()
+    assert 0.9 * at < np.abs(moment[50:-50]).max() < at + 2.0 * leans
+    rest = replace(trailer, yaw_inertia_kgm2=trailer.yaw_inertia_kgm2 - 600.0)
+    held = Physics(more="unlocked_slew", more_size=600.0, more_at=6000.0)
+    motion = impulse(Multibody(replace(planar.combination, trailer=rest), held), 100.0, 20.0)
+    change = motion.trailer_yaw_rate_rad_s - impulse(planar, 100.0, 20.0).trailer_yaw_rate_rad_s
+    assert np.abs(change).max() < 0.01 * np.abs(motion.trailer_yaw_rate_rad_s).max()
+
+
+@pytest.mark.parametrize("speed", [18.0, 27.0])
+def test_wandering_ruts_lead_each_axle_where_it_is(planar, speed):
+    """The slip of an axle is what its place's motion makes of it, less the angle of the ruts."""
+    _, at = UNLISTED["wandering_ruts"]
+    size = 1e-4
+    physics = Physics(more="wandering_ruts", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 3.6 * speed, 0.0, until=40.0)
+    late, omega = motion.time_s > 24.0, 2.0 * np.pi * speed / at
+    window = np.hanning(late.sum()) * np.exp(-1j * omega * motion.time_s[late])
+    window /= 0.5 * np.abs(window).sum()
+    car, trailer = planar.combination.car, planar.combination.trailer
+
+    def part(values):
+        """Of a signal, what swings at the speed over the length."""
+        return complex((values[late] * window).sum())
+
+    def ruts(ahead):
+        return -1j * size * np.exp(2j * np.pi * ahead / at)
+
+    turns = part(motion.yaw_rate_rad_s)
+    sideslip = part(motion.car_acceleration_m_s2) / (1j * omega * speed) - part(motion.yaw_rad)
+    for wheel, axle in ((0, car.front), (2, car.rear)):
+        travel = sideslip + axle.to_cog_m * turns / speed
+        led = travel - part(motion.wheel_slip_rad[wheel])
+        assert abs(led - ruts(axle.to_cog_m)) < 0.03 * size
+    apart = trailer.front.to_cog_m - trailer.rear.to_cog_m
+    travel = apart * part(motion.trailer_yaw_rate_rad_s) / speed
+    led = travel - part(motion.wheel_slip_rad[4]) + part(motion.wheel_slip_rad[6])
+    first = trailer.front.to_cog_m - car.hitch_to_cog_m - trailer.hitch_to_cog_m
+    assert abs(led - ruts(first) + ruts(first - apart)) < 0.03 * size
+
+
+def test_yaw_reference_brakes_beyond_what_the_steering_asks(planar):
+    size, at = UNLISTED["yaw_reference"]
+    motion, car = _with("yaw_reference"), planar.combination.car
+    v = motion.speed_m_s
+    asked = v * motion.road_wheel_rad / (2.7 * (1.0 + (v / 28.0) ** 2))
+    off = motion.yaw_rate_rad_s - asked
+    said = -size * np.sign(off) * np.clip(np.abs(off) - at, 0.0, None)
+    known = car.front.to_cog_m * motion.wheel_fy_n[:2].sum(axis=0)
+    known = known + car.rear.to_cog_m * motion.wheel_fy_n[2:4].sum(axis=0)
+    known = known - car.hitch_to_cog_m * motion.hitch_y_n
+    moment = car.yaw_inertia_kgm2 * np.gradient(motion.yaw_rate_rad_s, 0.002) - known
+    assert np.abs(said).max() > 300.0
+    assert (said == 0.0).mean() > 0.3
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_horse_that_does_not_step_is_a_load_on_a_spring(planar):
+    mass, _ = UNLISTED["stepping_horse"]
+    stands, steps, load = (
+        impulse(Multibody(planar.combination, physics), 100.0, 20.0).trailer_yaw_rate_rad_s
+        for physics in (
+            Physics(more="stepping_horse", more_size=mass, more_at=1e6, slosh_mass_kg=mass),
+            Physics(more="stepping_horse", more_size=mass, more_at=0.5, slosh_mass_kg=mass),
+            Physics(slosh_mass_kg=mass),
+        )
+    )
+    assert np.abs(stands - load).max() < 1e-5
+    assert np.abs(steps - load).max() > 0.05 * np.abs(load).max()
+
+
+def test_hydro_bush_yields_to_a_force_that_lasts(planar):
+    """The first of a turn is as of stiffer tyres, the rest as of the healthy ones."""
+    size, at = UNLISTED["hydro_bush"]
+    time = np.arange(0.0, 12.0, 0.01)
+    wheel = np.radians(10.0) * np.clip((time - 1.0) / 0.05, 0.0, 1.0)
+    inputs = Inputs(time, wheel, np.full_like(time, 15.0))
+    plant = Multibody(planar.combination, Physics(more="hydro_bush", more_size=size, more_at=at))
+    force, healthy = (p.run(inputs).wheel_fy_n[:2].sum(axis=0) for p in (plant, planar))
+    begins, ends = round(1.06 / 0.002), -100
+    stiffer = force[begins] / healthy[begins] - 1.0
+    assert 0.6 * size < stiffer < 1.1 * size
+    assert abs(force[ends] / healthy[ends] - 1.0) < 0.01
+
+
+def test_loose_curtain_fills_from_one_side(planar):
+    motion = _with("loose_curtain")
+    side, _ = _rest_of_the_trailer(planar.combination.trailer, motion)
+    side = side[50:-50]
+    assert side.min() < -200.0
+    assert side.max() < 0.1 * -side.min()
+    assert (side > 0.1 * side.min()).mean() > 0.3
 
 
 def _rest_of_the_trailer(trailer, motion):

@@ -1,9 +1,11 @@
-"""Fifty-eight kinds of physics that no library lists: six to build on, the rest to open once.
+"""Sixty-eight kinds of physics that no library lists: six to build on, the rest to open once.
 
 Written down before the discovery was tried on any of them (the third and the fourth six on
 2026-11-23, the fifth six on 2026-11-24, each after the six before had been opened and learnt from;
-the next sixteen on 2026-11-26 by someone who had not seen how laws are searched for, the last
-twelve the same day by someone who knew of the search what DESIGN.md and CHANGELOG.md say).
+the next sixteen on 2026-11-26 by someone who had not seen how laws are searched for, the next
+twelve the same day by someone who knew of the search what DESIGN.md and CHANGELOG.md say, the last
+ten on 2026-11-27 from what happens to trailers on the road, by someone who had seen of the search
+some lines of DESIGN.md and CHANGELOG.md and the package's plant, `plant_law.h`).
 A kind counts as found where a law is claimed at one of its places and of one of its variables
 (`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
 two variables in phase are one. Values of the file are exact and all sensors there: within
@@ -29,7 +31,7 @@ def _draw(name: str, size: float, places: str, variables: str, **more: float) ->
         car, trailer = whole.car, whole.trailer
         if name == "roof_load":
             return replace(whole, car=replace(car, mass_kg=car.mass_kg - size))
-        if name == "turning_load":
+        if name in ("turning_load", "unlocked_slew"):
             rest = trailer.yaw_inertia_kgm2 - size
             return replace(whole, trailer=replace(trailer, yaw_inertia_kgm2=rest))
         if name == "two_tanks":
@@ -476,6 +478,82 @@ def loose_u_bolts(rng: Generator, u: float) -> Draw:
     return _draw("loose_u_bolts", size, places, variables, more_at=at)
 
 
+def puncture(rng: Generator, u: float) -> Draw:
+    """Tyres on the trailer's left that lose their air, and with it stiffness, along the road."""
+    at = round(float(rng.uniform(60.0, 300.0)), 1)
+    places = "slip_trailer force_trailer"
+    variables = "slip_trailer sideslip_trailer distance"
+    return _draw("puncture", log_between(0.1, 0.8, u), places, variables, more_at=at)
+
+
+def binding_brake(rng: Generator, u: float) -> Draw:
+    """Brakes on the trailer's right that bind, and the more so the hotter they become."""
+    at = round(float(rng.uniform(80.0, 400.0)), 1)
+    size = log_between(200.0, 3000.0, u)
+    return _draw("binding_brake", size, "moment_trailer drag_trailer", "distance", more_at=at)
+
+
+def glazing_pads(rng: Generator, u: float) -> Draw:
+    """Pads of a stabiliser at the ball that glaze as they rub: their friction fades."""
+    at = round(float(rng.uniform(0.05, 0.3)), 3)
+    return _draw("glazing_pads", log_between(100.0, 1200.0, u), "hitch", "articulation_rate",
+                 more_at=at)  # fmt: skip
+
+
+def one_way_damper(rng: Generator, u: float) -> Draw:
+    """A damper strut beside the drawbar with a failed valve: it resists one way only."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1e3, 2e4, u)
+    return _draw("one_way_damper", size, "hitch", "articulation_rate")
+
+
+def unlocked_slew(rng: Generator, u: float) -> Draw:
+    """A small excavator whose upper part is not locked: only friction takes it along in yaw."""
+    at = round(float(rng.uniform(40.0, 200.0)), 1)
+    size = log_between(250.0, 1100.0, u)
+    variables = "swing yaw_rate_trailer"
+    return _draw("unlocked_slew", size, "trailer moment_trailer", variables, more_at=at)
+
+
+def wandering_ruts(rng: Generator, u: float) -> Draw:
+    """Ruts that wander from side to side along the road, and lead each axle as it comes there."""
+    at = round(float(rng.uniform(25.0, 70.0)), 1)
+    places = "slip_car_front slip_car_rear slip_trailer"
+    size = log_between(1.5e-3, 5e-3, u)
+    drawn = _draw("wandering_ruts", size, places, "distance", more_at=at)
+    return replace(drawn, restless=True)
+
+
+def yaw_reference(rng: Generator, u: float) -> Draw:
+    """A stability controller that brakes a side of a car which turns other than it is steered."""
+    at = round(float(rng.uniform(0.005, 0.02)), 4)
+    size = log_between(2e3, 3e4, u)
+    return _draw("yaw_reference", size, "moment_car", "yaw_rate_car steer", more_at=at)
+
+
+def stepping_horse(rng: Generator, u: float) -> Draw:
+    """Horses that step against each sway to keep their feet, too late."""
+    at = round(float(rng.uniform(0.2, 0.8)), 3)
+    mass = round(log_between(80.0, 500.0, u), 2)
+    return _draw(
+        "stepping_horse", mass, "trailer force_trailer", "swing lateral_acceleration_trailer",
+        more_at=at, slosh_mass_kg=mass, slosh_frequency_hz=round(float(rng.uniform(0.7, 1.3)), 3),
+        slosh_damping=round(float(rng.uniform(0.2, 0.4)), 3),
+    )  # fmt: skip
+
+
+def hydro_bush(rng: Generator, u: float) -> Draw:
+    """A front subframe in bushes filled with oil: they yield to a side force only if it lasts."""
+    at = round(float(rng.uniform(0.1, 0.5)), 3)
+    size = log_between(0.1, 0.7, u)
+    return _draw("hydro_bush", size, "slip_car_front", "slip_car_front", more_at=at)
+
+
+def loose_curtain(rng: Generator, u: float) -> Draw:
+    """A curtain of a trailer that is open on one side: air from there fills it, else it is flat."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(10.0, 80.0, u)
+    return _draw("loose_curtain", size, "force_trailer moment_trailer", "sideslip_trailer")
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
@@ -496,9 +574,14 @@ SIXTH = (
     wire_steering, brake_cable, rubber_coupling, tow_mode, corner_steady, two_tanks, wishbone_bush,
     bow_wave, elastic_drawbar, sway_assist, late_air, loose_u_bolts,
 )  # fmt: skip
+SEVENTH = (
+    puncture, one_way_damper, unlocked_slew, yaw_reference, loose_curtain, stepping_horse,
+    binding_brake, hydro_bush, glazing_pads, wandering_ruts,
+)  # fmt: skip
 SETS = {
     "build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND, "opened-third": THIRD,
     "opened-fourth": FOURTH, "opened-fifth": FIFTH, "opened-sixth": SIXTH,
+    "opened-seventh": SEVENTH,
 }  # fmt: skip
 
 

@@ -70,8 +70,10 @@ AIR_DENSITY, SIDE_AREA = 1.2, 5.0
     BENT_RIM, CAM_CENTRING, STABILISER_WINDUP, SLIDING_CRATE, PADDED_LOAD, PUMP_CATCH,
     TORQUE_VECTORING, SWAY_BRAKE, WAKE_SHEDDING, CAR_WAKE, GROOVED_ROAD, GYRO_STABILISER,
     WIRE_STEERING, BRAKE_CABLE, RUBBER_COUPLING, TOW_MODE, CORNER_STEADY, TWO_TANKS, WISHBONE_BUSH,
-    BOW_WAVE, ELASTIC_DRAWBAR, SWAY_ASSIST, LATE_AIR, LOOSE_U_BOLTS,
-) = range(1, 59)  # fmt: skip
+    BOW_WAVE, ELASTIC_DRAWBAR, SWAY_ASSIST, LATE_AIR, LOOSE_U_BOLTS, PUNCTURE, BINDING_BRAKE,
+    GLAZING_PADS, ONE_WAY_DAMPER, UNLOCKED_SLEW, WANDERING_RUTS, YAW_REFERENCE, STEPPING_HORSE,
+    HYDRO_BUSH, LOOSE_CURTAIN,
+) = range(1, 69)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -80,8 +82,10 @@ SLIDES_M_S, WORKED_RAD, REAR_LEFT = 0.01, 0.02, 2
 RATE_S, BRAKE_S = 0.02, 0.15  # lag of a rate that is taken from an angle, of trailer brakes
 EDDY_GROWTH, EDDY_COUPLING = 0.3, 5.0  # the latter 12 over the trailer's width (Facchinetti 2004)
 EDDIES_BEHIND_M, NOSE_AHEAD_M, AIR_AHEAD_M, TAIL_BEHIND_M = 2.0, 2.5, 1.0, 2.0
-CORNER_BEHIND_M, CORNER_RIGHT_M = 2.0, 0.9
+CORNER_BEHIND_M, CORNER_RIGHT_M, CURTAIN_BEHIND_M = 2.0, 0.9, 1.0
 SWAY_S, DRAWBAR_S = 0.6, 0.004  # of the mean of a swing; damping over stiffness of a drawbar
+ASKED_BASE_M, ASKED_M_S = 2.7, 28.0  # of the car that a stability controller believes it is in
+STEP_M, STEP_M_S2 = 0.15, 1.0  # how far horses step, and for which acceleration
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
 SPEED_GAIN, INTEGRAL_GAIN = 0.8, 0.2  # of the driver who holds the speed, 1/s and 1/s2
 _G = 9.81
@@ -312,15 +316,29 @@ def _beyond(value: float, at: float) -> float:
 
 
 @njit(cache=True)
-def _more_steer(g: Any, z: Any, rate: float, wheel: int, slip: float, out: Any) -> float:
-    """Steering of a wheel's axle by physics that nobody lists, rad; `slip` is without it."""
+def _more_steer(
+    g: Any, z: Any, rate: float, wheel: int, place: float, slip: float, out: Any
+) -> float:
+    """Steering of a wheel's axle by physics that nobody lists, rad; `slip` is without it.
+
+    `place` is of a planar wheel in its body's frame, m.
+    """
+    if g[G_MORE] == WANDERING_RUTS:
+        way = z[Z_MORE] + place - (0.0 if wheel < 4 else g[G_CAR_LEVER])
+        return float(g[G_MORE_SIZE] * math.sin(TURN * way / g[G_MORE_AT]))
     if g[G_MORE] == GROOVED_ROAD:
         heading = out[O_YAW1] if wheel < 4 else out[O_YAW2]
         return float(-g[G_MORE_SIZE] * g[G_MORE_AT] * math.tanh(heading / g[G_MORE_AT]))
     if wheel >= 4:
-        return float(_more_of_trailer_axles(g, z, slip, out))
+        return float(_more_of_trailer_axles(g, z, wheel, slip, out))
     if wheel >= 2:
         return float(g[G_MORE_SIZE] * _more_of_rear_axle(g, z, wheel, slip, out))
+    return float(g[G_MORE_SIZE] * _more_of_front_axle(g, z, rate, slip, out))
+
+
+@njit(cache=True)
+def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> float:
+    """The same of the car's front axle, over its size."""
     kind, angle = g[G_MORE], 0.0
     if kind in (LATE_ASSIST, DRIVER_ARMS):
         angle = z[Z_MORE]
@@ -334,7 +352,9 @@ def _more_steer(g: Any, z: Any, rate: float, wheel: int, slip: float, out: Any) 
         angle = -_beyond((out[O_STEER] - z[Z_MORE]) / RATE_S, g[G_MORE_AT])
     elif kind == WISHBONE_BUSH:
         angle = _beyond(slip, g[G_MORE_AT])
-    return float(g[G_MORE_SIZE] * angle)
+    elif kind == HYDRO_BUSH:
+        angle = z[Z_MORE] - slip
+    return float(angle)
 
 
 @njit(cache=True)
@@ -357,7 +377,7 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
 
 
 @njit(cache=True)
-def _more_of_trailer_axles(g: Any, z: Any, slip: float, out: Any) -> float:
+def _more_of_trailer_axles(g: Any, z: Any, wheel: int, slip: float, out: Any) -> float:
     """The same of the trailer's axles."""
     kind, size = g[G_MORE], g[G_MORE_SIZE]
     if kind == BEARING_PLAY:
@@ -368,7 +388,7 @@ def _more_of_trailer_axles(g: Any, z: Any, slip: float, out: Any) -> float:
         return float(size * out[O_RATE1])
     if kind in (AXLE_HYSTERESIS, ROLL_HYSTERESIS, CASTER_AXLE, WIRE_STEERING, LOOSE_U_BOLTS):
         return float(size * z[Z_MORE])
-    if kind == TYRE_WARMING:
+    if kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
         return float(size * z[Z_MORE] * slip)
     return 0.0
 
@@ -403,6 +423,10 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = size * z[Z_MORE] / at
     elif kind == RUBBER_COUPLING:
         moment = size * (angle - z[Z_MORE])
+    elif kind == GLAZING_PADS:
+        moment = size * math.tanh(rate / SLOW_RAD_S) / (1.0 + z[Z_MORE] / at)
+    elif kind == ONE_WAY_DAMPER:
+        moment = size * max(math.copysign(1.0, size) * rate, 0.0)
     return float(moment)
 
 
@@ -425,6 +449,8 @@ def _more_of_trailer(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * out[O_SPEED] * r
     elif kind == GYRO_STABILISER:
         moment = -size * (r - z[Z_MORE])
+    elif kind == UNLOCKED_SLEW:
+        moment = at * math.tanh(z[Z_MORE] / SLOW_RAD_S)
     return float(moment)
 
 
@@ -440,6 +466,10 @@ def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
         return float(size * math.tanh(out[O_STEER] / at))
     if kind == SWAY_ASSIST:
         return float(-size * out[O_RATE1] * min(max(z[Z_MORE] / at - 1.0, 0.0), 1.0))
+    if kind == YAW_REFERENCE:
+        v = out[O_SPEED]
+        asked = v * out[O_STEER] / (ASKED_BASE_M * (1.0 + (v / ASKED_M_S) ** 2))
+        return float(-size * _beyond(out[O_RATE1] - asked, at))
     return 0.0
 
 
@@ -459,8 +489,12 @@ def _more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = omega * omega * (out[O_RATE1] - z[Z_MORE])
         zdot[Z_MORE + 1] -= 2.0 * ARMS_DAMPING * omega * z[Z_MORE + 1]
-    elif kind in (HEDGE_WIND, BENT_RIM):
+    elif kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS):
         zdot[Z_MORE] = out[O_SPEED]
+    elif kind in (PUNCTURE, BINDING_BRAKE):
+        zdot[Z_MORE] = (1.0 - z[Z_MORE]) * out[O_SPEED] / at
+    elif kind == GLAZING_PADS:
+        zdot[Z_MORE] = abs(rate)
     elif kind == PUMP_CATCH:
         zdot[Z_MORE] = (out[O_STEER] - z[Z_MORE]) / RATE_S
     elif kind == SWAY_ASSIST:
@@ -483,13 +517,15 @@ def _followed(kind: float, out: Any) -> float:
 
 @njit(cache=True)
 def _more_of_sway(g: Any, z: Any, zdot: Any, out: Any) -> None:
-    """What a planar trailer's lateral acceleration moves: its brakes, or eddies behind it.
+    """What a planar trailer's lateral acceleration moves: brakes, horses, eddies behind it.
 
-    These are an oscillator after van der Pol.
+    The last are an oscillator after van der Pol.
     """
     lateral = z[Z_ROLL + 2] / g[G_TRAILER_ROLL_GAIN]
     if g[G_MORE] == SWAY_BRAKE:
         zdot[Z_MORE] = (max(abs(lateral) - g[G_MORE_AT], 0.0) - z[Z_MORE]) / BRAKE_S
+    if g[G_MORE] == STEPPING_HORSE:
+        zdot[Z_MORE] = (STEP_M * math.tanh(lateral / STEP_M_S2) - z[Z_MORE]) / g[G_MORE_AT]
     if g[G_MORE] != WAKE_SHEDDING:
         return
     omega = TURN * out[O_SPEED] / g[G_MORE_AT]
@@ -525,18 +561,20 @@ def _more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any
 @njit(cache=True)
 def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
     """Side force of the air over its size and pressure, 1; positive is against it."""
-    kind = g[G_MORE]
+    kind, angle = g[G_MORE], 0.0
     if kind == CAR_AIR:
-        return beta
-    if kind in (GAP_AIR, BOW_WAVE):
-        return float(out[O_YAW2] - out[O_YAW1])
-    if kind == LATE_AIR:
-        return float(z[Z_MORE])
-    if kind == WAKE_SHEDDING:
-        return float(-z[Z_MORE])
-    if kind == CAR_WAKE:
-        return float(-math.atan2(_across(out, O_CAR_VX), out[O_SPEED]))
-    return 0.0
+        angle = beta
+    elif kind in (GAP_AIR, BOW_WAVE):
+        angle = out[O_YAW2] - out[O_YAW1]
+    elif kind == LATE_AIR:
+        angle = z[Z_MORE]
+    elif kind == WAKE_SHEDDING:
+        angle = -z[Z_MORE]
+    elif kind == CAR_WAKE:
+        angle = -math.atan2(_across(out, O_CAR_VX), out[O_SPEED])
+    elif kind == LOOSE_CURTAIN:
+        angle = max(math.copysign(1.0, g[G_MORE_SIZE]) * beta, 0.0)
+    return float(angle)
 
 
 @njit(cache=True)
@@ -548,7 +586,7 @@ def _across(out: Any, column: int) -> float:
 
 @njit(cache=True)
 def _more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
-    """State of what follows the slip of the trailer's axles, taken at their middle."""
+    """State of what follows the slip of axles, taken at their middle."""
     at = g[G_MORE_AT]
     if g[G_MORE] == TYRE_WARMING:
         middle = math.tanh(abs(middle) / WORKED_RAD)
@@ -569,6 +607,8 @@ def _more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
     if g[G_MORE] == BRAKE_CABLE and wheel[W_SIDE] < 0.0:
         turned = (out[O_YAW2] - out[O_YAW1]) * math.copysign(1.0, size)
         return float(0.5 * abs(size) * max(turned, 0.0))
+    if g[G_MORE] == BINDING_BRAKE and wheel[W_SIDE] < 0.0:
+        return float(0.5 * size * z[Z_MORE])
     return 0.0
 
 
@@ -594,12 +634,15 @@ def _tyres(
     if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS):
         middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
         _more_of_slip(g, z, zdot, middle)
+    if g[G_MORE] == HYDRO_BUSH:
+        middle = 0.5 * (work[0, TRAVEL] + work[1, TRAVEL]) - out[O_STEER]
+        _more_of_slip(g, z, zdot, middle)
     for i in range(8):
         w = wheels[i]
         roll = out[O_ROLL1] if i < 4 else out[O_ROLL2]
         steer = w[W_STEERED] * out[O_STEER] + w[W_ROLL_STEER] * roll
         slip = work[i, TRAVEL] - steer
-        steer += _more_steer(g, z, view.qvel[int(g[G_HITCH_DOF])], i, slip, out)
+        steer += _more_steer(g, z, view.qvel[int(g[G_HITCH_DOF])], i, w[W_X], slip, out)
         slip = work[i, TRAVEL] - steer
         out[O_SLIP + i] = slip
         if w[W_RELAXATION] > 0.0:
@@ -625,13 +668,15 @@ def _tyres(
 def _stretch(g: Any, z: Any) -> float:
     """Of the spring that holds the cargo, m; a load that rolls is free between its boards.
 
-    Pads stiffen, as if they were pressed by more; friction alone holds a crate.
+    Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step.
     """
     q = z[Z_SLOSH]
     if g[G_MORE] == ROLLING_LOAD:
         return _beyond(q, g[G_MORE_AT])
     if g[G_MORE] == PADDED_LOAD:
         return float(q * (1.0 + (q / g[G_MORE_AT]) ** 2))
+    if g[G_MORE] == STEPPING_HORSE:
+        return float(q - z[Z_MORE])
     return 0.0 if g[G_MORE] == SLIDING_CRATE else float(q)
 
 
@@ -690,6 +735,8 @@ def _ahead(g: Any) -> float:
         return -TAIL_BEHIND_M
     if g[G_MORE] == CAR_WAKE:
         return NOSE_AHEAD_M
+    if g[G_MORE] == LOOSE_CURTAIN:
+        return -CURTAIN_BEHIND_M
     return AIR_AHEAD_M if g[G_MORE] == LATE_AIR else 0.0
 
 
@@ -822,6 +869,9 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - yaw2
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+    if g[G_MORE] == UNLOCKED_SLEW:  # its yaw rate less the trailer's
+        zdot[Z_MORE] = -yaw2
+        zdot[Z_MORE] -= g[G_MORE_AT] / g[G_MORE_SIZE] * math.tanh(z[Z_MORE] / SLOW_RAD_S)
     zdot[Z_MEAN] = r1 * r1 - z[Z_MEAN]
     zdot[Z_SPEED] = u[U_SPEED] - out[O_SPEED]
 

@@ -115,6 +115,8 @@ MORE = (
     "sway_brake", "wake_shedding", "car_wake", "grooved_road", "gyro_stabiliser",
     "wire_steering", "brake_cable", "rubber_coupling", "tow_mode", "corner_steady", "two_tanks",
     "wishbone_bush", "bow_wave", "elastic_drawbar", "sway_assist", "late_air", "loose_u_bolts",
+    "puncture", "binding_brake", "glazing_pads", "one_way_damper", "unlocked_slew",
+    "wandering_ruts", "yaw_reference", "stepping_horse", "hydro_bush", "loose_curtain",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -187,6 +189,23 @@ MORE = (
   way: F = k p z, (L/v) dz/dt = b - z, 1 m ahead of its COG, m2/rad (m)
 - angle of the trailer's axles with the slip a of their middle, through dry friction: k z,
   dz/dt = da/dt - |da/dt| z/a0 (rad at which it slides)
+- share of the slip that the tyres on the trailer's left lose at last: k z after a distance s,
+  z = 1 - exp(-s/s0) (m)
+- drag of the trailer's right wheels after a distance s: k (1 - exp(-s/s0)), N (m)
+- dry friction at the ball, k/(1 + z/z0) after an angle z that it has rubbed, dz/dt = |dg/dt|, N m
+  (rad)
+- moment about the ball against an articulation rate q to one side: |k| max(q sign k, 0), N m s/rad
+- inertia in the trailer that only friction takes along in yaw, kg m2 (N m); the trailer's own is
+  beside it
+- angle of all wheels, planar bodies only: k sin(2 pi s/L), s the way of their axle, rad (m)
+- yaw moment on the car against its yaw rate r, less what the angle d of its front wheels asks for,
+  beyond r0: k (|e| - r0) sign e, e = r - v d/(2.7 m (1 + (v/28 m/s)^2)), N m s/rad (rad/s)
+- nothing of its own: the cargo's spring holds it at a stance z that follows the trailer's lateral
+  acceleration a late, T dz/dt = 0.15 m tanh(a/(1 m/s2)) - z (s)
+- angle of the car's front wheels against their slip a, unless it lasts: k (a - z), T dz/dt = a - z
+  (s)
+- area times the slope of the trailer's air force with a side-slip b to one side:
+  |k| max(b sign k, 0), 1 m behind its COG, m2/rad
 """
 
 
