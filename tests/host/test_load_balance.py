@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import DATA
+from test_diagnose import synthetic
 
-from swaywatch.diagnose.fit.beliefs import beliefs_of, moved
-from swaywatch.diagnose.fit.data import body_of
+from swaywatch.diagnose.engine import _take_mass_or_loads
+from swaywatch.diagnose.fit.beliefs import Beliefs, beliefs_of, moved
+from swaywatch.diagnose.fit.data import Loaded, body_of
 from swaywatch.diagnose.fit.load_balance import TOLERANCE, static_loads, weighed
+from swaywatch.effects.effect import library
 from swaywatch.plant.lanes import BODY, GRAVITY
 from swaywatch.vehicle import Vehicle
 from swaywatch.vehicle_file import load_vehicle
@@ -36,10 +39,11 @@ def with_loads(vehicle: Vehicle, front: float, rear: float, trailer: float) -> V
     return replace(vehicle, car=car, trailer=towed)
 
 
-def of(vehicle: Vehicle) -> tuple[np.ndarray, object, list[str]]:
+def of(vehicle: Vehicle) -> tuple[np.ndarray, Beliefs, tuple[str, ...]]:
     """Constants, beliefs and what is wrong."""
     body = body_of(vehicle)
-    return body, *weighed(beliefs_of(body, ["car_yaw_rate"]), body, vehicle)
+    found = weighed(beliefs_of(body, ["car_yaw_rate"]), body, vehicle)
+    return body, found.beliefs, found.wrong
 
 
 def most_probable(beliefs: object) -> dict[str, float]:
@@ -93,6 +97,60 @@ def test_loads_of_another_vehicle_are_left_out_with_a_word(known: Vehicle) -> No
     assert "car.rear_axle_load is" in wrong[0]
     assert f"{1.22 * rear:.0f} N" in wrong[0]
     assert f"{rear:.0f} N" in wrong[0]
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.25])
+def test_loads_that_another_mass_fits_say_which(known: Vehicle, factor: float) -> None:
+    """The mass of an empty trailer beside the axle loads of a laden one."""
+    truth = static_loads(body_of(known))
+    trailer = replace(known.trailer, mass=known.trailer.mass / factor)
+    body = body_of(replace(known, trailer=trailer))
+    mistaken = with_loads(replace(known, trailer=trailer), *truth)
+    found = weighed(beliefs_of(body, ["car_yaw_rate"]), body, mistaken)
+    assert found.beliefs.weighings == ()
+    assert found.otherwise is not None
+    beliefs, sentence = found.otherwise
+    mass = 1.0 + 0.015 * most_probable(beliefs)["trailer.mass"]
+    assert mass == pytest.approx(factor, rel=0.01)
+    assert f"trailer.mass = {known.trailer.mass:.0f} kg" in sentence
+
+
+def test_no_mass_makes_one_wrong_load_fit(known: Vehicle) -> None:
+    front, rear, trailer = static_loads(body_of(known))
+    body, wrong = body_of(known), with_loads(known, front, 1.22 * rear, trailer)
+    found = weighed(beliefs_of(body, ["car_yaw_rate"]), body, wrong)
+    assert found.otherwise is None
+
+
+@pytest.mark.parametrize("mass_is_wrong", [True, False])
+def test_the_recording_says_whether_mass_or_loads_are_wrong(
+    known: Vehicle, mass_is_wrong: bool
+) -> None:
+    """With the hitch force the mass shows: beside it loads of 0.8 times the right ones."""
+    problem = synthetic((), 3)
+    front, rear, trailer = static_loads(problem.body)
+    body = problem.body.copy()
+    if mass_is_wrong:
+        body[BODY.index("trailer.mass")] /= 0.8
+    else:
+        front, rear, trailer = static_loads(moved_mass(body, 0.8))
+    stated = with_loads(known, front, rear, trailer)
+    believed = beliefs_of(body, problem.channels(problem.runs[0]))
+    loads = weighed(believed, body, stated)
+    assert loads.otherwise is not None
+    loaded = Loaded(replace(problem, body=body, beliefs=loads.beliefs), stated, weighed=loads)
+    loaded.checks = list(loads.wrong)
+    _take_mass_or_loads(loaded, library())
+    assert loaded.problem is not None
+    assert bool(loaded.problem.beliefs.weighings) == mass_is_wrong
+    assert ("trailer.mass =" in loaded.checks[0]) == mass_is_wrong
+
+
+def moved_mass(body: np.ndarray, factor: float) -> np.ndarray:
+    """Constants with another mass of the trailer."""
+    found = body.copy()
+    found[BODY.index("trailer.mass")] *= factor
+    return found
 
 
 def test_a_file_without_loads_says_nothing(known: Vehicle) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -177,6 +178,7 @@ def diagnose_combination(
         verdict, law, _ = _searched(problem, effects, progress, failures, own=False)
     else:
         files = recordings, vehicle, signals
+        _take_mass_or_loads(loaded, effects)
         loaded, verdict, law = _with_and_without_drifts(loaded, files, effects, progress, failures)
     loaded.problem = verdict.problem
     _say_what_is_left(loaded, verdict, failures)
@@ -220,8 +222,32 @@ def _with_and_without_drifts(
     if again.problem is None:
         return loaded, verdict, law
     again.problem = replace(again.problem, budget=budget)
+    _take_mass_or_loads(again, effects)
     verdict, law, _ = _searched_and_checked(effects, progress, failures, again)
     return again, verdict, law
+
+
+def _take_mass_or_loads(loaded: Loaded, effects: Sequence[Effect]) -> None:
+    """Of loads that do not fit the masses of the file one is wrong: what the recording says of it.
+
+    Each is one mistake in the file, so that the calibrated vehicle that leaves less is likelier.
+    """
+    problem, loads = loaded.problem, loaded.weighed
+    if problem is None or loads is None or loads.otherwise is None:
+        return
+    beliefs, sentence = loads.otherwise
+    other = replace(problem, beliefs=beliefs)
+    if _misfit(other, effects) < _misfit(problem, effects):
+        loaded.problem = other
+        loaded.checks = [sentence if text in loads.wrong else text for text in loaded.checks]
+
+
+def _misfit(problem: Problem, effects: Sequence[Effect]) -> float:
+    """What the calibrated rigid vehicle leaves; infinite where it diverges."""
+    try:
+        return Search(problem, effects, _silent).baseline().fit.chi2
+    except RecordingError:
+        return math.inf
 
 
 def _say_what_is_left(loaded: Loaded, verdict: Verdict, failures: Failures) -> None:

@@ -78,6 +78,8 @@ class Belief:
     signed
         A typical value, such as a height over the roll axis, that may be zero or less: its
         tolerance is in its unit.
+    centre
+        Where it is believed to be, in tolerances from what the file says.
     """
 
     kind: str
@@ -85,6 +87,7 @@ class Belief:
     tolerance: float
     source: str
     signed: bool = False
+    centre: float = 0.0
 
     @property
     def scaled(self) -> bool:
@@ -152,7 +155,8 @@ class Beliefs:
     @cached_property
     def target(self) -> Array:
         """What the rows should come to, shape (beliefs + weighings,)."""
-        return np.concatenate([np.zeros(len(self)), [w.off for w in self.weighings]])
+        centres = np.array([b.centre for b in self.items]) / self.spread
+        return np.concatenate([centres, [w.off for w in self.weighings]])
 
     @cached_property
     def weight(self) -> Array:

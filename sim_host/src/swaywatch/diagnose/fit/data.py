@@ -11,7 +11,7 @@ import numpy as np
 from swaywatch.checks.sensor_faults import MOST_LOST, SensorFaults
 from swaywatch.diagnose.fit.beliefs import beliefs_of
 from swaywatch.diagnose.fit.fit import COMPARED, Problem
-from swaywatch.diagnose.fit.load_balance import weighed
+from swaywatch.diagnose.fit.load_balance import Weighed, weighed
 from swaywatch.diagnose.fit.stretches import STRETCH_S, WHOLE_S, Stretches, divided, length_s
 from swaywatch.drive import Drive, load_drives
 from swaywatch.effects.runs import RATE_HZ, Run, on_grid
@@ -52,6 +52,8 @@ class Loaded:
         Of sensors, found before the fit and put right for it.
     stretches
         What of the runs the problem has, and what it leaves to be checked.
+    weighed
+        What the axle loads of the file say; None without a problem.
     """
 
     problem: Problem | None
@@ -61,6 +63,7 @@ class Loaded:
     checks: list[str] = field(default_factory=list)
     faults: SensorFaults = field(default_factory=SensorFaults)
     stretches: Stretches | None = None
+    weighed: Weighed | None = None
 
 
 def body_of(vehicle: Vehicle) -> np.ndarray:
@@ -134,9 +137,10 @@ def load(
         loaded.problem = Problem(tuple(runs), body)
         channels = loaded.problem.channels(runs[0])
         believed = beliefs_of(body, channels, vehicle.tolerance)
-        bound, wrong = weighed(believed, body, vehicle)
-        loaded.problem = replace(loaded.problem, beliefs=bound)
-        loaded.checks += wrong
+        loads = weighed(believed, body, vehicle)
+        loaded.problem = replace(loaded.problem, beliefs=loads.beliefs)
+        loaded.weighed = loads
+        loaded.checks += loads.wrong
         missing = [c for c in COMPARED if any(c not in run.channels for run in runs)]
         if missing:
             loaded.checks.append("not recorded: " + ", ".join(missing))

@@ -11,7 +11,7 @@ Static balance, hitch load N = m_2 g - F_2 with F_2 on all axles of the trailer:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,10 @@ TOLERANCE = 0.01
 #: Misfit of all stated loads, in squares of what the tolerances allow, beyond which they are not of
 #: this vehicle.
 FOREIGN = 16.0
+#: The same up to which they are, with another mass.
+FITTING = 9.0
+MASSES = ("car.mass", "trailer.mass")
+LIGHTEST = 0.3  # of the file's mass
 _INDEX = {name: index for index, name in enumerate(BODY)}
 
 
@@ -69,7 +73,27 @@ def _stated(vehicle: Vehicle) -> list[tuple[int, str, float]]:
     return [(at, name, value) for at, name, value in found if value is not None]
 
 
-def weighed(beliefs: Beliefs, body: Array, vehicle: Vehicle) -> tuple[Beliefs, list[str]]:
+@dataclass(frozen=True)
+class Weighed:
+    """Beliefs with the stated axle loads as measurements.
+
+    Attributes
+    ----------
+    beliefs
+        Without the loads where these cannot belong to this vehicle.
+    wrong
+        Sentences on what is wrong with the loads.
+    otherwise
+        Beliefs with the loads and one mass far from the file's that they fit, and a sentence; None
+        where no single mass makes them fit.
+    """
+
+    beliefs: Beliefs
+    wrong: tuple[str, ...] = ()
+    otherwise: tuple[Beliefs, str] | None = None
+
+
+def weighed(beliefs: Beliefs, body: Array, vehicle: Vehicle) -> Weighed:
     """Beliefs with the stated axle loads as measurements, and what is wrong with these.
 
     Parameters
@@ -83,7 +107,7 @@ def weighed(beliefs: Beliefs, body: Array, vehicle: Vehicle) -> tuple[Beliefs, l
     """
     stated = _stated(vehicle)
     if not stated or vehicle.trailer is None:
-        return beliefs, []
+        return Weighed(beliefs)
     base = static_loads(body)
     found = []
     for at, name, value in stated:
@@ -95,15 +119,32 @@ def weighed(beliefs: Beliefs, body: Array, vehicle: Vehicle) -> tuple[Beliefs, l
                 if change != 0.0:
                     row.append((belief.name, change / error))
         found.append(Weighing(name, float(value - base[at]) / error, tuple(row)))
-    foreign = _foreign(beliefs, found)
-    if foreign > FOREIGN:
-        worst = max(found, key=lambda w: abs(w.off))
-        at, _, value = next(s for s in stated if s[1] == worst.name)
-        return beliefs, [
-            f"axle loads of the vehicle's file do not fit its masses and lengths: {worst.name} is "
-            f"{value:.0f} N, masses and lengths make {base[at]:.0f} N; the loads are left out"
-        ]
-    return replace(beliefs, weighings=tuple(found)), []
+    bound = replace(beliefs, weighings=tuple(found))
+    if _foreign(beliefs, found)[0] <= FOREIGN:
+        return Weighed(bound)
+    worst = max(found, key=lambda w: abs(w.off))
+    at, _, value = next(s for s in stated if s[1] == worst.name)
+    wrong = (
+        f"axle loads of the vehicle's file do not fit its masses and lengths: {worst.name} is "
+        f"{value:.0f} N, masses and lengths make {base[at]:.0f} N"
+    )
+    return Weighed(beliefs, (f"{wrong}; the loads are left out",), _with_a_mass(bound, body, wrong))
+
+
+def _with_a_mass(bound: Beliefs, body: Array, wrong: str) -> tuple[Beliefs, str] | None:
+    """The beliefs with the one mass elsewhere that makes the loads fit best, and a sentence."""
+    each = [(*_foreign(bound, bound.weighings, name), name) for name in MASSES]
+    left, z, name = min(each)
+    belief = bound.items[bound.at["vehicle", name]]
+    factor = 1.0 + z * belief.tolerance
+    if left > FITTING or factor < LIGHTEST:
+        return None
+    items = tuple(replace(b, centre=z) if b is belief else b for b in bound.items)
+    mass = factor * body[_INDEX[name]]
+    return replace(bound, items=items), (
+        f"{wrong}; they fit {name} = {mass:.0f} kg, and so does the recording: "
+        f"{factor:.3f} times the file's"
+    )
 
 
 def _after(body: Array, belief: Belief) -> Array:
@@ -113,12 +154,25 @@ def _after(body: Array, belief: Belief) -> Array:
     return changed
 
 
-def _foreign(beliefs: Beliefs, weighings: Sequence[Weighing]) -> float:
-    """How far the loads are off, over what tolerances of values and scales allow, squared."""
+def _foreign(
+    beliefs: Beliefs, weighings: Sequence[Weighing], free: str = ""
+) -> tuple[float, float]:
+    """How far the loads are off, over what tolerances of values and scales allow, squared.
+
+    With the value `free` wherever the loads put it, in tolerances: the second number.
+    """
     place = {b.name: i for i, b in enumerate(beliefs.items) if b.kind == "vehicle"}
     rows = np.zeros((len(weighings), len(beliefs)))
     for i, weighing in enumerate(weighings):
         for name, slope in weighing.slopes:
             rows[i, place[name]] = slope
     off = np.array([w.off for w in weighings])
-    return float(off @ np.linalg.solve(rows @ rows.T + np.eye(off.size), off))
+    spread = rows @ rows.T + np.eye(off.size)
+    misfit = float(off @ np.linalg.solve(spread, off))
+    if not free:
+        return misfit, 0.0
+    along = rows[:, place[free]]
+    toward = np.linalg.solve(spread, along)
+    power = float(along @ toward)
+    z = float(toward @ off) / power if power > 0.0 else 0.0
+    return misfit - z**2 * power, z
