@@ -64,6 +64,25 @@ def test_a_sensor_that_a_diagnosis_puts_right_is_put_right_here_too(
     assert any("SteeringWheelAngle" in note for note in result["notes"])
 
 
+def test_a_sensor_that_freezes_is_left_out_where_it_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = sorted(recordings("practice", "p07").glob("run2.*"))[0]
+
+    def frozen(paths: list[Path], signals: Path) -> list[Drive]:
+        drive = load_drives(paths, signals)[0]
+        own = drive.channels["car_yaw_rate"]
+        value, first, last = own.value.copy(), own.value.size // 3, own.value.size // 2
+        value[first:last] = value[first]
+        held = {"car_yaw_rate": replace(own, value=value)}
+        return [replace(drive, channels=drive.channels | held)]
+
+    monkeypatch.setattr(data, "load_drives", frozen)
+    result = predict(_copy("p07", tmp_path), run)
+    assert result["diagnosed_nrmse_after_start"] < 0.05
+    assert any("frozen" in note for note in result["notes"])
+
+
 def test_no_effect_gives_equal_scores(tmp_path: Path) -> None:
     run = sorted(recordings("practice", "p01").glob("run2.*"))[0]
     result = predict(_copy("p01", tmp_path), run)

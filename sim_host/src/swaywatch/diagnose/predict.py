@@ -231,12 +231,7 @@ def _late(problem: Problem, outputs: dict[str, Array]) -> dict[str, float]:
     run, at = problem.runs[0], int(START_S * RATE_HZ)
     if run.time.size < 2 * at:
         return {}
-    later = replace(
-        run,
-        time=run.time[at:],
-        channels={k: v[at:] for k, v in run.channels.items()},
-        correction={k: v[at:] for k, v in run.correction.items()},
-    )
+    later = run.part(at, run.time.size)
     cut = {k: v[at:] for k, v in outputs.items()}
     return errors(replace(problem, runs=(later,)), 0, cut)
 
