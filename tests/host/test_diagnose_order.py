@@ -393,6 +393,25 @@ def test_effects_that_leave_far_more_than_they_explain_are_not_claimed(
     assert leaves is not claimed
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "own_model", "claimed"),
+    [
+        (34.6, 34.6, True, False),  # bent: a trailer 1.7 times as heavy, a yaw inertia of a quarter
+        (34.6, 23.1, True, False),  # beside an effect that explains a part
+        (1.2, 1.2, True, True),
+        (34.6, 1.2, True, True),
+        (5.0, 3.0, False, True),  # beside the user's own simulation
+    ],
+)
+def test_values_of_the_file_are_called_wrong_only_where_noise_is_left(
+    monkeypatch: pytest.MonkeyPatch, before: float, after: float, own_model: bool, claimed: bool
+) -> None:
+    search = SimpleNamespace(problem=SimpleNamespace(free_start=own_model))
+    monkeypatch.setattr(verdict, "_beyond", lambda search, fit: replace(fit, terms=(TERM,)))
+    found = verdict._wrong_values(cast("Search", search), _fit(before), _fit(after))
+    assert bool(found.terms) is claimed
+
+
 def test_what_is_too_small_to_report_is_said_where_nothing_is_claimed() -> None:
     """An engineer who knows that a gust was there sees that it was seen."""
     gust = next(e for e in library() if e.name == "crosswind_gust:car")
