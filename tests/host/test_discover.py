@@ -294,6 +294,14 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
                     slosh_frequency_hz=0.9, slosh_damping=0.0, slosh_position_m=0.0),
             Law("trailer", "swing", "hysteretic"), (200.0, 0.0, 1.0),
         ),
+        (
+            Physics(more="one_way_damper", more_size=6000.0),
+            Law("hitch", "articulation_rate", "positive side"), (6000.0,),
+        ),
+        (
+            Physics(more="one_way_damper", more_size=-6000.0),
+            Law("hitch", "articulation_rate", "negative side"), (6000.0,),
+        ),
     ],
 )  # fmt: skip
 def test_laws_agree_with_an_independent_simulator(
@@ -606,7 +614,9 @@ def test_each_left_out_run_counts_by_how_many_times_better_it_is() -> None:
 
 
 @pytest.mark.parametrize("straight", [-25000.0, 300.0])
-@pytest.mark.parametrize("shape", ["saturating", "dead zone", "cube", "odd square"])
+@pytest.mark.parametrize(
+    "shape", ["saturating", "dead zone", "cube", "odd square", "positive side"]
+)
 def test_another_shape_begins_as_strong_as_the_straight_line(straight: float, shape: str) -> None:
     """At the usual amplitude both give the same moment, the same way."""
     line = ActiveEffect(effect_of(Law("moment_trailer", "articulation_rate")), (straight,))

@@ -213,6 +213,12 @@ def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
     return [_like(straight, other) for other in refined(law)]
 
 
+def _strength(shape: str, usual: float, bend: float) -> float:
+    """A shape, of gain one, at an amplitude of its variable to the stronger side."""
+    sides = (np.array([0.0, usual]), np.array([0.0, -usual]))
+    return max(abs(float(curve(shape, side, bend)[-1])) for side in sides)
+
+
 def _like(term: ActiveEffect, law: Law) -> ActiveEffect:
     """A law in another shape, with initial values that make it as strong as the one given.
 
@@ -224,9 +230,9 @@ def _like(term: ActiveEffect, law: Law) -> ActiveEffect:
     if law.shape != own.shape and "gain" in known:
         values = {p.name: p.starts[0] for p in effect.parameters} | {"gain": known["gain"]}
         bend = known.get("bend", 0.0)
-        usual = np.array([0.0, max(MOTIONS[law.motion].usual, 2.0 * bend)])
-        before = curve(own.shape, usual, bend)[-1]
-        values["gain"] *= float(before / curve(law.shape, usual, values.get("bend", 0.0))[-1])
+        usual = max(MOTIONS[law.motion].usual, 2.0 * bend)
+        before = _strength(own.shape, usual, bend)
+        values["gain"] *= before / _strength(law.shape, usual, values.get("bend", 0.0))
     inside = (min(max(values[p.name], p.low), p.high) for p in effect.parameters)
     return ActiveEffect(effect, tuple(inside))
 

@@ -30,8 +30,10 @@ SPEED_M_S = 25.0  # at which the gain of a law is stated
 #: friction as large as the deflection, against its rate (structural damping, after Reid).
 SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
-    "rubbing",
+    "rubbing", "positive side", "negative side",
 )  # fmt: skip
+#: What acts to one side only: a rope, a chain, a valve, a stop.
+SIDES = ("positive side", "negative side")
 SLIDING = "hysteretic"
 FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a state too
 ROLLS = ("roll_car", "roll_trailer")
@@ -204,7 +206,7 @@ class Law:
 NONLINEAR_ONLY = (
     *(
         Law("hitch", "articulation_rate", nonlinear)
-        for nonlinear in ("odd square", "cube", "dead zone")
+        for nonlinear in ("odd square", "cube", "dead zone", *SIDES)
     ),
     *(Law("slip_car_front", "steer", nonlinear) for nonlinear in ("odd square", "cube")),
     *(
@@ -467,6 +469,8 @@ def curve(shape: str, z: Array, bend: float) -> Array:
         "even square": z**2,
         "hysteretic": dragged(z, bend),
         "rubbing": np.abs(z) * np.sign(np.gradient(z)),
+        "positive side": np.maximum(z, 0.0),
+        "negative side": np.minimum(z, 0.0),
     }
     assert set(found) == set(SHAPES)
     return np.asarray(found[shape])
@@ -484,6 +488,8 @@ def formula(law: Law) -> str:
         "even square": f"{symbol}^2",
         "hysteretic": f"z, dz/dt = d{symbol}/dt - |d{symbol}/dt| z / bend",
         "rubbing": f"|{symbol}| sign(d{symbol}/dt)",
+        "positive side": f"max({symbol}, 0)",
+        "negative side": f"min({symbol}, 0)",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
     speed = {

@@ -12,6 +12,7 @@ from swaywatch.discover.grammar import (
     LAGGED,
     MOTIONS,
     PLACES,
+    SIDES,
     SLIDING,
     SPEED_M_S,
     TRANSIENT,
@@ -127,6 +128,8 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         slips = f"{abs(parameters['bend']['value']):.3g} {MOTIONS[law.motion].unit}"
         limit = _limit(parameters, PLACES[law.place])
         return f", sliding after {slips} at {limit} (dry friction)"
+    if law.shape in SIDES:
+        return f", only while that is {law.shape.removesuffix(' side')}"
     if law.shape == "rubbing":
         return ", against its rate at any speed of it (friction that grows with the deflection)"
     return ""

@@ -1,7 +1,8 @@
 // Laws that no named effect has: a force that one motion makes, a mass that swings in a body, a
 // drawbar that gives way; included by plant_step.h. What the slots are is said by plant/lanes.py.
 
-/// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square.
+/// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; or of
+/// one side only.
 INLINE V NAME(bent)(V z, V shape, V at)
 {
     const V some = NAME(most)(at, NAME(all)(1e-9));
@@ -11,6 +12,8 @@ INLINE V NAME(bent)(V z, V shape, V at)
     found = NAME(choose)(shape == 2.0, z - within, found);
     found = NAME(choose)(shape == 3.0, z * z * z, found);
     found = NAME(choose)(shape == 4.0, z * NAME(absolute)(z), found);
+    found = NAME(choose)(shape == 8.0, NAME(most)(z, NAME(all)(0.0)), found);
+    found = NAME(choose)(shape == 9.0, NAME(least)(z, NAME(all)(0.0)), found);
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
