@@ -56,6 +56,9 @@ def _at_hitch(law: Law, gain: float) -> str:
         return ""
     if law.shape == "dead zone":
         return "a stop: contact at large articulation"
+    if law.shape in SIDES:
+        rate = law.motion == "articulation_rate"
+        return "a damper that resists one way only" if rate else "a chain or a stop on one side"
     if law.shape == "rubbing" and gain > 0.0:
         return "friction that grows with the articulation: a worn coupling"
     return ""
