@@ -103,7 +103,7 @@ def problem_of(runs: tuple[Run, ...], true: Vehicle, known: Known) -> Problem:
     """The runs with the true vehicle, and the tolerances that the diagnosis states by itself."""
     body = body_of(true)
     problem = Problem(runs, body)
-    beliefs, _ = weighed(beliefs_of(body, problem.channels(runs[0])), body, true)
+    beliefs = weighed(beliefs_of(body, problem.channels(runs[0])), body, true).beliefs
     problem = replace(problem, beliefs=beliefs)
     if not known.springs:
         return replace(problem, given=tuple(known.slots.items()))
