@@ -133,7 +133,9 @@ def test_the_recording_says_whether_mass_or_loads_are_wrong(
     if mass_is_wrong:
         body[BODY.index("trailer.mass")] /= 0.8
     else:
-        front, rear, trailer = static_loads(moved_mass(body, 0.8))
+        lighter = body.copy()
+        moved(lighter, "trailer.mass", -0.2)
+        front, rear, trailer = static_loads(lighter)
     stated = with_loads(known, front, rear, trailer)
     believed = beliefs_of(body, problem.channels(problem.runs[0]))
     loads = weighed(believed, body, stated)
@@ -144,13 +146,6 @@ def test_the_recording_says_whether_mass_or_loads_are_wrong(
     assert loaded.problem is not None
     assert bool(loaded.problem.beliefs.weighings) == mass_is_wrong
     assert ("trailer.mass =" in loaded.checks[0]) == mass_is_wrong
-
-
-def moved_mass(body: np.ndarray, factor: float) -> np.ndarray:
-    """Constants with another mass of the trailer."""
-    found = body.copy()
-    found[BODY.index("trailer.mass")] *= factor
-    return found
 
 
 def test_a_file_without_loads_says_nothing(known: Vehicle) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import recordings
+from numpy.typing import NDArray
 
 from swaywatch.diagnose.engine import write
 from swaywatch.diagnose.fit import data
@@ -24,6 +26,7 @@ from swaywatch.effects.effect import library
 from swaywatch.errors import SignalError, SwaywatchError
 from swaywatch.plant.lanes import BODY
 
+Array = NDArray[np.float64]
 VERDICTS = Path(__file__).resolve().parent.parent / "proof" / "verdicts" / "practice"
 
 
@@ -36,6 +39,18 @@ def _copy(case: str, folder: Path) -> Path:
     target = folder / "model.json"
     shutil.copy(VERDICTS / f"{case}.json", target)
     return target
+
+
+def _record(monkeypatch: pytest.MonkeyPatch, name: str, fault: Callable[[Array], Array]) -> None:
+    """Recordings are read with a fault in one channel."""
+
+    def read(paths: list[Path], signals: Path) -> list[Drive]:
+        drive = load_drives(paths, signals)[0]
+        channel = drive.channels[name]
+        changed = {name: replace(channel, value=fault(channel.value))}
+        return [replace(drive, channels=drive.channels | changed)]
+
+    monkeypatch.setattr(data, "load_drives", read)
 
 
 def test_a_committed_verdict_predicts_a_run(tmp_path: Path) -> None:
@@ -51,14 +66,7 @@ def test_a_sensor_that_a_diagnosis_puts_right_is_put_right_here_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = sorted(recordings("practice", "p07").glob("run2.*"))[0]
-
-    def inverted(paths: list[Path], signals: Path) -> list[Drive]:
-        drive = load_drives(paths, signals)[0]
-        wheel = drive.channels["steering_wheel_angle"]
-        turned = {"steering_wheel_angle": replace(wheel, value=-wheel.value)}
-        return [replace(drive, channels=drive.channels | turned)]
-
-    monkeypatch.setattr(data, "load_drives", inverted)
+    _record(monkeypatch, "steering_wheel_angle", lambda value: -value)
     result = predict(_copy("p07", tmp_path), run)
     assert result["diagnosed_nrmse_after_start"] < 0.05
     assert any("SteeringWheelAngle" in note for note in result["notes"])
@@ -69,15 +77,12 @@ def test_a_sensor_that_freezes_is_left_out_where_it_does(
 ) -> None:
     run = sorted(recordings("practice", "p07").glob("run2.*"))[0]
 
-    def frozen(paths: list[Path], signals: Path) -> list[Drive]:
-        drive = load_drives(paths, signals)[0]
-        own = drive.channels["car_yaw_rate"]
-        value, first, last = own.value.copy(), own.value.size // 3, own.value.size // 2
-        value[first:last] = value[first]
-        held = {"car_yaw_rate": replace(own, value=value)}
-        return [replace(drive, channels=drive.channels | held)]
+    def frozen(value: Array) -> Array:
+        held = value.copy()
+        held[value.size // 3 : value.size // 2] = value[value.size // 3]
+        return held
 
-    monkeypatch.setattr(data, "load_drives", frozen)
+    _record(monkeypatch, "car_yaw_rate", frozen)
     result = predict(_copy("p07", tmp_path), run)
     assert result["diagnosed_nrmse_after_start"] < 0.05
     assert any("frozen" in note for note in result["notes"])

@@ -178,7 +178,6 @@ def diagnose_combination(
         verdict, law, _ = _searched(problem, effects, progress, failures, own=False)
     else:
         files = recordings, vehicle, signals
-        _take_mass_or_loads(loaded, effects)
         loaded, verdict, law = _with_and_without_drifts(loaded, files, effects, progress, failures)
     loaded.problem = verdict.problem
     _say_what_is_left(loaded, verdict, failures)
@@ -222,7 +221,6 @@ def _with_and_without_drifts(
     if again.problem is None:
         return loaded, verdict, law
     again.problem = replace(again.problem, budget=budget)
-    _take_mass_or_loads(again, effects)
     verdict, law, _ = _searched_and_checked(effects, progress, failures, again)
     return again, verdict, law
 
@@ -321,6 +319,7 @@ def _searched_and_checked(
     effects: list[Effect], progress: Progress, failures: Failures, loaded: Loaded
 ) -> Searched:
     """The same; of a long recording with the stretches that do not fit searched once more."""
+    _take_mass_or_loads(loaded, effects)
     problem = loaded.problem
     assert problem is not None
     found = _searched(problem, effects, progress, failures, own=True, faults=loaded.faults)
