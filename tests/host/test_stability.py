@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 from test_diagnose import BODY_VALUES, effect
@@ -11,7 +13,7 @@ from swaywatch.diagnose.evidence.verdict import _Joint
 from swaywatch.diagnose.fit.beliefs import beliefs_of
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.diagnose.report.costs_page import costs_part
-from swaywatch.diagnose.report.stability import OUTSIDE, SENSOR, stability
+from swaywatch.diagnose.report.stability import OUTSIDE, SENSOR, _covariance, stability
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.library.axle_load_harmonic import generator_effect
 from swaywatch.effects.runs import Run
@@ -107,3 +109,17 @@ def test_a_value_said_as_an_effect_is_known_together_with_what_is_left_of_it() -
     )
     assert abs(together["value"] - before["value"]) < 0.05
     assert abs(together["standard_error"] / before["standard_error"] - 1.0) < 0.15
+
+
+def test_rounding_where_much_is_known_makes_nothing_less_known_than_believed() -> None:
+    """The page of an elastic drawbar had a critical speed of 140 (-10482 to 10761) km/h."""
+    rng = np.random.default_rng(1)
+    count = 12
+    said = rng.normal(size=(6, count)) * 1e3  # six sums known exactly, the rest as believed
+    known = np.linalg.inv(said.T @ said + np.eye(count))
+    rounding = 1e-6 * rng.normal(size=(count, count))
+    known *= 1.0 + 0.5 * (rounding + rounding.T)
+    fit = Fit((), np.zeros((1, 5)), np.zeros(count), shift_covariance=known)
+    problem = cast("Any", SimpleNamespace(beliefs=SimpleNamespace(weight=np.eye(count))))
+    for fewer in (1.0, 30.0):
+        assert np.all(np.diag(_covariance(problem, fit, fewer)) < 1.001)

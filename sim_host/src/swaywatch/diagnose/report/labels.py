@@ -9,6 +9,7 @@ from typing import Any
 #: End of a parameter's name to its unit, the longest first.
 UNITS = (
     ("_n_per_m2_s2", "N s²/m²"), ("_nms_per_rad", "N m s/rad"), ("_n_per_rad", "N/rad"),
+    ("_n_per_m", "N/m"),
     ("roll_per_acceleration", "rad per m/s²"), ("_rad_s", "rad/s"), ("delay_per_s", "s per s"),
     ("_per_s", "per s"), ("_deg", "deg"), ("_nm", "N m"), ("_hz", "Hz"), ("_n", "N"),
     ("_m", "m"), ("_s", "s"),

@@ -163,9 +163,11 @@ def _covariance(problem: Problem, fit: Fit, fewer: float) -> Array:
     prior = np.zeros_like(joint)
     prior[values:, values:] = problem.beliefs.weight
     scale = np.sqrt(np.maximum(np.diag(joint), 1e-300))
-    said = np.linalg.pinv(joint / np.outer(scale, scale), hermitian=True) / np.outer(scale, scale)
-    said = (said - prior) / fewer + prior
-    said *= np.outer(scale, scale)
+    prior *= np.outer(scale, scale)
+    said = np.linalg.pinv(joint / np.outer(scale, scale), hermitian=True) - prior
+    # what is known exactly leaves rounding errors elsewhere; no recording takes knowledge away
+    value, vector = np.linalg.eigh(0.5 * (said + said.T))
+    said = (vector * np.maximum(value, 0.0)) @ vector.T / fewer + prior
     value, vector = np.linalg.eigh(0.5 * (said + said.T))
     kept = np.maximum(value, 1e-9)
     return np.asarray((vector / kept) @ vector.T * np.outer(scale, scale))
