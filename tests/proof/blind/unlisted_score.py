@@ -1,8 +1,9 @@
 """Table of physics that nobody lists: what was concealed, what was found, where, of what.
 
 ``python unlisted_score.py --answers DIR --diagnoses DIR --out FILE.md``. Found: a law at one of the
-kind's places and of one of its variables, and it predicts the kept-out run better than the library.
-Of one that the library has under a name nothing else may be claimed; a `law` is a claim of its own.
+kind's places and of one or two of its variables (none beside them), and it predicts the kept-out
+run better than the library. Of one that the library has under a name nothing else may be claimed; a
+`law` is a claim of its own.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from typing import Any
 
 SEEN = 20.0
 """Largest RMS change of a signal over its noise from which a kind is to be found."""
+AXLES = {"slip_car_front", "slip_car_rear", "slip_trailer"}
+"""Places of a law that acts on every axle in turn."""
 
 
 def row(answer: Mapping[str, Any], result: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -31,9 +34,10 @@ def row(answer: Mapping[str, Any], result: Mapping[str, Any] | None) -> dict[str
     physics = [e["id"] for e in result["effects"] if e.get("kind") != "measurement"]
     found["library"] = ", ".join(physics)
     for law in result.get("discovered", []):
-        found["law"] = f"{law['place']} of {law['depends_on']}, {law['shape']}"
-        right = law["place"] in concealed["places"] and law["depends_on"] in concealed["variables"]
-        found["right"] = right
+        of = [name for name in (law["depends_on"], law.get("depends_on_too")) if name]
+        found["law"] = f"{law['place']} of {' and '.join(of)}, {law['shape']}"
+        places = AXLES if law["place"] == "axles" else {law["place"]}
+        found["right"] = places <= {*concealed["places"]} and {*of} <= {*concealed["variables"]}
         kept = law.get("kept_out")
         found["gain"] = kept["gain_over_library"] if kept else None
     return found

@@ -96,9 +96,9 @@ def terms_of(
 
 def _law(id_: str, spec: str) -> Effect:
     """A law that a diagnosis found, under its own id or the one that a user's file gave it."""
-    from swaywatch.discover.grammar import effect_of, law_of
+    from swaywatch.discover.grammar import effect_of_form
 
-    return replace(effect_of(law_of(spec)), id=id_)
+    return replace(effect_of_form(spec), id=id_)
 
 
 def _values(effect: Effect, entry: dict[str, Any]) -> tuple[float, ...]:

@@ -41,8 +41,12 @@ from swaywatch.discover.grammar import (
     BODIES,
     FREQUENCIES_HZ,
     ID,
+    INSTANT,
     MOTIONS,
     NONLINEAR_ONLY,
+    PERIODIC,
+    PLACES,
+    RESPONSES,
     ROLLS,
     SHAPES,
     SLIDING,
@@ -51,18 +55,24 @@ from swaywatch.discover.grammar import (
     curve,
     effect_of,
     grammar,
+    of_two,
     plainer,
     refined,
 )
+from swaywatch.discover.way import DISTANCE, ROAD_PLACES, repetitions
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
 from swaywatch.plant.lanes import BODY
 
 Array = NDArray[np.float64]
 
+PAIRED = 8  # laws of two variables that are begun from each vehicle
+PAIRED_ON = 4  # of them that are continued
+NOISE_CLOSE = 1.15  # reduced chi-square under the observer up to which one variable is enough
 SHORT_LIST = 12  # laws that are fitted under the observer
 SCREENED = 48  # laws that are begun, of those that a vehicle promises most of to first order
-STRONGER = 4.0  # times its initial size at which a law is looked at too
+STRONGER, WEAKER = 4.0, 0.25  # times its initial size at which a law is looked at too
+RESHAPED = 2  # times that the form of a law is looked for
 BEGUN = 3  # iterations of their fits; the best of them are continued
 MOST_OPEN = 40  # laws that are started in another search than the quickest one
 POLISHED = 2  # of them in free simulation, beside each parent, ...
@@ -179,29 +189,63 @@ def _best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
     return list(kept.values())
 
 
-def _ranked(course: Linear, terms: Sequence[ActiveEffect]) -> list[Law]:
-    """Laws by the drop of the misfit that their initial values promise, the best first.
+def _pairs(course: Linear) -> list[ActiveEffect]:
+    """The laws of two variables that promise most together, to first order."""
+    singles = [e for e in grammar() if _law(e).place in PLACES]
+    tried = [(e, (WEAKER * e.parameters[0].starts[0], *_rest(e))) for e in singles]
+    columns = course.columns(tried)
+    found = []
+    for i, one in enumerate(singles):
+        for j, other in enumerate(singles):
+            law = replace(_law(one), second=_law(other).motion)
+            if _law(one).power != _law(other).power or law not in of_two(_law(one)):
+                continue
+            a = np.stack([columns[i], columns[j]], axis=1)
+            x = np.linalg.lstsq(a, -course.left, rcond=1e-9)[0]
+            rest = course.left + a @ x
+            gains = [x[k] * tried[m][1][0] for k, m in ((0, i), (1, j))]
+            found.append((float(np.dot(rest, rest)), law, gains))
+    found.sort(key=lambda row: row[0])
+    kept: dict[frozenset[str], ActiveEffect] = {}
+    for _, law, (first, second) in found:
+        effect = effect_of(law)
+        values = {"gain": first, "second_share": second / first if first else 0.0}
+        inside = (
+            min(max(values.get(p.name, p.starts[0]), p.low), p.high) for p in effect.parameters
+        )
+        name = frozenset((law.place, law.motion, law.second, str(law.power)))
+        kept.setdefault(name, ActiveEffect(effect, tuple(inside)))
+    return list(kept.values())[:PAIRED]
 
-    Each from the first of its initial values, and from `STRONGER` ones the other way: what a strong
-    law that limits or cuts off changes is nothing like what a weak one does.
+
+def _rest(effect: Effect) -> tuple[float, ...]:
+    """Initial values of what is not the size of an effect."""
+    return tuple(p.starts[0] for p in effect.parameters[1:])
+
+
+def _ranked(course: Linear, terms: Sequence[ActiveEffect]) -> list[ActiveEffect]:
+    """Of each law the values that promise the largest drop of the misfit, the best first.
+
+    Each with the first of its initial values, with `STRONGER` ones the other way and with `WEAKER`
+    ones: what a strong law that limits or cuts off changes is nothing like what a weak one does.
     """
     firsts: dict[Law, ActiveEffect] = {}
     for term in terms:
         firsts.setdefault(law_in(term), term)
-    laws = [*firsts, *firsts]
-    tried = [*firsts.values(), *map(_stronger, firsts.values())]
-    promised: dict[Law, float] = {}
-    for law, gain in zip(laws, course.promises(tried), strict=True):
-        promised[law] = max(gain, promised.get(law, 0.0))
-    return sorted(promised, key=lambda law: -promised[law])
+    tried = [look for term in firsts.values() for look in _looks(term)]
+    promised = sorted(zip(course.promises(tried), tried, strict=True), key=lambda pair: -pair[0])
+    best: dict[Law, ActiveEffect] = {}
+    for _, term in promised:
+        best.setdefault(law_in(term), term)
+    return list(best.values())
 
 
-def _stronger(term: ActiveEffect) -> ActiveEffect:
-    """A law several times as strong, the other way where it can act so."""
+def _looks(term: ActiveEffect) -> list[ActiveEffect]:
+    """A law as it is, several times as strong, the other way where it can act so, and weaker."""
     size, bounds = term.values[0], term.effect.parameters[0]
     other_way = bounds.low < 0.0 < bounds.high
-    size = min(max((-STRONGER if other_way else STRONGER) * size, bounds.low), bounds.high)
-    return replace(term, values=(size, *term.values[1:]))
+    strong = min(max((-STRONGER if other_way else STRONGER) * size, bounds.low), bounds.high)
+    return [replace(term, values=(x, *term.values[1:])) for x in (size, strong, WEAKER * size)]
 
 
 def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
@@ -215,8 +259,11 @@ def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
 
 def _strength(shape: str, usual: float, bend: float) -> float:
     """A shape, of gain one, at an amplitude of its variable to the stronger side."""
-    sides = (np.array([0.0, usual]), np.array([0.0, -usual]))
+    sides = (np.linspace(0.0, usual, 100), np.linspace(0.0, -usual, 100))
     return max(abs(float(curve(shape, side, bend)[-1])) for side in sides)
+
+
+OF_A_SHAPE = ("bend", "other_side")  # what only this shape has
 
 
 def _like(term: ActiveEffect, law: Law) -> ActiveEffect:
@@ -228,11 +275,12 @@ def _like(term: ActiveEffect, law: Law) -> ActiveEffect:
     own, known, effect = law_in(term), term.as_dict(), effect_of(law)
     values = {p.name: known.get(p.name, p.starts[0]) for p in effect.parameters}
     if law.shape != own.shape and "gain" in known:
-        values = {p.name: p.starts[0] for p in effect.parameters} | {"gain": known["gain"]}
-        bend = known.get("bend", 0.0)
-        usual = max(MOTIONS[law.motion].usual, 2.0 * bend)
+        begun = {p.name: p.starts[0] for p in effect.parameters if p.name in OF_A_SHAPE}
+        values |= begun
+        bend = sum(known.get(name, 0.0) for name in OF_A_SHAPE)
+        usual = max(MOTIONS[law.motion].usual, 2.0 * known.get("bend", 0.0))
         before = _strength(own.shape, usual, bend)
-        values["gain"] *= before / _strength(law.shape, usual, values.get("bend", 0.0))
+        values["gain"] *= before / _strength(law.shape, usual, sum(begun.values()))
     inside = (min(max(values[p.name], p.low), p.high) for p in effect.parameters)
     return ActiveEffect(effect, tuple(inside))
 
@@ -278,6 +326,8 @@ class LawSearch:
         laws = [law_in(t) for t in found.fit.terms if t.effect.id == ID]
         nonlinear = sum(law.shape != SHAPES[0] for law in laws)
         price = len(laws) * math.log(len(grammar())) + nonlinear * math.log(len(SHAPES))
+        price += sum(bool(law.second) for law in laws) * math.log(len(MOTIONS))
+        price += sum(law.response != INSTANT for law in laws) * math.log(len(RESPONSES))
         return replace(found, evidence=found.evidence - price)
 
     def _sprung(self, terms: Sequence[ActiveEffect]) -> list[ActiveEffect]:
@@ -309,7 +359,7 @@ class LawSearch:
         if self._plain:
             return False
         terms = self._sprung([term for law in all_laws() for term in _begun(law)])
-        terms += [_stronger(term) for term in terms]
+        terms = [look for term in terms for look in _looks(term)]
         gains = course.promises(terms)
         return any(self._enough_promised(t.effect, g) for t, g in zip(terms, gains, strict=True))
 
@@ -328,6 +378,8 @@ class LawSearch:
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         if not self._plain:
             fits = [*fits, *self._in_other_shapes(course, fits)]
+            fits = [*fits, *self._of_two(fits, parent)]
+            fits = [*fits, *self._along_the_road(fits, parent)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
         least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
         found = [Candidate(f, parent) for f in fits if f.chi2 < least]
@@ -363,18 +415,17 @@ class LawSearch:
         What a law promises is seen from two simulations of each run; a fit takes ten.
         """
         ranked = _ranked(course, terms)
-        kept = set(ranked[:SCREENED])
-        starts = [
-            replace(course.fit, terms=(*course.fit.terms, term))
-            for term in terms
-            if law_in(term) in kept
-        ]
+        kept = {law_in(term): term for term in ranked[:SCREENED]}
+        terms = [term for term in terms if law_in(term) in kept]
+        usual = {law_in(term): abs(term.values[0]) for term in terms}
+        terms += [term for law, term in kept.items() if abs(term.values[0]) < usual[law]]
+        starts = [replace(course.fit, terms=(*course.fit.terms, term)) for term in terms]
         close = self.search.close
         begun = _best_of_each_law(
             close.side_by_side(lambda f: close.run(f, BEGUN, frozen=course.background), starts)
         )
         first = [law_in(fit.terms[-1]) for fit in begun]
-        return begun, [*first, *ranked[len(kept) :]]
+        return begun, [*first, *map(law_in, ranked[len(kept) :])]
 
     def _shaped_for_a_reason(self, fits: Sequence[Fit], straight: Sequence[Fit]) -> list[Fit]:
         """Fits whose law is linear, or whose shape fits clearly better than a line there."""
@@ -393,6 +444,76 @@ class LawSearch:
         if law_in(term).shape == SHAPES[0] or not math.isfinite(line):
             return True
         return fit.chi2 < line - max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * line)
+
+    def _of_two(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
+        """Laws of two variables, where one leaves more than noise.
+
+        What a controller asks for is often the difference of two motions: the yaw rate less the one
+        that the steering asks for. Neither alone need come near it.
+        """
+        best = min((fit.chi2 for fit in fits), default=math.inf)
+        if parent.terms or best <= NOISE_CLOSE * parent.count:
+            return []
+        close = self.search.close
+        starts = [
+            replace(fit, terms=(term,))
+            for fit in (close.run(parent, 6), close.start())
+            for term in self._sprung(_pairs(Linear(close, fit)))
+        ]
+        straight = self._gone_on(starts)
+        bent = [
+            replace(fit, terms=tuple(self._sprung([_like(fit.terms[-1], law)])))
+            for fit in straight
+            for law in refined(law_in(fit.terms[-1]))
+        ]
+        found = self._shaped_for_a_reason([*straight, *self._gone_on(bent)], ())
+        return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
+
+    def _gone_on(self, starts: Sequence[Fit]) -> list[Fit]:
+        """Begun under the observer, and of the best laws gone on with."""
+        close = self.search.close
+        begun = close.side_by_side(lambda f: close.run(f, BEGUN), starts)
+        best = _best_of_each_law(begun)[:PAIRED_ON]
+        return close.side_by_side(lambda f: close.run(f, 10), best)
+
+    def _along_the_road(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
+        """What comes and goes along the road, where laws of the motion leave more than noise."""
+        close = self.search.close
+        best = min((fit.chi2 / max(fit.count, 1) for fit in fits), default=math.inf)
+        if parent.terms or best <= NOISE_CLOSE:
+            return []
+        found = []
+        for fit in (close.run(parent, 6), close.start()):
+            near = Linear(close, fit)
+            rates = repetitions(close.problem.runs, near.base)
+            waves = [wave for rate in rates for wave in self._waves(near, rate)]
+            waves.sort(key=lambda wave: -wave[0])
+            starts = [replace(fit, terms=(term,)) for _, term in waves[:PAIRED_ON]]
+            found += close.side_by_side(lambda f: close.run(f, 10), starts)
+        return found
+
+    def _waves(self, near: Linear, rate: float) -> list[tuple[float, ActiveEffect]]:
+        """What one number of repetitions promises at each place, and values to begin with."""
+        runs = tuple(run.name for run in near.fitter.problem.runs)
+        effects = [
+            effect_of(Law(place, DISTANCE, response=PERIODIC), runs=runs) for place in ROAD_PLACES
+        ]
+        tried = []
+        for effect in effects:
+            size, none = effect.parameters[0].starts[0], len(runs)
+            tried += [(effect, (size, rate, *([turn] * none))) for turn in (0.0, 0.5 * math.pi)]
+        columns = near.by_run(tried)
+        found = []
+        for i, effect in enumerate(effects):
+            a = np.concatenate([columns[2 * i], columns[2 * i + 1]], axis=1)
+            x = np.linalg.lstsq(a, -near.left, rcond=1e-9)[0]
+            rest = near.left + a @ x
+            gain = float(np.dot(near.left, near.left) - np.dot(rest, rest))
+            sine, cosine = x[: len(runs)], x[len(runs) :]
+            size = float(np.mean(np.hypot(sine, cosine))) * effect.parameters[0].starts[0]
+            phase = [float(np.arctan2(c, s)) for s, c in zip(sine, cosine, strict=True)]
+            found.append((gain, ActiveEffect(effect, (size, rate, *phase))))
+        return found
 
     def _swinging(self, parent: Fit, least: float) -> list[Candidate]:
         """Oscillating masses in the vehicle of the file, where the library alone does not suffice.
@@ -457,37 +578,41 @@ class LawSearch:
             self.search.noise = min(self.search.noise, noise)
 
     def shaped(self, candidate: Candidate) -> Candidate:
-        """With its law in another shape, or with a lag, where that fits clearly better."""
-        fit = candidate.fit
-        term = fit.terms[-1]
-        others = self._sprung([_like(term, law) for law in refined(law_in(term))])
-        starts = [replace(fit, terms=(*fit.terms[:-1], other)) for other in others]
+        """With its law in another form, where that fits clearly better; and once more."""
         judge = self.search.judge
-        near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
-        best = min(near, key=lambda f: f.chi2, default=fit)
-        if not best.chi2 < fit.chi2 - self._clearly(fit):
-            return candidate
-        found = Candidate(best, candidate.parent)
-        self.tried.append(found)
-        self.quieten([found])
-        return found
+        for _ in range(RESHAPED):
+            fit = candidate.fit
+            term = fit.terms[-1]
+            others = self._sprung([_like(term, law) for law in refined(law_in(term))])
+            starts = [replace(fit, terms=(*fit.terms[:-1], other)) for other in others]
+            near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
+            best = min(near, key=lambda f: f.chi2, default=fit)
+            if not best.chi2 < fit.chi2 - self._clearly(fit):
+                break
+            candidate = Candidate(best, candidate.parent)
+            self.tried.append(candidate)
+            self.quieten([candidate])
+            if reduced_chi_square(best) <= NOISE_CLOSE:
+                break
+        return candidate
 
     def plain(self, candidate: Candidate) -> Candidate:
-        """Without a shape or a lag of its law that does not fit clearly better than none."""
-        fit = candidate.fit
-        at = next(i for i, t in enumerate(fit.terms) if t.effect.id == ID)
-        law = plainer(law_in(fit.terms[at]))
-        if law is None:
-            return candidate
-        known = fit.terms[at].as_dict()
-        effect = effect_of(law, known.get("frequency_hz"), sprung=self.search.on_springs)
-        term = ActiveEffect(effect, tuple(known[p.name] for p in effect.parameters))
-        terms = (*fit.terms[:at], term, *fit.terms[at + 1 :])
-        found = self.search.judge.run(replace(fit, terms=terms), 20, tolerance=1e-6)
-        if not found.chi2 < fit.chi2 + self._clearly(fit):
-            return candidate
-        self.tried.append(Candidate(found, candidate.parent))
-        return self.weighed(self.tried[-1])
+        """Without what its law has more than it needs: a second variable, a shape or a lag."""
+        while True:
+            fit = candidate.fit
+            at = next(i for i, t in enumerate(fit.terms) if t.effect.id == ID)
+            law = plainer(law_in(fit.terms[at]))
+            if law is None:
+                return candidate
+            known = fit.terms[at].as_dict()
+            effect = effect_of(law, known.get("frequency_hz"), sprung=self.search.on_springs)
+            term = ActiveEffect(effect, tuple(known[p.name] for p in effect.parameters))
+            terms = (*fit.terms[:at], term, *fit.terms[at + 1 :])
+            found = self.search.judge.run(replace(fit, terms=terms), 20, tolerance=1e-6)
+            if not found.chi2 < fit.chi2 + self._clearly(fit):
+                return candidate
+            self.tried.append(Candidate(found, candidate.parent))
+            candidate = self.weighed(self.tried[-1])
 
     def _clearly(self, fit: Fit) -> float:
         """Drop of chi2 from which another shape fits clearly better."""

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.discover.known import KNOWN
+from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, comes_and_goes, left, phases
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
-from swaywatch.effects.runs import Run
+from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.errors import SwaywatchError
 from swaywatch.plant.lanes import BODY, LAW_TO, PlantInput
 
@@ -30,19 +31,29 @@ SPEED_M_S = 25.0  # at which the gain of a law is stated
 #: friction as large as the deflection, against its rate (structural damping, after Reid).
 SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
-    "rubbing", "positive side", "negative side",
+    "rubbing", "positive side", "negative side", "waiting", "uneven",
 )  # fmt: skip
+#: Of another slope on the other side: what one side's tyres make, or two unlike springs.
+UNEVEN = "uneven"
+#: What a controller that waits for a swing to grow makes: nothing up to a swing, all beyond it.
+WAITING = "waiting"
+SWING_SEEN_S, SWING_KEPT_S, WAITING_SHARE = 0.05, 1.0, 0.1  # as in plant_lanes.c
 #: What acts to one side only: a rope, a chain, a valve, a stop.
 SIDES = ("positive side", "negative side")
 SLIDING = "hysteretic"
 FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a state too
 ROLLS = ("roll_car", "roll_trailer")
 DEFLECTIONS = ("articulation", *ROLLS)
-BENDS = (1, 2, 6)  # shapes with a bend
+KEEPING = (*FRICTION, WAITING)  # shapes that keep the one state of a law
+BENDS = (1, 2, 6, 10)  # shapes with a bend
 LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times bend
-#: When a law acts: at once, behind a lag, or only while its variable changes (a washout: what has
-#: lasted longer than the lag is forgotten).
-RESPONSES = INSTANT, LAGGED, TRANSIENT = ("instant", "lagged", "transient")
+#: When a law acts: at once, behind a lag, only while its variable changes (a washout: what has
+#: lasted longer than the lag is forgotten), or the more the farther the recording has gone, until
+#: it does so wholly; or the less; or again and again along the road.
+RESPONSES = INSTANT, LAGGED, TRANSIENT, GROWING, FADING, PERIODIC = (
+    "instant", "lagged", "transient", "growing", "fading", "periodic",
+)  # fmt: skip
+BY_THE_WAY = (GROWING, FADING)
 RATE_S = 0.05  # over which the rate of steering is taken
 
 
@@ -81,6 +92,7 @@ PLACES = {
         Place("slip_car_front", "steering angle of the front axle", "rad", 0.002),
         Place("slip_car_rear", "steering angle of the car's rear axle", "rad", 0.002),
         Place("slip_trailer", "steering angle of the trailer's axles", "rad", 0.002),
+        Place(AXLES, "steering angle of every axle as it comes to a place", "rad", 0.002),
     )
 }
 MOTIONS = {
@@ -101,6 +113,7 @@ MOTIONS = {
         Dependence("slip_car_front", "slip angle of the car's front tyres", "alpha_f", "rad", 0.02),
         Dependence("slip_car_rear", "slip angle of the car's rear tyres", "alpha_r", "rad", 0.02),
         Dependence("slip_trailer", "slip angle of the trailer's tyres", "alpha_t", "rad", 0.02),
+        Dependence(DISTANCE, "distance driven", "s", "m", 1.0),
     )
 }
 
@@ -174,6 +187,8 @@ class Law:
         Of the speed.
     response
         One of `RESPONSES`.
+    second
+        Another motion that it depends on: on the sum of both, weighted; empty: on the first alone.
     """
 
     place: str
@@ -181,11 +196,13 @@ class Law:
     shape: str = SHAPES[0]
     power: int = 0
     response: str = INSTANT
+    second: str = ""
 
     @property
     def spec(self) -> str:
         """The law as one string, as stored in a model block."""
-        return "/".join((self.place, self.motion, self.shape, str(self.power), self.response))
+        of = "+".join(filter(None, (self.motion, self.second)))
+        return "/".join((self.place, of, self.shape, str(self.power), self.response))
 
     @property
     def swings(self) -> bool:
@@ -206,7 +223,7 @@ class Law:
 NONLINEAR_ONLY = (
     *(
         Law("hitch", "articulation_rate", nonlinear)
-        for nonlinear in ("odd square", "cube", "dead zone", *SIDES)
+        for nonlinear in ("odd square", "cube", "dead zone", *SIDES, WAITING)
     ),
     *(Law("slip_car_front", "steer", nonlinear) for nonlinear in ("odd square", "cube")),
     *(
@@ -222,17 +239,32 @@ NONLINEAR_ONLY = (
         )
         for nonlinear in ("saturating", "dead zone", "odd square", "cube", *FRICTION)
     ),
-    *(Law(slip, slip, nonlinear) for slip in SLIPS for nonlinear in ("saturating", "dead zone")),
-    *(Law(slip, slip, response=LAGGED) for slip in SLIPS),
+    *(
+        Law(slip, slip, nonlinear)
+        for slip in SLIPS
+        for nonlinear in ("saturating", "dead zone", *SIDES, UNEVEN)
+    ),
+    *(Law(slip, slip, response=response) for slip in SLIPS for response in (LAGGED, GROWING)),
+    # friction and dampers at the ball that work themselves in, or fade as they grow hot
+    *(
+        Law("hitch", "articulation_rate", shape, response=response)
+        for shape in (SHAPES[0], "saturating")
+        for response in BY_THE_WAY
+    ),
+    *(
+        Law(place, DISTANCE, response=GROWING)
+        for place in ("force_car", "force_trailer", "moment_car", "moment_trailer")
+    ),
+    *(Law(axle, DISTANCE, response=GROWING) for axle in SLIPS),
     *(
         Law(place, "sideslip_trailer", nonlinear, 2)
         for place in AIR
-        for nonlinear in ("saturating", "dead zone", "odd square", "cube")
+        for nonlinear in ("saturating", "dead zone", "odd square", "cube", *SIDES)
     ),
     *(
         Law(place, "sideslip_trailer", power=2, response=response)
         for place in AIR
-        for response in RESPONSES[1:]
+        for response in (LAGGED, TRANSIENT)
     ),
 )
 
@@ -240,11 +272,12 @@ NONLINEAR_ONLY = (
 def law_of(spec: str) -> Law:
     """The law of a string written by `Law.spec`."""
     try:
-        place, motion, shape, power, response = spec.partition("@")[0].split("/")
-        found = Law(place, motion, shape, int(power), response)
+        place, of, shape, power, response = spec.partition("@")[0].split("/")
+        motion, _, second = of.partition("+")
+        found = Law(place, motion, shape, int(power), response, second)
     except ValueError:
         raise SwaywatchError(f"{spec!r} is no law (place/motion/shape/power/response)") from None
-    known = motion in MOTIONS and place in PLACES
+    known = motion in MOTIONS and place in PLACES and (not second or second in MOTIONS)
     known |= motion in SWINGS and place in BODIES
     known |= motion == "side_force" and place == "tyres"
     if not known or shape not in SHAPES or response not in RESPONSES:
@@ -252,21 +285,49 @@ def law_of(spec: str) -> Law:
     return found
 
 
+def effect_of_form(form: str) -> Effect:
+    """The effect that a model block names: of what goes along the road, where phases are unknown.
+
+    It has a place for the phase of each run that it was found in, and does nothing in others.
+    """
+    law, _, tail = form.partition("@")
+    found = law_of(law)
+    unknown = int(tail) if found.response == PERIODIC and tail else 0
+    return effect_of(found, runs=tuple(f"?{i}" for i in range(unknown)))
+
+
 Act = Callable[[PlantInput, Run, Values, Sequence[Window]], None]
+
+
+def _comes(law: Law) -> Act:
+    """What does not depend on the motion enters where unknown forces do."""
+
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del windows
+        course = values["gain"] * share_by_the_way(law, run, values)
+        course *= (run.speed / SPEED_M_S) ** law.power
+        for slot, sign in SLOTS[law.place]:
+            plant.add_series(slot, sign * course)
+
+    return act
 
 
 def _moves(law: Law) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
-        del run, windows
+        del windows
         plant.scalar("law_gain", values["gain"])
         plant.scalar("law_shape", float(SHAPES.index(law.shape)))
-        plant.scalar("law_bend", values.get("bend", 0.0))
+        plant.scalar("law_bend", values.get("bend", values.get("other_side", 0.0)))
         plant.scalar("law_speed_power", float(law.power))
         rate = law.motion == "steer_rate"
         plant.scalar("law_lag", RATE_S if rate else max(values.get("lag_s", 0.0), 0.0))
         plant.scalar("law_transient", float(rate or law.response == TRANSIENT))
+        if law.response in BY_THE_WAY:
+            plant.add_series("law", share_by_the_way(law, run, values) - 1.0)
         for motion, share in MADE_OF.get(law.motion, {law.motion: 1.0}).items():
             plant.scalar(f"law_of_{motion}", share)
+        if law.second:
+            plant.scalar(f"law_of_{law.second}", values["second_share"])
         plant.scalar(f"law_to_{law.place}", 1.0)
         if "roll_frequency_rad_s" in values:
             body = law.motion.removeprefix("roll_")
@@ -328,7 +389,9 @@ def _lever(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window
         plant.scalar(f"trail_{axle}", values["lever_m"])
 
 
-def effect_of(law: Law, start_hz: float | None = None, *, sprung: bool = False) -> Effect:
+def effect_of(
+    law: Law, start_hz: float | None = None, *, sprung: bool = False, runs: tuple[str, ...] = ()
+) -> Effect:
     """The law as an effect of the plant, fitted and judged like any other.
 
     Parameters
@@ -337,12 +400,15 @@ def effect_of(law: Law, start_hz: float | None = None, *, sprung: bool = False) 
         For an oscillating mass: the initial frequency of the fit.
     sprung
         Whether the vehicle rolls on springs; one without has a roll of its own for a law of it.
+    runs
+        Names of the runs, for what comes and goes along the road: each has a phase of its own. It
+        does nothing in others.
     """
-    return _effect(law, start_hz, sprung)
+    return _effect(law, start_hz, sprung, runs)
 
 
 @cache
-def _effect(law: Law, start_hz: float | None, sprung: bool) -> Effect:
+def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...]) -> Effect:
     act: Act
     parameters: tuple[Parameter, ...]
     if law.swings:
@@ -352,13 +418,16 @@ def _effect(law: Law, start_hz: float | None, sprung: bool) -> Effect:
         parameters = (Parameter("lever_m", "m", 0.0, -0.15, 0.15, (0.03,), 0.005, 0.003),)
         equation = "M = -lever x side force, of each tyre"
     else:
-        act, parameters = _moves(law), _numbers(law)
+        act = _comes(law) if law.motion == DISTANCE else _moves(law)
+        parameters = _numbers(law)
+        if law.response == PERIODIC:
+            act, parameters = comes_and_goes(law.place, runs), (*parameters, *phases(runs))
         if law.motion in ROLLS and not sprung:
             parameters = (*parameters, *OWN_ROLL[law.motion])
         equation = formula(law)
     return Effect(
         id=ID,
-        component=f"{law.place} of {law.motion}",
+        component=f"{law.place} of {' and '.join(filter(None, (law.motion, law.second)))}",
         kind="physics",
         equation=equation,
         source="identified from the recording",
@@ -368,7 +437,7 @@ def _effect(law: Law, start_hz: float | None, sprung: bool) -> Effect:
         plausibility=0.0 if (law.place, law.motion) in KNOWN else UNHEARD_OF,
         decided_by="the same manoeuvre at another speed and another amplitude",
         extra={
-            "form": law.spec + (f"@{start_hz:g}" if start_hz else ""),
+            "form": law.spec + (f"@{start_hz:g}" if start_hz else f"@{len(runs)}" if runs else ""),
             "law": law,
             "start_hz": start_hz,
             "imitated_on_springs": True,
@@ -431,21 +500,60 @@ def _numbers(law: Law) -> tuple[Parameter, ...]:
     curve = {"cube": 3, "odd square": 2, "even square": 2}.get(law.shape, 1)
     start = place.level / motion.usual**curve
     unit = f"{place.unit} per {motion.unit}" + (f"^{curve}" if curve > 1 else "")
+    unit = place.unit if law.motion == DISTANCE else unit
     high = 100.0 * start
     found = [Parameter("gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start)]
     if law.motion in SLIPS:  # the compliance of a wheel is at most its slip
         found = [Parameter("gain", unit, 0.0, -1.0, 0.0, (-0.5,), 0.1, 0.1)]
+        if law.response == GROWING:
+            found = [Parameter("gain", unit, 0.0, -0.9, 1.0, (-0.2,), 0.05, 0.02)]
     if SHAPES.index(law.shape) in BENDS:
         bend = (0.5 if law.shape == "saturating" else 0.3) * motion.usual
         found.append(
             Parameter("bend", motion.unit, 1e3, 0.02 * bend, 20.0 * bend, (bend,), 0.1 * bend, 1e9)
         )
+    if law.shape == UNEVEN:
+        found.append(Parameter("other_side", "1", 1.0, -2.0, 3.0, (0.5,), 0.1, 1e9))
+    if law.response in BY_THE_WAY:
+        way = Parameter("over_m", "m", 1e6, 20.0, 2e4, (250.0,), 30.0, 1e9)
+        work = Parameter("over_rad", "rad", 1e3, 0.02, 50.0, (0.5,), 0.05, 1e9)
+        found.append(work if (law.place, law.motion) == ("hitch", "articulation_rate") else way)
+    if law.second:
+        found.append(_second_share(law))
     if law.response == LAGGED:
         late = 0.4 if law.motion in SLIPS else 0.1  # a shorter one of a slip is a relaxation
         found.append(Parameter("lag_s", "s", 0.0, 0.0, 1.5, (late,), 0.01, 1e9))
     if law.response == TRANSIENT:
         found.append(Parameter("lag_s", "s", 1e3, 0.02, 3.0, (0.3,), 0.03, 1e9))
     return tuple(found)
+
+
+def _second_share(law: Law) -> Parameter:
+    """Weight of the second motion of a law: in a test drive as much as the first, to begin with."""
+    first, second = MOTIONS[law.motion], MOTIONS[law.second]
+    usual = first.usual / second.usual
+    unit = f"{first.unit} per {second.unit}"
+    return Parameter("second_share", unit, 0.0, -20 * usual, 20 * usual, (usual,), 0.2 * usual, 1e9)
+
+
+def share_by_the_way(law: Law, run: Run, values: Values) -> Array:
+    """Share of a law that has come over some way, or that is left after it, shape (n,).
+
+    What rubs at the hitch works itself in, or fades, with the angle that it has worked through.
+    """
+    if law.response not in BY_THE_WAY:
+        return np.ones(run.time.size)
+    return left(run, values) if law.response == FADING else 1.0 - left(run, values)
+
+
+def swing_of(z: Array) -> Array:
+    """How far something swings: what it was at the most, forgotten within a while, shape (n,)."""
+    state = np.zeros_like(z)
+    for i, size in enumerate(np.abs(z[1:])):
+        beyond = size - state[i]
+        within = SWING_SEEN_S if beyond > 0.0 else SWING_KEPT_S
+        state[i + 1] = state[i] + beyond * -math.expm1(-1.0 / (RATE_HZ * within))
+    return state
 
 
 def dragged(z: Array, bend: float) -> Array:
@@ -459,7 +567,7 @@ def dragged(z: Array, bend: float) -> Array:
 
 def curve(shape: str, z: Array, bend: float) -> Array:
     """A shape, of gain one, over the course of its variable, shape (n,)."""
-    bend = max(bend, 1e-9)
+    bend = bend if shape == UNEVEN else max(bend, 1e-9)
     found = {
         "straight": z,
         "saturating": bend * np.tanh(z / bend),
@@ -471,6 +579,8 @@ def curve(shape: str, z: Array, bend: float) -> Array:
         "rubbing": np.abs(z) * np.sign(np.gradient(z)),
         "positive side": np.maximum(z, 0.0),
         "negative side": np.minimum(z, 0.0),
+        UNEVEN: np.maximum(z, 0.0) + bend * np.minimum(z, 0.0),
+        WAITING: 0.5 * z * (1.0 + np.tanh((swing_of(z) / bend - 1.0) / WAITING_SHARE)),
     }
     assert set(found) == set(SHAPES)
     return np.asarray(found[shape])
@@ -478,7 +588,9 @@ def curve(shape: str, z: Array, bend: float) -> Array:
 
 def formula(law: Law) -> str:
     """The law in symbols."""
-    symbol = MOTIONS[law.motion].symbol
+    symbol = MOTIONS[law.motion].symbol if law.motion != DISTANCE else "1"
+    if law.second:
+        symbol = f"({symbol} + share x {MOTIONS[law.second].symbol})"
     nonlinear = {
         "straight": symbol,
         "saturating": f"bend tanh({symbol} / bend)",
@@ -490,6 +602,8 @@ def formula(law: Law) -> str:
         "rubbing": f"|{symbol}| sign(d{symbol}/dt)",
         "positive side": f"max({symbol}, 0)",
         "negative side": f"min({symbol}, 0)",
+        UNEVEN: f"{symbol}, on the negative side times the other",
+        WAITING: f"({symbol} while it swings beyond +-bend)",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
     speed = {
@@ -501,7 +615,14 @@ def formula(law: Law) -> str:
     return f"{left} = gain x {nonlinear}{speed}" + _WHEN[law.response]
 
 
-_WHEN = {INSTANT: "", LAGGED: " with a lag", TRANSIENT: ", without what lasts"}
+_WHEN = {
+    INSTANT: "",
+    LAGGED: " with a lag",
+    TRANSIENT: ", without what lasts",
+    GROWING: " x (1 - exp(-way / over))",
+    FADING: " x exp(-way / over)",
+    PERIODIC: " x sin(2 pi repetitions x way + phase)",
+}
 
 
 @cache
@@ -524,38 +645,67 @@ def grammar() -> tuple[Effect, ...]:
     return tuple(found)
 
 
-def _of_one(one: Law, other: Law) -> bool:
-    return (one.place, one.motion) == (other.place, other.motion)
+def of_two(law: Law) -> list[Law]:
+    """The same law with a second variable: what a controller at the place can sense besides."""
+    alone = (*HEADINGS, "steer_rate", DISTANCE)  # most take the one state that a law has
+    if law.second or law.place not in PAIRS or law.motion in alone:
+        return []
+    others = [motion for motion in PAIRS[law.place] if motion not in (law.motion, *alone)]
+    return [replace(law, second=motion) for motion in others]
 
 
 def refined(law: Law) -> list[Law]:
-    """The same law with another shape or power of the speed, or with a lag."""
-    if law in NONLINEAR_ONLY:
-        return [other for other in NONLINEAR_ONLY if other != law and _of_one(other, law)]
+    """The same law with another shape or power of the speed, or acting at other times.
+
+    One of both is another one, or the law acts at once in any shape.
+    """
     if law.motion == "swing" and law.shape == SHAPES[0]:
         return [Law(law.place, "swing", shape) for shape in ("dead zone", "odd square")]
-    if law.swings or law.motion == "side_force":
+    if law.swings or law.motion == "side_force" or law.response == PERIODIC:
         return []
-    rubs = law.motion in DEFLECTIONS
+
+    def near(other: Law) -> bool:
+        alike = (other.shape, other.power) == (law.shape, law.power)
+        return alike or other.response in (law.response, INSTANT)
+
+    alone = replace(law, second="")
+    pool = [other for other in _forms(law.place, law.motion) if other != alone and near(other)]
+    return [replace(other, second=law.second) for other in pool]
+
+
+@cache
+def _forms(place: str, motion: str) -> tuple[Law, ...]:
+    """All laws of a place and a motion."""
+    if place not in PAIRS or motion not in PAIRS[place]:
+        listed = [law for law in NONLINEAR_ONLY if (law.place, law.motion) == (place, motion)]
+        later = [replace(law, response=GROWING) for law in listed if law.response == INSTANT]
+        return tuple(dict.fromkeys((*listed, *later)))
+    rubs = motion in DEFLECTIONS
     # dry friction at the hitch is a library effect
-    closed = () if rubs and law.place != "hitch" else ("hysteretic",) if rubs else FRICTION
+    closed = () if rubs and place != "hitch" else ("hysteretic",) if rubs else FRICTION
+    single = motion in (*HEADINGS, "steer_rate")  # their one state is taken
+    if single:
+        closed = (*closed, WAITING)
     shapes = [shape for shape in SHAPES if shape not in closed]
     # the power of the speed of the linear law says little about a nonlinear one
-    powers = PAIRS[law.place][law.motion]
-    found = [Law(law.place, law.motion, shape, power) for shape in shapes for power in powers]
-    found = [other for other in found if (other.shape, other.power) != (law.shape, law.power)]
-    if law.motion in (*HEADINGS, "steer_rate"):  # their one state is taken
-        return found
-    return [
-        *found,
-        *(Law(law.place, law.motion, power=law.power, response=r) for r in RESPONSES[1:]),
+    powers = PAIRS[place][motion]
+    found = [
+        Law(place, motion, s, p, r) for r in (INSTANT, GROWING) for s in shapes for p in powers
     ]
+    if single:
+        return tuple(found)
+    late = [Law(place, motion, s, p, LAGGED) for s in shapes if s not in KEEPING for p in powers]
+    others = [Law(place, motion, power=p, response=r) for r in (TRANSIENT, FADING) for p in powers]
+    return (*found, *late, *others)
 
 
 def plainer(law: Law) -> Law | None:
     """The law with fewer numbers that this one becomes where it does not need them, or None."""
+    if law.second:
+        return replace(law, second="")
     plain = replace(law, shape=SHAPES[0], response=INSTANT)
-    if law == plain or law in NONLINEAR_ONLY or law.slides or law.response == TRANSIENT:
+    lasting = law.slides or law.response in (TRANSIENT, PERIODIC, *BY_THE_WAY)
+    if law == plain or law in NONLINEAR_ONLY or lasting:
         return None
     fewer = len(effect_of(plain).parameters) < len(effect_of(law).parameters)
     return plain if fewer else None
@@ -566,7 +716,9 @@ def all_laws() -> tuple[Law, ...]:
     """All laws in one variable, in every shape, linear ones with a lag too."""
     straight = [Law(p, m, power=w) for p, ms in PAIRS.items() for m, ws in ms.items() for w in ws]
     nonlinear = [law for one in straight for law in refined(one)]
-    return tuple(dict.fromkeys((*straight, *nonlinear, *NONLINEAR_ONLY)))
+    # two slopes are looked for where one side, or both alike, were found
+    begun = (law for law in (*straight, *nonlinear, *NONLINEAR_ONLY) if law.shape != UNEVEN)
+    return tuple(dict.fromkeys(begun))
 
 
-assert set(PLACES) == set(LAW_TO)
+assert set(PLACES) == {*LAW_TO, AXLES}

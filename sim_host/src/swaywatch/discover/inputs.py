@@ -25,13 +25,16 @@ from swaywatch.discover.grammar import (
     HEADINGS,
     ID,
     MOTIONS,
+    PERIODIC,
     PLACES,
     RATE_S,
     SPEED_M_S,
     TRANSIENT,
     Law,
     curve,
+    share_by_the_way,
 )
+from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, course, driven
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, simulate
@@ -40,17 +43,6 @@ Array = NDArray[np.float64]
 
 PULSE_S = 0.25
 RIDGE = 1e-2
-#: Series slots that represent a force at a place, with their sign.
-SLOTS: dict[str, tuple[tuple[str, float], ...]] = {
-    "hitch": (("moment_car", 1.0), ("moment_trailer", -1.0)),
-    "force_car": (("force_car", 1.0),),
-    "force_trailer": (("force_trailer", 1.0),),
-    "moment_car": (("moment_car", 1.0),),
-    "moment_trailer": (("moment_trailer", 1.0),),
-    "slip_car_front": (("slip_car_front", 1.0),),
-    "slip_car_rear": (("slip_car_rear", 1.0),),
-    "slip_trailer": (("slip_trailer_front", 1.0), ("slip_trailer_rear", 1.0)),
-}
 
 
 def _act(place: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
@@ -82,7 +74,7 @@ def place_of(law: Law) -> str:
     """The place at which an unknown input shows a law best."""
     if law.place in BODIES:
         return f"{'moment' if law.motion == 'turn' else 'force'}_{law.place}"
-    return "moment_car" if law.place == "tyres" else law.place
+    return {"tyres": "moment_car", AXLES: "slip_trailer"}.get(law.place, law.place)
 
 
 def missing_inputs(found: Discovery) -> dict[str, Any]:
@@ -92,10 +84,10 @@ def missing_inputs(found: Discovery) -> dict[str, Any]:
     without = tuple(t for t in found.fit.terms if t.effect.id != ID)
     fit = Fit(without, found.fit.nuisance, found.fit.shift)
     fitter = Fitter(replace(found.search.problem, observer=OBSERVER))
-    course = Locator(fitter, fit).course(free_input(place), ridge=RIDGE, pulse_s=PULSE_S)
+    missing = Locator(fitter, fit).course(free_input(place), ridge=RIDGE, pulse_s=PULSE_S)
     runs = []
     for index, run in enumerate(fitter.problem.runs):
-        edges = course.edges[index]
+        edges = missing.edges[index]
         middle = 0.5 * (edges[1:] + edges[:-1])
         moved = motion(found, index, law)
         bins = np.clip(np.searchsorted(edges, run.time, side="right") - 1, 0, middle.size - 1)
@@ -109,10 +101,10 @@ def missing_inputs(found: Discovery) -> dict[str, Any]:
         runs.append(
             {
                 "run": run.name, "time_s": middle.tolist(),
-                "value": course.amplitude[index][:, 0].tolist(),
-                "standard_error": course.error[index][:, 0].tolist(),
+                "value": missing.amplitude[index][:, 0].tolist(),
+                "standard_error": missing.error[index][:, 0].tolist(),
                 "motion": None if moved is None else mean(moved),
-                "law": None if moved is None else mean(valued(found, moved, run.speed)),
+                "law": None if moved is None else mean(valued(found, moved, run)),
             }
         )  # fmt: skip
     unit = MOTIONS[law.motion].unit if law.motion in MOTIONS else ""
@@ -129,22 +121,32 @@ _COLUMNS = {
 
 def motion(found: Discovery, index: int, law: Law) -> Array | None:
     """The variable of a law in a run of the model, shape (n,); None: a state of its own."""
-    problem, fit = found.search.problem, found.fit
     if law.swings or law.motion == "side_force":
         return None
+    if law.second:
+        each = [replace(law, motion=m, second="") for m in (law.motion, law.second)]
+        alone = [motion(found, index, one) for one in each]
+        share = found.term.as_dict()["second_share"]
+        return np.tensordot((1.0, share), np.array(alone), 1)
+    problem, fit = found.search.problem, found.fit
     plant = plant_of(problem, index, fit.terms, fit.nuisance[index], fit.shift)
-    if law.motion == "steer":
-        return plant.steer
-    if law.motion == "steer_rate":
-        return changed(plant.steer, RATE_S) / RATE_S
+    given = {
+        DISTANCE: driven(problem.runs[index]), "steer": plant.steer,
+        "steer_rate": changed(plant.steer, RATE_S) / RATE_S,
+    }  # fmt: skip
+    return given[law.motion] if law.motion in given else _simulated(law.motion, plant)
+
+
+def _simulated(name: str, plant: PlantInput) -> Array:
+    """A motion that the plant makes, shape (n,)."""
     out = simulate(plant)
-    column = {name: out[:, i] for i, name in enumerate(OUTPUT)}
-    if law.motion in _COLUMNS:
-        course = np.asarray(column[_COLUMNS[law.motion][0]])
-        return np.cumsum(course) / RATE_HZ if law.motion in HEADINGS else course
-    if law.motion == "articulation_rate":
+    column = {key: out[:, i] for i, key in enumerate(OUTPUT)}
+    if name in _COLUMNS:
+        course = np.asarray(column[_COLUMNS[name][0]])
+        return np.cumsum(course) / RATE_HZ if name in HEADINGS else course
+    if name == "articulation_rate":
         return np.asarray(column["trailer_yaw_rate"] - column["car_yaw_rate"])
-    return _angle(law.motion, plant, column)
+    return _angle(name, plant, column)
 
 
 def _angle(name: str, plant: PlantInput, column: Mapping[str, Array]) -> Array:
@@ -182,11 +184,17 @@ def changed(z: Array, lag_s: float) -> Array:
     return np.asarray(z - lfilter([1.0 - kept], [1.0, -kept], z))
 
 
-def valued(found: Discovery, z: Array, speed: Array) -> Array:
+def valued(found: Discovery, z: Array, run: Run) -> Array:
     """The law (without its lag) over the course of its variable, shape (n,)."""
     law = found.law
     values = found.term.as_dict()
     if law.response == TRANSIENT:
         z = changed(z, values["lag_s"])
-    course = curve(law.shape, z, values.get("bend", 1.0))
-    return np.asarray(values["gain"] * course * (speed / SPEED_M_S) ** law.power)
+    if law.response == PERIODIC:
+        names = [each.name for each in found.search.problem.runs]
+        return np.asarray(values["gain"] * course(run, values, names))
+    if law.motion == DISTANCE:
+        return np.asarray(values["gain"] * share_by_the_way(law, run, values))
+    bent = curve(law.shape, z, values.get("bend", values.get("other_side", 1.0)))
+    share = share_by_the_way(law, run, values)
+    return np.asarray(values["gain"] * bent * (run.speed / SPEED_M_S) ** law.power * share)

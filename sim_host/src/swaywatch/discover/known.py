@@ -63,6 +63,11 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
         "steering assistance in the sense of the yaw rate",
         "the driver's arms, or steering assistance against the yaw rate",
     ),
+    ("axles", "distance"): ("ruts or tracks that wander from side to side",) * 2,
+    ("force_trailer", "distance"): ("wind beside the road, between houses or hedges",) * 2,
+    ("force_car", "distance"): ("wind beside the road, between houses or hedges",) * 2,
+    ("moment_trailer", "distance"): ("brakes on one side that bind",) * 2,
+    ("moment_car", "distance"): ("brakes on one side that bind",) * 2,
     ("trailer", "swing"): ("an unsecured load, a liquid", ""),
     ("car", "swing"): ("an unsecured load in the car, a liquid", ""),
     ("trailer", "turn"): (

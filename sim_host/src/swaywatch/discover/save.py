@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.discover.grammar import effect_of, law_of
+from swaywatch.discover.grammar import PERIODIC, effect_of, law_of
 from swaywatch.effects.effect import Effect
 from swaywatch.errors import SwaywatchError
 
@@ -32,6 +32,12 @@ EFFECTS = [
 '''
 
 
+ALONG_THE_ROAD = (
+    "what comes and goes along the road has a phase of its own in every run, which an effect of "
+    "a file cannot know; a diagnosis looks for it by itself"
+)
+
+
 def named(id_: str, spec: str, starts: Mapping[str, float], source: str = "a recording") -> Effect:
     """A law under a name, which makes it an effect like those of the library.
 
@@ -44,7 +50,10 @@ def named(id_: str, spec: str, starts: Mapping[str, float], source: str = "a rec
     starts
         Initial values of a fit, by parameter.
     """
-    effect = effect_of(law_of(spec))
+    law = law_of(spec)
+    if law.response == PERIODIC:
+        raise SwaywatchError(f"{id_}: {ALONG_THE_ROAD}")
+    effect = effect_of(law)
     unknown = set(starts) - {p.name for p in effect.parameters}
     if unknown:
         names = ", ".join(p.name for p in effect.parameters)
@@ -61,6 +70,8 @@ def save_law(result: Mapping[str, Any], path: Path) -> bool:
     if not laws:
         return False
     law = laws[0]
+    if law_of(law["spec"]).response == PERIODIC:
+        raise SwaywatchError(f"{path}: not written: {ALONG_THE_ROAD}")
     numbers = "\n".join(
         f"{name} = {row['value']:.6g} {row['unit']} ({row['low']:.4g} to {row['high']:.4g})"
         for name, row in law["parameters"].items()

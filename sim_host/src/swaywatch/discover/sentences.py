@@ -7,25 +7,38 @@ from collections.abc import Mapping
 from typing import Any
 
 from swaywatch.discover.grammar import (
+    BY_THE_WAY,
     FRICTION,
+    GROWING,
     INSTANT,
     LAGGED,
     MOTIONS,
+    PERIODIC,
     PLACES,
     SIDES,
     SLIDING,
     SPEED_M_S,
     TRANSIENT,
+    UNEVEN,
+    WAITING,
     Law,
     Place,
 )
 from swaywatch.discover.known import KNOWN
+from swaywatch.discover.way import DISTANCE
 
 #: Motions that a place works against: their product is power.
 _WORKS = {
     "hitch": ("articulation", "articulation_rate", -1.0),
     "moment_car": ("", "yaw_rate_car", 1.0),
     "moment_trailer": ("", "yaw_rate_trailer", 1.0),
+}
+_OF_SLIP = {
+    LAGGED: "wheels that turn after their slip, held by a damper: a self-steering axle",
+    GROWING: "tyres that lose air, or wear; if they become stiffer, that grow warm",
+}
+_MORE = {side: f", only while that is {side.removesuffix(' side')}" for side in SIDES} | {
+    "rubbing": ", against its rate at any speed of it (friction that grows with the deflection)"
 }
 _UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
 
@@ -41,8 +54,10 @@ def suggestion(law: Law, gain: float) -> str:
         }
         if law.motion == "swing" and law.shape in named:
             return named[law.shape]
-    elif law.motion == law.place and law.response == LAGGED:
-        return "wheels that turn after their slip, held by a damper: a self-steering axle"
+    elif law.shape == WAITING:
+        return "a controller that waits for a swing to grow"
+    elif law.motion == law.place and law.response in _OF_SLIP:
+        return _OF_SLIP[law.response]
     elif (law.place, law.response) == ("moment_trailer", TRANSIENT):
         return "a gyroscope, or a controller that leaves a steady turn alone"
     elif law.shape in FRICTION and law.place == "slip_trailer":
@@ -102,7 +117,11 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     shape = curve.get(law.shape, "")
     order = "^" + ("3" if law.shape == "cube" else "2") if shape else ""
     per = motion.unit if not order else f"({motion.unit}){order}"
-    words = f"{place.words}: {_range(gain, factor)} {unit} per {per} of the {motion.words}{shape}"
+    words = f"{place.words}: {_range(gain, factor)} {unit}"
+    words += (
+        f" per {per} of the {motion.words}" if law.motion != DISTANCE else ", whatever the motion"
+    )
+    words += _second(law, parameters) + shape
     words += _shape(law, parameters)
     words += {
         -1: f", at {SPEED_M_S:g} m/s, inversely proportional to the speed",
@@ -113,8 +132,29 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     return words + _response(law, parameters)
 
 
+def _second(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """What a second variable adds to a sentence."""
+    if not law.second:
+        return ""
+    share, motion = parameters["second_share"], MOTIONS[law.second]
+    sign = "plus" if share["value"] > 0.0 else "less"
+    size = dict(share) | {"value": abs(share["value"])}
+    return f" {sign} {_range(size)} times the {motion.words}"
+
+
 def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
-    """What a lag adds to a sentence, or a washout."""
+    """What a lag adds to a sentence, or a washout, or the way."""
+    if law.response in BY_THE_WAY:
+        growing = law.response == GROWING
+        if "over_rad" in parameters:
+            over = f"{parameters['over_rad']['value']:.2g} rad"
+            half = "half of it" if growing else "half of it left"
+            return f", {half} once the hitch has worked through {over}"
+        over = f"{parameters['over_m']['value']:.0f} m"
+        return f", {'two thirds of it' if growing else 'a third of it left'} after the first {over}"
+    if law.response == PERIODIC:
+        often = parameters["per_km"]
+        return f", {_range(often)} times for each kilometre, every {1000.0 / often['value']:.1f} m"
     if law.response == INSTANT or "lag_s" not in parameters:
         return ""
     lag = f"{1000.0 * parameters['lag_s']['value']:.0f} ms"
@@ -125,17 +165,16 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What a shape adds to a sentence."""
     if law.shape == "saturating":
         return f", saturating at {_limit(parameters, PLACES[law.place])}"
-    if law.shape == "dead zone":
-        return f", only beyond {abs(parameters['bend']['value']):.3g} {MOTIONS[law.motion].unit}"
+    if law.shape in ("dead zone", WAITING):
+        beyond = f"{abs(parameters['bend']['value']):.3g} {MOTIONS[law.motion].unit}"
+        return f", only {'beyond' if law.shape != WAITING else 'while it swings beyond'} {beyond}"
     if law.shape == "hysteretic":
         slips = f"{abs(parameters['bend']['value']):.3g} {MOTIONS[law.motion].unit}"
         limit = _limit(parameters, PLACES[law.place])
         return f", sliding after {slips} at {limit} (dry friction)"
-    if law.shape in SIDES:
-        return f", only while that is {law.shape.removesuffix(' side')}"
-    if law.shape == "rubbing":
-        return ", against its rate at any speed of it (friction that grows with the deflection)"
-    return ""
+    if law.shape == UNEVEN:
+        return f", {_range(parameters['other_side'])} times as much while that is negative"
+    return _MORE.get(law.shape, "")
 
 
 def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:

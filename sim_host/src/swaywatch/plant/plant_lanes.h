@@ -8,7 +8,7 @@
 
 #define PLANT_BODY 18
 #define PLANT_SCALARS 121
-#define PLANT_SERIES 32
+#define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
 #define PLANT_AXLE 13
@@ -202,6 +202,7 @@ enum plant_series {
     T_ROLL_MOMENT_TRAILER,
     T_BRAKE_CAR,
     T_BRAKE_TRAILER,
+    T_LAW,
 };
 /// Outputs.
 enum plant_output {
@@ -312,7 +313,8 @@ enum plant_state {
     X_HEAVE = 16, ///< m, over the four axles
     X_HEAVE_RATE = 20,
     X_LAW =
-        24, ///< of a law behind its lag, or of what a transient one depends on; rad, the heading
+        24, ///< of a law behind its lag, or of what a transient one depends on; rad, the heading;
+            ///< how far what a waiting one depends on swings
     X_MODE = 25, ///< m, to the left, of what swings in the bodies
     X_MODE_RATE = 27,
     X_DRAWBAR = 29,   ///< m, of the trailer past the ball, to the left

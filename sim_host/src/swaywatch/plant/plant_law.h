@@ -1,8 +1,8 @@
 // Laws that no named effect has: a force that one motion makes, a mass that swings in a body, a
 // drawbar that gives way; included by plant_step.h. What the slots are is said by plant/lanes.py.
 
-/// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; or of
-/// one side only.
+/// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; of one
+/// side only, or `at` times as steep on the other one.
 INLINE V NAME(bent)(V z, V shape, V at)
 {
     const V some = NAME(most)(at, NAME(all)(1e-9));
@@ -12,8 +12,10 @@ INLINE V NAME(bent)(V z, V shape, V at)
     found = NAME(choose)(shape == 2.0, z - within, found);
     found = NAME(choose)(shape == 3.0, z * z * z, found);
     found = NAME(choose)(shape == 4.0, z * NAME(absolute)(z), found);
-    found = NAME(choose)(shape == 8.0, NAME(most)(z, NAME(all)(0.0)), found);
-    found = NAME(choose)(shape == 9.0, NAME(least)(z, NAME(all)(0.0)), found);
+    const V above = NAME(most)(z, NAME(all)(0.0)), below = NAME(least)(z, NAME(all)(0.0));
+    found = NAME(choose)(shape == 8.0, above, found);
+    found = NAME(choose)(shape == 9.0, below, found);
+    found = NAME(choose)(shape == 11.0, above + at * below, found);
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
@@ -31,9 +33,24 @@ INLINE V NAME(dragged)(const V *x, V rate, const V *e)
     return rate - NAME(absolute)(rate) * x[X_LAW] / some;
 }
 
+/// How far `z` swings: what it was at the most, forgotten within a while.
+INLINE V NAME(followed_swing)(V swing, V z)
+{
+    const V beyond = NAME(absolute)(z) - swing;
+    const V grows = beyond * (1.0 / SWING_SEEN_S), fades = beyond * (1.0 / SWING_KEPT_S);
+    return NAME(choose)(beyond > 0.0, grows, fades);
+}
+
+/// Nothing while the swing is small, `z` once it is larger than `at`.
+INLINE V NAME(waiting)(V z, V swing, V at)
+{
+    const V some = NAME(most)(at, NAME(all)(1e-9));
+    return 0.5 * z * (1.0 + NAME(hyperbolic_tangent)((swing - some) / (WAITING_SHARE * some)));
+}
+
 /// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag; or of
-/// what has changed within that lag.
-INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V speed, V *dx)
+/// what has changed within that lag. `factor`: less one, of what is not the motion.
+INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V speed, V factor, V *dx)
 {
     const V rate = NAME(rubbing)(of, turning, e);
     V z = {0};
@@ -48,14 +65,17 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     V bent = NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
     const V against = NAME(hyperbolic_tangent)(rate * (1.0 / LAW_SLOW));
     bent = NAME(choose)(sticks == 1.0, NAME(absolute)(z) * against, bent);
-    V value = e[E_LAW_GAIN] * bent;
+    const V waits = sticks - WAITS;
+    bent = NAME(choose)(waits == 0.0, NAME(waiting)(z, x[X_LAW], e[E_LAW_BEND]), bent);
+    V value = e[E_LAW_GAIN] * bent * (1.0 + factor);
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
     value /= NAME(choose)(power < 0.0, faster, NAME(all)(1.0));
     const V goal = NAME(choose)(passing > 0.0, followed, value);
     const V late = (goal - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
     dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, rate, e), NAME(where)(lag, late));
-    // one state: what goes with the heading has neither lag nor friction
+    dx[X_LAW] = NAME(choose)(waits == 0.0, NAME(followed_swing)(x[X_LAW], z), dx[X_LAW]);
+    // one state: what goes with the heading has neither lag nor friction, nor does it wait
     dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
     return NAME(choose)(lag > 0.0, NAME(choose)(passing > 0.0, value, x[X_LAW]), value);
 }

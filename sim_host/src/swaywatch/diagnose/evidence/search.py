@@ -200,6 +200,24 @@ class Linear:
         found = self.fitter.evaluate_all(trials)
         return [np.concatenate(found[i * count : (i + 1) * count]) for i in range(len(tried))]
 
+    def columns(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> list[Array]:
+        """What each effect changes at its values, everything else refitted."""
+        return [self._column(moved) for moved in self._moved(tried)]
+
+    def by_run(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> list[Array]:
+        """What each effect changes in each run alone, everything else refitted; (rows, runs)."""
+        sizes = [e.size for e in self.base]
+        edges = [0, *np.cumsum(sizes)]
+        found = []
+        for moved in self._moved(tried):
+            apart = np.zeros((self.left.size, len(sizes)))
+            change = moved - np.concatenate(self.base)
+            for r in range(len(sizes)):
+                inside = slice(edges[r], edges[r + 1])
+                apart[inside, r] = change[inside]
+            found.append(self._projected(apart))
+        return found
+
     def _promise(self, effect: Effect, values: Array, moved: Array) -> tuple[float, Array]:
         """Drop of chi2 along the course towards some values, and where on it to begin."""
         column = self._column(moved)

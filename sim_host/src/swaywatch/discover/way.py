@@ -1,0 +1,142 @@
+"""What goes with the way, whatever the motion: what comes, fades, or comes and goes along the road.
+
+Ruts, wind between houses, a brake that binds. What comes and goes has a size and a number of
+repetitions for each kilometre; where on the road a run begins nobody knows, so each run has a phase
+of its own. How often it repeats is seen in what a model leaves, against the way (`repetitions`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.effects.effect import Parameter, Values, Window
+from swaywatch.effects.runs import RATE_HZ, Run, block_mean
+from swaywatch.plant.lanes import BODY, PlantInput
+
+Array = NDArray[np.float64]
+Act = Callable[[PlantInput, Run, Values, Sequence[Window]], None]
+
+DISTANCE = "distance"  # the variable of what does not depend on the motion
+AXLES = "axles"
+#: Series slots that represent a force at a place, with their sign.
+SLOTS: dict[str, tuple[tuple[str, float], ...]] = {
+    "hitch": (("moment_car", 1.0), ("moment_trailer", -1.0)),
+    "force_car": (("force_car", 1.0),),
+    "force_trailer": (("force_trailer", 1.0),),
+    "moment_car": (("moment_car", 1.0),),
+    "moment_trailer": (("moment_trailer", 1.0),),
+    "slip_car_front": (("slip_car_front", 1.0),),
+    "slip_car_rear": (("slip_car_rear", 1.0),),
+    "slip_trailer": (("slip_trailer_front", 1.0), ("slip_trailer_rear", 1.0)),
+    AXLES: tuple(
+        (f"slip_{axle}", 1.0) for axle in ("car_front", "car_rear", "trailer_front", "trailer_rear")
+    ),
+}
+#: Where something can come and go along the road: on a body, an axle, or every axle in turn.
+ROAD_PLACES = (
+    AXLES, "force_car", "force_trailer", "moment_car", "moment_trailer", "slip_car_front",
+    "slip_car_rear", "slip_trailer",
+)  # fmt: skip
+USUAL_WORK_RAD_M = 1e-3  # that a hitch works through in a test drive, where no sensor says so
+#: Repetitions for each kilometre that are looked for: every 15 to 400 m.
+FEWEST, MOST = 2.5, 65.0
+FINENESS = 0.2  # of what the way of the longest run can resolve
+BESIDE = 6  # of that, over which the power of neighbours is averaged
+CHOSEN = 5  # numbers of repetitions that are tried at every place
+
+
+def driven(run: Run) -> Array:
+    """Way from the start of the recording, m, shape (n,); of a part of it with that before."""
+    before = float(run.speed[0] * run.time[0])
+    return np.asarray(before + np.cumsum(run.speed) / RATE_HZ)
+
+
+def worked(run: Run) -> Array:
+    """Angle that the hitch has worked through from the start of a run, rad, shape (n,)."""
+    if not run.both_watched:
+        return driven(run) * USUAL_WORK_RAD_M
+    return np.asarray(np.cumsum(np.abs(run.yaw_rates["trailer"] - run.yaw_rates["car"])) / RATE_HZ)
+
+
+def left(run: Run, values: Values) -> Array:
+    """Share that is left of what fades over a way, or over an angle that the hitch works through.
+
+    The former exponentially, the latter as what wears by its own work. Shape (n,).
+    """
+    if "over_rad" in values:
+        return np.asarray(1.0 / (1.0 + worked(run) / max(values["over_rad"], 1e-3)))
+    return np.asarray(np.exp(-driven(run) / max(values["over_m"], 1.0)))
+
+
+def phases(names: Sequence[str]) -> tuple[Parameter, ...]:
+    """Repetitions, and where in one each run begins."""
+    often = Parameter("per_km", "1/km", 0.0, 0.2, 200.0, (10.0,), 0.02, 1e9)
+    each = (f"phase_{i + 1}_rad" for i in range(len(names)))
+    return (often, *(Parameter(p, "rad", 0.0, -20.0, 20.0, (0.0,), 0.2, 1e9) for p in each))
+
+
+def course(run: Run, values: Values, names: Sequence[str], behind_m: float = 0.0) -> Array:
+    """A sine along the road, as what is so far behind the car meets it; 0 in an unknown run."""
+    if run.name not in names:
+        return np.zeros(run.time.size)
+    phase = values[f"phase_{names.index(run.name) + 1}_rad"]
+    turns = values["per_km"] * (driven(run) - behind_m) / 1000.0
+    return np.asarray(np.sin(2.0 * np.pi * turns + phase))
+
+
+def comes_and_goes(place: str, names: Sequence[str]) -> Act:
+    """What a place of the road does each time."""
+
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        del windows
+        for slot, sign in SLOTS[place]:
+            behind = _behind(plant, slot) if place == AXLES else 0.0
+            sine = course(run, values, names, behind)
+            plant.add_series(slot, sign * values["gain"] * sine)
+
+    return act
+
+
+def _behind(plant: PlantInput, slot: str) -> float:
+    """How far an axle is behind the car's centre of gravity, m."""
+    at = {key: float(plant.body[i]) for i, key in enumerate(BODY)}
+    trailer = at["car.hitch_to_cog"] + at["trailer.hitch_to_cog"]
+    return {
+        "slip_car_front": -at["car.front_axle_to_cog"],
+        "slip_car_rear": at["car.rear_axle_to_cog"],
+        "slip_trailer_front": trailer - at["trailer.front_axle_to_cog"],
+        "slip_trailer_rear": trailer + at["trailer.rear_axle_to_cog"],
+    }[slot]
+
+
+def repetitions(runs: Sequence[Run], residuals: Sequence[Array]) -> list[float]:
+    """Repetitions for each kilometre that stand out in what a model leaves, the clearest first.
+
+    Parameters
+    ----------
+    runs, residuals
+        Of each run what is left, over its noise, shape (blocks x channels,).
+
+    Returns
+    -------
+    list of float
+        Where the power against the way, of all runs, is largest over that of its neighbours.
+    """
+    ways = [block_mean(driven(run)) / 1000.0 for run in runs]
+    longest = max(0.05, *(float(way[-1] - way[0]) for way in ways))
+    rates = np.arange(FEWEST, MOST, FINENESS / longest)
+    total = np.zeros(rates.size)
+    for way, flat in zip(ways, residuals, strict=True):
+        rest = flat.reshape(way.size, -1)
+        total += [np.sum(np.abs(np.exp(-2j * np.pi * r * way) @ rest) ** 2) for r in rates]
+    width = max(1, round(BESIDE / FINENESS))
+    around = np.convolve(np.pad(total, width, mode="edge"), np.ones(2 * width + 1), mode="valid")
+    found: list[float] = []
+    for i in np.argsort(-total / around):
+        peak = total[i] >= np.max(total[max(i - 1, 0) : i + 2])
+        if peak and all(abs(rates[i] - other) > 1.0 / longest for other in found):
+            found.append(float(rates[i]))
+    return found[:CHOSEN]
