@@ -405,6 +405,8 @@ class LawSearch:
             # the vehicle of the file leaves a larger misfit: the best of each start are kept
             begun = _best_of_each_law([*begun, *far[:SHORT_LIST]])
         found = close.side_by_side(lambda f: close.run(f, 10), begun)
+        if not course.fit.terms and min(f.chi2 / f.count for f in found) > NOISE_CLOSE:
+            found = [*found, *self._bent(_best_of_each_law(found)[:PAIRED_ON])]
         return self._shaped_for_a_reason(found, straight)
 
     def _begun_best(
@@ -461,13 +463,18 @@ class LawSearch:
             for term in self._sprung(_pairs(Linear(close, fit)))
         ]
         straight = self._gone_on(starts)
-        bent = [
-            replace(fit, terms=tuple(self._sprung([_like(fit.terms[-1], law)])))
-            for fit in straight
-            for law in refined(law_in(fit.terms[-1]))
-        ]
-        found = self._shaped_for_a_reason([*straight, *self._gone_on(bent)], ())
+        found = self._shaped_for_a_reason([*straight, *self._bent(straight)], ())
         return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
+
+    def _bent(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Laws in forms next to their own, each begun as it is."""
+        return self._gone_on(
+            [
+                replace(fit, terms=tuple(self._sprung([_like(fit.terms[-1], law)])))
+                for fit in fits
+                for law in refined(law_in(fit.terms[-1]))
+            ]
+        )
 
     def _gone_on(self, starts: Sequence[Fit]) -> list[Fit]:
         """Begun under the observer, and of the best laws gone on with."""
