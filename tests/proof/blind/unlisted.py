@@ -579,22 +579,22 @@ def damper_play(rng: Generator, u: float) -> Draw:
 
 def towbar_twist(rng: Generator, u: float) -> Draw:
     """A tow bar that twists the car's rear subframe: its wheels steer with the pull of the ball."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(1e-7, 3e-6, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(5e-7, 8e-6, u)
     return _draw("towbar_twist", size, "slip_car_rear", "side_force")
 
 
 def galloping(rng: Generator, u: float) -> Draw:
     """Air on a body with sharp edges: it drives a small side-slip, and resists a larger one."""
     at = round(float(rng.uniform(0.01, 0.04)), 4)
-    return _draw("galloping", log_between(2.0, 60.0, u), "force_trailer", "sideslip_trailer",
+    return _draw("galloping", log_between(8.0, 120.0, u), "force_trailer", "sideslip_trailer",
                  more_at=at)  # fmt: skip
 
 
 def rear_rack(rng: Generator, u: float) -> Draw:
     """Bicycles at the car's tail on a rack that is loose in its clamps: dry friction, then sway."""
-    at = round(float(rng.uniform(0.02, 0.15)), 3)
+    at = round(float(rng.uniform(0.02, 0.1)), 3)
     hz = round(float(rng.uniform(0.8, 2.0)), 3)
-    size = round(log_between(15.0, 110.0, u), 2)
+    size = round(log_between(30.0, 150.0, u), 2)
     return _draw(
         "rear_rack", size, "car force_car moment_car", "swing", more_at=at, more_frequency_hz=hz
     )
@@ -624,7 +624,7 @@ def jockey_wheel(rng: Generator, u: float) -> Draw:
 def counter_steer(rng: Generator, u: float) -> Draw:
     """Power steering that answers the trailer's yaw rate, as far as it may."""
     at = round(float(rng.uniform(0.02, 0.08)), 4)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.002, 0.1, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.008, 0.2, u)
     return _draw("counter_steer", size, "slip_car_front", "yaw_rate_trailer", more_at=at)
 
 
@@ -633,7 +633,7 @@ def concrete_slabs(rng: Generator, u: float) -> Draw:
     at = round(float(rng.uniform(8.0, 30.0)), 1)
     places = "slip_trailer force_trailer"
     variables = "slip_trailer sideslip_trailer distance"
-    return _draw("concrete_slabs", log_between(0.05, 0.7, u), places, variables, more_at=at)
+    return _draw("concrete_slabs", log_between(0.2, 0.8, u), places, variables, more_at=at)
 
 
 def leaking_load(rng: Generator, u: float) -> Draw:
@@ -644,20 +644,20 @@ def leaking_load(rng: Generator, u: float) -> Draw:
     at = round(float(rng.uniform(80.0, 400.0)), 1)
     places = "trailer force_trailer"
     variables = "lateral_acceleration_trailer roll_trailer distance"
-    return _draw("leaking_load", log_between(30.0, 700.0, u), places, variables, more_at=at)
+    return _draw("leaking_load", log_between(0.12, 0.6, u), places, variables, more_at=at)
 
 
 def worn_shoulders(rng: Generator, u: float) -> Draw:
     """The car's rear tyres are worn on one shoulder: they hold better one way than the other."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.02, 0.5, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 0.7, u)
     return _draw("worn_shoulders", size, "slip_car_rear", "slip_car_rear")
 
 
 def aligning_torque(rng: Generator, u: float) -> Draw:
     """Wide trailer tyres that turn the trailer after their slip, until their tread slides."""
-    at = round(float(rng.uniform(0.004, 0.015)), 4)
+    at = round(float(rng.uniform(0.006, 0.015)), 4)
     variables = "slip_trailer sideslip_trailer"
-    return _draw("aligning_torque", log_between(1e4, 4e5, u), "moment_trailer", variables,
+    return _draw("aligning_torque", log_between(3e4, 4e5, u), "moment_trailer", variables,
                  more_at=at)  # fmt: skip
 
 

@@ -224,8 +224,8 @@ MORE = (
 - side force 0.6 m behind the ball against the slip a there: k tanh(a/a0), N (rad)
 - angle of the car's front wheels with the trailer's yaw rate r: k r0 tanh(r/r0), s (rad/s)
 - share of the slip that the trailer's tyres lose and gain, k sin(2 pi s/L) after a distance s (m)
-- mass that a planar trailer has lost after a distance s: the force k (1 - exp(-s/s0)) times its
-  lateral acceleration acts at its COG with that acceleration, kg (m)
+- share of its mass m that a planar trailer has lost after a distance s: its lateral acceleration a
+  asks for less force, by k (1 - exp(-s/s0)) m a at its COG (m)
 - angle of the car's rear wheels with the size of their slip a: k |a|
 - yaw moment on the trailer with the mean slip a of its tyres: k a/(1 + (a/a0)^2), N m/rad (rad)
 """
