@@ -21,7 +21,7 @@ import recorder  # noqa: E402
 import unlisted  # noqa: E402
 
 from swaywatch.models import physics  # noqa: E402
-from swaywatch.models.multibody_vehicle import MORE  # noqa: E402
+from swaywatch.models.multibody_vehicle import MORE, static_loads  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +112,36 @@ def test_unlocked_slew_is_part_of_the_trailer():
         rest = plant.combination.trailer.yaw_inertia_kgm2
         assert rest > 0.0
         assert rest + plant.physics.more_size == pytest.approx(healthy.yaw_inertia_kgm2)
+
+
+def test_loose_rack_is_part_of_the_car():
+    """Mass, place of the COG, inertia and static loads are those of the car its user knows."""
+    index = [kind.__name__ for kind in unlisted.SETS["opened-eighth"]].index("rear_rack")
+    for turn in range(4):
+        at = index + turn * len(unlisted.SETS["opened-eighth"])
+        case = generate.draw_case(5, at, "opened-eighth")
+        plant, car = case.plant(), case.healthy.car
+        rest, mass = plant.combination.car, plant.physics.more_size
+        assert rest.mass_kg + mass == pytest.approx(car.mass_kg)
+        ahead = rest.hitch_to_cog_m - car.hitch_to_cog_m
+        assert ahead > 0.0
+        assert rest.mass_kg * ahead == pytest.approx(mass * car.hitch_to_cog_m)
+        assert rest.front.to_cog_m - rest.rear.to_cog_m == pytest.approx(
+            car.front.to_cog_m - car.rear.to_cog_m
+        )
+        inertia = rest.yaw_inertia_kgm2 + rest.mass_kg * ahead**2 + mass * car.hitch_to_cog_m**2
+        assert inertia == pytest.approx(car.yaw_inertia_kgm2)
+        loads = static_loads(plant.combination)
+        assert loads[:2] == pytest.approx(static_loads(case.healthy)[:2])
+
+
+def test_shares_of_the_eighth_set_leave_something():
+    """Whatever is drawn, a trailer keeps mass, and tyres keep grip."""
+    kinds = {kind.__name__: kind for kind in unlisted.SETS["opened-eighth"]}
+    for name in ("leaking_load", "concrete_slabs", "worn_shoulders"):
+        for strength in (0.4, 1.0):
+            size = kinds[name](np.random.default_rng(1), strength).value
+            assert 0.05 < abs(size) < 0.9
 
 
 def test_different_seeds_differ():

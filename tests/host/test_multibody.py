@@ -298,6 +298,18 @@ UNLISTED = {
     "stepping_horse": (300.0, 0.5),
     "hydro_bush": (0.4, 0.3),
     "loose_curtain": (30.0, 0.0),
+    "damper_play": (5000.0, 0.003),
+    "towbar_twist": (1e-6, 0.0),
+    "galloping": (60.0, 0.01),
+    "rear_rack": (80.0, 0.05),
+    "slow_actuator": (0.05, 0.15),
+    "sideslip_limiter": (2e5, 0.004),
+    "jockey_wheel": (1000.0, 0.02),
+    "counter_steer": (0.05, 0.04),
+    "concrete_slabs": (0.4, 16.0),
+    "leaking_load": (0.3, 100.0),
+    "worn_shoulders": (0.3, 0.0),
+    "aligning_torque": (1e5, 0.008),
 }
 CARGO = (
     "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
@@ -322,7 +334,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     rest = (here * motion.car_acceleration_m_s2 - along)[inner]
     # wheels are steered by up to 1.5 deg: their forces lean by that
     leans = 0.002 * np.abs(motion.wheel_fy_n).sum(axis=0).max()
-    on_the_car = kind in ("car_air", "roof_load", "bow_wave")
+    on_the_car = kind in ("car_air", "roof_load", "bow_wave", "rear_rack")
     assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
     side, moment = _rest_of_the_trailer(whole.trailer, motion)
     assert (np.abs(side[inner]).max() > 4.0 * leans) == (
@@ -330,7 +342,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         or kind
         in (
             "tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake",
-            "late_air", "loose_curtain",
+            "late_air", "loose_curtain", "galloping", "jockey_wheel", "leaking_load",
         )
     )  # fmt: skip
     turns = (
@@ -338,7 +350,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         "turning_load", "air_damping", "wedge_friction", "cam_centring", "stabiliser_windup",
         "gyro_stabiliser", "wake_shedding", "car_wake", "brake_cable", "rubber_coupling",
         "corner_steady", "late_air", "loose_curtain", "binding_brake", "glazing_pads",
-        "one_way_damper", "unlocked_slew",
+        "one_way_damper", "unlocked_slew", "damper_play", "jockey_wheel", "aligning_torque",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 
@@ -351,10 +363,13 @@ def _with(kind):
     return impulse(Multibody(reference_combination(), physics), 100.0, 20.0)
 
 
-@pytest.mark.parametrize(
-    "kind",
-    ["stabiliser_windup", "cam_centring", "gyro_stabiliser", "one_way_damper", "glazing_pads"],
-)
+PASSIVE = (
+    "stabiliser_windup", "cam_centring", "gyro_stabiliser", "one_way_damper", "glazing_pads",
+    "damper_play",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", PASSIVE)
 def test_passive_moments_put_no_energy_in(kind):
     motion = _with(kind)
     _, moment = _rest_of_the_trailer(reference_combination().trailer, motion)
@@ -647,6 +662,211 @@ def test_loose_curtain_fills_from_one_side(planar):
     assert side.min() < -200.0
     assert side.max() < 0.1 * -side.min()
     assert (side > 0.1 * side.min()).mean() > 0.3
+
+
+def test_damper_in_worn_eyes_does_nothing_within_their_play(planar):
+    """Outside it resists as the damper does whose strut is stiff."""
+    size, at = UNLISTED["damper_play"]
+    motion = _with("damper_play")
+    angle, rod = motion.trailer_yaw_rad - motion.yaw_rad, 0.0
+    said = np.zeros_like(angle)
+    for i, turned in enumerate(angle):
+        pressed = turned - rod
+        said[i] = -1e5 * np.sign(pressed) * max(abs(pressed) - at, 0.0)
+        rod -= 0.002 * said[i] / size
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    assert np.abs(said).max() > 200.0
+    assert (said == 0.0)[motion.time_s > 0.5].mean() > 0.2
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+    small = _changed(planar, 1.0, more="damper_play", more_size=size, more_at=at)
+    assert np.abs(small).max() < 1e-9
+
+
+def test_tow_bar_twists_the_rear_axle_with_the_pull_at_the_ball(planar):
+    """Its wheels' slip is that of their place, less the angle of the force 30 ms before."""
+    size, _ = UNLISTED["towbar_twist"]
+    motion = _with("towbar_twist")
+    angle = _steered(motion, planar.combination.car, 2)
+    pull = np.interp(motion.time_s - 0.03, motion.time_s, -motion.hitch_y_n)
+    inner = slice(100, -100)
+    assert np.abs(size * pull).max() > 5e-4
+    assert np.abs(angle - size * pull)[inner].max() < 0.1 * size * np.abs(pull).max()
+
+
+def test_sharp_edges_drive_a_small_sideslip_and_resist_a_larger_one(planar):
+    size, at = UNLISTED["galloping"]
+    motion = _with("galloping")
+    side, _ = _rest_of_the_trailer(planar.combination.trailer, motion)
+    part = (_sideslip_of_the_trailer(motion, planar.combination) / at) ** 2
+    drives = side * np.sign(_sideslip_of_the_trailer(motion, planar.combination))
+    pressure = 0.6 * motion.speed_m_s**2
+    said = size * pressure * at * np.sqrt(part) * (1.0 - part) / (1.0 + part)
+    assert said.max() > 50.0
+    assert said.min() < -200.0
+    assert np.abs(drives - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def _without_rack(whole, mass_kg):
+    """The car less a mass above its ball: as `_without_rack` of the concealed cases, from sums."""
+    car = whole.car
+    rest = car.mass_kg - mass_kg
+    ahead = mass_kg * car.hitch_to_cog_m / rest
+    inertia = car.yaw_inertia_kgm2 - mass_kg * car.hitch_to_cog_m**2 - rest * ahead**2
+    lighter = replace(
+        car, mass_kg=rest, yaw_inertia_kgm2=inertia, hitch_to_cog_m=car.hitch_to_cog_m + ahead,
+        front=replace(car.front, to_cog_m=car.front.to_cog_m - ahead),
+        rear=replace(car.rear, to_cog_m=car.rear.to_cog_m - ahead),
+    )  # fmt: skip
+    return replace(whole, car=lighter)
+
+
+def test_rack_that_is_held_is_a_part_of_the_car(planar):
+    """With friction that never slips the whole is the combination that its user knows."""
+    mass = UNLISTED["rear_rack"][0]
+    whole = _without_rack(planar.combination, mass)
+    held = Physics(more="rear_rack", more_size=mass, more_at=8.0, more_frequency_hz=12.0)
+    loose = replace(held, more_at=0.05, more_frequency_hz=1.2)
+    healthy = impulse(planar, 100.0, 20.0).yaw_rate_rad_s
+    off, swings, without = (
+        np.abs(impulse(Multibody(whole, physics), 100.0, 20.0).yaw_rate_rad_s - healthy).max()
+        for physics in (held, loose, Physics())
+    )
+    assert off < 0.1 * without
+    assert swings > 0.5 * without
+
+
+def test_actuator_follows_the_yaw_rate_no_faster_than_it_can(planar):
+    size, at = UNLISTED["slow_actuator"]
+    motion = _with("slow_actuator")
+    travel = _sideslip_of_the_trailer(motion, planar.combination)
+    place = planar.combination.trailer.front.to_cog_m
+    travel = travel + place * motion.trailer_yaw_rate_rad_s / motion.speed_m_s
+    angle = travel - motion.wheel_slip_rad[4]
+    rate = np.gradient(angle, 0.002)[50:-50]
+    assert 0.9 * size * at < np.abs(rate).max() < 1.1 * size * at
+    assert (np.abs(rate) > 0.9 * size * at).mean() > 0.05
+    small = impulse(
+        Multibody(planar.combination, Physics(more="slow_actuator", more_size=size, more_at=at)),
+        100.0, 1.0,
+    )  # fmt: skip
+    fast = impulse(
+        Multibody(planar.combination, Physics(more="slow_actuator", more_size=size, more_at=1e3)),
+        100.0, 1.0,
+    )  # fmt: skip
+    assert np.abs(small.trailer_yaw_rate_rad_s - fast.trailer_yaw_rate_rad_s).max() < 1e-9
+
+
+def test_sideslip_limiter_turns_the_car_to_where_it_goes(planar):
+    size, at = UNLISTED["sideslip_limiter"]
+    motion, car = _with("sideslip_limiter"), planar.combination.car
+    sideslip = motion.wheel_slip_rad[2] - car.rear.to_cog_m * motion.yaw_rate_rad_s / (
+        motion.speed_m_s
+    )
+    said = size * np.sign(sideslip) * np.clip(np.abs(sideslip) - at, 0.0, None)
+    known = car.front.to_cog_m * motion.wheel_fy_n[:2].sum(axis=0)
+    known = known + car.rear.to_cog_m * motion.wheel_fy_n[2:4].sum(axis=0)
+    known = known - car.hitch_to_cog_m * motion.hitch_y_n
+    moment = car.yaw_inertia_kgm2 * np.gradient(motion.yaw_rate_rad_s, 0.002) - known
+    assert np.abs(said).max() > 300.0
+    assert (said == 0.0).mean() > 0.3
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_jockey_wheel_scrubs_at_the_nose(planar):
+    """No harder than it can; its moment is its force at its place."""
+    size, at = UNLISTED["jockey_wheel"]
+    motion, trailer = _with("jockey_wheel"), planar.combination.trailer
+    side, moment = _rest_of_the_trailer(trailer, motion)
+    ahead = trailer.hitch_to_cog_m - 0.6
+    slip = _sideslip_of_the_trailer(motion, planar.combination)
+    slip = slip + ahead * motion.trailer_yaw_rate_rad_s / motion.speed_m_s
+    said = -size * np.tanh(slip / at)
+    assert 0.3 * size < np.abs(said).max() < size
+    assert np.abs(side - said)[50:-50].max() < 0.15 * np.abs(said).max()
+    assert np.abs(moment - ahead * said)[50:-50].max() < 0.1 * ahead * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_counter_steer_goes_as_far_as_it_may(planar, sense):
+    size, at = sense * UNLISTED["counter_steer"][0], UNLISTED["counter_steer"][1]
+    plant = Multibody(planar.combination, Physics(more="counter_steer", more_size=size, more_at=at))
+    motion = impulse(plant, 100.0, 20.0)
+    angle = _steered(motion, planar.combination.car, 0)
+    said = size * at * np.tanh(motion.trailer_yaw_rate_rad_s / at)
+    assert 0.6 * abs(size) * at < np.abs(said).max()
+    assert np.abs(angle - said)[50:-50].max() < 0.03 * abs(size) * at
+
+
+def test_slabs_take_and_give_grip_along_the_road(planar):
+    size, at = UNLISTED["concrete_slabs"]
+    motion, trailer = _with("concrete_slabs"), planar.combination.trailer
+    force = motion.wheel_fy_n[4:6].sum(axis=0)
+    travel = _sideslip_of_the_trailer(motion, planar.combination)
+    travel = travel + trailer.front.to_cog_m * motion.trailer_yaw_rate_rad_s / motion.speed_m_s
+    grip = 1.0 - size * np.sin(2.0 * np.pi * _way(motion) / at)
+    said = -trailer.front.cornering_stiffness_n_rad * travel * grip
+    even = -trailer.front.cornering_stiffness_n_rad * travel
+    assert np.abs(force - said)[50:-50].max() < 0.03 * np.abs(force).max()
+    assert np.abs(force - even)[50:-50].max() > 0.15 * np.abs(force).max()
+
+
+def test_trailer_that_has_lost_its_load_is_a_lighter_one(planar):
+    """Of less mass, which is what its swing and its hitch force show in the end."""
+    size, _ = UNLISTED["leaking_load"]
+    trailer = planar.combination.trailer
+    lighter = replace(trailer, mass_kg=trailer.mass_kg * (1.0 - size))
+    light = replace(planar.combination, trailer=lighter)
+    lost = _changed(planar, more="leaking_load", more_size=size, more_at=1e-1)
+    lighter = impulse(Multibody(light), 100.0, 20.0).trailer_yaw_rate_rad_s
+    lighter = lighter - impulse(planar, 100.0, 20.0).trailer_yaw_rate_rad_s
+    assert np.abs(lost - lighter).max() < 0.2 * np.abs(lighter).max()
+    later = _changed(planar, more="leaking_load", more_size=size, more_at=1e6)
+    assert np.abs(later).max() < 0.01 * np.abs(lighter).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_worn_shoulders_hold_better_one_way(planar, sense):
+    size, axle = sense * UNLISTED["worn_shoulders"][0], planar.combination.car.rear
+    plant = Multibody(planar.combination, Physics(more="worn_shoulders", more_size=size))
+    motion = impulse(plant, 100.0, 20.0)
+    angle = _steered(motion, planar.combination.car, 2)
+    travel = motion.wheel_slip_rad[2] + angle
+    for way in (travel > 0.003, travel < -0.003):
+        stiffness = -motion.wheel_fy_n[2:4].sum(axis=0)[way] / travel[way]
+        expected = axle.cornering_stiffness_n_rad * (1.0 - size * np.sign(travel[way]))
+        assert way.sum() > 100
+        assert stiffness == pytest.approx(expected, rel=0.02)
+
+
+def test_aligning_torque_fades_as_the_tread_slides(planar):
+    size, at = UNLISTED["aligning_torque"]
+    motion = _with("aligning_torque")
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    slip = motion.wheel_slip_rad[4:].mean(axis=0)
+    said = size * slip / (1.0 + (slip / at) ** 2)
+    assert np.abs(slip).max() > 1.3 * at
+    assert np.abs(said).max() == pytest.approx(0.5 * size * at, rel=0.01)
+    assert np.abs(moment - said)[50:-50].max() < 0.15 * np.abs(said).max()
+
+
+def _steered(motion, car, wheel):
+    """Angle of the car's axle with this wheel beside the driver's, from how both axles slip."""
+    axles, other = {0: car.front, 2: car.rear}, 2 - wheel
+    slip = {i: motion.wheel_slip_rad[i : i + 2].mean(axis=0) for i in (0, 2)}
+    slip[0] = slip[0] + motion.road_wheel_rad
+    apart = axles[wheel].to_cog_m - axles[other].to_cog_m
+    return slip[other] + apart * motion.yaw_rate_rad_s / motion.speed_m_s - slip[wheel]
+
+
+def _sideslip_of_the_trailer(motion, whole):
+    """At its COG, from the motion of the ball, rad."""
+    v, car = motion.speed_m_s, whole.car
+    across = v * motion.wheel_slip_rad[2:4].mean(axis=0)
+    across = across - (car.hitch_to_cog_m + car.rear.to_cog_m) * motion.yaw_rate_rad_s
+    angle = motion.trailer_yaw_rad - motion.yaw_rad
+    along = v * np.cos(angle) + across * np.sin(angle)
+    across = across * np.cos(angle) - v * np.sin(angle)
+    return (across - whole.trailer.hitch_to_cog_m * motion.trailer_yaw_rate_rad_s) / along
 
 
 def _rest_of_the_trailer(trailer, motion):

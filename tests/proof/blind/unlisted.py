@@ -1,11 +1,13 @@
-"""Sixty-eight kinds of physics that no library lists: six to build on, the rest to open once.
+"""Eighty kinds of physics that no library lists: six to build on, the rest to open once.
 
 Written down before the discovery was tried on any of them (the third and the fourth six on
 2026-11-23, the fifth six on 2026-11-24, each after the six before had been opened and learnt from;
 the next sixteen on 2026-11-26 by someone who had not seen how laws are searched for, the next
-twelve the same day by someone who knew of the search what DESIGN.md and CHANGELOG.md say, the last
+twelve the same day by someone who knew of the search what DESIGN.md and CHANGELOG.md say, the next
 ten on 2026-11-27 from what happens to trailers on the road, by someone who had seen of the search
-some lines of DESIGN.md and CHANGELOG.md and the package's plant, `plant_law.h`).
+some lines of DESIGN.md and CHANGELOG.md and the package's plant, `plant_law.h`; the last twelve the
+same day, from the same, by someone who had seen of the search nothing but the words of places and
+variables and the titles of changes to it).
 A kind counts as found where a law is claimed at one of its places and of one of its variables
 (`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
 two variables in phase are one. Values of the file are exact and all sensors there: within
@@ -20,7 +22,21 @@ from typing import Any
 from effects import Draw, log_between
 from numpy.random import Generator
 
-from swaywatch.models.multibody_vehicle import Combination, Physics
+from swaywatch.models.multibody_vehicle import GRAVITY, Combination, Physics
+
+
+def _without_rack(whole: Combination, mass_kg: float) -> Combination:
+    """The combination less a mass above the ball, whose weight goes on resting on the car."""
+    car = whole.car
+    rest = car.mass_kg - mass_kg
+    ahead = mass_kg * car.hitch_to_cog_m / rest  # of the COG of what is left
+    inertia = car.yaw_inertia_kgm2 - mass_kg * car.hitch_to_cog_m * (car.hitch_to_cog_m + ahead)
+    lighter = replace(
+        car, mass_kg=rest, yaw_inertia_kgm2=inertia, hitch_to_cog_m=car.hitch_to_cog_m + ahead,
+        front=replace(car.front, to_cog_m=car.front.to_cog_m - ahead),
+        rear=replace(car.rear, to_cog_m=car.rear.to_cog_m - ahead),
+    )  # fmt: skip
+    return replace(whole, car=lighter, nose_load_n=whole.nose_load_n + mass_kg * GRAVITY)
 
 
 def _draw(name: str, size: float, places: str, variables: str, **more: float) -> Draw:
@@ -37,7 +53,7 @@ def _draw(name: str, size: float, places: str, variables: str, **more: float) ->
         if name == "two_tanks":
             rest = trailer.yaw_inertia_kgm2 - size * more["slosh_position_m"] ** 2
             return replace(whole, trailer=replace(trailer, yaw_inertia_kgm2=rest))
-        return whole
+        return _without_rack(whole, size) if name == "rear_rack" else whole
 
     def physics(healthy: Physics) -> Physics:
         return replace(healthy, **settings)
@@ -554,6 +570,97 @@ def loose_curtain(rng: Generator, u: float) -> Draw:
     return _draw("loose_curtain", size, "force_trailer moment_trailer", "sideslip_trailer")
 
 
+def damper_play(rng: Generator, u: float) -> Draw:
+    """A damper strut beside the drawbar in worn eyes: it resists once their play is used up."""
+    at = round(float(rng.uniform(0.002, 0.012)), 4)
+    variables = "articulation articulation_rate"
+    return _draw("damper_play", log_between(1e3, 2e4, u), "hitch", variables, more_at=at)
+
+
+def towbar_twist(rng: Generator, u: float) -> Draw:
+    """A tow bar that twists the car's rear subframe: its wheels steer with the pull of the ball."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(5e-7, 8e-6, u)
+    return _draw("towbar_twist", size, "slip_car_rear", "side_force")
+
+
+def galloping(rng: Generator, u: float) -> Draw:
+    """Air on a body with sharp edges: it drives a small side-slip, and resists a larger one."""
+    at = round(float(rng.uniform(0.01, 0.04)), 4)
+    return _draw("galloping", log_between(8.0, 120.0, u), "force_trailer", "sideslip_trailer",
+                 more_at=at)  # fmt: skip
+
+
+def rear_rack(rng: Generator, u: float) -> Draw:
+    """Bicycles at the car's tail on a rack that is loose in its clamps: dry friction, then sway."""
+    at = round(float(rng.uniform(0.02, 0.1)), 3)
+    hz = round(float(rng.uniform(0.8, 2.0)), 3)
+    size = round(log_between(30.0, 150.0, u), 2)
+    return _draw(
+        "rear_rack", size, "car force_car moment_car", "swing", more_at=at, more_frequency_hz=hz
+    )
+
+
+def slow_actuator(rng: Generator, u: float) -> Draw:
+    """Trailer axles that are steered by its yaw rate, no faster than their actuator can."""
+    at = round(float(rng.uniform(0.05, 0.3)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.003, 0.15, u)
+    return _draw("slow_actuator", size, "slip_trailer", "yaw_rate_trailer", more_at=at)
+
+
+def sideslip_limiter(rng: Generator, u: float) -> Draw:
+    """A stability controller that brakes a side of a car which slips sideways by too much."""
+    at = round(float(rng.uniform(0.003, 0.01)), 4)
+    size = log_between(2e4, 6e5, u)
+    return _draw("sideslip_limiter", size, "moment_car", "sideslip_car", more_at=at)
+
+
+def jockey_wheel(rng: Generator, u: float) -> Draw:
+    """A jockey wheel that was left down, seized in its swivel: it scrubs sideways at the nose."""
+    at = round(float(rng.uniform(0.01, 0.05)), 4)
+    places, variables = "force_trailer moment_trailer", "sideslip_trailer yaw_rate_trailer"
+    return _draw("jockey_wheel", log_between(100.0, 3000.0, u), places, variables, more_at=at)
+
+
+def counter_steer(rng: Generator, u: float) -> Draw:
+    """Power steering that answers the trailer's yaw rate, as far as it may."""
+    at = round(float(rng.uniform(0.02, 0.08)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.008, 0.2, u)
+    return _draw("counter_steer", size, "slip_car_front", "yaw_rate_trailer", more_at=at)
+
+
+def concrete_slabs(rng: Generator, u: float) -> Draw:
+    """A road of slabs that lie hollow: the trailer's tyres grip more and less along each."""
+    at = round(float(rng.uniform(8.0, 30.0)), 1)
+    places = "slip_trailer force_trailer"
+    variables = "slip_trailer sideslip_trailer distance"
+    return _draw("concrete_slabs", log_between(0.2, 0.8, u), places, variables, more_at=at)
+
+
+def leaking_load(rng: Generator, u: float) -> Draw:
+    """Gravel or water that a trailer loses along the road.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(80.0, 400.0)), 1)
+    places = "trailer force_trailer"
+    variables = "lateral_acceleration_trailer roll_trailer distance"
+    return _draw("leaking_load", log_between(0.12, 0.6, u), places, variables, more_at=at)
+
+
+def worn_shoulders(rng: Generator, u: float) -> Draw:
+    """The car's rear tyres are worn on one shoulder: they hold better one way than the other."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 0.7, u)
+    return _draw("worn_shoulders", size, "slip_car_rear", "slip_car_rear")
+
+
+def aligning_torque(rng: Generator, u: float) -> Draw:
+    """Wide trailer tyres that turn the trailer after their slip, until their tread slides."""
+    at = round(float(rng.uniform(0.006, 0.015)), 4)
+    variables = "slip_trailer sideslip_trailer"
+    return _draw("aligning_torque", log_between(3e4, 4e5, u), "moment_trailer", variables,
+                 more_at=at)  # fmt: skip
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
@@ -578,10 +685,14 @@ SEVENTH = (
     puncture, one_way_damper, unlocked_slew, yaw_reference, loose_curtain, stepping_horse,
     binding_brake, hydro_bush, glazing_pads, wandering_ruts,
 )  # fmt: skip
+EIGHTH = (
+    damper_play, towbar_twist, galloping, rear_rack, slow_actuator, sideslip_limiter, jockey_wheel,
+    counter_steer, concrete_slabs, leaking_load, worn_shoulders, aligning_torque,
+)  # fmt: skip
 SETS = {
     "build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND, "opened-third": THIRD,
     "opened-fourth": FOURTH, "opened-fifth": FIFTH, "opened-sixth": SIXTH,
-    "opened-seventh": SEVENTH,
+    "opened-seventh": SEVENTH, "opened-eighth": EIGHTH,
 }  # fmt: skip
 
 

@@ -72,8 +72,10 @@ AIR_DENSITY, SIDE_AREA = 1.2, 5.0
     WIRE_STEERING, BRAKE_CABLE, RUBBER_COUPLING, TOW_MODE, CORNER_STEADY, TWO_TANKS, WISHBONE_BUSH,
     BOW_WAVE, ELASTIC_DRAWBAR, SWAY_ASSIST, LATE_AIR, LOOSE_U_BOLTS, PUNCTURE, BINDING_BRAKE,
     GLAZING_PADS, ONE_WAY_DAMPER, UNLOCKED_SLEW, WANDERING_RUTS, YAW_REFERENCE, STEPPING_HORSE,
-    HYDRO_BUSH, LOOSE_CURTAIN,
-) = range(1, 69)  # fmt: skip
+    HYDRO_BUSH, LOOSE_CURTAIN, DAMPER_PLAY, TOWBAR_TWIST, GALLOPING, REAR_RACK, SLOW_ACTUATOR,
+    SIDESLIP_LIMITER, JOCKEY_WHEEL, COUNTER_STEER, CONCRETE_SLABS, LEAKING_LOAD, WORN_SHOULDERS,
+    ALIGNING_TORQUE,
+) = range(1, 81)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -86,6 +88,8 @@ CORNER_BEHIND_M, CORNER_RIGHT_M, CURTAIN_BEHIND_M = 2.0, 0.9, 1.0
 SWAY_S, DRAWBAR_S = 0.6, 0.004  # of the mean of a swing; damping over stiffness of a drawbar
 ASKED_BASE_M, ASKED_M_S = 2.7, 28.0  # of the car that a stability controller believes it is in
 STEP_M, STEP_M_S2 = 0.15, 1.0  # how far horses step, and for which acceleration
+STRUT_NM_RAD, TOWBAR_S, ACTUATOR_S = 1e5, 0.03, 0.1
+NOSE_BEHIND_BALL_M = 0.6
 LOST_M_S2 = 1e4  # accelerations of a combination that has left the road
 SPEED_GAIN, INTEGRAL_GAIN = 0.8, 0.2  # of the driver who holds the speed, 1/s and 1/s2
 _G = 9.81
@@ -354,6 +358,8 @@ def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> f
         angle = _beyond(slip, g[G_MORE_AT])
     elif kind == HYDRO_BUSH:
         angle = z[Z_MORE] - slip
+    elif kind == COUNTER_STEER:
+        angle = g[G_MORE_AT] * math.tanh(out[O_RATE2] / g[G_MORE_AT])
     return float(angle)
 
 
@@ -363,8 +369,10 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
     kind, angle = g[G_MORE], 0.0
     if kind == REAR_STEERS:
         angle = out[O_STEER]
-    elif kind == REAR_CONTROL:
+    elif kind in (REAR_CONTROL, TOWBAR_TWIST):
         angle = z[Z_MORE]
+    elif kind == WORN_SHOULDERS:
+        angle = abs(slip)
     elif kind == REAR_BUSH_PLAY:
         angle = math.tanh(slip / g[G_MORE_AT])
     elif kind == BENT_RIM and wheel == REAR_LEFT:
@@ -379,18 +387,22 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
 @njit(cache=True)
 def _more_of_trailer_axles(g: Any, z: Any, wheel: int, slip: float, out: Any) -> float:
     """The same of the trailer's axles."""
-    kind, size = g[G_MORE], g[G_MORE_SIZE]
+    kind, size, angle = g[G_MORE], g[G_MORE_SIZE], 0.0
     if kind == BEARING_PLAY:
-        return float(size * math.tanh(slip / (1.2 * size)))
-    if kind == TRAILER_STEERS:
-        return float(size * (out[O_YAW2] - out[O_YAW1]))
-    if kind == COMMAND_STEERING:
-        return float(size * out[O_RATE1])
-    if kind in (AXLE_HYSTERESIS, ROLL_HYSTERESIS, CASTER_AXLE, WIRE_STEERING, LOOSE_U_BOLTS):
-        return float(size * z[Z_MORE])
-    if kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
-        return float(size * z[Z_MORE] * slip)
-    return 0.0
+        angle = size * math.tanh(slip / (1.2 * size))
+    elif kind == TRAILER_STEERS:
+        angle = size * (out[O_YAW2] - out[O_YAW1])
+    elif kind == COMMAND_STEERING:
+        angle = size * out[O_RATE1]
+    elif kind == CONCRETE_SLABS:
+        angle = size * math.sin(TURN * z[Z_MORE] / g[G_MORE_AT]) * slip
+    elif kind in (
+        AXLE_HYSTERESIS, ROLL_HYSTERESIS, CASTER_AXLE, WIRE_STEERING, LOOSE_U_BOLTS, SLOW_ACTUATOR,
+    ):  # fmt: skip
+        angle = size * z[Z_MORE]
+    elif kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
+        angle = size * z[Z_MORE] * slip
+    return float(angle)
 
 
 @njit(cache=True)
@@ -427,6 +439,8 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = size * math.tanh(rate / SLOW_RAD_S) / (1.0 + z[Z_MORE] / at)
     elif kind == ONE_WAY_DAMPER:
         moment = size * max(math.copysign(1.0, size) * rate, 0.0)
+    elif kind == DAMPER_PLAY:
+        moment = STRUT_NM_RAD * _beyond(angle - z[Z_MORE], at)
     return float(moment)
 
 
@@ -451,26 +465,31 @@ def _more_of_trailer(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * (r - z[Z_MORE])
     elif kind == UNLOCKED_SLEW:
         moment = at * math.tanh(z[Z_MORE] / SLOW_RAD_S)
+    elif kind == ALIGNING_TORQUE:
+        slip = 0.25 * (out[O_SLIP + 4] + out[O_SLIP + 5] + out[O_SLIP + 6] + out[O_SLIP + 7])
+        moment = size * slip / (1.0 + (slip / at) ** 2)
     return float(moment)
 
 
 @njit(cache=True)
 def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
     """Yaw moment on the car, N m."""
-    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+    kind, size, at, moment = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT], 0.0
     if kind == CAR_BRAKES:
-        return float(size * _beyond(rate, at))
-    if kind == LOCKED_AXLE:
-        return float(-size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0))))
-    if kind == TORQUE_VECTORING:
-        return float(size * math.tanh(out[O_STEER] / at))
-    if kind == SWAY_ASSIST:
-        return float(-size * out[O_RATE1] * min(max(z[Z_MORE] / at - 1.0, 0.0), 1.0))
-    if kind == YAW_REFERENCE:
+        moment = size * _beyond(rate, at)
+    elif kind == LOCKED_AXLE:
+        moment = -size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0)))
+    elif kind == TORQUE_VECTORING:
+        moment = size * math.tanh(out[O_STEER] / at)
+    elif kind == SWAY_ASSIST:
+        moment = -size * out[O_RATE1] * min(max(z[Z_MORE] / at - 1.0, 0.0), 1.0)
+    elif kind == YAW_REFERENCE:
         v = out[O_SPEED]
         asked = v * out[O_STEER] / (ASKED_BASE_M * (1.0 + (v / ASKED_M_S) ** 2))
-        return float(-size * _beyond(out[O_RATE1] - asked, at))
-    return 0.0
+        moment = -size * _beyond(out[O_RATE1] - asked, at)
+    elif kind == SIDESLIP_LIMITER:
+        moment = size * _beyond(_sideslip(out), at)
+    return float(moment)
 
 
 @njit(cache=True)
@@ -489,18 +508,29 @@ def _more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = omega * omega * (out[O_RATE1] - z[Z_MORE])
         zdot[Z_MORE + 1] -= 2.0 * ARMS_DAMPING * omega * z[Z_MORE + 1]
-    elif kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS):
-        zdot[Z_MORE] = out[O_SPEED]
-    elif kind in (PUNCTURE, BINDING_BRAKE):
-        zdot[Z_MORE] = (1.0 - z[Z_MORE]) * out[O_SPEED] / at
-    elif kind == GLAZING_PADS:
-        zdot[Z_MORE] = abs(rate)
+    elif kind == DAMPER_PLAY:
+        zdot[Z_MORE] = _more_at_hitch(g, z, rate, out) / g[G_MORE_SIZE]
+    elif kind == SLOW_ACTUATOR:
+        zdot[Z_MORE] = min(max((out[O_RATE2] - z[Z_MORE]) / ACTUATOR_S, -at), at)
     elif kind == PUMP_CATCH:
         zdot[Z_MORE] = (out[O_STEER] - z[Z_MORE]) / RATE_S
     elif kind == SWAY_ASSIST:
         zdot[Z_MORE] = (abs(out[O_RATE1]) - z[Z_MORE]) / SWAY_S
     else:
+        _more_of_way(g, z, zdot, rate, out)
         _more_of_sway(g, z, zdot, out)
+
+
+@njit(cache=True)
+def _more_of_way(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
+    """What grows with the distance, or with what pads have rubbed."""
+    kind = g[G_MORE]
+    if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS):
+        zdot[Z_MORE] = out[O_SPEED]
+    elif kind in (PUNCTURE, BINDING_BRAKE, LEAKING_LOAD):
+        zdot[Z_MORE] = (1.0 - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
+    elif kind == GLAZING_PADS:
+        zdot[Z_MORE] = abs(rate)
 
 
 @njit(cache=True)
@@ -553,9 +583,22 @@ def _more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any
     if kind == ROOF_LOAD:
         pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
         return float(size * pull)
+    if kind in (REAR_RACK, JOCKEY_WHEEL, LEAKING_LOAD):
+        return float(size * _more_beside_air(g, z, beta, out))
     if kind == LATE_AIR:
         zdot[Z_MORE] = (beta - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
     return float(-size * pressure * _more_of_flow(g, z, beta, out))
+
+
+@njit(cache=True)
+def _more_beside_air(g: Any, z: Any, beta: float, out: Any) -> float:
+    """Side force of a loose rack, of a wheel at the nose, of mass that is lost, over its size."""
+    if g[G_MORE] == REAR_RACK:
+        return _pull_of_rack(g, z)
+    if g[G_MORE] == JOCKEY_WHEEL:
+        slip = beta + _ahead(g) * out[O_RATE2] / out[O_SPEED]
+        return -math.tanh(slip / g[G_MORE_AT])
+    return float(z[Z_MORE] * g[G_TRAILER_MASS] * z[Z_ROLL + 2] / g[G_TRAILER_ROLL_GAIN])
 
 
 @njit(cache=True)
@@ -571,17 +614,28 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
     elif kind == WAKE_SHEDDING:
         angle = -z[Z_MORE]
     elif kind == CAR_WAKE:
-        angle = -math.atan2(_across(out, O_CAR_VX), out[O_SPEED])
+        angle = -_sideslip(out)
+    elif kind == GALLOPING:
+        part = (beta / g[G_MORE_AT]) ** 2
+        angle = -beta * (1.0 - part) / (1.0 + part)
     elif kind == LOOSE_CURTAIN:
         angle = max(math.copysign(1.0, g[G_MORE_SIZE]) * beta, 0.0)
     return float(angle)
 
 
 @njit(cache=True)
-def _across(out: Any, column: int) -> float:
-    """Part of a world velocity, from this column on, across the car."""
+def _sideslip(out: Any) -> float:
+    """Of the car's COG, rad."""
     c, s = math.cos(out[O_YAW1]), math.sin(out[O_YAW1])
-    return float(c * out[column + 1] - s * out[column])
+    return math.atan2(c * out[O_CAR_VY] - s * out[O_CAR_VX], out[O_SPEED])
+
+
+@njit(cache=True)
+def _pull_of_rack(g: Any, z: Any) -> float:
+    """Acceleration with which the car's tail holds what swings there, m/s2."""
+    omega = g[G_MORE_HZ]
+    slides = g[G_MORE_AT] * math.tanh(z[Z_MORE + 1] / SLIDES_M_S)
+    return float(omega * omega * z[Z_MORE] + slides)
 
 
 @njit(cache=True)
@@ -729,15 +783,22 @@ def _drag_corner(g: Any, view: Any, trailer: int, at: Any, out: Any) -> None:
 @njit(cache=True)
 def _ahead(g: Any) -> float:
     """Place of a side force ahead of its body's COG, m."""
-    if g[G_MORE] == WAKE_SHEDDING:
-        return -EDDIES_BEHIND_M
-    if g[G_MORE] == BOW_WAVE:
-        return -TAIL_BEHIND_M
-    if g[G_MORE] == CAR_WAKE:
-        return NOSE_AHEAD_M
-    if g[G_MORE] == LOOSE_CURTAIN:
-        return -CURTAIN_BEHIND_M
-    return AIR_AHEAD_M if g[G_MORE] == LATE_AIR else 0.0
+    kind, ahead = g[G_MORE], 0.0
+    if kind == WAKE_SHEDDING:
+        ahead = -EDDIES_BEHIND_M
+    elif kind == BOW_WAVE:
+        ahead = -TAIL_BEHIND_M
+    elif kind == CAR_WAKE:
+        ahead = NOSE_AHEAD_M
+    elif kind == LOOSE_CURTAIN:
+        ahead = -CURTAIN_BEHIND_M
+    elif kind == LATE_AIR:
+        ahead = AIR_AHEAD_M
+    elif kind == REAR_RACK:
+        ahead = -g[G_CAR_LEVER]
+    elif kind == JOCKEY_WHEEL:
+        ahead = g[G_TRAILER_LEVER] - NOSE_BEHIND_BALL_M
+    return float(ahead)
 
 
 @njit(cache=True)
@@ -778,7 +839,7 @@ def _bodies(
     if g[G_MORE] == CORNER_STEADY:
         _drag_corner(g, view, trailer, at, out)
         return
-    if g[G_MORE] in (CAR_AIR, ROOF_LOAD, BOW_WAVE):
+    if g[G_MORE] in (CAR_AIR, ROOF_LOAD, BOW_WAVE, REAR_RACK):
         beta1 = math.atan2(c1 * cog1[4] - s1 * cog1[3], v1)
         side1 = _more_side(g, z, zdot, beta1, 0.5 * AIR_DENSITY * v1 * v1, out)
         _push(view, CAR, cog1, -s1 * side1, c1 * side1, 0.0)
@@ -860,6 +921,9 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - across1
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+    if g[G_MORE] == REAR_RACK:
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = -_pull_of_rack(g, z) - across1 + lever * yaw1
     if g[G_MORE] == TWO_TANKS:
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -_pull_behind(g, z) - across2 + g[G_SLOSH_X] * yaw2
@@ -869,6 +933,9 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - yaw2
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+    if g[G_MORE] == TOWBAR_TWIST:  # nothing else acts on this trailer than its tyres
+        pull = g[G_TRAILER_MASS] * across2 - np.sum(out[O_FY + 4 : O_FY + 8])
+        zdot[Z_MORE] = (pull - z[Z_MORE]) / TOWBAR_S
     if g[G_MORE] == UNLOCKED_SLEW:  # its yaw rate less the trailer's
         zdot[Z_MORE] = -yaw2
         zdot[Z_MORE] -= g[G_MORE_AT] / g[G_MORE_SIZE] * math.tanh(z[Z_MORE] / SLOW_RAD_S)

@@ -117,6 +117,9 @@ MORE = (
     "wishbone_bush", "bow_wave", "elastic_drawbar", "sway_assist", "late_air", "loose_u_bolts",
     "puncture", "binding_brake", "glazing_pads", "one_way_damper", "unlocked_slew",
     "wandering_ruts", "yaw_reference", "stepping_horse", "hydro_bush", "loose_curtain",
+    "damper_play", "towbar_twist", "galloping", "rear_rack", "slow_actuator", "sideslip_limiter",
+    "jockey_wheel", "counter_steer", "concrete_slabs", "leaking_load", "worn_shoulders",
+    "aligning_torque",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -206,6 +209,25 @@ MORE = (
   (s)
 - area times the slope of the trailer's air force with a side-slip b to one side:
   |k| max(b sign k, 0), 1 m behind its COG, m2/rad
+- moment about the ball of a damper behind a stiff strut with play, against the articulation g:
+  100 kN m/rad e, e = (|g - z| - g0) sign(g - z) beyond the play, else 0, k dz/dt the same moment,
+  N m s/rad (rad either way)
+- angle of the car's rear wheels, planar bodies only, with the side force of the car on the
+  trailer, 30 ms late, rad/N
+- area times the slope of the trailer's air force with the side-slip b, x = b/b0:
+  F = k p b0 x (1 - x^2)/(1 + x^2), m2/rad (rad where it turns)
+- mass above the ball, of the car, that swings sideways with dry friction and no other damping, kg
+  (m/s2, Hz)
+- angle of the trailer's axles with its yaw rate r: k z, dz/dt = (r - z)/(0.1 s), no more than r1, s
+  (rad/s2)
+- yaw moment on the car with its side-slip b beyond b0: k (|b| - b0) sign b, N m/rad (rad)
+- side force 0.6 m behind the ball against the slip a there: k tanh(a/a0), N (rad)
+- angle of the car's front wheels with the trailer's yaw rate r: k r0 tanh(r/r0), s (rad/s)
+- share of the slip that the trailer's tyres lose and gain, k sin(2 pi s/L) after a distance s (m)
+- share of its mass m that a planar trailer has lost after a distance s: its lateral acceleration a
+  asks for less force, by k (1 - exp(-s/s0)) m a at its COG (m)
+- angle of the car's rear wheels with the size of their slip a: k |a|
+- yaw moment on the trailer with the mean slip a of its tyres: k a/(1 + (a/a0)^2), N m/rad (rad)
 """
 
 
