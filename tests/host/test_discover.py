@@ -526,7 +526,7 @@ def test_a_controller_that_compares_two_motions_is_found() -> None:
         name: {"value": value, "low": 1.1 * value, "high": 0.9 * value}
         for name, value in (("gain", -3e4), ("second_share", -5.0))
     }
-    assert "yaw rate of the car less 5.0 +- 0.5 times the steering angle" in sentence(law, rows)
+    assert "yaw rate of the car less 5.00 +- 0.50 times the steering angle" in sentence(law, rows)
 
 
 def test_what_comes_and_goes_along_the_road_is_found_with_a_phase_for_each_run() -> None:

@@ -70,7 +70,7 @@ PAIRED = 8  # laws of two variables that are begun from each vehicle
 PAIRED_ON = 4  # of them that are continued
 NOISE_CLOSE = 1.15  # reduced chi-square under the observer up to which one variable is enough
 SHORT_LIST = 12  # laws that are fitted under the observer
-SCREENED = 48  # laws that are begun, of those that a vehicle promises most of to first order
+SCREENED = 64  # laws that are begun, of those that a vehicle promises most of to first order
 STRONGER, WEAKER = 4.0, 0.25  # times its initial size at which a law is looked at too
 RESHAPED = 2  # times that the form of a law is looked for
 BEGUN = 3  # iterations of their fits; the best of them are continued
@@ -358,8 +358,7 @@ class LawSearch:
             return True
         if self._plain:
             return False
-        terms = self._sprung([term for law in all_laws() for term in _begun(law)])
-        terms = [look for term in terms for look in _looks(term)]
+        terms = self._sprung([look for law in all_laws() for look in _looks(_begun(law)[0])])
         gains = course.promises(terms)
         return any(self._enough_promised(t.effect, g) for t, g in zip(terms, gains, strict=True))
 
