@@ -18,6 +18,7 @@ from swaywatch.diagnose.model import _entries, terms_of
 from swaywatch.discover.find import (
     SCREENED,
     SWINGING,
+    Discovery,
     Laws,
     LawSearch,
     _begun,
@@ -39,6 +40,7 @@ from swaywatch.discover.grammar import (
     grammar,
     law_of,
 )
+from swaywatch.discover.inputs import missing_inputs
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
@@ -421,6 +423,14 @@ def silent(stage: str, share: float) -> None:
     del stage, share
 
 
+def seen_as_the_law_says(found: Discovery) -> None:
+    """The missing force as the runs show it, without the law, is what the law makes."""
+    for run in missing_inputs(found)["runs"]:
+        shown, made = np.array(run["value"]), np.array(run["law"])
+        assert np.corrcoef(shown, made)[0, 1] > 0.97
+        assert shown @ made / (made @ made) == pytest.approx(1.05, abs=0.15)
+
+
 def test_a_hitch_spring_is_found() -> None:
     truth = ActiveEffect(effect_of(Law("hitch", "articulation")), (4000.0,))
     found = Laws([searched((truth,))]).discover([], silent)
@@ -428,6 +438,7 @@ def test_a_hitch_spring_is_found() -> None:
     assert (found.law.place, found.law.motion, found.law.shape) == (
         "hitch", "articulation", "straight",
     )  # fmt: skip
+    seen_as_the_law_says(found)
     error = np.sqrt(found.fit.covariance[0, 0])
     assert abs(found.term.values[0] - 4000.0) < 5.0 * error
     for vehicle, library_, law in found.kept_out:
@@ -522,6 +533,7 @@ def test_a_controller_that_compares_two_motions_is_found() -> None:
         "moment_car", "straight", "instant",
     )  # fmt: skip
     assert {found.law.motion, found.law.second} == {"yaw_rate_car", "steer"}
+    seen_as_the_law_says(found)
     rows = {
         name: {"value": value, "low": 1.1 * value, "high": 0.9 * value}
         for name, value in (("gain", -3e4), ("second_share", -5.0))
@@ -546,7 +558,7 @@ def test_what_comes_and_goes_along_the_road_is_found_with_a_phase_for_each_run()
         "axles", "distance", "periodic",
     )  # fmt: skip
     values = found.term.as_dict()
-    assert values["per_km"] == pytest.approx(17.3, abs=0.05)
+    assert values["repetitions_per_km"] == pytest.approx(17.3, abs=0.05)
     assert abs(values["gain"]) == pytest.approx(0.003, rel=0.05)
     again = effect_of_form(str(found.term.effect.extra["form"]))
     assert [p.name for p in again.parameters] == [p.name for p in effect.parameters]

@@ -517,7 +517,7 @@ def _numbers(law: Law) -> tuple[Parameter, ...]:
     if law.response in BY_THE_WAY:
         way = Parameter("over_m", "m", 1e6, 20.0, 2e4, (250.0,), 30.0, 1e9)
         work = Parameter("over_rad", "rad", 1e3, 0.02, 50.0, (0.5,), 0.05, 1e9)
-        found.append(work if (law.place, law.motion) == ("hitch", "articulation_rate") else way)
+        found.append(work if rubs_at_hitch(law) else way)
     if law.second:
         found.append(_second_share(law))
     if law.response == LAGGED:
@@ -526,6 +526,12 @@ def _numbers(law: Law) -> tuple[Parameter, ...]:
     if law.response == TRANSIENT:
         found.append(Parameter("lag_s", "s", 1e3, 0.02, 3.0, (0.3,), 0.03, 1e9))
     return tuple(found)
+
+
+def rubs_at_hitch(law: Law) -> bool:
+    """Whether something at the hitch works itself in, or fades, with the angle worked through."""
+    hitch = (law.place, law.motion) == ("hitch", "articulation_rate")
+    return hitch and law.response in BY_THE_WAY
 
 
 def _second_share(law: Law) -> Parameter:
@@ -588,7 +594,7 @@ def curve(shape: str, z: Array, bend: float) -> Array:
 
 def formula(law: Law) -> str:
     """The law in symbols."""
-    symbol = MOTIONS[law.motion].symbol if law.motion != DISTANCE else "1"
+    symbol = MOTIONS[law.motion].symbol
     if law.second:
         symbol = f"({symbol} + share x {MOTIONS[law.second].symbol})"
     nonlinear = {
@@ -612,7 +618,12 @@ def formula(law: Law) -> str:
         1: f" (v / {SPEED_M_S:g} m/s)",
         2: f" (v / {SPEED_M_S:g} m/s)^2",
     }[law.power]
-    return f"{left} = gain x {nonlinear}{speed}" + _WHEN[law.response]
+    when = (
+        _WHEN[law.response].replace("way", "angle") if rubs_at_hitch(law) else _WHEN[law.response]
+    )
+    if law.motion == DISTANCE:
+        return f"{left} = gain{speed}{when}"
+    return f"{left} = gain x {nonlinear}{speed}{when}"
 
 
 _WHEN = {

@@ -1,9 +1,9 @@
 """The missing force itself: the input at a place that explains the runs, with its error over time.
 
 Linear least squares of pulses under the observer (`diagnose/evidence/locate.py`): the channels'
-responses to a pulse at the place are simulated, and the amplitudes of all pulses, the values of the
-file and the initial state are solved for together, each with its prior. No law enters into it, so
-that a law can be compared with it.
+responses to a pulse at the place are simulated, and the amplitudes of all pulses and the initial
+state are solved for together, the vehicle as it was fitted beside the law. The law itself does not
+enter into it, so that it can be compared with it.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from swaywatch.discover.grammar import (
     BODIES,
     HEADINGS,
     ID,
+    LAGGED,
     MOTIONS,
     PERIODIC,
     PLACES,
@@ -34,7 +35,7 @@ from swaywatch.discover.grammar import (
     curve,
     share_by_the_way,
 )
-from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, course, driven
+from swaywatch.discover.way import DISTANCE, SLOTS, course, driven
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, simulate
@@ -74,7 +75,7 @@ def place_of(law: Law) -> str:
     """The place at which an unknown input shows a law best."""
     if law.place in BODIES:
         return f"{'moment' if law.motion == 'turn' else 'force'}_{law.place}"
-    return {"tyres": "moment_car", AXLES: "slip_trailer"}.get(law.place, law.place)
+    return "moment_car" if law.place == "tyres" else law.place
 
 
 def missing_inputs(found: Discovery) -> dict[str, Any]:
@@ -84,7 +85,9 @@ def missing_inputs(found: Discovery) -> dict[str, Any]:
     without = tuple(t for t in found.fit.terms if t.effect.id != ID)
     fit = Fit(without, found.fit.nuisance, found.fit.shift)
     fitter = Fitter(replace(found.search.problem, observer=OBSERVER))
-    missing = Locator(fitter, fit).course(free_input(place), ridge=RIDGE, pulse_s=PULSE_S)
+    missing = Locator(fitter, fit).course(
+        free_input(place), ridge=RIDGE, pulse_s=PULSE_S, held=True
+    )
     runs = []
     for index, run in enumerate(fitter.problem.runs):
         edges = missing.edges[index]
@@ -98,13 +101,16 @@ def missing_inputs(found: Discovery) -> dict[str, Any]:
         ) -> list[float]:
             return list((np.bincount(bins, values, size) / count).astype(float))
 
+        law_there = None if moved is None else mean(valued(found, moved, run))
+        value = missing.amplitude[index][:, 0]
+        if law.motion == DISTANCE and law_there is not None:
+            value = value + np.mean(law_there) - np.mean(value)  # a constant cannot be seen
         runs.append(
             {
-                "run": run.name, "time_s": middle.tolist(),
-                "value": missing.amplitude[index][:, 0].tolist(),
+                "run": run.name, "time_s": middle.tolist(), "value": value.tolist(),
                 "standard_error": missing.error[index][:, 0].tolist(),
                 "motion": None if moved is None else mean(moved),
-                "law": None if moved is None else mean(valued(found, moved, run)),
+                "law": law_there,
             }
         )  # fmt: skip
     unit = MOTIONS[law.motion].unit if law.motion in MOTIONS else ""
@@ -185,16 +191,19 @@ def changed(z: Array, lag_s: float) -> Array:
 
 
 def valued(found: Discovery, z: Array, run: Run) -> Array:
-    """The law (without its lag) over the course of its variable, shape (n,)."""
+    """The law over the course of its variable, shape (n,)."""
     law = found.law
     values = found.term.as_dict()
-    if law.response == TRANSIENT:
-        z = changed(z, values["lag_s"])
     if law.response == PERIODIC:
         names = [each.name for each in found.search.problem.runs]
         return np.asarray(values["gain"] * course(run, values, names))
     if law.motion == DISTANCE:
         return np.asarray(values["gain"] * share_by_the_way(law, run, values))
+    if law.response == TRANSIENT:
+        z = changed(z, values["lag_s"])
     bent = curve(law.shape, z, values.get("bend", values.get("other_side", 1.0)))
     share = share_by_the_way(law, run, values)
-    return np.asarray(values["gain"] * bent * (run.speed / SPEED_M_S) ** law.power * share)
+    force = values["gain"] * bent * (run.speed / SPEED_M_S) ** law.power * share
+    if law.response == LAGGED and values["lag_s"] > 0.0:
+        force = force - changed(force, values["lag_s"])
+    return np.asarray(force)

@@ -8,6 +8,7 @@ from typing import Any
 
 from swaywatch.discover.grammar import (
     BY_THE_WAY,
+    FADING,
     FRICTION,
     GROWING,
     INSTANT,
@@ -69,6 +70,9 @@ def _at_hitch(law: Law, gain: float) -> str:
     """What acts at the hitch otherwise than a spring or a damper."""
     if law.place != "hitch":
         return ""
+    if law.response in BY_THE_WAY:
+        fades = "friction or a damper that fades: pads that glaze, oil that grows hot"
+        return fades if law.response == FADING else "friction or a damper that works itself in"
     if law.shape == "dead zone":
         return "a stop: contact at large articulation"
     if law.shape in SIDES:
@@ -83,8 +87,11 @@ def energy(law: Law, gain: float) -> str:
     """Whether the law can supply energy to the motion."""
     if law.swings:
         return "stores energy and dissipates it by its own damping: passive"
-    if law.motion == law.place:
-        return "is a compliance under the tyre side force: passive"
+    if law.motion in (DISTANCE, law.place):
+        return {
+            DISTANCE: "acts from outside, whatever the motion",
+            law.place: "is a compliance under the tyre side force: passive",
+        }[law.motion]
     stores, loses, sign = _WORKS.get(law.place, ("", "", 0.0))
     if law.motion == stores and law.shape == "rubbing":
         return (
@@ -92,7 +99,7 @@ def energy(law: Law, gain: float) -> str:
             if sign * gain < 0.0
             else "supplies energy to the motion, taken from the forward motion or from an actuator"
         )
-    at_once = law.response == INSTANT
+    at_once = law.response in (INSTANT, *BY_THE_WAY) and not law.second
     if law.motion == stores and at_once and not law.power:
         return "stores energy and returns it: passive"
     if law.motion == loses and at_once and sign * gain < 0.0:
@@ -119,10 +126,14 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     per = motion.unit if not order else f"({motion.unit}){order}"
     words = f"{place.words}: {_range(gain, factor)} {unit}"
     words += (
-        f" per {per} of the {motion.words}" if law.motion != DISTANCE else ", whatever the motion"
+        f" per {per} of the {motion.words}"
+        if law.motion != DISTANCE
+        else ", whatever the motion and the speed"
     )
     words += _second(law, parameters) + shape
     words += _shape(law, parameters)
+    if law.motion == DISTANCE:
+        return words + _response(law, parameters)
     words += {
         -1: f", at {SPEED_M_S:g} m/s, inversely proportional to the speed",
         0: ", independent of speed",
@@ -153,7 +164,7 @@ def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         over = f"{parameters['over_m']['value']:.0f} m"
         return f", {'two thirds of it' if growing else 'a third of it left'} after the first {over}"
     if law.response == PERIODIC:
-        often = parameters["per_km"]
+        often = parameters["repetitions_per_km"]
         return f", {_range(often)} times for each kilometre, every {1000.0 / often['value']:.1f} m"
     if law.response == INSTANT or "lag_s" not in parameters:
         return ""

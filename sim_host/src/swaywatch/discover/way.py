@@ -73,7 +73,7 @@ def left(run: Run, values: Values) -> Array:
 
 def phases(names: Sequence[str]) -> tuple[Parameter, ...]:
     """Repetitions, and where in one each run begins."""
-    often = Parameter("per_km", "1/km", 0.0, 0.2, 200.0, (10.0,), 0.02, 1e9)
+    often = Parameter("repetitions_per_km", "1/km", 0.0, 0.2, 200.0, (10.0,), 0.02, 1e9)
     each = (f"phase_{i + 1}_rad" for i in range(len(names)))
     return (often, *(Parameter(p, "rad", 0.0, -20.0, 20.0, (0.0,), 0.2, 1e9) for p in each))
 
@@ -83,7 +83,7 @@ def course(run: Run, values: Values, names: Sequence[str], behind_m: float = 0.0
     if run.name not in names:
         return np.zeros(run.time.size)
     phase = values[f"phase_{names.index(run.name) + 1}_rad"]
-    turns = values["per_km"] * (driven(run) - behind_m) / 1000.0
+    turns = values["repetitions_per_km"] * (driven(run) - behind_m) / 1000.0
     return np.asarray(np.sin(2.0 * np.pi * turns + phase))
 
 

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 AT_ONCE = 4 * LANES  # pulses in memory at a time
 PULSE_S = 1.0
+HELD = 1e12  # weight of a belief that does not move
 MOST_AT_ONCE = 8  # windows that a course begins with
 MOST_FAINT = 4  # windows of a run whose single pulses do not stand out
 LONGEST = 0.5  # of a run: what lasts longer is no window
@@ -139,19 +140,30 @@ class Locator:
             ]
         return found
 
-    def _prior(self, size: int, pulses: int) -> tuple[Array, Array]:
-        """Weights of the beliefs, shape (size, size), and their pull to what is believed."""
+    def _prior(self, size: int, pulses: int, held: bool) -> tuple[Array, Array]:
+        """Weights of the beliefs, shape (size, size), and their pull to what is believed.
+
+        `held`: the vehicle stays as it was fitted.
+        """
         weight, pull = np.zeros((size, size)), np.zeros(size)
         beliefs = self.fitter.problem.beliefs
         at = slice(pulses, pulses + len(beliefs))
-        weight[at, at] = beliefs.weight
-        pull[at] = beliefs.pull(self.fit.shift)
+        weight[at, at] = HELD * np.eye(len(beliefs)) if held else beliefs.weight
+        pull[at] = 0.0 if held else beliefs.pull(self.fit.shift)
         return weight, pull
 
     def course(
-        self, effect: Effect, ridge: float = 1e-3, pulse_s: float | None = None
+        self,
+        effect: Effect,
+        ridge: float = 1e-3,
+        pulse_s: float | None = None,
+        *,
+        held: bool = False,
     ) -> AmplitudeCourse:
-        """Least-squares amplitudes of pulses of one effect, as long as its module has them."""
+        """Least-squares amplitudes of pulses of one effect, as long as its module has them.
+
+        With the vehicle `held` as it was fitted; otherwise within what is believed of it.
+        """
         pulse_s = pulse_s or float(str(effect.extra.get("pulse_s", PULSE_S)))
         runs = self.fitter.problem.runs
         edges, amplitude, error, gain = [], [], [], 0.0
@@ -164,7 +176,7 @@ class Locator:
             k = a.shape[1]
             full = np.hstack([a, self.background[r]])
             normal = full.T @ full
-            weight, pull = self._prior(full.shape[1], k)
+            weight, pull = self._prior(full.shape[1], k, held)
             prior = weight[k:, k:].copy()
             right = full.T @ self.base[r] + pull
             cross, nuisance = normal[k:, :k], normal[k:, k:] + prior
