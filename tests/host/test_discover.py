@@ -366,6 +366,11 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             (-12000.0, 0.01, -SPEED / (2.7 * (1.0 + (SPEED / 28.0) ** 2))),
         ),
         (
+            Physics(more="damper_play", more_size=6000.0, more_at=0.006),
+            # a strut of 100 kN m/rad before a damper of 6 kN m s/rad
+            Law("hitch", "articulation", "dead zone", response="transient"), (1e5, 0.006, 0.06),
+        ),
+        (
             Physics(more="glazing_pads", more_size=900.0, more_at=0.4),
             Law("hitch", "articulation_rate", "saturating", response="fading"),
             (900.0 / 0.005, 0.005, 0.4),

@@ -44,6 +44,7 @@ SLIDING = "hysteretic"
 FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a state too
 ROLLS = ("roll_car", "roll_trailer")
 DEFLECTIONS = ("articulation", *ROLLS)
+IN_SERIES = (SHAPES[0], "saturating", "dead zone")  # shapes of a spring before a damper
 KEEPING = (*FRICTION, WAITING)  # shapes that keep the one state of a law
 BENDS = (1, 2, 6, 10)  # shapes with a bend
 LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times bend
@@ -269,6 +270,10 @@ NONLINEAR_ONLY = (
 )
 
 
+#: Dampers beside the drawbar whose eyes or valves have play or give way.
+STRUTS = tuple(Law("hitch", "articulation", s, response=TRANSIENT) for s in IN_SERIES)
+
+
 def law_of(spec: str) -> Law:
     """The law of a string written by `Law.spec`."""
     try:
@@ -321,7 +326,7 @@ def _moves(law: Law) -> Act:
         plant.scalar("law_speed_power", float(law.power))
         rate = law.motion == "steer_rate"
         plant.scalar("law_lag", RATE_S if rate else max(values.get("lag_s", 0.0), 0.0))
-        plant.scalar("law_transient", float(rate or law.response == TRANSIENT))
+        plant.scalar("law_transient", 1.0 if rate else 2.0 * (law.response == TRANSIENT))
         if law.response in BY_THE_WAY:
             plant.add_series("law", share_by_the_way(law, run, values) - 1.0)
         for motion, share in MADE_OF.get(law.motion, {law.motion: 1.0}).items():
@@ -705,9 +710,11 @@ def _forms(place: str, motion: str) -> tuple[Law, ...]:
     ]
     if single:
         return tuple(found)
-    late = [Law(place, motion, s, p, LAGGED) for s in shapes if s not in KEEPING for p in powers]
-    others = [Law(place, motion, power=p, response=r) for r in (TRANSIENT, FADING) for p in powers]
-    return (*found, *late, *others)
+    free = [shape for shape in shapes if shape not in KEEPING]
+    # a transient shape is that of a spring in series with a damper: its force makes the damper go
+    late = [Law(place, motion, s, p, LAGGED) for s in free for p in powers]
+    late += [Law(place, motion, s, p, TRANSIENT) for s in IN_SERIES for p in powers]
+    return (*found, *late, *(Law(place, motion, power=p, response=FADING) for p in powers))
 
 
 def plainer(law: Law) -> Law | None:
@@ -728,7 +735,8 @@ def all_laws() -> tuple[Law, ...]:
     straight = [Law(p, m, power=w) for p, ms in PAIRS.items() for m, ws in ms.items() for w in ws]
     nonlinear = [law for one in straight for law in refined(one)]
     # two slopes are looked for where one side, or both alike, were found
-    begun = (law for law in (*straight, *nonlinear, *NONLINEAR_ONLY) if law.shape != UNEVEN)
+    listed = (*straight, *nonlinear, *NONLINEAR_ONLY, *STRUTS)
+    begun = (law for law in listed if law.shape != UNEVEN)
     return tuple(dict.fromkeys(begun))
 
 

@@ -106,7 +106,9 @@ SCALARS = (
     "law_bend",  # what it depends on, where it saturates or the dead zone ends
     "law_speed_power",  # -1, 0, 1 or 2
     "law_lag",  # s
-    "law_transient",  # 1: of what it depends on only what has changed within the lag counts
+    # 1: of what it depends on only what has changed within the lag counts; 2: as a spring that
+    # has the shape of the law makes a damper give way
+    "law_transient",
     *(f"law_of_{name}" for name in LAW_OF),  # weights of what it depends on
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass

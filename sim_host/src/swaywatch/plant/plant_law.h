@@ -58,7 +58,6 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
         z += e[E_LAW_OF_ARTICULATION + j] * of[j];
     }
     const V lag = e[E_LAW_LAG], passing = e[E_LAW_TRANSIENT];
-    const V followed = z;
     z = NAME(choose)(passing > 0.0, z - x[X_LAW], z);
     const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
     const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
@@ -71,8 +70,10 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
     value /= NAME(choose)(power < 0.0, faster, NAME(all)(1.0));
-    const V goal = NAME(choose)(passing > 0.0, followed, value);
-    const V late = (goal - x[X_LAW]) / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
+    // what is transient is a damper in series with a spring, which may have play or give way
+    V pulls = NAME(choose)(passing > 0.0, z, value - x[X_LAW]);
+    pulls = NAME(choose)(passing > 1.0, bent, pulls);
+    const V late = pulls / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
     dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, rate, e), NAME(where)(lag, late));
     dx[X_LAW] = NAME(choose)(waits == 0.0, NAME(followed_swing)(x[X_LAW], z), dx[X_LAW]);
     // one state: what goes with the heading has neither lag nor friction, nor does it wait

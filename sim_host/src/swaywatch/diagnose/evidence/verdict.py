@@ -206,14 +206,19 @@ def _beyond(search: Search, fit: Fit) -> Fit:
     return joint.fit(replace(fit, terms=(*fit.terms, *terms), shift=shift), len(terms))
 
 
-def _wrong_values(search: Search, base: Fit, fit: Fit) -> Fit:
-    """The fit with values of the file beyond their bounds as active effects, where they stand.
+def _bent(search: Search, fit: Fit) -> bool:
+    """More than noise is left, and values of the file have bent to make up for what is missing.
 
-    Where more than noise is left, values have bent to make up for what is missing; beside the
-    user's own simulation our plant is a correction, and always leaves something.
+    What the form of a right effect leaves, however strong the effect, does not bend the vehicle.
+    Beside the user's own simulation our plant is a correction, and always leaves something.
     """
-    stands = explained(base, fit) or not search.problem.free_start
-    return _beyond(search, fit) if stands else fit
+    more = reduced_chi_square(fit) > UNEXPLAINED_ABOVE
+    return search.problem.free_start and more and _values_beyond(search, fit)
+
+
+def _wrong_values(search: Search, fit: Fit) -> Fit:
+    """The fit with values of the file beyond their bounds as active effects, where they stand."""
+    return fit if _bent(search, fit) else _beyond(search, fit)
 
 
 def _counteract(search: Search, fit: Fit) -> bool:
@@ -438,7 +443,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     if not best.fit.terms or best.evidence < least:
         best, base = plain, plain.fit
         search = max(paths, key=lambda p: p.search.weighed(p.base).evidence).search
-    found = _wrong_values(search, base, best.fit)
+    found = _wrong_values(search, best.fit)
     if not found.terms:
         result = Verdict(
             "consistent", plain.fit, plain.fit, search.problem,
@@ -477,7 +482,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     )  # fmt: skip
     # beside the user's own simulation our plant is a correction, and what it leaves is said beside
     # the claim
-    if search.problem.free_start and not explained(base, fit):
+    if search.problem.free_start and (not explained(base, fit) or _bent(search, fit)):
         result.word = "unexplained"
     return result
 
