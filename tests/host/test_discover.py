@@ -44,7 +44,7 @@ from swaywatch.discover.inputs import missing_inputs
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
-from swaywatch.discover.way import driven, repetitions
+from swaywatch.discover.way import driven, repetitions, stretch
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
 from swaywatch.effects.runs import Run
@@ -408,11 +408,11 @@ def test_laws_agree_with_an_independent_simulator(
         return float(np.std(found - judged) / np.std(judged))
 
     without = off(own)
-    runs = ("r",) if law.response == "periodic" else ()
-    term = ActiveEffect(effect_of(law, runs=runs), values)
     rates = dict(zip(("car", "trailer"), judged.T, strict=True))
     run = Run("r", time, dict.fromkeys(("car_yaw_rate", "trailer_yaw_rate"), time), {}, 15.0)
     run.speed, run.yaw_rates = motion.speed_m_s, rates
+    runs = (stretch(run),) if law.response == "periodic" else ()
+    term = ActiveEffect(effect_of(law, runs=runs), values)
     term.effect.act(own, run, term.as_dict(), ())
     assert off(own) < 0.02
     assert off(own) < 0.25 * without
@@ -549,7 +549,7 @@ def test_a_controller_that_compares_two_motions_is_found() -> None:
 def test_what_comes_and_goes_along_the_road_is_found_with_a_phase_for_each_run() -> None:
     """How often is seen in what the vehicle leaves; every axle in turn, as it comes there."""
     law = Law("axles", "distance", response="periodic")
-    runs = tuple(run.name for run in synthetic((), 3).runs)
+    runs = tuple(map(stretch, synthetic((), 3).runs))
     effect = effect_of(law, runs=runs)
     search = searched((ActiveEffect(effect, (0.003, 17.3, *np.linspace(0.4, 2.0, len(runs)))),))
     left_over = [
@@ -698,6 +698,11 @@ def test_words() -> None:
     assert "one way only" in suggestion(damper, 3100.0)
     assert "chain" in suggestion(replace(spring, shape="positive side"), 3100.0)
     rubs = replace(spring, shape="rubbing")
+    assert "eyes are worn" in suggestion(
+        replace(spring, shape="dead zone", response="transient"), 3100.0
+    )
+    fades = Law("hitch", "articulation_rate", "saturating", response="fading")
+    assert effect_of(fades).equation.endswith("/ (1 + angle worked / over)")
     assert "against its rate" in sentence(rubs, {"gain": row["gain"]})
     assert "worn coupling" in suggestion(rubs, 3100.0)
     assert "dissipates" in energy(rubs, 3100.0)

@@ -59,7 +59,7 @@ from swaywatch.discover.grammar import (
     plainer,
     refined,
 )
-from swaywatch.discover.way import DISTANCE, ROAD_PLACES, repetitions
+from swaywatch.discover.way import DISTANCE, ROAD_PLACES, repetitions, stretch
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
 from swaywatch.plant.lanes import BODY
@@ -500,7 +500,7 @@ class LawSearch:
 
     def _waves(self, near: Linear, rate: float) -> list[tuple[float, ActiveEffect]]:
         """What one number of repetitions promises at each place, and values to begin with."""
-        runs = tuple(run.name for run in near.fitter.problem.runs)
+        runs = tuple(map(stretch, near.fitter.problem.runs))
         effects = [
             effect_of(Law(place, DISTANCE, response=PERIODIC), runs=runs) for place in ROAD_PLACES
         ]

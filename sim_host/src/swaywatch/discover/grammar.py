@@ -623,9 +623,7 @@ def formula(law: Law) -> str:
         1: f" (v / {SPEED_M_S:g} m/s)",
         2: f" (v / {SPEED_M_S:g} m/s)^2",
     }[law.power]
-    when = (
-        _WHEN[law.response].replace("way", "angle") if rubs_at_hitch(law) else _WHEN[law.response]
-    )
+    when = (_AT_HITCH if rubs_at_hitch(law) else _WHEN)[law.response]
     if law.motion == DISTANCE:
         return f"{left} = gain{speed}{when}"
     return f"{left} = gain x {nonlinear}{speed}{when}"
@@ -638,6 +636,10 @@ _WHEN = {
     GROWING: " x (1 - exp(-way / over))",
     FADING: " x exp(-way / over)",
     PERIODIC: " x sin(2 pi repetitions x way + phase)",
+}
+_AT_HITCH = {
+    GROWING: " x (1 - 1 / (1 + angle worked / over))",
+    FADING: " / (1 + angle worked / over)",
 }
 
 

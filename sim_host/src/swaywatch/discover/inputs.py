@@ -35,7 +35,7 @@ from swaywatch.discover.grammar import (
     curve,
     share_by_the_way,
 )
-from swaywatch.discover.way import DISTANCE, SLOTS, course, driven
+from swaywatch.discover.way import DISTANCE, SLOTS, course, driven, stretch
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, simulate
@@ -190,18 +190,31 @@ def changed(z: Array, lag_s: float) -> Array:
     return np.asarray(z - lfilter([1.0 - kept], [1.0, -kept], z))
 
 
+def stretched(shape: str, z: Array, bend: float, lag_s: float) -> Array:
+    """Deflection of a spring before a damper, which its force makes give way, shape (n,)."""
+    span = np.linspace(-1.0, 1.0, 4001) * 2.0 * (np.max(np.abs(z)) + 1e-9)
+    force = curve(shape, span, bend)
+    state, share = 0.0, 1.0 - math.exp(-1.0 / (RATE_HZ * max(lag_s, 1e-3)))
+    found = np.empty_like(z)
+    for i, value in enumerate(z):
+        found[i] = value - state
+        state += share * float(np.interp(found[i], span, force))
+    return found
+
+
 def valued(found: Discovery, z: Array, run: Run) -> Array:
     """The law over the course of its variable, shape (n,)."""
     law = found.law
     values = found.term.as_dict()
     if law.response == PERIODIC:
-        names = [each.name for each in found.search.problem.runs]
+        names = [stretch(each) for each in found.search.problem.runs]
         return np.asarray(values["gain"] * course(run, values, names))
     if law.motion == DISTANCE:
         return np.asarray(values["gain"] * share_by_the_way(law, run, values))
+    bend = values.get("bend", values.get("other_side", 1.0))
     if law.response == TRANSIENT:
-        z = changed(z, values["lag_s"])
-    bent = curve(law.shape, z, values.get("bend", values.get("other_side", 1.0)))
+        z = stretched(law.shape, z, bend, values["lag_s"])
+    bent = curve(law.shape, z, bend)
     share = share_by_the_way(law, run, values)
     force = values["gain"] * bent * (run.speed / SPEED_M_S) ** law.power * share
     if law.response == LAGGED and values["lag_s"] > 0.0:

@@ -41,6 +41,12 @@ _OF_SLIP = {
 _MORE = {side: f", only while that is {side.removesuffix(' side')}" for side in SIDES} | {
     "rubbing": ", against its rate at any speed of it (friction that grows with the deflection)"
 }
+_AT_HITCH = {
+    TRANSIENT: "a damper in elastic eyes",
+    "play": "a damper whose eyes are worn: it resists once their play is used up",
+    FADING: "friction or a damper that fades: pads that glaze, oil that grows hot",
+    GROWING: "friction or a damper that works itself in",
+}
 _UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
 
 
@@ -70,9 +76,9 @@ def _at_hitch(law: Law, gain: float) -> str:
     """What acts at the hitch otherwise than a spring or a damper."""
     if law.place != "hitch":
         return ""
-    if law.response in BY_THE_WAY:
-        fades = "friction or a damper that fades: pads that glaze, oil that grows hot"
-        return fades if law.response == FADING else "friction or a damper that works itself in"
+    if law.response in _AT_HITCH:
+        play = law.response == TRANSIENT and law.shape == "dead zone"
+        return _AT_HITCH["play" if play else law.response]
     if law.shape == "dead zone":
         return "a stop: contact at large articulation"
     if law.shape in SIDES:

@@ -71,6 +71,12 @@ def left(run: Run, values: Values) -> Array:
     return np.asarray(np.exp(-driven(run) / max(values["over_m"], 1.0)))
 
 
+def stretch(run: Run) -> str:
+    """What tells a run, or a stretch of one, from others: also of files that have one name."""
+    speed = float(run.channels["speed"][0]) if "speed" in run.channels else 0.0
+    return f"{run.name} from {run.time[0]:.2f} s at {speed:.6f} m/s"
+
+
 def phases(names: Sequence[str]) -> tuple[Parameter, ...]:
     """Repetitions, and where in one each run begins."""
     often = Parameter("repetitions_per_km", "1/km", 0.0, 0.2, 200.0, (10.0,), 0.02, 1e9)
@@ -80,9 +86,9 @@ def phases(names: Sequence[str]) -> tuple[Parameter, ...]:
 
 def course(run: Run, values: Values, names: Sequence[str], behind_m: float = 0.0) -> Array:
     """A sine along the road, as what is so far behind the car meets it; 0 in an unknown run."""
-    if run.name not in names:
+    if stretch(run) not in names:
         return np.zeros(run.time.size)
-    phase = values[f"phase_{names.index(run.name) + 1}_rad"]
+    phase = values[f"phase_{names.index(stretch(run)) + 1}_rad"]
     turns = values["repetitions_per_km"] * (driven(run) - behind_m) / 1000.0
     return np.asarray(np.sin(2.0 * np.pi * turns + phase))
 
