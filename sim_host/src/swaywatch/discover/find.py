@@ -38,12 +38,14 @@ from swaywatch.diagnose.evidence.search import (
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.holdout import left_out
 from swaywatch.discover.grammar import (
+    ANYWHERE,
     BODIES,
     FREQUENCIES_HZ,
     ID,
     INSTANT,
     MOTIONS,
     NONLINEAR_ONLY,
+    OF_A_SHAPE,
     PERIODIC,
     PLACES,
     RESPONSES,
@@ -59,7 +61,14 @@ from swaywatch.discover.grammar import (
     plainer,
     refined,
 )
-from swaywatch.discover.way import DISTANCE, ROAD_PLACES, repetitions, stretch
+from swaywatch.discover.way import (
+    DISTANCE,
+    GRIP_PLACES,
+    ROAD_PLACES,
+    grip_rates,
+    repetitions,
+    stretch,
+)
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
 from swaywatch.plant.lanes import BODY
@@ -70,7 +79,8 @@ PAIRED = 8  # laws of two variables that are begun from each vehicle
 PAIRED_ON = 4  # of them that are continued
 NOISE_CLOSE = 1.15  # reduced chi-square under the observer up to which one variable is enough
 SHORT_LIST = 12  # laws that are fitted under the observer
-SCREENED = 64  # laws that are begun, of those that a vehicle promises most of to first order
+SCREENED = 72  # laws that are begun, of those that a vehicle promises most of to first order
+FORMS = 8  # of one place and variable that come first
 STRONGER, WEAKER = 4.0, 0.25  # times its initial size at which a law is looked at too
 RESHAPED = 2  # times that the form of a law is looked for
 BEGUN = 3  # iterations of their fits; the best of them are continued
@@ -237,7 +247,21 @@ def _ranked(course: Linear, terms: Sequence[ActiveEffect]) -> list[ActiveEffect]
     best: dict[Law, ActiveEffect] = {}
     for _, term in promised:
         best.setdefault(law_in(term), term)
-    return list(best.values())
+    return _spread(list(best.values()))
+
+
+def _spread(ranked: Sequence[ActiveEffect]) -> list[ActiveEffect]:
+    """So ordered that no place with its variable takes up the list with its many forms.
+
+    The form is looked for again once place and variable are known.
+    """
+    forms: dict[str, int] = {}
+    first, later = [], []
+    for term in ranked:
+        name = term.effect.component
+        forms[name] = forms.get(name, 0) + 1
+        (first if forms[name] <= FORMS else later).append(term)
+    return [*first, *later]
 
 
 def _looks(term: ActiveEffect) -> list[ActiveEffect]:
@@ -245,7 +269,14 @@ def _looks(term: ActiveEffect) -> list[ActiveEffect]:
     size, bounds = term.values[0], term.effect.parameters[0]
     other_way = bounds.low < 0.0 < bounds.high
     strong = min(max((-STRONGER if other_way else STRONGER) * size, bounds.low), bounds.high)
-    return [replace(term, values=(x, *term.values[1:])) for x in (size, strong, WEAKER * size)]
+    looks = [replace(term, values=(x, *term.values[1:])) for x in (size, strong, WEAKER * size)]
+    return [*looks, *(_behind(look) for look in looks if law_in(look).place in ANYWHERE)]
+
+
+def _behind(term: ActiveEffect) -> ActiveEffect:
+    """What acts ahead of the centre of gravity as far behind it."""
+    values = term.as_dict() | {"ahead_m": -term.as_dict()["ahead_m"]}
+    return replace(term, values=tuple(values[p.name] for p in term.effect.parameters))
 
 
 def _nonlinear(straight: ActiveEffect) -> list[ActiveEffect]:
@@ -261,9 +292,6 @@ def _strength(shape: str, usual: float, bend: float) -> float:
     """A shape, of gain one, at an amplitude of its variable to the stronger side."""
     sides = (np.linspace(0.0, usual, 100), np.linspace(0.0, -usual, 100))
     return max(abs(float(curve(shape, side, bend)[-1])) for side in sides)
-
-
-OF_A_SHAPE = ("bend", "other_side")  # what only this shape has
 
 
 def _like(term: ActiveEffect, law: Law) -> ActiveEffect:
@@ -417,9 +445,9 @@ class LawSearch:
         """
         ranked = _ranked(course, terms)
         kept = {law_in(term): term for term in ranked[:SCREENED]}
-        terms = [term for term in terms if law_in(term) in kept]
-        usual = {law_in(term): abs(term.values[0]) for term in terms}
-        terms += [term for law, term in kept.items() if abs(term.values[0]) < usual[law]]
+        usual = [term for term in terms if law_in(term) in kept]
+        seen = {(law_in(term), term.values) for term in usual}
+        terms = usual + [term for law, term in kept.items() if (law, term.values) not in seen]
         starts = [replace(course.fit, terms=(*course.fit.terms, term)) for term in terms]
         close = self.search.close
         begun = _best_of_each_law(
@@ -491,19 +519,29 @@ class LawSearch:
         found = []
         for fit in (close.run(parent, 6), close.start()):
             near = Linear(close, fit)
-            rates = repetitions(close.problem.runs, near.base)
-            waves = [wave for rate in rates for wave in self._waves(near, rate)]
-            waves.sort(key=lambda wave: -wave[0])
-            starts = [replace(fit, terms=(term,)) for _, term in waves[:PAIRED_ON]]
+            runs = close.problem.runs
+            forces = [Law(place, DISTANCE, response=PERIODIC) for place in ROAD_PLACES]
+            waves = [
+                wave
+                for rate in repetitions(runs, near.base)
+                for wave in self._waves(near, rate, forces)
+            ]
+            grips = [Law(place, place, response=PERIODIC) for place in GRIP_PLACES]
+            slabs = [wave for rate in grip_rates(runs) for wave in self._waves(near, rate, grips)]
+            starts = [
+                replace(fit, terms=(term,))
+                for some in (waves, slabs)
+                for _, term in sorted(some, key=lambda wave: -wave[0])[:PAIRED_ON]
+            ]
             found += close.side_by_side(lambda f: close.run(f, 10), starts)
-        return found
+        return _best_of_each_law(found)
 
-    def _waves(self, near: Linear, rate: float) -> list[tuple[float, ActiveEffect]]:
+    def _waves(
+        self, near: Linear, rate: float, laws: Sequence[Law]
+    ) -> list[tuple[float, ActiveEffect]]:
         """What one number of repetitions promises at each place, and values to begin with."""
         runs = tuple(map(stretch, near.fitter.problem.runs))
-        effects = [
-            effect_of(Law(place, DISTANCE, response=PERIODIC), runs=runs) for place in ROAD_PLACES
-        ]
+        effects = [effect_of(law, runs=runs) for law in laws]
         tried = []
         for effect in effects:
             size, none = effect.parameters[0].starts[0], len(runs)
@@ -517,6 +555,7 @@ class LawSearch:
             gain = float(np.dot(near.left, near.left) - np.dot(rest, rest))
             sine, cosine = x[: len(runs)], x[len(runs) :]
             size = float(np.mean(np.hypot(sine, cosine))) * effect.parameters[0].starts[0]
+            size = min(size, effect.parameters[0].high)
             phase = [float(np.arctan2(c, s)) for s, c in zip(sine, cosine, strict=True)]
             found.append((gain, ActiveEffect(effect, (size, rate, *phase))))
         return found

@@ -21,7 +21,7 @@ from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, comes_and_goes, left,
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.errors import SwaywatchError
-from swaywatch.plant.lanes import BODY, LAW_TO, PlantInput
+from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_TO, PlantInput
 
 Array = NDArray[np.float64]
 
@@ -31,13 +31,19 @@ SPEED_M_S = 25.0  # at which the gain of a law is stated
 #: friction as large as the deflection, against its rate (structural damping, after Reid).
 SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
-    "rubbing", "positive side", "negative side", "waiting", "uneven",
+    "rubbing", "positive side", "negative side", "waiting", "uneven", "limited rate",
+    "line and cube",
 )  # fmt: skip
 #: Of another slope on the other side: what one side's tyres make, or two unlike springs.
 UNEVEN = "uneven"
 #: What a controller that waits for a swing to grow makes: nothing up to a swing, all beyond it.
 WAITING = "waiting"
 SWING_SEEN_S, SWING_KEPT_S, WAITING_SHARE = 0.05, 1.0, 0.1  # as in plant_lanes.c
+#: What grows stiffer or softer, or drives a small motion and resists a large one.
+LINE_AND_CUBE = "line and cube"
+#: What an actuator makes that can go no faster.
+LIMITED_RATE = "limited rate"
+HURRY_S = 0.05  # as in plant_lanes.c
 #: What acts to one side only: a rope, a chain, a valve, a stop.
 SIDES = ("positive side", "negative side")
 SLIDING = "hysteretic"
@@ -45,8 +51,9 @@ FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a sta
 ROLLS = ("roll_car", "roll_trailer")
 DEFLECTIONS = ("articulation", *ROLLS)
 IN_SERIES = (SHAPES[0], "saturating", "dead zone")  # shapes of a spring before a damper
-KEEPING = (*FRICTION, WAITING)  # shapes that keep the one state of a law
-BENDS = (1, 2, 6, 10)  # shapes with a bend
+KEEPING = (*FRICTION, WAITING, LIMITED_RATE)  # shapes that keep the one state of a law
+OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
+BENDS = (1, 2, 6, 10, 12)  # shapes with a bend
 LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times bend
 #: When a law acts: at once, behind a lag, only while its variable changes (a washout: what has
 #: lasted longer than the lag is forgotten), or the more the farther the recording has gone, until
@@ -79,6 +86,10 @@ class Dependence:
     usual: float
 
 
+#: The side-slip of the place itself at which something acts.
+THERE = "sideslip_there"
+#: Places with a lever of their own, and the bodies that they are on.
+ANYWHERE = {"at_car": "car", "at_trailer": "trailer"}
 #: Half the log prior weight of a law without a known cause, see `Effect.plausibility`.
 UNHEARD_OF = -1.0
 
@@ -88,6 +99,8 @@ PLACES = {
         Place("hitch", "moment at the hitch on the car, its opposite on the trailer", "Nm", 300.0),
         Place("force_car", "side force on the car", "N", 200.0),
         Place("force_trailer", "side force on the trailer", "N", 200.0),
+        Place("at_car", "side force at a place of the car", "N", 200.0),
+        Place("at_trailer", "side force at a place of the trailer", "N", 200.0),
         Place("moment_car", "yaw moment on the car", "Nm", 300.0),
         Place("moment_trailer", "yaw moment on the trailer", "Nm", 300.0),
         Place("slip_car_front", "steering angle of the front axle", "rad", 0.002),
@@ -114,6 +127,19 @@ MOTIONS = {
         Dependence("slip_car_front", "slip angle of the car's front tyres", "alpha_f", "rad", 0.02),
         Dependence("slip_car_rear", "slip angle of the car's rear tyres", "alpha_r", "rad", 0.02),
         Dependence("slip_trailer", "slip angle of the trailer's tyres", "alpha_t", "rad", 0.02),
+        Dependence(
+            "lateral_acceleration_car", "lateral acceleration of the car", "a_y1", "m/s2", 1.5
+        ),
+        Dependence(
+            "lateral_acceleration_trailer",
+            "lateral acceleration of the trailer",
+            "a_y2",
+            "m/s2",
+            2.0,
+        ),
+        Dependence("hitch_force", "side force of the trailer on the ball", "F_ball", "N", 800.0),
+        Dependence(AXLES, "slip angle of its tyres", "alpha", "rad", 0.02),
+        Dependence(THERE, "side-slip angle of that place", "beta_there", "rad", 0.04),
         Dependence(DISTANCE, "distance driven", "s", "m", 1.0),
     )
 }
@@ -124,41 +150,54 @@ MADE_OF = {
     "steer_rate": {"steer": 1.0 / RATE_S},  # what has changed within that time
 }
 HEADINGS = ("heading", "heading_car")
+ALONE = (*HEADINGS, "steer_rate", *LAW_FELT)  # these take the one state that a law has
 SLIPS = ("slip_car_front", "slip_car_rear", "slip_trailer")
-AIR = ("force_trailer", "moment_trailer")  # where it acts on the trailer
+AIR = ("force_trailer", "moment_trailer", "at_trailer")  # where it acts on the trailer
 
 #: Pairs of place and motion, and the powers of the speed that are tried with each. Excluded are
 #: library effects (hitch damping, air on the trailer, roll steer) and equivalents of a value of the
 #: file (a force with a body's own sideslip is its cornering stiffness, with its yaw rate its mass).
 #: What a controller or a linkage can act by (the yaw moment of a body, the steering of an axle) is
 #: there with every motion that it can sense: both yaw rates, articulation, its rate, steering, its
-#: rate. Air acts on the trailer with the sideslip of the car, whose wake it is in; what a road has
+#: rate, lateral accelerations; and a frame or an axle gives way to the force on the ball. Air
+#: acts on the trailer with the sideslip of the car, whose wake it is in; what a road has
 #: along it (grooves, a crown) holds every axle in its body's heading.
 PAIRS: dict[str, dict[str, tuple[int, ...]]] = {
     "hitch": {"articulation": (0, 2)},
-    "force_car": {"sideslip_car": (2,), "articulation": (0, 2), "heading": (0,)},
-    "force_trailer": {"articulation": (0, 2), "heading": (0,), "sideslip_car": (2,)},
+    "force_car": {
+        "sideslip_car": (2,), "articulation": (0, 2), "heading": (0,),
+        "lateral_acceleration_car": (0,),
+    },
+    "force_trailer": {
+        "articulation": (0, 2), "heading": (0,), "sideslip_car": (2,),
+        "lateral_acceleration_trailer": (0,),
+    },
+    "at_trailer": {"sideslip_car": (2,), "articulation": (2,)},
     "moment_car": {
         "yaw_rate_car": (-1, 0, 1, 2), "yaw_rate_trailer": (0,), "articulation": (0, 2),
-        "articulation_rate": (0,), "sideslip_car": (2,), "steer": (0, 2), "roll_car": (0,),
-        "steer_rate": (0,),
+        "articulation_rate": (0,), "sideslip_car": (0, 2), "steer": (0, 2), "roll_car": (0,),
+        "steer_rate": (0,), "lateral_acceleration_car": (0,), "hitch_force": (0,),
+        "lateral_acceleration_trailer": (0,),
     },
     "moment_trailer": {
         "yaw_rate_trailer": (-1, 0, 1, 2), "yaw_rate_car": (0,), "articulation": (0, 2),
         "articulation_rate": (0,), "steer": (0,), "roll_trailer": (0,),
-        "steer_rate": (0,), "sideslip_car": (2,),
+        "steer_rate": (0,), "sideslip_car": (2,), "lateral_acceleration_trailer": (0,),
+        "lateral_acceleration_car": (0,), "hitch_force": (0,),
     },
     "slip_car_front": {
         "yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,), "heading_car": (0,),
-        "yaw_rate_trailer": (0,),
+        "yaw_rate_trailer": (0,), "lateral_acceleration_car": (0,), "hitch_force": (0,),
     },
     "slip_car_rear": {
         "steer": (0, 2), "yaw_rate_car": (0,), "articulation": (0,), "articulation_rate": (0,),
         "yaw_rate_trailer": (0,), "steer_rate": (0,), "heading_car": (0,),
+        "lateral_acceleration_car": (0,), "hitch_force": (0,),
     },
     "slip_trailer": {
         "articulation": (0, 2), "articulation_rate": (0,), "yaw_rate_trailer": (0,),
         "yaw_rate_car": (0,), "steer": (0, 2), "steer_rate": (0,), "heading": (0,),
+        "lateral_acceleration_trailer": (0,), "hitch_force": (0,),
     },
 }  # fmt: skip
 #: Initial natural frequencies of an oscillating mass, Hz; the most promising one of each row is
@@ -246,6 +285,21 @@ NONLINEAR_ONLY = (
         for nonlinear in ("saturating", "dead zone", *SIDES, UNEVEN)
     ),
     *(Law(slip, slip, response=response) for slip in SLIPS for response in (LAGGED, GROWING)),
+    # tyres whose aligning moment has a limit; something that scrubs or drags over the road
+    *(
+        Law(place, slip, nonlinear)
+        for place, slip in (
+            ("moment_car", "slip_car_front"),
+            ("moment_car", "slip_car_rear"),
+            ("moment_trailer", "slip_trailer"),
+        )
+        for nonlinear in ("saturating", "dead zone", "cube", *SIDES)
+    ),
+    *(
+        Law(place, THERE, nonlinear)
+        for place in ANYWHERE
+        for nonlinear in ("saturating", "dead zone", "odd square", *SIDES)
+    ),
     # friction and dampers at the ball that work themselves in, or fade as they grow hot
     *(
         Law("hitch", "articulation_rate", shape, response=response)
@@ -260,7 +314,7 @@ NONLINEAR_ONLY = (
     *(
         Law(place, "sideslip_trailer", nonlinear, 2)
         for place in AIR
-        for nonlinear in ("saturating", "dead zone", "odd square", "cube", *SIDES)
+        for nonlinear in ("saturating", "dead zone", "odd square", "cube", *SIDES, LINE_AND_CUBE)
     ),
     *(
         Law(place, "sideslip_trailer", power=2, response=response)
@@ -317,23 +371,47 @@ def _comes(law: Law) -> Act:
     return act
 
 
+def bend_of(values: Values) -> float:
+    """The number that a shape has beside its gain; 0 without one."""
+    return next((values[name] for name in OF_A_SHAPE if name in values), 0.0)
+
+
+def made_of(law: Law, run: Run, values: Values) -> dict[str, float]:
+    """Motions in the plant that make the first variable of a law, with their weights."""
+    if law.motion == THERE:
+        body = ANYWHERE[law.place]
+        per_rate = values["ahead_m"] / float(np.mean(run.speed))
+        return {f"sideslip_{body}": 1.0, f"yaw_rate_{body}": per_rate}
+    return MADE_OF.get(law.motion, {law.motion: 1.0})
+
+
+def acts_at(place: str, values: Values) -> dict[str, float]:
+    """Places in the plant at which a law acts, with their weights (of moments: levers, m)."""
+    if place not in ANYWHERE:
+        return {place: 1.0}
+    body = ANYWHERE[place]
+    return {f"force_{body}": 1.0, f"moment_{body}": values["ahead_m"]}
+
+
 def _moves(law: Law) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         plant.scalar("law_gain", values["gain"])
         plant.scalar("law_shape", float(SHAPES.index(law.shape)))
-        plant.scalar("law_bend", values.get("bend", values.get("other_side", 0.0)))
+        plant.scalar("law_bend", bend_of(values))
         plant.scalar("law_speed_power", float(law.power))
-        rate = law.motion == "steer_rate"
+        rate, felt = law.motion == "steer_rate", law.motion in LAW_FELT
         plant.scalar("law_lag", RATE_S if rate else max(values.get("lag_s", 0.0), 0.0))
-        plant.scalar("law_transient", 1.0 if rate else 2.0 * (law.response == TRANSIENT))
+        passing = 2.0 * (law.response == TRANSIENT)
+        plant.scalar("law_transient", 1.0 if rate else 3.0 if felt else passing)
         if law.response in BY_THE_WAY:
             plant.add_series("law", share_by_the_way(law, run, values) - 1.0)
-        for motion, share in MADE_OF.get(law.motion, {law.motion: 1.0}).items():
+        for motion, share in made_of(law, run, values).items():
             plant.scalar(f"law_of_{motion}", share)
         if law.second:
             plant.scalar(f"law_of_{law.second}", values["second_share"])
-        plant.scalar(f"law_to_{law.place}", 1.0)
+        for place, share in acts_at(law.place, values).items():
+            plant.scalar(f"law_to_{place}", share)
         if "roll_frequency_rad_s" in values:
             body = law.motion.removeprefix("roll_")
             plant.scalar(f"steer_frequency_{body}", values["roll_frequency_rad_s"])
@@ -426,7 +504,9 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         act = _comes(law) if law.motion == DISTANCE else _moves(law)
         parameters = _numbers(law)
         if law.response == PERIODIC:
-            act, parameters = comes_and_goes(law.place, runs), (*parameters, *phases(runs))
+            grip = law.motion != DISTANCE
+            act = comes_and_goes(law.place, runs, grip=grip)
+            parameters = (*parameters, *phases(runs))
         if law.motion in ROLLS and not sprung:
             parameters = (*parameters, *OWN_ROLL[law.motion])
         equation = formula(law)
@@ -500,37 +580,67 @@ OWN_ROLL = {
 
 
 def _numbers(law: Law) -> tuple[Parameter, ...]:
-    """Gain, bend and lag of a law, scaled by its dimensions."""
+    """Numbers of a law, scaled by its dimensions; the gain is the first one."""
+    second = (_second_share(law),) if law.second else ()
+    return (_gain(law), *_of_shape(law), *_of_way(law), *second, *_of_place_and_lag(law))
+
+
+def _gain(law: Law) -> Parameter:
+    """Gain of a law."""
     place, motion = PLACES[law.place], MOTIONS[law.motion]
     curve = {"cube": 3, "odd square": 2, "even square": 2}.get(law.shape, 1)
     start = place.level / motion.usual**curve
     unit = f"{place.unit} per {motion.unit}" + (f"^{curve}" if curve > 1 else "")
     unit = place.unit if law.motion == DISTANCE else unit
+    if law.motion == law.place:  # the compliance of a wheel is at most its slip
+        low, high, start, step, noticed = {
+            GROWING: (-0.9, 1.0, -0.2, 0.05, 0.02),
+            PERIODIC: (0.0, 0.95, 0.2, 0.05, 0.02),
+        }.get(law.response, (-1.0, 0.0, -0.5, 0.1, 0.1))
+        return Parameter("gain", unit, 0.0, low, high, (start,), step, noticed)
     high = 100.0 * start
-    found = [Parameter("gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start)]
-    if law.motion in SLIPS:  # the compliance of a wheel is at most its slip
-        found = [Parameter("gain", unit, 0.0, -1.0, 0.0, (-0.5,), 0.1, 0.1)]
-        if law.response == GROWING:
-            found = [Parameter("gain", unit, 0.0, -0.9, 1.0, (-0.2,), 0.05, 0.02)]
-    if SHAPES.index(law.shape) in BENDS:
-        bend = (0.5 if law.shape == "saturating" else 0.3) * motion.usual
-        found.append(
-            Parameter("bend", motion.unit, 1e3, 0.02 * bend, 20.0 * bend, (bend,), 0.1 * bend, 1e9)
-        )
+    return Parameter("gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start)
+
+
+def _of_shape(law: Law) -> list[Parameter]:
+    """The number that a shape has."""
+    motion = MOTIONS[law.motion]
     if law.shape == UNEVEN:
-        found.append(Parameter("other_side", "1", 1.0, -2.0, 3.0, (0.5,), 0.1, 1e9))
-    if law.response in BY_THE_WAY:
-        way = Parameter("over_m", "m", 1e6, 20.0, 2e4, (250.0,), 30.0, 1e9)
-        work = Parameter("over_rad", "rad", 1e3, 0.02, 50.0, (0.5,), 0.05, 1e9)
-        found.append(work if rubs_at_hitch(law) else way)
-    if law.second:
-        found.append(_second_share(law))
-    if law.response == LAGGED:
+        return [Parameter("other_side", "1", 1.0, -2.0, 3.0, (0.5,), 0.1, 1e9)]
+    if law.shape == LINE_AND_CUBE:
+        most = 1.0 / motion.usual**2
+        bounds = -50.0 * most, 50.0 * most, (-0.5 * most,)
+        return [Parameter("per_square", f"1/({motion.unit})^2", 0.0, *bounds, 0.1 * most, 1e9)]
+    if SHAPES.index(law.shape) not in BENDS:
+        return []
+    share = {"saturating": 0.5, LIMITED_RATE: 2.0}.get(law.shape, 0.3)
+    bend, per_s = share * motion.usual, "/s" if law.shape == LIMITED_RATE else ""
+    bounds = 0.02 * bend, 20.0 * bend, (bend,)
+    return [Parameter("bend", motion.unit + per_s, 1e3, *bounds, 0.1 * bend, 1e9)]
+
+
+def _of_way(law: Law) -> list[Parameter]:
+    """How far, or through which angle, what grows or fades takes."""
+    if law.response not in BY_THE_WAY:
+        return []
+    if rubs_at_hitch(law):
+        return [Parameter("over_rad", "rad", 1e3, 0.02, 50.0, (0.5,), 0.05, 1e9)]
+    return [Parameter("over_m", "m", 1e6, 20.0, 2e4, (250.0,), 30.0, 1e9)]
+
+
+def _of_place_and_lag(law: Law) -> list[Parameter]:
+    """A lever, where a force has a place of its own, and a lag."""
+    found = []
+    if law.place in ANYWHERE:
+        found.append(Parameter("ahead_m", "m", 0.0, -5.0, 5.0, (2.5,), 0.1, 1e9))
+    if law.motion in LAW_FELT:
+        found.append(Parameter("lag_s", "s", 0.0, 0.02, 1.5, (0.06,), 0.01, 1e9))
+    elif law.response == LAGGED:
         late = 0.4 if law.motion in SLIPS else 0.1  # a shorter one of a slip is a relaxation
         found.append(Parameter("lag_s", "s", 0.0, 0.0, 1.5, (late,), 0.01, 1e9))
-    if law.response == TRANSIENT:
+    elif law.response == TRANSIENT:
         found.append(Parameter("lag_s", "s", 1e3, 0.02, 3.0, (0.3,), 0.03, 1e9))
-    return tuple(found)
+    return found
 
 
 def rubs_at_hitch(law: Law) -> bool:
@@ -576,25 +686,43 @@ def dragged(z: Array, bend: float) -> Array:
     return state
 
 
+def hurried(z: Array, bend: float) -> Array:
+    """What follows `z` no faster than `bend` a second, shape (n,)."""
+    state = np.zeros_like(z)
+    for i, target in enumerate(z[1:]):
+        rate = np.clip((target - state[i]) / HURRY_S, -bend, bend)
+        state[i + 1] = state[i] + rate / RATE_HZ
+    return state
+
+
+def _waited(z: Array, bend: float) -> Array:
+    """What acts while something swings beyond `bend`, shape (n,)."""
+    return 0.5 * z * (1.0 + np.tanh((swing_of(z) / bend - 1.0) / WAITING_SHARE))
+
+
+_CURVES: dict[str, Callable[[Array, float], Array]] = {
+    "straight": lambda z, _: z,
+    "saturating": lambda z, bend: bend * np.tanh(z / bend),
+    "dead zone": lambda z, bend: z - np.clip(z, -bend, bend),
+    "cube": lambda z, _: z**3,
+    "odd square": lambda z, _: z * np.abs(z),
+    "even square": lambda z, _: z**2,
+    "hysteretic": dragged,
+    "rubbing": lambda z, _: np.abs(z) * np.sign(np.gradient(z)),
+    "positive side": lambda z, _: np.maximum(z, 0.0),
+    "negative side": lambda z, _: np.minimum(z, 0.0),
+    UNEVEN: lambda z, other: np.maximum(z, 0.0) + other * np.minimum(z, 0.0),
+    WAITING: _waited,
+    LIMITED_RATE: hurried,
+    LINE_AND_CUBE: lambda z, steeper: z * (1.0 + steeper * z**2),
+}
+assert set(_CURVES) == set(SHAPES)
+
+
 def curve(shape: str, z: Array, bend: float) -> Array:
     """A shape, of gain one, over the course of its variable, shape (n,)."""
-    bend = bend if shape == UNEVEN else max(bend, 1e-9)
-    found = {
-        "straight": z,
-        "saturating": bend * np.tanh(z / bend),
-        "dead zone": z - np.clip(z, -bend, bend),
-        "cube": z**3,
-        "odd square": z * np.abs(z),
-        "even square": z**2,
-        "hysteretic": dragged(z, bend),
-        "rubbing": np.abs(z) * np.sign(np.gradient(z)),
-        "positive side": np.maximum(z, 0.0),
-        "negative side": np.minimum(z, 0.0),
-        UNEVEN: np.maximum(z, 0.0) + bend * np.minimum(z, 0.0),
-        WAITING: 0.5 * z * (1.0 + np.tanh((swing_of(z) / bend - 1.0) / WAITING_SHARE)),
-    }
-    assert set(found) == set(SHAPES)
-    return np.asarray(found[shape])
+    signed = shape in (UNEVEN, LINE_AND_CUBE)
+    return np.asarray(_CURVES[shape](z, bend if signed else max(bend, 1e-9)))
 
 
 def formula(law: Law) -> str:
@@ -615,6 +743,8 @@ def formula(law: Law) -> str:
         "negative side": f"min({symbol}, 0)",
         UNEVEN: f"{symbol}, on the negative side times the other",
         WAITING: f"({symbol} while it swings beyond +-bend)",
+        LINE_AND_CUBE: f"({symbol} + per_square x {symbol}^3)",
+        LIMITED_RATE: f"({symbol}, followed no faster than bend a second)",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
     speed = {
@@ -626,6 +756,8 @@ def formula(law: Law) -> str:
     when = (_AT_HITCH if rubs_at_hitch(law) else _WHEN)[law.response]
     if law.motion == DISTANCE:
         return f"{left} = gain{speed}{when}"
+    if law.motion in LAW_FELT:
+        when = f"{_WHEN[LAGGED]}{when}"
     return f"{left} = gain x {nonlinear}{speed}{when}"
 
 
@@ -665,7 +797,7 @@ def grammar() -> tuple[Effect, ...]:
 
 def of_two(law: Law) -> list[Law]:
     """The same law with a second variable: what a controller at the place can sense besides."""
-    alone = (*HEADINGS, "steer_rate", DISTANCE)  # most take the one state that a law has
+    alone = (*ALONE, DISTANCE)
     if law.second or law.place not in PAIRS or law.motion in alone:
         return []
     others = [motion for motion in PAIRS[law.place] if motion not in (law.motion, *alone)]
@@ -701,9 +833,9 @@ def _forms(place: str, motion: str) -> tuple[Law, ...]:
     rubs = motion in DEFLECTIONS
     # dry friction at the hitch is a library effect
     closed = () if rubs and place != "hitch" else ("hysteretic",) if rubs else FRICTION
-    single = motion in (*HEADINGS, "steer_rate")  # their one state is taken
+    single = motion in ALONE
     if single:
-        closed = (*closed, WAITING)
+        closed = (*closed, WAITING, LIMITED_RATE)
     shapes = [shape for shape in SHAPES if shape not in closed]
     # the power of the speed of the linear law says little about a nonlinear one
     powers = PAIRS[place][motion]
@@ -736,10 +868,10 @@ def all_laws() -> tuple[Law, ...]:
     """All laws in one variable, in every shape, linear ones with a lag too."""
     straight = [Law(p, m, power=w) for p, ms in PAIRS.items() for m, ws in ms.items() for w in ws]
     nonlinear = [law for one in straight for law in refined(one)]
-    # two slopes are looked for where one side, or both alike, were found
+    # two slopes, or a line with its cube, are looked for where one of both was found
     listed = (*straight, *nonlinear, *NONLINEAR_ONLY, *STRUTS)
-    begun = (law for law in listed if law.shape != UNEVEN)
+    begun = (law for law in listed if law.shape not in (UNEVEN, LINE_AND_CUBE))
     return tuple(dict.fromkeys(begun))
 
 
-assert set(PLACES) == {*LAW_TO, AXLES}
+assert set(PLACES) == {*LAW_TO, AXLES, *ANYWHERE}

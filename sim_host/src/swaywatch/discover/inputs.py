@@ -21,6 +21,7 @@ from swaywatch.diagnose.evidence.locate import Locator
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
 from swaywatch.discover.find import Discovery
 from swaywatch.discover.grammar import (
+    ANYWHERE,
     BODIES,
     HEADINGS,
     ID,
@@ -30,15 +31,18 @@ from swaywatch.discover.grammar import (
     PLACES,
     RATE_S,
     SPEED_M_S,
+    THERE,
     TRANSIENT,
     Law,
+    bend_of,
     curve,
+    made_of,
     share_by_the_way,
 )
-from swaywatch.discover.way import DISTANCE, SLOTS, course, driven, stretch
+from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, course, driven, stretch
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
-from swaywatch.plant.lanes import BODY, OUTPUT, PlantInput, simulate
+from swaywatch.plant.lanes import BODY, LAW_FELT, OUTPUT, PlantInput, simulate
 
 Array = NDArray[np.float64]
 
@@ -46,19 +50,22 @@ PULSE_S = 0.25
 RIDGE = 1e-2
 
 
-def _act(place: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(
+    slots: Sequence[tuple[str, float]],
+) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
         for window in windows:
-            for slot, sign in SLOTS[place]:
+            for slot, sign in slots:
                 plant.add_series(slot, sign * window.values["size"] * window.mask(run.time))
 
     return act
 
 
-def free_input(place: str) -> Effect:
-    """An unknown input at a place, in pulses."""
-    size = PLACES[place]
+def free_input(place: str, ahead_m: float = 0.0) -> Effect:
+    """An unknown input at a place, in pulses; of a place of a body: so far ahead of its centre."""
+    size, body = PLACES[place], ANYWHERE.get(place, "")
+    lever = ((f"force_{body}", 1.0), (f"moment_{body}", ahead_m))
     return Effect(
         id="_input",
         component=place,
@@ -66,7 +73,7 @@ def free_input(place: str) -> Effect:
         equation="an unknown input",
         source="none",
         parameters=(Parameter("size", size.unit, 0.0, -1e6, 1e6, (1.0,), 0.2 * size.level),),
-        act=_act(place),
+        act=_act(lever if body else SLOTS[place]),
         windowed=True,
     )
 
@@ -86,8 +93,9 @@ def missing_inputs(found: Discovery) -> dict[str, Any]:
     fit = Fit(without, found.fit.nuisance, found.fit.shift)
     fitter = Fitter(replace(found.search.problem, observer=OBSERVER))
     missing = Locator(fitter, fit).course(
-        free_input(place), ridge=RIDGE, pulse_s=PULSE_S, held=True
-    )
+        free_input(place, found.term.as_dict().get("ahead_m", 0.0)),
+        ridge=RIDGE, pulse_s=PULSE_S, held=True,
+    )  # fmt: skip
     runs = []
     for index, run in enumerate(fitter.problem.runs):
         edges = missing.edges[index]
@@ -121,7 +129,8 @@ _COLUMNS = {
     "articulation": ("articulation",), "yaw_rate_car": ("car_yaw_rate",),
     "yaw_rate_trailer": ("trailer_yaw_rate",), "roll_car": ("car_roll",),
     "roll_trailer": ("trailer_roll",), "heading": ("trailer_yaw_rate",),  # its integral
-    "heading_car": ("car_yaw_rate",),
+    "heading_car": ("car_yaw_rate",), "lateral_acceleration_car": ("car_acceleration",),
+    "lateral_acceleration_trailer": ("trailer_acceleration",), "hitch_force": ("hitch_y",),
 }  # fmt: skip
 
 
@@ -140,7 +149,13 @@ def motion(found: Discovery, index: int, law: Law) -> Array | None:
         DISTANCE: driven(problem.runs[index]), "steer": plant.steer,
         "steer_rate": changed(plant.steer, RATE_S) / RATE_S,
     }  # fmt: skip
-    return given[law.motion] if law.motion in given else _simulated(law.motion, plant)
+    if law.motion in given:
+        return given[law.motion]
+    if law.motion != THERE:
+        return _simulated(law.motion, plant)
+    values = found.term.as_dict()
+    parts = made_of(law, problem.runs[index], values).items()
+    return np.asarray(sum(share * _simulated(name, plant) for name, share in parts))
 
 
 def _simulated(name: str, plant: PlantInput) -> Array:
@@ -159,6 +174,7 @@ def _angle(name: str, plant: PlantInput, column: Mapping[str, Array]) -> Array:
     """Side-slip angle of a body at its centre of gravity, or slip angle of its tyres, rad."""
     at = {key: plant.body[i] for i, key in enumerate(BODY)}
     side, rate = column["lateral_velocity"], column["car_yaw_rate"]
+    name = "slip_trailer" if name == AXLES else name  # of every axle: shown at the trailer's
     if name in ("sideslip_car", "slip_car_front", "slip_car_rear"):
         ahead = {
             "sideslip_car": 0.0, "slip_car_front": at["car.front_axle_to_cog"],
@@ -208,10 +224,13 @@ def valued(found: Discovery, z: Array, run: Run) -> Array:
     values = found.term.as_dict()
     if law.response == PERIODIC:
         names = [stretch(each) for each in found.search.problem.runs]
-        return np.asarray(values["gain"] * course(run, values, names))
+        share = values["gain"] * course(run, values, names)
+        return np.asarray(share if law.motion == DISTANCE else share * z)
     if law.motion == DISTANCE:
         return np.asarray(values["gain"] * share_by_the_way(law, run, values))
-    bend = values.get("bend", values.get("other_side", 1.0))
+    bend = bend_of(values)
+    if law.motion in LAW_FELT:
+        z = z - changed(z, values["lag_s"])
     if law.response == TRANSIENT:
         z = stretched(law.shape, z, bend, values["lag_s"])
     bent = curve(law.shape, z, bend)

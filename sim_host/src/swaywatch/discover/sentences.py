@@ -13,6 +13,8 @@ from swaywatch.discover.grammar import (
     GROWING,
     INSTANT,
     LAGGED,
+    LIMITED_RATE,
+    LINE_AND_CUBE,
     MOTIONS,
     PERIODIC,
     PLACES,
@@ -37,10 +39,16 @@ _WORKS = {
 _OF_SLIP = {
     LAGGED: "wheels that turn after their slip, held by a damper: a self-steering axle",
     GROWING: "tyres that lose air, or wear; if they become stiffer, that grow warm",
+    PERIODIC: "slabs, patches or joints of the road that grip more and less",
 }
 _MORE = {side: f", only while that is {side.removesuffix(' side')}" for side in SIDES} | {
     "rubbing": ", against its rate at any speed of it (friction that grows with the deflection)"
 }
+_TYRES = {
+    "axles": "all tyres as they come to a place", "slip_car_front": "the car's front tyres",
+    "slip_car_rear": "the car's rear tyres", "slip_trailer": "the trailer's tyres",
+}  # fmt: skip
+_LOST = ("force_trailer", "lateral_acceleration_trailer", GROWING)
 _AT_HITCH = {
     TRANSIENT: "a damper in elastic eyes",
     "play": "a damper whose eyes are worn: it resists once their play is used up",
@@ -52,24 +60,38 @@ _UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
 
 def suggestion(law: Law, gain: float) -> str:
     """What is known to act in this way; empty if nothing is."""
+    special = _of_form(law, gain) or _at_hitch(law, gain)
+    return special or KNOWN.get((law.place, law.motion), ("", ""))[gain < 0.0]
+
+
+def _of_form(law: Law, gain: float) -> str:
+    """What the form of a law alone makes likely."""
     if law.swings:
-        in_trailer = law.place == "trailer"
-        named = {
-            SLIDING: f"a load that slides on the floor of the {law.place}",
-            "odd square": "a liquid between baffles" if in_trailer else "a liquid in the car",
-            "dead zone": "a load that rolls or slides between stops",
-        }
-        if law.motion == "swing" and law.shape in named:
-            return named[law.shape]
-    elif law.shape == WAITING:
-        return "a controller that waits for a swing to grow"
-    elif law.motion == law.place and law.response in _OF_SLIP:
+        return _moving_load(law)
+    kinds = {
+        LIMITED_RATE: "an actuator that can go no faster",
+        WAITING: "a controller that waits for a swing to grow",
+    }
+    if law.motion == law.place and law.response in _OF_SLIP:
         return _OF_SLIP[law.response]
-    elif (law.place, law.response) == ("moment_trailer", TRANSIENT):
+    if (law.place, law.motion, law.response) == _LOST:
+        return "a load that is lost on the way" if gain > 0.0 else "a load that is taken up"
+    if (law.place, law.response) == ("moment_trailer", TRANSIENT):
         return "a gyroscope, or a controller that leaves a steady turn alone"
-    elif law.shape in FRICTION and law.place == "slip_trailer":
+    if law.shape in FRICTION and law.place == "slip_trailer":
         return "axle compliance with friction: worn bushes"
-    return _at_hitch(law, gain) or KNOWN.get((law.place, law.motion), ("", ""))[gain < 0.0]
+    return kinds.get(law.shape, "")
+
+
+def _moving_load(law: Law) -> str:
+    """What moves in a body otherwise than a pendulum."""
+    in_trailer = law.place == "trailer"
+    named = {
+        SLIDING: f"a load that slides on the floor of the {law.place}",
+        "odd square": "a liquid between baffles" if in_trailer else "a liquid in the car",
+        "dead zone": "a load that rolls or slides between stops",
+    }
+    return named.get(law.shape, "") if law.motion == "swing" else ""
 
 
 def _at_hitch(law: Law, gain: float) -> str:
@@ -121,6 +143,8 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         lever = parameters["lever_m"]
         side = "behind" if lever["value"] >= 0.0 else "ahead of"
         return f"the tyre side forces act {_range(lever, 1000.0)} mm {side} the wheel centres"
+    if law.response == PERIODIC and law.motion == law.place:
+        return _grip(law, parameters)
     place, motion = PLACES[law.place], MOTIONS[law.motion]
     gain = parameters["gain"]
     unit, factor = _UNITS[place.unit]
@@ -130,7 +154,7 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     shape = curve.get(law.shape, "")
     order = "^" + ("3" if law.shape == "cube" else "2") if shape else ""
     per = motion.unit if not order else f"({motion.unit}){order}"
-    words = f"{place.words}: {_range(gain, factor)} {unit}"
+    words = f"{place.words}{_lever(parameters)}: {_range(gain, factor)} {unit}"
     words += (
         f" per {per} of the {motion.words}"
         if law.motion != DISTANCE
@@ -147,6 +171,24 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         2: f", at {SPEED_M_S:g} m/s, proportional to the square of the speed",
     }[law.power]
     return words + _response(law, parameters)
+
+
+def _lever(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """Where on a body a force acts that has a place of its own."""
+    if "ahead_m" not in parameters:
+        return ""
+    x = parameters["ahead_m"]
+    side = "ahead of" if x["value"] >= 0.0 else "behind"
+    return f", {_range(dict(x) | {'value': abs(x['value'])})} m {side} its centre of gravity"
+
+
+def _grip(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """What comes and goes along the road is the grip of tyres."""
+    tyres = _TYRES[law.place]
+    size = _range(parameters["gain"], 100.0)
+    return f"the cornering stiffness of {tyres} comes and goes by {size} %" + _response(
+        law, parameters
+    )
 
 
 def _second(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
@@ -172,26 +214,41 @@ def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.response == PERIODIC:
         often = parameters["repetitions_per_km"]
         return f", {_range(often)} times for each kilometre, every {1000.0 / often['value']:.1f} m"
-    if law.response == INSTANT or "lag_s" not in parameters:
+    if law.response == INSTANT and "lag_s" not in parameters:
         return ""
     lag = f"{1000.0 * parameters['lag_s']['value']:.0f} ms"
-    return f", {lag} lag" if law.response == LAGGED else f", only what has changed within {lag}"
+    return (
+        f", {lag} lag"
+        if law.response in (LAGGED, INSTANT)
+        else f", only what has changed within {lag}"
+    )
 
 
 def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What a shape adds to a sentence."""
-    if law.shape == "saturating":
-        return f", saturating at {_limit(parameters, PLACES[law.place])}"
-    if law.shape in ("dead zone", WAITING):
-        beyond = f"{abs(parameters['bend']['value']):.3g} {MOTIONS[law.motion].unit}"
-        return f", only {'beyond' if law.shape != WAITING else 'while it swings beyond'} {beyond}"
-    if law.shape == "hysteretic":
-        slips = f"{abs(parameters['bend']['value']):.3g} {MOTIONS[law.motion].unit}"
-        limit = _limit(parameters, PLACES[law.place])
-        return f", sliding after {slips} at {limit} (dry friction)"
+    unit = MOTIONS[law.motion].unit
+    at = f"{abs(parameters['bend']['value']):.3g} {unit}" if "bend" in parameters else ""
+    limit = _limit(parameters, PLACES[law.place]) if "limit" in parameters else ""
     if law.shape == UNEVEN:
         return f", {_range(parameters['other_side'])} times as much while that is negative"
-    return _MORE.get(law.shape, "")
+    if law.shape == LINE_AND_CUBE:
+        return _line_and_cube(law, parameters)
+    return {
+        "saturating": f", saturating at {limit}",
+        "dead zone": f", only beyond {at}",
+        WAITING: f", only while it swings beyond {at}",
+        "hysteretic": f", sliding after {at} at {limit} (dry friction)",
+        LIMITED_RATE: f", following it no faster than {at} a second",
+    }.get(law.shape, _MORE.get(law.shape, ""))
+
+
+def _line_and_cube(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """A line that grows steeper, or bends back and changes its sign."""
+    steeper, unit = float(parameters["per_square"]["value"]), MOTIONS[law.motion].unit
+    at = f"{1.0 / math.sqrt(max(abs(steeper), 1e-12)):.3g} {unit}"
+    if steeper < 0.0:
+        return f", less steep where that is large: none at {at}, the other way beyond"
+    return f", steeper where that is large: twice as much at {at}"
 
 
 def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:

@@ -40,9 +40,12 @@ ROAD_PLACES = (
     AXLES, "force_car", "force_trailer", "moment_car", "moment_trailer", "slip_car_front",
     "slip_car_rear", "slip_trailer",
 )  # fmt: skip
+#: Axles, one or all, whose tyres can grip more and less along the road.
+GRIP_PLACES = (AXLES, "slip_car_front", "slip_car_rear", "slip_trailer")
 USUAL_WORK_RAD_M = 1e-3  # that a hitch works through in a test drive, where no sensor says so
 #: Repetitions for each kilometre that are looked for: every 15 to 400 m.
 FEWEST, MOST = 2.5, 65.0
+MOST_GRIPS, GRIP_FINENESS = 130.0, 0.5  # of tyres on slabs, every 8 m
 FINENESS = 0.2  # of what the way of the longest run can resolve
 BESIDE = 6  # of that, over which the power of neighbours is averaged
 CHOSEN = 5  # numbers of repetitions that are tried at every place
@@ -93,15 +96,16 @@ def course(run: Run, values: Values, names: Sequence[str], behind_m: float = 0.0
     return np.asarray(np.sin(2.0 * np.pi * turns + phase))
 
 
-def comes_and_goes(place: str, names: Sequence[str]) -> Act:
-    """What a place of the road does each time."""
+def comes_and_goes(place: str, names: Sequence[str], *, grip: bool = False) -> Act:
+    """What a place of the road does each time: it adds a force, or to the stiffness of tyres."""
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         for slot, sign in SLOTS[place]:
             behind = _behind(plant, slot) if place == AXLES else 0.0
             sine = course(run, values, names, behind)
-            plant.add_series(slot, sign * values["gain"] * sine)
+            name = slot.replace("slip_", "stiffness_") if grip else slot
+            plant.add_series(name, sign * values["gain"] * sine)
 
     return act
 
@@ -118,6 +122,16 @@ def _behind(plant: PlantInput, slot: str) -> float:
     }[slot]
 
 
+def longest_way_km(runs: Sequence[Run]) -> float:
+    """Way of the longest run, km."""
+    return max(0.05, *(float(way[-1] - way[0]) / 1000.0 for way in map(driven, runs)))
+
+
+def grip_rates(runs: Sequence[Run]) -> Array:
+    """Repetitions for each kilometre at which grip is looked for: it leaves no peak of its own."""
+    return np.arange(FEWEST, MOST_GRIPS, GRIP_FINENESS / longest_way_km(runs))
+
+
 def repetitions(runs: Sequence[Run], residuals: Sequence[Array]) -> list[float]:
     """Repetitions for each kilometre that stand out in what a model leaves, the clearest first.
 
@@ -132,7 +146,7 @@ def repetitions(runs: Sequence[Run], residuals: Sequence[Array]) -> list[float]:
         Where the power against the way, of all runs, is largest over that of its neighbours.
     """
     ways = [block_mean(driven(run)) / 1000.0 for run in runs]
-    longest = max(0.05, *(float(way[-1] - way[0]) for way in ways))
+    longest = longest_way_km(runs)
     rates = np.arange(FEWEST, MOST, FINENESS / longest)
     total = np.zeros(rates.size)
     for way, flat in zip(ways, residuals, strict=True):

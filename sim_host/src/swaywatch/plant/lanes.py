@@ -58,6 +58,9 @@ LAW_OF = (
     "sideslip_trailer", "steer", "roll_car", "roll_trailer", "heading", "slip_car_front",
     "slip_car_rear", "slip_trailer",
 )  # fmt: skip
+#: What it can depend on that is known only once the motion is solved, and so comes late by its lag:
+#: lateral accelerations of the centres of gravity, m/s2; the trailer's side force on the ball, N.
+LAW_FELT = ("lateral_acceleration_car", "lateral_acceleration_trailer", "hitch_force")
 #: Where it can act: moment at the ball on the car (its opposite on the trailer), forces and moments
 #: on the bodies, steering angles of axles.
 LAW_TO = (
@@ -107,9 +110,9 @@ SCALARS = (
     "law_speed_power",  # -1, 0, 1 or 2
     "law_lag",  # s
     # 1: of what it depends on only what has changed within the lag counts; 2: as a spring that
-    # has the shape of the law makes a damper give way
+    # has the shape of the law makes a damper give way; 3: what it depends on is felt, and late
     "law_transient",
-    *(f"law_of_{name}" for name in LAW_OF),  # weights of what it depends on
+    *(f"law_of_{name}" for name in (*LAW_OF, *LAW_FELT)),  # weights of what it depends on
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass
     "mode_frequency_car", "mode_frequency_trailer",  # rad/s, the body held

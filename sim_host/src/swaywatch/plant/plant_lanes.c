@@ -28,7 +28,11 @@
 #define LAW_SLOW 0.01        // rad/s, below which friction that grows with a deflection is not full
 #define LAW_SPEED 25.0       // m/s, at which the gain of a law is said
 #define SHORTEST_LAW_S 0.01  // lag of a law
+#define SHORTEST_FELT_S 0.02 // lag of what is felt
+#define FELT 3.0             // slot `law_transient` where what a law depends on is felt
 #define WAITS 4.0            // shape "waiting", after `LAW_STICKS`
+#define HURRIES 6.0          // shape "limited rate"
+#define HURRY_S 0.05         // within which what may go as fast as it likes follows
 #define SWING_SEEN_S 0.05    // within which a law that waits notices how far something swings, ...
 #define SWING_KEPT_S 1.0     // and forgets it: a swing of 1 Hz has two peaks a second
 #define WAITING_SHARE 0.1    // of the swing at which it begins to act, over which it does

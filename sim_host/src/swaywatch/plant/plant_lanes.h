@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 121
+#define PLANT_SCALARS 124
 #define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -19,6 +19,7 @@
 #define PLANT_STATES_OF_A_LAW 31
 #define PLANT_STATES 39
 #define PLANT_LAW_STATES 13
+#define PLANT_LAW_FELT 3
 #define PLANT_BLOCK 10
 #define PLANT_LANES 8
 
@@ -127,6 +128,9 @@ enum plant_scalar {
     E_LAW_OF_SLIP_CAR_FRONT,
     E_LAW_OF_SLIP_CAR_REAR,
     E_LAW_OF_SLIP_TRAILER,
+    E_LAW_OF_LATERAL_ACCELERATION_CAR,
+    E_LAW_OF_LATERAL_ACCELERATION_TRAILER,
+    E_LAW_OF_HITCH_FORCE,
     E_LAW_TO_HITCH,
     E_LAW_TO_FORCE_CAR,
     E_LAW_TO_FORCE_TRAILER,
@@ -314,7 +318,8 @@ enum plant_state {
     X_HEAVE_RATE = 20,
     X_LAW =
         24, ///< of a law behind its lag, or of what a transient one depends on; rad, the heading;
-            ///< how far what a waiting one depends on swings
+            ///< how far what a waiting one depends on swings; what is felt, late; what cannot
+            ///< go faster than a limit
     X_MODE = 25, ///< m, to the left, of what swings in the bodies
     X_MODE_RATE = 27,
     X_DRAWBAR = 29,   ///< m, of the trailer past the ball, to the left

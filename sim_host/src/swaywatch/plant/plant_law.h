@@ -2,7 +2,7 @@
 // drawbar that gives way; included by plant_step.h. What the slots are is said by plant/lanes.py.
 
 /// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; of one
-/// side only, or `at` times as steep on the other one.
+/// side only, or `at` times as steep on the other one; a line with `at` times the cube.
 INLINE V NAME(bent)(V z, V shape, V at)
 {
     const V some = NAME(most)(at, NAME(all)(1e-9));
@@ -16,6 +16,7 @@ INLINE V NAME(bent)(V z, V shape, V at)
     found = NAME(choose)(shape == 8.0, above, found);
     found = NAME(choose)(shape == 9.0, below, found);
     found = NAME(choose)(shape == 11.0, above + at * below, found);
+    found = NAME(choose)(shape == 13.0, z * (1.0 + at * z * z), found);
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
@@ -48,8 +49,16 @@ INLINE V NAME(waiting)(V z, V swing, V at)
     return 0.5 * z * (1.0 + NAME(hyperbolic_tangent)((swing - some) / (WAITING_SHARE * some)));
 }
 
+/// What follows `z` no faster than `at` a second.
+INLINE V NAME(hurrying)(V behind, V at)
+{
+    const V some = NAME(most)(at, NAME(all)(1e-9));
+    return NAME(most)(NAME(least)(behind * (1.0 / HURRY_S), some), -some);
+}
+
 /// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag; or of
-/// what has changed within that lag. `factor`: less one, of what is not the motion.
+/// what has changed within that lag, or of what is felt. `factor`: less one, of what is not the
+/// motion.
 INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V speed, V factor, V *dx)
 {
     const V rate = NAME(rubbing)(of, turning, e);
@@ -59,6 +68,7 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     }
     const V lag = e[E_LAW_LAG], passing = e[E_LAW_TRANSIENT];
     z = NAME(choose)(passing > 0.0, z - x[X_LAW], z);
+    z = NAME(choose)(passing > FELT - 1.0, x[X_LAW], z);
     const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
     const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
     V bent = NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
@@ -66,6 +76,8 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     bent = NAME(choose)(sticks == 1.0, NAME(absolute)(z) * against, bent);
     const V waits = sticks - WAITS;
     bent = NAME(choose)(waits == 0.0, NAME(waiting)(z, x[X_LAW], e[E_LAW_BEND]), bent);
+    const V hurries = sticks - HURRIES;
+    bent = NAME(choose)(hurries == 0.0, x[X_LAW], bent);
     V value = e[E_LAW_GAIN] * bent * (1.0 + factor);
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
@@ -76,9 +88,21 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     const V late = pulls / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
     dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, rate, e), NAME(where)(lag, late));
     dx[X_LAW] = NAME(choose)(waits == 0.0, NAME(followed_swing)(x[X_LAW], z), dx[X_LAW]);
+    const V hurried = NAME(hurrying)(z - x[X_LAW], e[E_LAW_BEND]);
+    dx[X_LAW] = NAME(choose)(hurries == 0.0, hurried, dx[X_LAW]);
     // one state: what goes with the heading has neither lag nor friction, nor does it wait
     dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
     return NAME(choose)(lag > 0.0, NAME(choose)(passing > 0.0, value, x[X_LAW]), value);
+}
+
+/// How what is felt goes on behind its lag: accelerations of both bodies, and the trailer's force on
+/// the ball. They are known once the motion is solved only, which the law takes part in.
+INLINE V NAME(felt)(const V *x, const V *e, const V *felt, V force, V late)
+{
+    const V *of = e + E_LAW_OF_LATERAL_ACCELERATION_CAR;
+    const V sum = of[0] * felt[0] + of[1] * felt[1] + of[2] * force;
+    const V lag = NAME(most)(e[E_LAW_LAG], NAME(all)(SHORTEST_FELT_S));
+    return NAME(choose)(e[E_LAW_TRANSIENT] > FELT - 1.0, (sum - x[X_LAW]) / lag, late);
 }
 
 /// Deceleration of the mass that swings in a body: free within a gap in the middle, or held by
