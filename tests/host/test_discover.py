@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, effect, synthetic
 
@@ -15,35 +17,23 @@ from swaywatch.diagnose.evidence.search import Candidate, Linear, Search
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.holdout import typical
 from swaywatch.diagnose.model import _entries, terms_of
+from swaywatch.discover.begin import by_promise, in_form, initial, law_in
+from swaywatch.discover.effect import effect_of, effect_of_form
 from swaywatch.discover.find import (
-    SCREENED,
-    SWINGING,
     Discovery,
     Laws,
-    LawSearch,
-    _begun,
     _beside_what_suffices,
     _left_out_evidence,
-    _like,
     _likelier,
-    _ranked,
-    law_in,
 )
-from swaywatch.discover.grammar import (
-    MOTIONS,
-    ROLLS,
-    Law,
-    all_laws,
-    curve,
-    effect_of,
-    effect_of_form,
-    grammar,
-    law_of,
-)
+from swaywatch.discover.forms import curve
+from swaywatch.discover.grammar import all_laws, grammar
 from swaywatch.discover.inputs import missing_inputs
 from swaywatch.discover.known import KNOWN
+from swaywatch.discover.law import MOTIONS, ROLLS, Law, law_of
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
+from swaywatch.discover.trial import SCREENED, SWINGING, LawSearch
 from swaywatch.discover.way import driven, repetitions, stretch
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
@@ -179,6 +169,93 @@ def test_what_waits_for_a_swing_does_nothing_before_and_everything_after() -> No
     assert np.max(np.abs(rate[:begins])) > 0.09
     assert difference(base[: begins - 5], found[: begins - 5]) < 1e-3
     assert np.corrcoef(rate[begins + 100 :], moment[begins + 100 :])[0, 1] > 0.999
+
+
+def test_a_force_against_what_a_body_feels_is_a_mass() -> None:
+    felt = {"law_of_lateral_acceleration_trailer": 1.0, "law_to_force_trailer": 1.0}
+    heavier = plant()
+    heavier.body[BODY.index("trailer.mass")] += 60.0
+    law = plant(law_gain=-60.0, **felt, law_lag=0.02, law_transient=3.0)
+    assert difference(simulate(plant()), simulate(heavier)) > 0.02
+    assert difference(simulate(heavier), simulate(law)) < 0.01
+
+
+def test_an_axle_can_steer_with_the_force_on_the_ball() -> None:
+    """Late by the lag: as if the force of the same drive were known before."""
+    lag, gain = 0.1, 1e-7
+    base = simulate(plant())
+    before = plant()
+    steers = gain * (base[:, OUTPUT.index("hitch_y")])
+    kept = np.exp(-0.01 / lag)
+    before.add_series("slip_car_rear", lfilter([1.0 - kept], [1.0, -kept], steers))
+    law = plant(
+        law_gain=gain, law_of_hitch_force=1.0, law_to_slip_car_rear=1.0, law_lag=lag,
+        law_transient=3.0,
+    )  # fmt: skip
+    moved = (simulate(before) - base)[:, YAW]
+    law_moved = (simulate(law) - base)[:, YAW]
+    assert np.all(np.std(moved, axis=0) > 1e-6)
+    assert np.all(np.std(law_moved - moved, axis=0) < 0.05 * np.std(moved, axis=0))
+
+
+def test_an_actuator_goes_no_faster_than_it_can() -> None:
+    acts = {"law_gain": 2e4, "law_of_articulation": 1.0, "law_to_moment_car": 1.0}
+    hurries = acts | {"law_shape": 12.0}
+    quick = simulate(plant(**hurries, law_bend=1e3))
+    assert difference(simulate(plant(**acts, law_lag=0.05)), quick) < 1e-9
+    assert difference(simulate(plant()), simulate(plant(**hurries, law_bend=1e-9))) < 1e-6
+    followed = curve("limited rate", np.sin(np.arange(0.0, 20.0, 0.01)), 0.5)
+    assert np.max(np.abs(np.diff(followed))) == pytest.approx(0.005)
+    slow = simulate(plant(**hurries, law_bend=0.05))
+    assert difference(quick, slow) > 0.01
+
+
+def test_a_line_with_its_cube() -> None:
+    z = np.array([-1.0, 0.5, 1.0])
+    assert curve("line and cube", z, -4.0) == pytest.approx([3.0, 0.0, -3.0])
+    line = {"law_gain": 6e3, "law_of_articulation": 1.0, "law_to_hitch": 1.0}
+    bent = line | {"law_shape": 13.0}
+    assert difference(simulate(plant(**line)), simulate(plant(**bent, law_bend=0.0))) == 0.0
+    # so much of a cube that the line is nothing beside it
+    cube = plant(**(line | {"law_shape": 3.0, "law_gain": 6e6}))
+    most = plant(**(bent | {"law_gain": 1.0, "law_bend": 6e6}))
+    assert difference(simulate(cube), simulate(most)) < 1e-4
+
+
+def test_a_force_at_a_place_turns_its_body_too() -> None:
+    """With the sideslip of that place: against its tyres it takes the front axle away."""
+    softer = plant()
+    stiffness = float(softer.body[BODY.index("trailer.front_cornering_stiffness")])
+    softer.body[BODY.index("trailer.front_cornering_stiffness")] = 0.9 * stiffness
+    ahead = float(softer.body[BODY.index("trailer.front_axle_to_cog")])
+    assert ahead > 0.1
+    acting = plant()
+    run = SimpleNamespace(speed=np.full(3, SPEED), time=np.zeros(3))
+    law = Law("at_trailer", "sideslip_there", "saturating")
+    values = {"gain": 0.1 * stiffness, "bend": 50.0, "ahead_m": ahead}
+    effect_of(law).act(acting, run, values, ())
+    assert difference(simulate(plant()), simulate(softer)) > 0.02
+    assert difference(simulate(softer), simulate(acting)) < 0.002
+
+
+def test_grip_that_comes_and_goes_is_a_factor_on_the_stiffness() -> None:
+    law = Law("slip_trailer", "slip_trailer", response="periodic")
+    run = SimpleNamespace(
+        name="run1", time=np.arange(0.0, 10.0, 0.01), speed=np.full(1000, 25.0), channels={}
+    )
+    gripping = effect_of(law, runs=(stretch(run),))
+    values = {"gain": 0.3, "repetitions_per_km": 40.0, "phase_1_rad": 0.5}
+    found = plant()
+    gripping.act(found, run, values, ())
+    assert set(found.series) == {"stiffness_trailer_front", "stiffness_trailer_rear"}
+    assert np.max(found.series["stiffness_trailer_rear"]) == pytest.approx(0.3, abs=1e-3)
+    parameters = {
+        name: {"value": value, "low": 0.9 * value, "high": 1.1 * value}
+        for name, value in values.items()
+    }
+    text = sentence(law, parameters)
+    assert text.startswith("the cornering stiffness of the trailer's tyres comes and goes by 30")
+    assert "every 25.0 m" in text
 
 
 @pytest.mark.parametrize("place", LAW_TO)
@@ -517,11 +594,11 @@ def test_the_law_that_acts_is_among_the_few_that_are_begun(
 ) -> None:
     """By three simulations of each, from the calibrated vehicle or from that of the file."""
     close = searched((ActiveEffect(effect_of(law), values),)).close
-    terms = [term for other in all_laws() for term in _begun(other)]
+    terms = [term for other in all_laws() for term in initial(other)]
     spent = close.problem.budget.spent_s
     places = []
     for fit in (close.run(close.start(), 20), close.start()):
-        ranked = [law_in(term) for term in _ranked(Linear(close, fit), terms)]
+        ranked = [law_in(term) for term in by_promise(Linear(close, fit), terms)]
         assert set(ranked) == set(all_laws())
         places.append(ranked.index(law))
     assert min(places) < SCREENED, places
@@ -768,7 +845,7 @@ def test_each_left_out_run_counts_by_how_many_times_better_it_is() -> None:
 def test_another_shape_begins_as_strong_as_the_straight_line(straight: float, shape: str) -> None:
     """At the usual amplitude both give the same moment, the same way."""
     line = ActiveEffect(effect_of(Law("moment_trailer", "articulation_rate")), (straight,))
-    found = _like(line, Law("moment_trailer", "articulation_rate", shape))
+    found = in_form(line, Law("moment_trailer", "articulation_rate", shape))
     usual = MOTIONS["articulation_rate"].usual
     values = found.as_dict()
     moment = (
@@ -779,9 +856,11 @@ def test_another_shape_begins_as_strong_as_the_straight_line(straight: float, sh
 
 def test_a_law_that_already_has_a_bend_keeps_it_at_another_power_of_the_speed() -> None:
     own = effect_of(Law("hitch", "articulation", "dead zone"))
-    found = _like(ActiveEffect(own, (60000.0, 0.03)), Law("hitch", "articulation", "dead zone", 2))
+    found = in_form(
+        ActiveEffect(own, (60000.0, 0.03)), Law("hitch", "articulation", "dead zone", 2)
+    )
     assert found.values == (60000.0, 0.03)
-    wide = _like(ActiveEffect(own, (60000.0, 0.06)), Law("hitch", "articulation", "saturating"))
+    wide = in_form(ActiveEffect(own, (60000.0, 0.06)), Law("hitch", "articulation", "saturating"))
     assert wide.values[0] > 0.0  # beyond its zone it acts, at the usual amplitude it does not
 
 
@@ -835,7 +914,7 @@ def test_no_law_beside_effects_that_leave_only_noise(
 ) -> None:
     friction = next(e for e in library() if e.name == "hitch_friction:hitch")
     known = ActiveEffect(friction, tuple(p.starts[0] for p in friction.parameters))
-    law = _begun(all_laws()[0])[0]
+    law = initial(all_laws()[0])[0]
     explains = Fit((known,), np.zeros((1, 5)), np.zeros(0), reduced * 1000.0, 1000)
     terms = (known, law) if beside else (law,)
     assert _beside_what_suffices(explains, replace(explains, terms=terms)) is needless

@@ -96,7 +96,7 @@ def terms_of(
 
 def _law(id_: str, spec: str) -> Effect:
     """A law that a diagnosis found, under its own id or the one that a user's file gave it."""
-    from swaywatch.discover.grammar import effect_of_form
+    from swaywatch.discover.effect import effect_of_form
 
     return replace(effect_of_form(spec), id=id_)
 

@@ -19,25 +19,21 @@ from scipy.signal import lfilter
 
 from swaywatch.diagnose.evidence.locate import Locator
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
+from swaywatch.discover.effect import ID, RATE_S, bend_of, made_of
 from swaywatch.discover.find import Discovery
-from swaywatch.discover.grammar import (
+from swaywatch.discover.forms import curve, share_by_the_way
+from swaywatch.discover.law import (
     ANYWHERE,
     BODIES,
     HEADINGS,
-    ID,
     LAGGED,
     MOTIONS,
     PERIODIC,
     PLACES,
-    RATE_S,
     SPEED_M_S,
     THERE,
     TRANSIENT,
     Law,
-    bend_of,
-    curve,
-    made_of,
-    share_by_the_way,
 )
 from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, course, driven, stretch
 from swaywatch.effects.effect import Effect, Parameter, Values, Window

@@ -9,9 +9,10 @@ from swaywatch.diagnose.evidence.evidence import explained
 from swaywatch.diagnose.evidence.search import reduced_chi_square
 from swaywatch.diagnose.evidence.verdict import SUREST, Verdict
 from swaywatch.diagnose.fit.holdout import typical
+from swaywatch.discover.effect import ID
 from swaywatch.discover.find import Discovery
-from swaywatch.discover.grammar import BODIES, ID, MOTIONS, PLACES, Law
 from swaywatch.discover.inputs import missing_inputs
+from swaywatch.discover.law import BODIES, MOTIONS, PLACES, Law
 from swaywatch.discover.sentences import energy, sentence, suggestion
 
 NAMED_BESIDE = 0.9  # confidence in a library effect that a law is claimed beside

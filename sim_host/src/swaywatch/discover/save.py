@@ -8,7 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from swaywatch.discover.grammar import PERIODIC, effect_of, law_of
+from swaywatch.discover.effect import effect_of
+from swaywatch.discover.law import PERIODIC, law_of
 from swaywatch.effects.effect import Effect
 from swaywatch.errors import SwaywatchError
 

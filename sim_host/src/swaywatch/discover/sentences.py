@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from swaywatch.discover.grammar import (
+from swaywatch.discover.known import KNOWN
+from swaywatch.discover.law import (
     BY_THE_WAY,
     FADING,
     FRICTION,
@@ -27,7 +28,6 @@ from swaywatch.discover.grammar import (
     Law,
     Place,
 )
-from swaywatch.discover.known import KNOWN
 from swaywatch.discover.way import DISTANCE
 
 #: Motions that a place works against: their product is power.

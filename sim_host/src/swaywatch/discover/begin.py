@@ -1,0 +1,184 @@
+"""What laws promise, and the values that each is begun with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from swaywatch.diagnose.evidence.search import Linear
+from swaywatch.diagnose.fit.fit import Fit
+from swaywatch.discover.effect import OF_A_SHAPE, effect_of
+from swaywatch.discover.forms import curve
+from swaywatch.discover.grammar import FREQUENCIES_HZ, grammar, of_two, refined
+from swaywatch.discover.law import ANYWHERE, MOTIONS, PLACES, Law
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Effect
+
+PAIRED = 12  # laws of two variables that are begun from each vehicle
+SHORT_LIST = 12  # laws that are fitted under the observer
+FORMS = 8  # of one place and variable that come first
+STRONGER, WEAKER = 4.0, 0.25  # times its initial size at which a law is looked at too
+
+
+def law_in_effect(effect: Effect) -> Law:
+    """The law that an effect of one has."""
+    law = effect.extra["law"]
+    assert isinstance(law, Law)
+    return law
+
+
+def law_in(term: ActiveEffect) -> Law:
+    """The law of a term of one."""
+    return law_in_effect(term.effect)
+
+
+def linear_laws(course: Linear) -> list[ActiveEffect]:
+    """The linear laws and oscillating masses with the largest gain in the linearised fit."""
+    best: dict[tuple[str, int], tuple[float, tuple[float, ...], Effect]] = {}
+    # a frequency must not be extrapolated: each start keeps its own
+    for row in course.best(grammar(), shaped=False):
+        best.setdefault((row[2].component, _band(row[2])), row)
+    ranked = sorted(best.values(), key=lambda row: -row[0])[:SHORT_LIST]
+    return [ActiveEffect(effect, values) for _, values, effect in ranked]
+
+
+def best_of_each_law(fits: Sequence[Fit]) -> list[Fit]:
+    """The best fit of each law, the best first."""
+    kept: dict[Law, Fit] = {}
+    for fit in sorted(fits, key=lambda f: f.chi2):
+        kept.setdefault(law_in(fit.terms[-1]), fit)
+    return list(kept.values())
+
+
+def of_two_variables(course: Linear) -> list[ActiveEffect]:
+    """The laws of two variables that promise most together, to first order."""
+    singles = [e for e in grammar() if law_in_effect(e).place in PLACES]
+    tried = [(e, (WEAKER * e.parameters[0].starts[0], *_rest(e))) for e in singles]
+    columns = course.columns(tried)
+    found = []
+    for i, one in enumerate(singles):
+        for j, other in enumerate(singles):
+            law = replace(law_in_effect(one), second=law_in_effect(other).motion)
+            if law_in_effect(one).power != law_in_effect(other).power or law not in of_two(
+                law_in_effect(one)
+            ):
+                continue
+            a = np.stack([columns[i], columns[j]], axis=1)
+            x = np.linalg.lstsq(a, -course.left, rcond=1e-9)[0]
+            rest = course.left + a @ x
+            gains = [x[k] * tried[m][1][0] for k, m in ((0, i), (1, j))]
+            found.append((float(np.dot(rest, rest)), law, gains))
+    found.sort(key=lambda row: row[0])
+    kept: dict[frozenset[str], ActiveEffect] = {}
+    for _, law, (first, second) in found:
+        effect = effect_of(law)
+        values = {"gain": first, "second_share": second / first if first else 0.0}
+        inside = (
+            min(max(values.get(p.name, p.starts[0]), p.low), p.high) for p in effect.parameters
+        )
+        name = frozenset((law.place, law.motion, law.second, str(law.power)))
+        kept.setdefault(name, ActiveEffect(effect, tuple(inside)))
+    return list(kept.values())[:PAIRED]
+
+
+def _rest(effect: Effect) -> tuple[float, ...]:
+    """Initial values of what is not the size of an effect."""
+    return tuple(p.starts[0] for p in effect.parameters[1:])
+
+
+def by_promise(course: Linear, terms: Sequence[ActiveEffect]) -> list[ActiveEffect]:
+    """Of each law the values that promise the largest drop of the misfit, the best first.
+
+    Each with the first of its initial values, with `STRONGER` ones the other way and with `WEAKER`
+    ones: what a strong law that limits or cuts off changes is nothing like what a weak one does.
+    """
+    firsts: dict[Law, ActiveEffect] = {}
+    for term in terms:
+        firsts.setdefault(law_in(term), term)
+    tried = [look for term in firsts.values() for look in looks(term)]
+    promised = sorted(zip(course.promises(tried), tried, strict=True), key=lambda pair: -pair[0])
+    best: dict[Law, ActiveEffect] = {}
+    for _, term in promised:
+        best.setdefault(law_in(term), term)
+    return _spread(list(best.values()))
+
+
+def _spread(ranked: Sequence[ActiveEffect]) -> list[ActiveEffect]:
+    """So ordered that no place with its variable takes up the list with its many forms.
+
+    The form is looked for again once place and variable are known.
+    """
+    forms: dict[str, int] = {}
+    first: list[ActiveEffect] = []
+    later: list[ActiveEffect] = []
+    for term in ranked:
+        name = term.effect.component
+        forms[name] = forms.get(name, 0) + 1
+        (first if forms[name] <= FORMS else later).append(term)
+    return [*first, *later]
+
+
+def looks(term: ActiveEffect) -> list[ActiveEffect]:
+    """A law as it is, several times as strong, the other way where it can act so, and weaker."""
+    size, bounds = term.values[0], term.effect.parameters[0]
+    other_way = bounds.low < 0.0 < bounds.high
+    strong = min(max((-STRONGER if other_way else STRONGER) * size, bounds.low), bounds.high)
+    looks = [replace(term, values=(x, *term.values[1:])) for x in (size, strong, WEAKER * size)]
+    return [*looks, *(_behind(look) for look in looks if law_in(look).place in ANYWHERE)]
+
+
+def _behind(term: ActiveEffect) -> ActiveEffect:
+    """What acts ahead of the centre of gravity as far behind it."""
+    values = term.as_dict() | {"ahead_m": -term.as_dict()["ahead_m"]}
+    return replace(term, values=tuple(values[p.name] for p in term.effect.parameters))
+
+
+def in_other_forms(straight: ActiveEffect) -> list[ActiveEffect]:
+    """A linear law in other shapes, with initial values."""
+    law = law_in(straight)
+    if law.swings:  # with a gap or a drag: the values of the oscillation, and an initial one
+        more = [effect_of(other, straight.as_dict()["frequency_hz"]) for other in refined(law)]
+        return [ActiveEffect(e, (*straight.values, e.parameters[-1].starts[0])) for e in more]
+    return [in_form(straight, other) for other in refined(law)]
+
+
+def _strength(shape: str, usual: float, bend: float) -> float:
+    """A shape, of gain one, at an amplitude of its variable to the stronger side."""
+    sides = (np.linspace(0.0, usual, 100), np.linspace(0.0, -usual, 100))
+    return max(abs(float(curve(shape, side, bend)[-1])) for side in sides)
+
+
+def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:
+    """A law in another shape, with initial values that make it as strong as the one given.
+
+    At the usual amplitude of the variable (beyond a dead zone) both are of one size: a law that is
+    many times stronger than the usual initial values of its shape is not found from those.
+    """
+    own, known, effect = law_in(term), term.as_dict(), effect_of(law)
+    values = {p.name: known.get(p.name, p.starts[0]) for p in effect.parameters}
+    if law.shape != own.shape and "gain" in known:
+        begun = {p.name: p.starts[0] for p in effect.parameters if p.name in OF_A_SHAPE}
+        values |= begun
+        bend = sum(known.get(name, 0.0) for name in OF_A_SHAPE)
+        usual = max(MOTIONS[law.motion].usual, 2.0 * known.get("bend", 0.0))
+        before = _strength(own.shape, usual, bend)
+        values["gain"] *= before / _strength(law.shape, usual, sum(begun.values()))
+    inside = (min(max(values[p.name], p.low), p.high) for p in effect.parameters)
+    return ActiveEffect(effect, tuple(inside))
+
+
+def initial(law: Law) -> tuple[ActiveEffect, ...]:
+    """A law with its initial values, with a positive and a negative gain."""
+    effect = effect_of(law)
+    gain, *rest = (p.starts[0] for p in effect.parameters)
+    if effect.parameters[0].high == 0.0:  # only one sign is possible
+        return (ActiveEffect(effect, (gain, *rest)),)
+    return ActiveEffect(effect, (gain, *rest)), ActiveEffect(effect, (-gain, *rest))
+
+
+def _band(effect: Effect) -> int:
+    """Band of the initial frequency of an oscillating mass."""
+    at = effect.extra["start_hz"]
+    return next((i for i, row in enumerate(FREQUENCIES_HZ) if at in row), 0)

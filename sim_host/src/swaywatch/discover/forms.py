@@ -1,0 +1,161 @@
+"""Forms of a law: its curve over the course of its variable, and the law in symbols."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.discover.law import (
+    BY_THE_WAY,
+    FADING,
+    GROWING,
+    INSTANT,
+    LAGGED,
+    LIMITED_RATE,
+    LINE_AND_CUBE,
+    MOTIONS,
+    PERIODIC,
+    PLACES,
+    SHAPES,
+    SPEED_M_S,
+    TRANSIENT,
+    UNEVEN,
+    WAITING,
+    Law,
+)
+from swaywatch.discover.way import DISTANCE, left
+from swaywatch.effects.effect import Values
+from swaywatch.effects.runs import RATE_HZ, Run
+from swaywatch.plant.lanes import LAW_FELT
+
+Array = NDArray[np.float64]
+
+SWING_SEEN_S, SWING_KEPT_S, WAITING_SHARE = 0.05, 1.0, 0.1  # as in plant_lanes.c
+HURRY_S = 0.05  # as in plant_lanes.c
+
+
+def rubs_at_hitch(law: Law) -> bool:
+    """Whether something at the hitch works itself in, or fades, with the angle worked through."""
+    hitch = (law.place, law.motion) == ("hitch", "articulation_rate")
+    return hitch and law.response in BY_THE_WAY
+
+
+def share_by_the_way(law: Law, run: Run, values: Values) -> Array:
+    """Share of a law that has come over some way, or that is left after it, shape (n,).
+
+    What rubs at the hitch works itself in, or fades, with the angle that it has worked through.
+    """
+    if law.response not in BY_THE_WAY:
+        return np.ones(run.time.size)
+    return left(run, values) if law.response == FADING else 1.0 - left(run, values)
+
+
+def swing_of(z: Array) -> Array:
+    """How far something swings: what it was at the most, forgotten within a while, shape (n,)."""
+    state = np.zeros_like(z)
+    for i, size in enumerate(np.abs(z[1:])):
+        beyond = size - state[i]
+        within = SWING_SEEN_S if beyond > 0.0 else SWING_KEPT_S
+        state[i + 1] = state[i] + beyond * -math.expm1(-1.0 / (RATE_HZ * within))
+    return state
+
+
+def dragged(z: Array, bend: float) -> Array:
+    """Deflection of an element with dry friction that slides at `bend` (Dahl), shape (n,)."""
+    state = np.zeros_like(z)
+    for i, step in enumerate(np.diff(z)):
+        kept = math.exp(-abs(step) / bend)  # exact while z goes one way
+        state[i + 1] = kept * state[i] + math.copysign(bend * (1.0 - kept), step)
+    return state
+
+
+def hurried(z: Array, bend: float) -> Array:
+    """What follows `z` no faster than `bend` a second, shape (n,)."""
+    state = np.zeros_like(z)
+    for i, target in enumerate(z[1:]):
+        rate = np.clip((target - state[i]) / HURRY_S, -bend, bend)
+        state[i + 1] = state[i] + rate / RATE_HZ
+    return state
+
+
+def _waited(z: Array, bend: float) -> Array:
+    """What acts while something swings beyond `bend`, shape (n,)."""
+    return 0.5 * z * (1.0 + np.tanh((swing_of(z) / bend - 1.0) / WAITING_SHARE))
+
+
+_CURVES: dict[str, Callable[[Array, float], Array]] = {
+    "straight": lambda z, _: z,
+    "saturating": lambda z, bend: bend * np.tanh(z / bend),
+    "dead zone": lambda z, bend: z - np.clip(z, -bend, bend),
+    "cube": lambda z, _: z**3,
+    "odd square": lambda z, _: z * np.abs(z),
+    "even square": lambda z, _: z**2,
+    "hysteretic": dragged,
+    "rubbing": lambda z, _: np.abs(z) * np.sign(np.gradient(z)),
+    "positive side": lambda z, _: np.maximum(z, 0.0),
+    "negative side": lambda z, _: np.minimum(z, 0.0),
+    UNEVEN: lambda z, other: np.maximum(z, 0.0) + other * np.minimum(z, 0.0),
+    WAITING: _waited,
+    LIMITED_RATE: hurried,
+    LINE_AND_CUBE: lambda z, steeper: z * (1.0 + steeper * z**2),
+}
+assert set(_CURVES) == set(SHAPES)
+
+
+def curve(shape: str, z: Array, bend: float) -> Array:
+    """A shape, of gain one, over the course of its variable, shape (n,)."""
+    signed = shape in (UNEVEN, LINE_AND_CUBE)
+    return np.asarray(_CURVES[shape](z, bend if signed else max(bend, 1e-9)))
+
+
+def formula(law: Law) -> str:
+    """The law in symbols."""
+    symbol = MOTIONS[law.motion].symbol
+    if law.second:
+        symbol = f"({symbol} + share x {MOTIONS[law.second].symbol})"
+    nonlinear = {
+        "straight": symbol,
+        "saturating": f"bend tanh({symbol} / bend)",
+        "dead zone": f"({symbol} beyond +-bend)",
+        "cube": f"{symbol}^3",
+        "odd square": f"{symbol} |{symbol}|",
+        "even square": f"{symbol}^2",
+        "hysteretic": f"z, dz/dt = d{symbol}/dt - |d{symbol}/dt| z / bend",
+        "rubbing": f"|{symbol}| sign(d{symbol}/dt)",
+        "positive side": f"max({symbol}, 0)",
+        "negative side": f"min({symbol}, 0)",
+        UNEVEN: f"{symbol}, on the negative side times the other",
+        WAITING: f"({symbol} while it swings beyond +-bend)",
+        LINE_AND_CUBE: f"({symbol} + per_square x {symbol}^3)",
+        LIMITED_RATE: f"({symbol}, followed no faster than bend a second)",
+    }[law.shape]
+    left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]
+    speed = {
+        -1: f" / (v / {SPEED_M_S:g} m/s)",
+        0: "",
+        1: f" (v / {SPEED_M_S:g} m/s)",
+        2: f" (v / {SPEED_M_S:g} m/s)^2",
+    }[law.power]
+    when = (_AT_HITCH if rubs_at_hitch(law) else _WHEN)[law.response]
+    if law.motion == DISTANCE:
+        return f"{left} = gain{speed}{when}"
+    if law.motion in LAW_FELT:
+        when = f"{_WHEN[LAGGED]}{when}"
+    return f"{left} = gain x {nonlinear}{speed}{when}"
+
+
+_WHEN = {
+    INSTANT: "",
+    LAGGED: " with a lag",
+    TRANSIENT: ", without what lasts",
+    GROWING: " x (1 - exp(-way / over))",
+    FADING: " x exp(-way / over)",
+    PERIODIC: " x sin(2 pi repetitions x way + phase)",
+}
+_AT_HITCH = {
+    GROWING: " x (1 - 1 / (1 + angle worked / over))",
+    FADING: " / (1 + angle worked / over)",
+}

@@ -1,0 +1,435 @@
+"""Laws tried on one path of the diagnosis, under the observer, then the best in free simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from swaywatch.diagnose.evidence.baselines import Path
+from swaywatch.diagnose.evidence.evidence import CLAIMED, DISCREPANCY, inflation, residuals
+from swaywatch.diagnose.evidence.search import Candidate, Linear, Search, reduced_chi_square
+from swaywatch.diagnose.fit.fit import Fit
+from swaywatch.discover.begin import (
+    SHORT_LIST,
+    best_of_each_law,
+    by_promise,
+    in_form,
+    in_other_forms,
+    initial,
+    law_in,
+    law_in_effect,
+    linear_laws,
+    looks,
+    of_two_variables,
+)
+from swaywatch.discover.effect import ID, effect_of
+from swaywatch.discover.grammar import NONLINEAR_ONLY, all_laws, grammar, plainer, refined
+from swaywatch.discover.law import (
+    BODIES,
+    INSTANT,
+    MOTIONS,
+    PERIODIC,
+    RESPONSES,
+    ROLLS,
+    SHAPES,
+    SLIDING,
+    Law,
+)
+from swaywatch.discover.way import (
+    DISTANCE,
+    GRIP_PLACES,
+    ROAD_PLACES,
+    grip_rates,
+    repetitions,
+    stretch,
+)
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.effect import Effect
+from swaywatch.plant.lanes import BODY
+
+PAIRED_ON = 4  # of them that are continued
+NOISE_CLOSE = 1.15  # reduced chi-square under the observer up to which one variable is enough
+SCREENED = 72  # laws that are begun, of those that a vehicle promises most of to first order
+RESHAPED = 2  # times that the form of a law is looked for
+BEGUN = 3  # iterations of their fits; the best of them are continued
+#: Logarithm of the odds from which a law is claimed: clean vehicles of another simulator, with
+#: other suspension models, gave laws of up to 55. Every tyre has a pneumatic trail.
+FORM = 75.0
+SWING_HZ = (
+    0.6,
+    0.8,
+    1.0,
+    1.4,
+)  # initial frequencies of an oscillating mass in the vehicle of the file
+SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
+#: How it moves: oscillates laterally, about the vertical axis, laterally with a gap or with a drag
+#: that grows with its rate, or slides.
+SWINGING = tuple(
+    Law(body, *kind)
+    for kind in (
+        ("swing",),
+        ("turn",),
+        ("swing", "dead zone"),
+        ("swing", "odd square"),
+        ("swing", SLIDING),
+    )
+    for body in BODIES
+)
+#: Library effects from which on one law may replace them: one, with suspension two.
+SEVERAL = {False: 1, True: 2}
+#: Share by which a law has to reduce the misfit that the library effects leave.
+BESIDE_KNOWN = 0.03
+#: Of what a law has to take away to be claimed, that it promises to first order beside library
+#: effects that leave only noise; below it no law is begun. Laws that replaced such effects promised
+#: 0.38 and 0.5 of what they took away then (docs/experiments.md).
+PROMISED = 0.3
+
+
+@dataclass
+class LawSearch:
+    """Laws tried on one path of the diagnosis."""
+
+    path: Path
+    tried: list[Candidate] = field(default_factory=list)
+    alone: bool = False  # laws were tried without other effects
+    open: Callable[[], Sequence[Law]] = all_laws  # started from the vehicle of the file
+    ranked: Sequence[Law] = ()  # of those, once they were started, the best first
+
+    @property
+    def search(self) -> Search:
+        """Of the path."""
+        return self.path.search
+
+    @property
+    def _plain(self) -> bool:
+        """The library leaves only noise, without effects that one law may replace."""
+        return library_suffices(self.path)
+
+    def weighed(self, candidate: Candidate) -> Candidate:
+        """With its evidence, including the choice among all laws and shapes."""
+        found = self.search.weighed(candidate)
+        laws = [law_in(t) for t in found.fit.terms if t.effect.id == ID]
+        nonlinear = sum(law.shape != SHAPES[0] for law in laws)
+        price = len(laws) * math.log(len(grammar())) + nonlinear * math.log(len(SHAPES))
+        price += sum(bool(law.second) for law in laws) * math.log(len(MOTIONS))
+        price += sum(law.response != INSTANT for law in laws) * math.log(len(RESPONSES))
+        return replace(found, evidence=found.evidence - price)
+
+    def _sprung(self, terms: Sequence[ActiveEffect]) -> list[ActiveEffect]:
+        """Laws as a vehicle on springs has them, where this is one: it rolls by itself."""
+        if not self.search.on_springs:
+            return list(terms)
+        found = []
+        for term in terms:
+            law = law_in(term)
+            # values of a roll of its own are the last ones
+            effect = effect_of(law, sprung=True) if law.motion in ROLLS else term.effect
+            found.append(ActiveEffect(effect, term.values[: len(effect.parameters)]))
+        return found
+
+    def promising(self) -> bool:
+        """A law may be claimed: the library leaves more than noise, or a law promises enough.
+
+        Library effects that leave only noise and are not the cause leave what a law takes away
+        beside them, too: it has to be far likelier than they are.
+        """
+        if not self.path.clean:
+            return True
+        close = self.search.close
+        course = Linear(close, close.run(self.path.best.fit, 6))
+        if any(
+            self._enough_promised(row[2], row[0]) for row in course.best(grammar(), shaped=False)
+        ):
+            return True
+        if self._plain:
+            return False
+        terms = self._sprung([look for law in all_laws() for look in looks(initial(law)[0])])
+        gains = course.promises(terms)
+        return any(self._enough_promised(t.effect, g) for t, g in zip(terms, gains, strict=True))
+
+    def _enough_promised(self, effect: Effect, gain: float) -> bool:
+        """Enough of the drop of chi2 from which a law is claimed."""
+        least = least_ahead(law_in_effect(effect)) + math.log(len(grammar()))
+        return gain > PROMISED * 2.0 * least * self.search.noise
+
+    def beside(self, parent: Fit) -> list[Candidate]:
+        """The most promising laws together with the effects of a parent, under the observer."""
+        close = self.search.close
+        near = close.run(parent, 6)
+        course = Linear(close, near)
+        terms = self._sprung(linear_laws(course))
+        starts = [replace(near, terms=(*near.terms, term)) for term in terms]
+        fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
+        if not self._plain:
+            fits = [*fits, *self._in_other_shapes(course, fits)]
+            fits = [*fits, *self._of_two(fits, parent)]
+            fits = [*fits, *self._along_the_road(fits, parent)]
+        least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
+        least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
+        found = [Candidate(f, parent) for f in fits if f.chi2 < least]
+        return found if parent.terms else [*found, *self._swinging(parent, least)]
+
+    def _in_other_shapes(self, course: Linear, straight: Sequence[Fit]) -> list[Fit]:
+        """The linear laws in other shapes: a linear law hardly imitates a stop or a cubic law.
+
+        Only where the library alone does not suffice. Without other effects all open laws are
+        also started, with both signs, from the vehicle of the file: the values of the calibrated
+        one are distorted to compensate for the law, and the response to a small law says little
+        about one that limits the oscillation. A shape has to fit clearly better than the
+        linear law.
+        """
+        close = self.search.close
+        terms = [nonlinear for fit in straight for nonlinear in in_other_forms(fit.terms[-1])]
+        terms += [term for law in NONLINEAR_ONLY for term in initial(law)]
+        begun = self._begun_best(course, self._sprung(terms))[0][:SHORT_LIST]
+        if not course.fit.terms:
+            of_file = Linear(close, close.start())
+            terms = [term for law in self.open() for term in initial(law)]
+            far, self.ranked = self._begun_best(of_file, self._sprung(terms))
+            # the vehicle of the file leaves a larger misfit: the best of each start are kept
+            begun = best_of_each_law([*begun, *far[:SHORT_LIST]])
+        found = close.side_by_side(lambda f: close.run(f, 10), begun)
+        if not course.fit.terms and min(f.chi2 / f.count for f in found) > NOISE_CLOSE:
+            found = [*found, *self._bent(best_of_each_law(found)[:PAIRED_ON])]
+        return self._shaped_for_a_reason(found, straight)
+
+    def _begun_best(
+        self, course: Linear, terms: Sequence[ActiveEffect]
+    ) -> tuple[list[Fit], list[Law]]:
+        """Fits of the laws that promise most, begun, the best first; all laws, ranked.
+
+        What a law promises is seen from two simulations of each run; a fit takes ten.
+        """
+        ranked = by_promise(course, terms)
+        kept = {law_in(term): term for term in ranked[:SCREENED]}
+        usual = [term for term in terms if law_in(term) in kept]
+        seen = {(law_in(term), term.values) for term in usual}
+        terms = usual + [term for law, term in kept.items() if (law, term.values) not in seen]
+        starts = [replace(course.fit, terms=(*course.fit.terms, term)) for term in terms]
+        close = self.search.close
+        begun = best_of_each_law(
+            close.side_by_side(lambda f: close.run(f, BEGUN, frozen=course.background), starts)
+        )
+        first = [law_in(fit.terms[-1]) for fit in begun]
+        return begun, [*first, *map(law_in, ranked[len(kept) :])]
+
+    def _shaped_for_a_reason(self, fits: Sequence[Fit], straight: Sequence[Fit]) -> list[Fit]:
+        """Fits whose law is linear, or whose shape fits clearly better than a line there."""
+        lines: dict[str, float] = {}
+        for fit in (*straight, *fits):
+            term = fit.terms[-1]
+            if law_in(term).shape == SHAPES[0]:
+                name = term.effect.component
+                lines[name] = min(lines.get(name, fit.chi2), fit.chi2)
+        return [f for f in fits if self._fits_better(f, lines)]
+
+    def _fits_better(self, fit: Fit, lines: Mapping[str, float]) -> bool:
+        """A linear law, or clearly better than the same law in linear form."""
+        term = fit.terms[-1]
+        line = lines.get(term.effect.component, math.inf)
+        if law_in(term).shape == SHAPES[0] or not math.isfinite(line):
+            return True
+        return fit.chi2 < line - max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * line)
+
+    def _of_two(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
+        """Laws of two variables, where one leaves more than noise.
+
+        What a controller asks for is often the difference of two motions: the yaw rate less the one
+        that the steering asks for. Neither alone need come near it.
+        """
+        best = min((fit.chi2 for fit in fits), default=math.inf)
+        if parent.terms or best <= NOISE_CLOSE * parent.count:
+            return []
+        close = self.search.close
+        starts = [
+            replace(fit, terms=(term,))
+            for fit in (close.run(parent, 6), close.start())
+            for term in self._sprung(of_two_variables(Linear(close, fit)))
+        ]
+        straight = self._gone_on(starts)
+        found = self._shaped_for_a_reason([*straight, *self._bent(straight)], ())
+        return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
+
+    def _bent(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Laws in forms next to their own, each begun as it is."""
+        return self._gone_on(
+            [
+                replace(fit, terms=tuple(self._sprung([in_form(fit.terms[-1], law)])))
+                for fit in fits
+                for law in refined(law_in(fit.terms[-1]))
+            ]
+        )
+
+    def _gone_on(self, starts: Sequence[Fit]) -> list[Fit]:
+        """Begun under the observer, and of the best laws gone on with."""
+        close = self.search.close
+        begun = close.side_by_side(lambda f: close.run(f, BEGUN), starts)
+        best = best_of_each_law(begun)[:PAIRED_ON]
+        return close.side_by_side(lambda f: close.run(f, 10), best)
+
+    def _along_the_road(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
+        """What comes and goes along the road, where laws of the motion leave more than noise."""
+        close = self.search.close
+        best = min((fit.chi2 / max(fit.count, 1) for fit in fits), default=math.inf)
+        if parent.terms or best <= NOISE_CLOSE:
+            return []
+        found = []
+        for fit in (close.run(parent, 6), close.start()):
+            near = Linear(close, fit)
+            runs = close.problem.runs
+            forces = [Law(place, DISTANCE, response=PERIODIC) for place in ROAD_PLACES]
+            waves = [
+                wave
+                for rate in repetitions(runs, near.base)
+                for wave in self._waves(near, rate, forces)
+            ]
+            grips = [Law(place, place, response=PERIODIC) for place in GRIP_PLACES]
+            slabs = [wave for rate in grip_rates(runs) for wave in self._waves(near, rate, grips)]
+            starts = [
+                replace(fit, terms=(term,))
+                for some in (waves, slabs)
+                for _, term in sorted(some, key=lambda wave: -wave[0])[:PAIRED_ON]
+            ]
+            found += close.side_by_side(lambda f: close.run(f, 10), starts)
+        return best_of_each_law(found)
+
+    def _waves(
+        self, near: Linear, rate: float, laws: Sequence[Law]
+    ) -> list[tuple[float, ActiveEffect]]:
+        """What one number of repetitions promises at each place, and values to begin with."""
+        runs = tuple(map(stretch, near.fitter.problem.runs))
+        effects = [effect_of(law, runs=runs) for law in laws]
+        tried = []
+        for effect in effects:
+            size, none = effect.parameters[0].starts[0], len(runs)
+            tried += [(effect, (size, rate, *([turn] * none))) for turn in (0.0, 0.5 * math.pi)]
+        columns = near.by_run(tried)
+        found = []
+        for i, effect in enumerate(effects):
+            a = np.concatenate([columns[2 * i], columns[2 * i + 1]], axis=1)
+            x = np.linalg.lstsq(a, -near.left, rcond=1e-9)[0]
+            rest = near.left + a @ x
+            gain = float(np.dot(near.left, near.left) - np.dot(rest, rest))
+            sine, cosine = x[: len(runs)], x[len(runs) :]
+            size = float(np.mean(np.hypot(sine, cosine))) * effect.parameters[0].starts[0]
+            size = min(size, effect.parameters[0].high)
+            phase = [float(np.arctan2(c, s)) for s, c in zip(sine, cosine, strict=True)]
+            found.append((gain, ActiveEffect(effect, (size, rate, *phase))))
+        return found
+
+    def _swinging(self, parent: Fit, least: float) -> list[Candidate]:
+        """Oscillating masses in the vehicle of the file, where the library alone does not suffice.
+
+        Near the frequency of the sway such a mass changes the whole motion; a vehicle whose values
+        compensate for it is too far from the true one for the mass to be found from there.
+        """
+        if self._plain:
+            return []
+        close = self.search.close
+        start = close.start()
+        starts = [
+            replace(start, terms=(ActiveEffect(e, values),))
+            for law in SWINGING
+            for e, values in self._set_going(law)
+        ]
+        fits = close.side_by_side(lambda f: close.run(f, 10), starts)
+        fits = self._shaped_for_a_reason(fits, ())
+        return [Candidate(f, parent) for f in fits if f.chi2 < least]
+
+    def _whole(self, law: Law) -> float:
+        """Mass, or yaw inertia, of the body that contains the oscillating mass."""
+        of = "yaw_inertia" if law.motion == "turn" else "mass"
+        return float(self.search.close.problem.body[BODY.index(f"{law.place}.{of}")])
+
+    def _set_going(self, law: Law) -> Iterator[tuple[Effect, tuple[float, ...]]]:
+        """A mass that moves in its body, with initial values: frequencies, or frictions."""
+        mass = SWING_SHARE * self._whole(law)
+        if law.slides:
+            effect = effect_of(law)
+            place, friction = effect.parameters[1:]
+            yield from ((effect, (mass, place.starts[0], f)) for f in friction.starts)
+            return
+        for hz in SWING_HZ:
+            effect = effect_of(law, hz)
+            yield effect, (mass, *(p.starts[0] for p in effect.parameters[1:]))
+
+    def polish(self, candidates: Sequence[Candidate]) -> None:
+        """Fits in free simulation, from the values of the parent or from the vehicle of the file.
+
+        In a parent that lacks the law the values of the file are distorted to compensate for it.
+        """
+        search = self.search
+        start = search.close.start()
+        again = [replace(c.fit, shift=start.shift, nuisance=start.nuisance) for c in candidates]
+        again = search.close.side_by_side(lambda f: search.close.run(f, 12), again)
+        near = [c.fit if c.fit.chi2 < f.chi2 else f for c, f in zip(candidates, again, strict=True)]
+        found = search.judge.side_by_side(search.released, near)
+        kept = [
+            Candidate(f, c.parent)
+            for f, c in zip(found, candidates, strict=True)
+            if np.isfinite(f.chi2)
+        ]
+        self.tried += kept
+        self.quieten(kept)
+
+    def quieten(self, candidates: Sequence[Candidate]) -> None:
+        """The variance of an independent sample is that of the residuals of the best model."""
+        if candidates:
+            least = min(candidates, key=lambda c: c.fit.chi2)
+            noise = inflation(residuals(self.search.judge, least.fit))
+            self.search.noise = min(self.search.noise, noise)
+
+    def shaped(self, candidate: Candidate) -> Candidate:
+        """With its law in another form, where that fits clearly better; and once more."""
+        judge = self.search.judge
+        for _ in range(RESHAPED):
+            fit = candidate.fit
+            term = fit.terms[-1]
+            others = self._sprung([in_form(term, law) for law in refined(law_in(term))])
+            starts = [replace(fit, terms=(*fit.terms[:-1], other)) for other in others]
+            near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
+            best = min(near, key=lambda f: f.chi2, default=fit)
+            if not best.chi2 < fit.chi2 - self._clearly(fit):
+                break
+            candidate = Candidate(best, candidate.parent)
+            self.tried.append(candidate)
+            self.quieten([candidate])
+            if reduced_chi_square(best) <= NOISE_CLOSE:
+                break
+        return candidate
+
+    def plain(self, candidate: Candidate) -> Candidate:
+        """Without what its law has more than it needs: a second variable, a shape or a lag."""
+        while True:
+            fit = candidate.fit
+            at = next(i for i, t in enumerate(fit.terms) if t.effect.id == ID)
+            law = plainer(law_in(fit.terms[at]))
+            if law is None:
+                return candidate
+            known = fit.terms[at].as_dict()
+            effect = effect_of(law, known.get("frequency_hz"), sprung=self.search.on_springs)
+            term = ActiveEffect(effect, tuple(known[p.name] for p in effect.parameters))
+            terms = (*fit.terms[:at], term, *fit.terms[at + 1 :])
+            found = self.search.judge.run(replace(fit, terms=terms), 20, tolerance=1e-6)
+            if not found.chi2 < fit.chi2 + self._clearly(fit):
+                return candidate
+            self.tried.append(Candidate(found, candidate.parent))
+            candidate = self.weighed(self.tried[-1])
+
+    def _clearly(self, fit: Fit) -> float:
+        """Drop of chi2 from which another shape fits clearly better."""
+        return max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * fit.chi2)
+
+
+def least_ahead(law: Law) -> float:
+    """Logarithm of the odds from which a law is claimed."""
+    every_tyre = law.motion == "side_force"
+    return CLAIMED if every_tyre else FORM
+
+
+def library_suffices(path: Path) -> bool:
+    """The library leaves only noise, without effects that one law may replace."""
+    return path.clean and len(path.best.fit.terms) < SEVERAL[path.search.on_springs]
