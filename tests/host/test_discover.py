@@ -210,6 +210,15 @@ def test_an_actuator_goes_no_faster_than_it_can() -> None:
     assert difference(quick, slow) > 0.01
 
 
+def test_friction_follows_what_has_no_rate_of_its_own() -> None:
+    """Its rate is seen from where it was a moment ago."""
+    sticks = {"law_gain": 0.3, "law_of_steer": 1.0, "law_to_slip_car_front": 1.0, "law_shape": 6.0}
+    dragged = plant()
+    dragged.add_series("slip_car_front", 0.3 * curve("hysteretic", dragged.steer, 0.008))
+    assert difference(simulate(plant()), simulate(dragged)) > 0.1
+    assert difference(simulate(dragged), simulate(plant(**sticks, law_bend=0.008))) < 0.05
+
+
 def test_a_line_with_its_cube() -> None:
     z = np.array([-1.0, 0.5, 1.0])
     assert curve("line and cube", z, -4.0) == pytest.approx([3.0, 0.0, -3.0])

@@ -28,6 +28,7 @@ from swaywatch.discover.law import (
     PERIODIC,
     SHAPES,
     SIDES,
+    SLIDING,
     SLIPS,
     SWINGS,
     THERE,
@@ -99,7 +100,7 @@ NONLINEAR_ONLY = (
         Law("hitch", "articulation_rate", nonlinear)
         for nonlinear in ("odd square", "cube", "dead zone", *SIDES, WAITING)
     ),
-    *(Law("slip_car_front", "steer", nonlinear) for nonlinear in ("odd square", "cube")),
+    *(Law("slip_car_front", "steer", nonlinear) for nonlinear in ("odd square", "cube", SLIDING)),
     *(
         Law("slip_car_front", "steer_rate", nonlinear)
         for nonlinear in ("saturating", "dead zone", "odd square", "cube")
@@ -116,7 +117,7 @@ NONLINEAR_ONLY = (
     *(
         Law(slip, slip, nonlinear)
         for slip in SLIPS
-        for nonlinear in ("saturating", "dead zone", *SIDES, UNEVEN)
+        for nonlinear in ("saturating", "dead zone", *SIDES, UNEVEN, SLIDING)
     ),
     *(Law(slip, slip, response=response) for slip in SLIPS for response in (LAGGED, GROWING)),
     # tyres whose aligning moment has a limit; something that scrubs or drags over the road

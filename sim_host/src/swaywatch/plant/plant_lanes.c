@@ -31,6 +31,7 @@
 #define SHORTEST_FELT_S 0.02 // lag of what is felt
 #define FELT 3.0             // slot `law_transient` where what a law depends on is felt
 #define WAITS 4.0            // shape "waiting", after `LAW_STICKS`
+#define BEHIND_S 0.03        // over which the rate is taken of what has none as a state
 #define HURRIES 6.0          // shape "limited rate"
 #define HURRY_S 0.05         // within which what may go as fast as it likes follows
 #define SWING_SEEN_S 0.05    // within which a law that waits notices how far something swings, ...

@@ -16,8 +16,8 @@
 #define PLANT_GENERATOR_WINDOW 6
 #define PLANT_STATES_OF_A_FIT 16
 #define PLANT_STATES_OF_HEAVE 24
-#define PLANT_STATES_OF_A_LAW 31
-#define PLANT_STATES 39
+#define PLANT_STATES_OF_A_LAW 32
+#define PLANT_STATES 40
 #define PLANT_LAW_STATES 13
 #define PLANT_LAW_FELT 3
 #define PLANT_BLOCK 10
@@ -324,12 +324,13 @@ enum plant_state {
     X_MODE_RATE = 27,
     X_DRAWBAR = 29,   ///< m, of the trailer past the ball, to the left
     X_DRAWBAR_RATE,   ///< m/s
+    X_BEHIND,         ///< what a law depends on, a moment ago: how fast it goes is seen from it
     X_LAG,            ///< N, Nm: the car's side force and moment behind the suspension's lag
-    X_SPEED = 33,     ///< m/s
+    X_SPEED = 34,     ///< m/s
     X_SPEED_INTEGRAL, ///< m
     X_DRIVE,          ///< N
     X_PLACE,          ///< m, two
-    X_HEADING = 38,   ///< rad
+    X_HEADING = 39,   ///< rad
 };
 
 /// Axle loads that the motion makes (plant_generator.h).

@@ -20,11 +20,15 @@ INLINE V NAME(bent)(V z, V shape, V at)
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
-/// How fast what dry friction follows goes on: articulation, roll of car and trailer.
-INLINE V NAME(rubbing)(const V *of, const V *turning, const V *e)
+/// How fast what dry friction follows goes on: articulation, roll of car and trailer; or as seen
+/// from where `z` was before.
+INLINE V NAME(rubbing)(const V *x, const V *of, const V *turning, const V *e, V z)
 {
-    return e[E_LAW_OF_ARTICULATION] * of[1] + e[E_LAW_OF_ROLL_CAR] * turning[0] +
-           e[E_LAW_OF_ROLL_TRAILER] * turning[1];
+    const V *is = e + E_LAW_OF_ARTICULATION;
+    const M known = (is[0] != 0.0) | (e[E_LAW_OF_ROLL_CAR] != 0.0) | (e[E_LAW_OF_ROLL_TRAILER] != 0.0);
+    const V rate = is[0] * of[1] + e[E_LAW_OF_ROLL_CAR] * turning[0] +
+                   e[E_LAW_OF_ROLL_TRAILER] * turning[1];
+    return NAME(choose)(known, rate, (z - x[X_BEHIND]) * (1.0 / BEHIND_S));
 }
 
 /// Dry friction behind an elastic part (Dahl): slips at a bend.
@@ -61,11 +65,12 @@ INLINE V NAME(hurrying)(V behind, V at)
 /// motion.
 INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V speed, V factor, V *dx)
 {
-    const V rate = NAME(rubbing)(of, turning, e);
     V z = {0};
     for (int j = 0; j < PLANT_LAW_STATES; j++) {
         z += e[E_LAW_OF_ARTICULATION + j] * of[j];
     }
+    const V rate = NAME(rubbing)(x, of, turning, e, z);
+    dx[X_BEHIND] = (z - x[X_BEHIND]) * (1.0 / BEHIND_S);
     const V lag = e[E_LAW_LAG], passing = e[E_LAW_TRANSIENT];
     z = NAME(choose)(passing > 0.0, z - x[X_LAW], z);
     z = NAME(choose)(passing > FELT - 1.0, x[X_LAW], z);
