@@ -25,9 +25,10 @@ INLINE V NAME(bent)(V z, V shape, V at)
 INLINE V NAME(rubbing)(const V *x, const V *of, const V *turning, const V *e, V z)
 {
     const V *is = e + E_LAW_OF_ARTICULATION;
-    const M known = (is[0] != 0.0) | (e[E_LAW_OF_ROLL_CAR] != 0.0) | (e[E_LAW_OF_ROLL_TRAILER] != 0.0);
-    const V rate = is[0] * of[1] + e[E_LAW_OF_ROLL_CAR] * turning[0] +
-                   e[E_LAW_OF_ROLL_TRAILER] * turning[1];
+    const M known =
+        (is[0] != 0.0) | (e[E_LAW_OF_ROLL_CAR] != 0.0) | (e[E_LAW_OF_ROLL_TRAILER] != 0.0);
+    const V rate =
+        is[0] * of[1] + e[E_LAW_OF_ROLL_CAR] * turning[0] + e[E_LAW_OF_ROLL_TRAILER] * turning[1];
     return NAME(choose)(known, rate, (z - x[X_BEHIND]) * (1.0 / BEHIND_S));
 }
 
@@ -100,8 +101,8 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     return NAME(choose)(lag > 0.0, NAME(choose)(passing > 0.0, value, x[X_LAW]), value);
 }
 
-/// How what is felt goes on behind its lag: accelerations of both bodies, and the trailer's force on
-/// the ball. They are known once the motion is solved only, which the law takes part in.
+/// How what is felt goes on behind its lag: accelerations of both bodies, and the trailer's force
+/// on the ball. They are known once the motion is solved only, which the law takes part in.
 INLINE V NAME(felt)(const V *x, const V *e, const V *felt, V force, V late)
 {
     const V *of = e + E_LAW_OF_LATERAL_ACCELERATION_CAR;
