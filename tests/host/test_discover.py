@@ -777,6 +777,7 @@ def test_words() -> None:
     assert "wind" in suggestion(wind, 9000.0)
     assert "stores" in energy(spring, 3100.0)
     assert "dissipates" in energy(Law("moment_trailer", "yaw_rate_trailer"), -500.0)
+    assert "dissipates" in energy(Law("at_trailer", "sideslip_there", "saturating"), -2e4)
     assert "can supply" in energy(Law("moment_trailer", "yaw_rate_trailer"), 500.0)
     assert "stop" in suggestion(replace(spring, shape="dead zone"), 3100.0)
     damper = Law("hitch", "articulation_rate", "negative side")

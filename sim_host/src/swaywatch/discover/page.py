@@ -11,6 +11,10 @@ from swaywatch.report.shell import PackedPlot, plot
 
 ESTIMATE, LAW = "#9ca3af", "#2563eb"
 NINETY = 1.645
+#: Places whose key is no word for a diagram.
+PLACES = {
+    "at_car": "a place of the car", "at_trailer": "a place of the trailer", "axles": "every axle",
+}  # fmt: skip
 
 
 def lines(result: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -77,6 +81,12 @@ def _numbers(law: Mapping[str, Any]) -> list[list[str]]:
     ]  # fmt: skip
 
 
+def _at(found: Mapping[str, Any]) -> str:
+    """The place of a missing force, for a diagram."""
+    place = str(found["place"])
+    return PLACES.get(place, place.replace("_", " "))
+
+
 def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:
     """The missing force against time, as estimated from the runs and according to the law."""
     figure = go.Figure(
@@ -92,8 +102,8 @@ def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:
     if run["law"] is not None:
         figure.add_scatter(x=run["time_s"], y=run["law"], name="law", line={"color": LAW})
     figure.update_layout(
-        title=f"{run['run']}: missing at {found['place'].replace('_', ' ')}",
-        xaxis_title="time, s", yaxis_title=f"{found['place'].replace('_', ' ')}, {found['unit']}",
+        title=f"{run['run']}: missing at {_at(found)}",
+        xaxis_title="time, s", yaxis_title=f"{_at(found)}, {found['unit']}",
     )  # fmt: skip
     return figure
 
@@ -114,6 +124,6 @@ def _curve(law: Mapping[str, Any]) -> go.Figure:
     figure.update_layout(
         title="the missing input against its variable",
         xaxis_title=f"{law['variables'][0]}, {found['motion_unit']}",
-        yaxis_title=f"{found['place'].replace('_', ' ')}, {found['unit']}",
+        yaxis_title=f"{_at(found)}, {found['unit']}",
     )
     return figure

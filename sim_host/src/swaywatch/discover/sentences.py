@@ -22,6 +22,7 @@ from swaywatch.discover.law import (
     SIDES,
     SLIDING,
     SPEED_M_S,
+    THERE,
     TRANSIENT,
     UNEVEN,
     WAITING,
@@ -130,7 +131,8 @@ def energy(law: Law, gain: float) -> str:
     at_once = law.response in (INSTANT, *BY_THE_WAY) and not law.second
     if law.motion == stores and at_once and not law.power:
         return "stores energy and returns it: passive"
-    if law.motion == loses and at_once and sign * gain < 0.0:
+    scrubs = law.motion == THERE and gain < 0.0
+    if at_once and (scrubs or (law.motion == loses and sign * gain < 0.0)):
         return "dissipates energy of the motion: passive"
     return "can supply energy to the motion, taken from the forward motion or from an actuator"
 
