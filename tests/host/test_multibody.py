@@ -1,6 +1,9 @@
 """The rigid-body plant on MuJoCo: linear limit, loads, dampers, tyres, repeatability."""
 
+import hashlib
 from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -8,8 +11,10 @@ from scipy.optimize import least_squares
 
 pytest.importorskip("mujoco")
 
+from swaywatch.models import multibody_kernel, multibody_more
 from swaywatch.models.multibody import Motion, Multibody
-from swaywatch.models.multibody_kernel import W_SIZE, damper_force, tyre_force
+from swaywatch.models.multibody_kernel import damper_force, tyre_force
+from swaywatch.models.multibody_tables import W_SIZE
 from swaywatch.models.multibody_vehicle import (
     DAMPER_KINDS,
     MORE,
@@ -879,3 +884,16 @@ def _rest_of_the_trailer(trailer, motion):
     inertia = trailer.yaw_inertia_kgm2 * np.gradient(motion.trailer_yaw_rate_rad_s, 0.002)
     side = trailer.mass_kg * motion.trailer_acceleration_m_s2 - front - rear - across
     return side, inertia - known
+
+
+@pytest.mark.parametrize("compiled", [multibody_more, multibody_kernel])
+def test_compiled_code_is_made_anew_where_what_it_is_made_of_has_changed(
+    compiled: ModuleType,
+) -> None:
+    """Numba looks at the file of a function only; so that file says which others it is made of."""
+    folder = Path(compiled.__file__ or "").parent
+    found = {
+        name: hashlib.sha1((folder / f"{name}.py").read_bytes()).hexdigest()[:12]
+        for name in compiled.MADE_OF
+    }
+    assert found == compiled.MADE_OF, f"write MADE_OF = {found} in {compiled.__name__}"

@@ -1,0 +1,478 @@
+"""Compiled part of the rigid-body plant that nobody lists, concealed by `make proof-unlisted`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+from swaywatch.models.multibody_tables import (
+    CAR,
+    G_CAR_LEVER,
+    G_FULL,
+    G_HITCH_DOF,
+    G_MORE,
+    G_MORE_AT,
+    G_MORE_HZ,
+    G_MORE_SIZE,
+    G_RADIUS,
+    G_SLOSH_ZETA,
+    G_TRAILER_LEVER,
+    G_TRAILER_MASS,
+    G_TRAILER_ROLL_GAIN,
+    O_CAR_VX,
+    O_CAR_VY,
+    O_RATE1,
+    O_RATE2,
+    O_ROLL1,
+    O_SLIP,
+    O_SPEED,
+    O_STEER,
+    O_YAW1,
+    O_YAW2,
+    W_SIDE,
+    Z_MORE,
+    Z_ROLL,
+    Z_SLOSH,
+)
+
+#: The file that this one is compiled with, see `multibody_kernel.MADE_OF`.
+MADE_OF = {"multibody_tables": "7e6a397047d3"}
+# Physics beyond what any library of effects lists, numbered as `MORE` of multibody_vehicle.py.
+(
+    STOP, TRAILER_STEERS, CAR_AIR, TOW_ASSIST, ROOF_LOAD, AXLE_HYSTERESIS, TARPAULIN, HEADING_WIND,
+    TRAILER_BRAKES, HYDRAULIC, REAR_STEERS, SCRUB, GAP_AIR, TRAILER_HUBS, VARIABLE_RATIO,
+    LATE_ASSIST, CAR_BRAKES, TURNING_LOAD, AIR_DAMPING, ROLLING_LOAD, LOCKED_AXLE, LANE_ASSIST,
+    BEARING_PLAY, REAR_CONTROL, DRIVER_ARMS, BAFFLED_LIQUID, WEDGE_FRICTION, COMMAND_STEERING,
+    ROLL_HYSTERESIS, HEDGE_WIND, CASTER_AXLE, TYRE_WARMING, REAR_BUSH_PLAY, BUMP_STOP_STEER,
+    BENT_RIM, CAM_CENTRING, STABILISER_WINDUP, SLIDING_CRATE, PADDED_LOAD, PUMP_CATCH,
+    TORQUE_VECTORING, SWAY_BRAKE, WAKE_SHEDDING, CAR_WAKE, GROOVED_ROAD, GYRO_STABILISER,
+    WIRE_STEERING, BRAKE_CABLE, RUBBER_COUPLING, TOW_MODE, CORNER_STEADY, TWO_TANKS, WISHBONE_BUSH,
+    BOW_WAVE, ELASTIC_DRAWBAR, SWAY_ASSIST, LATE_AIR, LOOSE_U_BOLTS, PUNCTURE, BINDING_BRAKE,
+    GLAZING_PADS, ONE_WAY_DAMPER, UNLOCKED_SLEW, WANDERING_RUTS, YAW_REFERENCE, STEPPING_HORSE,
+    HYDRO_BUSH, LOOSE_CURTAIN, DAMPER_PLAY, TOWBAR_TWIST, GALLOPING, REAR_RACK, SLOW_ACTUATOR,
+    SIDESLIP_LIMITER, JOCKEY_WHEEL, COUNTER_STEER, CONCRETE_SLABS, LEAKING_LOAD, WORN_SHOULDERS,
+    ALIGNING_TORQUE,
+) = range(1, 81)  # fmt: skip
+MORE_DAMPING = 0.05
+TURN = 2.0 * math.pi
+ARMS_DAMPING = 0.3
+SLOW_RAD_S = 0.005
+SLIDES_M_S, WORKED_RAD, REAR_LEFT = 0.01, 0.02, 2
+RATE_S, BRAKE_S = 0.02, 0.15  # lag of a rate that is taken from an angle, of trailer brakes
+EDDY_GROWTH, EDDY_COUPLING = 0.3, 5.0  # the latter 12 over the trailer's width (Facchinetti 2004)
+EDDIES_BEHIND_M, NOSE_AHEAD_M, AIR_AHEAD_M, TAIL_BEHIND_M = 2.0, 2.5, 1.0, 2.0
+CORNER_BEHIND_M, CORNER_RIGHT_M, CURTAIN_BEHIND_M = 2.0, 0.9, 1.0
+SWAY_S, DRAWBAR_S = 0.6, 0.004  # of the mean of a swing; damping over stiffness of a drawbar
+ASKED_BASE_M, ASKED_M_S = 2.7, 28.0  # of the car that a stability controller believes it is in
+STEP_M, STEP_M_S2 = 0.15, 1.0  # how far horses step, and for which acceleration
+STRUT_NM_RAD, TOWBAR_S, ACTUATOR_S = 1e5, 0.03, 0.1
+NOSE_BEHIND_BALL_M = 0.6
+
+
+@njit(cache=True)
+def _beyond(value: float, at: float) -> float:
+    """What of a value lies beyond `at`, on either side."""
+    return math.copysign(max(abs(value) - at, 0.0), value)
+
+
+@njit(cache=True)
+def more_steer(
+    g: Any, z: Any, rate: float, wheel: int, place: float, slip: float, out: Any
+) -> float:
+    """Steering of a wheel's axle by physics that nobody lists, rad; `slip` is without it.
+
+    `place` is of a planar wheel in its body's frame, m.
+    """
+    if g[G_MORE] == WANDERING_RUTS:
+        way = z[Z_MORE] + place - (0.0 if wheel < 4 else g[G_CAR_LEVER])
+        return float(g[G_MORE_SIZE] * math.sin(TURN * way / g[G_MORE_AT]))
+    if g[G_MORE] == GROOVED_ROAD:
+        heading = out[O_YAW1] if wheel < 4 else out[O_YAW2]
+        return float(-g[G_MORE_SIZE] * g[G_MORE_AT] * math.tanh(heading / g[G_MORE_AT]))
+    if wheel >= 4:
+        return float(_more_of_trailer_axles(g, z, wheel, slip, out))
+    if wheel >= 2:
+        return float(g[G_MORE_SIZE] * _more_of_rear_axle(g, z, wheel, slip, out))
+    return float(g[G_MORE_SIZE] * _more_of_front_axle(g, z, rate, slip, out))
+
+
+@njit(cache=True)
+def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> float:
+    """The same of the car's front axle, over its size."""
+    kind, angle = g[G_MORE], 0.0
+    if kind in (LATE_ASSIST, DRIVER_ARMS):
+        angle = z[Z_MORE]
+    elif kind == TOW_ASSIST:
+        angle = rate
+    elif kind == VARIABLE_RATIO:
+        angle = out[O_STEER] * abs(out[O_STEER])
+    elif kind == LANE_ASSIST:
+        angle = -out[O_YAW1]
+    elif kind == PUMP_CATCH:
+        angle = -_beyond((out[O_STEER] - z[Z_MORE]) / RATE_S, g[G_MORE_AT])
+    elif kind == WISHBONE_BUSH:
+        angle = _beyond(slip, g[G_MORE_AT])
+    elif kind == HYDRO_BUSH:
+        angle = z[Z_MORE] - slip
+    elif kind == COUNTER_STEER:
+        angle = g[G_MORE_AT] * math.tanh(out[O_RATE2] / g[G_MORE_AT])
+    return float(angle)
+
+
+@njit(cache=True)
+def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> float:
+    """The same of the car's rear axle, or of one wheel that is bent, over its size."""
+    kind, angle = g[G_MORE], 0.0
+    if kind == REAR_STEERS:
+        angle = out[O_STEER]
+    elif kind in (REAR_CONTROL, TOWBAR_TWIST):
+        angle = z[Z_MORE]
+    elif kind == WORN_SHOULDERS:
+        angle = abs(slip)
+    elif kind == REAR_BUSH_PLAY:
+        angle = math.tanh(slip / g[G_MORE_AT])
+    elif kind == BENT_RIM and wheel == REAR_LEFT:
+        angle = math.sin(z[Z_MORE] / g[G_RADIUS])
+    elif kind == BUMP_STOP_STEER:
+        angle = _beyond(out[O_ROLL1], g[G_MORE_AT])
+    elif kind == TOW_MODE:
+        angle = g[G_MORE_AT] * math.tanh((out[O_YAW2] - out[O_YAW1]) / g[G_MORE_AT])
+    return float(angle)
+
+
+@njit(cache=True)
+def _more_of_trailer_axles(g: Any, z: Any, wheel: int, slip: float, out: Any) -> float:
+    """The same of the trailer's axles."""
+    kind, size, angle = g[G_MORE], g[G_MORE_SIZE], 0.0
+    if kind == BEARING_PLAY:
+        angle = size * math.tanh(slip / (1.2 * size))
+    elif kind == TRAILER_STEERS:
+        angle = size * (out[O_YAW2] - out[O_YAW1])
+    elif kind == COMMAND_STEERING:
+        angle = size * out[O_RATE1]
+    elif kind == CONCRETE_SLABS:
+        angle = size * math.sin(TURN * z[Z_MORE] / g[G_MORE_AT]) * slip
+    elif kind in (
+        AXLE_HYSTERESIS, ROLL_HYSTERESIS, CASTER_AXLE, WIRE_STEERING, LOOSE_U_BOLTS, SLOW_ACTUATOR,
+    ):  # fmt: skip
+        angle = size * z[Z_MORE]
+    elif kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
+        angle = size * z[Z_MORE] * slip
+    return float(angle)
+
+
+@njit(cache=True)
+def more_moments(g: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
+    """Moments of physics that nobody lists."""
+    hitch = int(g[G_HITCH_DOF])
+    rate = view.qvel[hitch]
+    view.qfrc[hitch] -= _more_at_hitch(g, z, rate, out)
+    view.xfrc[trailer, 5] += _more_of_trailer(g, z, rate, out)
+    view.xfrc[CAR, 5] += _more_of_car(g, z, rate, out)
+    if g[G_MORE] == ELASTIC_DRAWBAR and g[G_FULL] == 0.0:  # a planar trailer's joint after the ball
+        side = hitch + 1
+        view.qfrc[side] -= g[G_MORE_SIZE] * (view.qpos[side] + DRAWBAR_S * view.qvel[side])
+
+
+@njit(cache=True)
+def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
+    """Moment about the ball against the articulation, N m."""
+    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+    angle, moment = out[O_YAW2] - out[O_YAW1], 0.0
+    if kind == STOP:
+        moment = size * _beyond(angle, at)
+    elif kind == HYDRAULIC:
+        moment = size * abs(rate) * rate
+    elif kind == WEDGE_FRICTION:
+        moment = size * abs(angle) * math.tanh(rate / SLOW_RAD_S)
+    elif kind == CAM_CENTRING:
+        moment = size * math.tanh(angle / at)
+    elif kind == STABILISER_WINDUP:
+        moment = size * z[Z_MORE] / at
+    elif kind == RUBBER_COUPLING:
+        moment = size * (angle - z[Z_MORE])
+    elif kind == GLAZING_PADS:
+        moment = size * math.tanh(rate / SLOW_RAD_S) / (1.0 + z[Z_MORE] / at)
+    elif kind == ONE_WAY_DAMPER:
+        moment = size * max(math.copysign(1.0, size) * rate, 0.0)
+    elif kind == DAMPER_PLAY:
+        moment = STRUT_NM_RAD * _beyond(angle - z[Z_MORE], at)
+    return float(moment)
+
+
+@njit(cache=True)
+def _more_of_trailer(g: Any, z: Any, rate: float, out: Any) -> float:
+    """Yaw moment on the trailer, N m."""
+    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+    r, moment = out[O_RATE2], 0.0
+    if kind == TRAILER_BRAKES:
+        moment = -size * _beyond(r, at)
+    elif kind == SCRUB:
+        moment = -size * math.tanh(r / SLOW_RAD_S)
+    elif kind == TRAILER_HUBS:
+        moment = -size * math.tanh(rate / at)
+    elif kind == TURNING_LOAD:
+        omega = g[G_MORE_HZ]
+        pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+        moment = size * pull
+    elif kind == AIR_DAMPING:
+        moment = -size * out[O_SPEED] * r
+    elif kind == GYRO_STABILISER:
+        moment = -size * (r - z[Z_MORE])
+    elif kind == UNLOCKED_SLEW:
+        moment = at * math.tanh(z[Z_MORE] / SLOW_RAD_S)
+    elif kind == ALIGNING_TORQUE:
+        slip = 0.25 * (out[O_SLIP + 4] + out[O_SLIP + 5] + out[O_SLIP + 6] + out[O_SLIP + 7])
+        moment = size * slip / (1.0 + (slip / at) ** 2)
+    return float(moment)
+
+
+@njit(cache=True)
+def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
+    """Yaw moment on the car, N m."""
+    kind, size, at, moment = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT], 0.0
+    if kind == CAR_BRAKES:
+        moment = size * _beyond(rate, at)
+    elif kind == LOCKED_AXLE:
+        moment = -size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0)))
+    elif kind == TORQUE_VECTORING:
+        moment = size * math.tanh(out[O_STEER] / at)
+    elif kind == SWAY_ASSIST:
+        moment = -size * out[O_RATE1] * min(max(z[Z_MORE] / at - 1.0, 0.0), 1.0)
+    elif kind == YAW_REFERENCE:
+        v = out[O_SPEED]
+        asked = v * out[O_STEER] / (ASKED_BASE_M * (1.0 + (v / ASKED_M_S) ** 2))
+        moment = -size * _beyond(out[O_RATE1] - asked, at)
+    elif kind == SIDESLIP_LIMITER:
+        moment = size * _beyond(_sideslip(out), at)
+    return float(moment)
+
+
+@njit(cache=True)
+def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
+    """What is late, and the state of dry friction (after Dahl)."""
+    kind, at = g[G_MORE], g[G_MORE_AT]
+    if kind in (REAR_CONTROL, LATE_ASSIST, RUBBER_COUPLING, WIRE_STEERING, GYRO_STABILISER):
+        zdot[Z_MORE] = (_followed(kind, out) - z[Z_MORE]) / at
+    elif kind in (AXLE_HYSTERESIS, STABILISER_WINDUP):
+        zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / at
+    elif kind == ROLL_HYSTERESIS:  # of a planar trailer
+        rolls = z[Z_ROLL + 3]
+        zdot[Z_MORE] = rolls - abs(rolls) * z[Z_MORE] / at
+    elif kind == DRIVER_ARMS:
+        omega = g[G_MORE_HZ]
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = omega * omega * (out[O_RATE1] - z[Z_MORE])
+        zdot[Z_MORE + 1] -= 2.0 * ARMS_DAMPING * omega * z[Z_MORE + 1]
+    elif kind == DAMPER_PLAY:
+        zdot[Z_MORE] = _more_at_hitch(g, z, rate, out) / g[G_MORE_SIZE]
+    elif kind == SLOW_ACTUATOR:
+        zdot[Z_MORE] = min(max((out[O_RATE2] - z[Z_MORE]) / ACTUATOR_S, -at), at)
+    elif kind == PUMP_CATCH:
+        zdot[Z_MORE] = (out[O_STEER] - z[Z_MORE]) / RATE_S
+    elif kind == SWAY_ASSIST:
+        zdot[Z_MORE] = (abs(out[O_RATE1]) - z[Z_MORE]) / SWAY_S
+    else:
+        _more_of_way(g, z, zdot, rate, out)
+        _more_of_sway(g, z, zdot, out)
+
+
+@njit(cache=True)
+def _more_of_way(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
+    """What grows with the distance, or with what pads have rubbed."""
+    kind = g[G_MORE]
+    if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS):
+        zdot[Z_MORE] = out[O_SPEED]
+    elif kind in (PUNCTURE, BINDING_BRAKE, LEAKING_LOAD):
+        zdot[Z_MORE] = (1.0 - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
+    elif kind == GLAZING_PADS:
+        zdot[Z_MORE] = abs(rate)
+
+
+@njit(cache=True)
+def _followed(kind: float, out: Any) -> float:
+    """What a state follows late."""
+    if kind == REAR_CONTROL:
+        return float(out[O_RATE1])
+    if kind == GYRO_STABILISER:
+        return float(out[O_RATE2])
+    if kind == WIRE_STEERING:
+        return float(out[O_STEER])
+    return float(out[O_YAW2] - out[O_YAW1])
+
+
+@njit(cache=True)
+def _more_of_sway(g: Any, z: Any, zdot: Any, out: Any) -> None:
+    """What a planar trailer's lateral acceleration moves: brakes, horses, eddies behind it.
+
+    The last are an oscillator after van der Pol.
+    """
+    lateral = z[Z_ROLL + 2] / g[G_TRAILER_ROLL_GAIN]
+    if g[G_MORE] == SWAY_BRAKE:
+        zdot[Z_MORE] = (max(abs(lateral) - g[G_MORE_AT], 0.0) - z[Z_MORE]) / BRAKE_S
+    if g[G_MORE] == STEPPING_HORSE:
+        zdot[Z_MORE] = (STEP_M * math.tanh(lateral / STEP_M_S2) - z[Z_MORE]) / g[G_MORE_AT]
+    if g[G_MORE] != WAKE_SHEDDING:
+        return
+    omega = TURN * out[O_SPEED] / g[G_MORE_AT]
+    q, change = z[Z_MORE], z[Z_MORE + 1]
+    zdot[Z_MORE] = change
+    zdot[Z_MORE + 1] = EDDY_COUPLING * lateral - omega**2 * q
+    zdot[Z_MORE + 1] -= EDDY_GROWTH * omega * (q * q - 1.0) * change
+
+
+@njit(cache=True)
+def more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any) -> float:
+    """Side force of physics that nobody lists, on the car or the trailer, N.
+
+    `beta` and `pressure` (half the air's density times speed squared) are of that body.
+    """
+    kind, size, omega = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_HZ]
+    if kind in (HEADING_WIND, HEDGE_WIND):
+        turns = kind == HEADING_WIND
+        return float(size * math.sin(out[O_YAW2] if turns else TURN * z[Z_MORE] / g[G_MORE_AT]))
+    if kind == TARPAULIN:
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = omega * omega * (beta - z[Z_MORE])
+        zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+        return float(-size * pressure * z[Z_MORE])
+    if kind == ROOF_LOAD:
+        pull = omega * omega * z[Z_MORE] + 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
+        return float(size * pull)
+    if kind in (REAR_RACK, JOCKEY_WHEEL, LEAKING_LOAD):
+        return float(size * _more_beside_air(g, z, beta, out))
+    if kind == LATE_AIR:
+        zdot[Z_MORE] = (beta - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
+    return float(-size * pressure * _more_of_flow(g, z, beta, out))
+
+
+@njit(cache=True)
+def _more_beside_air(g: Any, z: Any, beta: float, out: Any) -> float:
+    """Side force of a loose rack, of a wheel at the nose, of mass that is lost, over its size."""
+    if g[G_MORE] == REAR_RACK:
+        return pull_of_rack(g, z)
+    if g[G_MORE] == JOCKEY_WHEEL:
+        slip = beta + acts_ahead(g) * out[O_RATE2] / out[O_SPEED]
+        return -math.tanh(slip / g[G_MORE_AT])
+    return float(z[Z_MORE] * g[G_TRAILER_MASS] * z[Z_ROLL + 2] / g[G_TRAILER_ROLL_GAIN])
+
+
+@njit(cache=True)
+def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
+    """Side force of the air over its size and pressure, 1; positive is against it."""
+    kind, angle = g[G_MORE], 0.0
+    if kind == CAR_AIR:
+        angle = beta
+    elif kind in (GAP_AIR, BOW_WAVE):
+        angle = out[O_YAW2] - out[O_YAW1]
+    elif kind == LATE_AIR:
+        angle = z[Z_MORE]
+    elif kind == WAKE_SHEDDING:
+        angle = -z[Z_MORE]
+    elif kind == CAR_WAKE:
+        angle = -_sideslip(out)
+    elif kind == GALLOPING:
+        part = (beta / g[G_MORE_AT]) ** 2
+        angle = -beta * (1.0 - part) / (1.0 + part)
+    elif kind == LOOSE_CURTAIN:
+        angle = max(math.copysign(1.0, g[G_MORE_SIZE]) * beta, 0.0)
+    return float(angle)
+
+
+@njit(cache=True)
+def _sideslip(out: Any) -> float:
+    """Of the car's COG, rad."""
+    c, s = math.cos(out[O_YAW1]), math.sin(out[O_YAW1])
+    return math.atan2(c * out[O_CAR_VY] - s * out[O_CAR_VX], out[O_SPEED])
+
+
+@njit(cache=True)
+def pull_of_rack(g: Any, z: Any) -> float:
+    """Acceleration with which the car's tail holds what swings there, m/s2."""
+    omega = g[G_MORE_HZ]
+    slides = g[G_MORE_AT] * math.tanh(z[Z_MORE + 1] / SLIDES_M_S)
+    return float(omega * omega * z[Z_MORE] + slides)
+
+
+@njit(cache=True)
+def more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
+    """State of what follows the slip of axles, taken at their middle."""
+    at = g[G_MORE_AT]
+    if g[G_MORE] == TYRE_WARMING:
+        middle = math.tanh(abs(middle) / WORKED_RAD)
+    if g[G_MORE] == LOOSE_U_BOLTS:
+        change = (middle - z[Z_MORE + 1]) / RATE_S
+        zdot[Z_MORE] = change - abs(change) * z[Z_MORE] / at
+        zdot[Z_MORE + 1] = change
+        return
+    zdot[Z_MORE] = (middle - z[Z_MORE]) / at
+
+
+@njit(cache=True)
+def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
+    """Drag of one wheel of the trailer, N."""
+    size = g[G_MORE_SIZE]
+    if g[G_MORE] == SWAY_BRAKE:
+        return float(0.25 * size * z[Z_MORE])
+    if g[G_MORE] == BRAKE_CABLE and wheel[W_SIDE] < 0.0:
+        turned = (out[O_YAW2] - out[O_YAW1]) * math.copysign(1.0, size)
+        return float(0.5 * abs(size) * max(turned, 0.0))
+    if g[G_MORE] == BINDING_BRAKE and wheel[W_SIDE] < 0.0:
+        return float(0.5 * size * z[Z_MORE])
+    return 0.0
+
+
+@njit(cache=True)
+def stretch(g: Any, z: Any) -> float:
+    """Of the spring that holds the cargo, m; a load that rolls is free between its boards.
+
+    Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step.
+    """
+    q = z[Z_SLOSH]
+    if g[G_MORE] == ROLLING_LOAD:
+        return _beyond(q, g[G_MORE_AT])
+    if g[G_MORE] == PADDED_LOAD:
+        return float(q * (1.0 + (q / g[G_MORE_AT]) ** 2))
+    if g[G_MORE] == STEPPING_HORSE:
+        return float(q - z[Z_MORE])
+    return 0.0 if g[G_MORE] == SLIDING_CRATE else float(q)
+
+
+@njit(cache=True)
+def baffled(g: Any, z: Any) -> float:
+    """Deceleration of a liquid by baffles, with the square of its rate, or by friction, m/s2."""
+    if g[G_MORE] == BAFFLED_LIQUID:
+        return float(abs(z[Z_SLOSH + 1]) * z[Z_SLOSH + 1] / g[G_MORE_AT])
+    if g[G_MORE] == SLIDING_CRATE:
+        return float(g[G_MORE_AT] * math.tanh(z[Z_SLOSH + 1] / SLIDES_M_S))
+    return 0.0
+
+
+@njit(cache=True)
+def pull_behind(g: Any, z: Any) -> float:
+    """Acceleration with which the second tank holds its liquid, m/s2."""
+    omega = g[G_MORE_HZ]
+    return float(omega * omega * z[Z_MORE] + 2.0 * g[G_SLOSH_ZETA] * omega * z[Z_MORE + 1])
+
+
+@njit(cache=True)
+def acts_ahead(g: Any) -> float:
+    """Place of a side force ahead of its body's COG, m."""
+    kind, ahead = g[G_MORE], 0.0
+    if kind == WAKE_SHEDDING:
+        ahead = -EDDIES_BEHIND_M
+    elif kind == BOW_WAVE:
+        ahead = -TAIL_BEHIND_M
+    elif kind == CAR_WAKE:
+        ahead = NOSE_AHEAD_M
+    elif kind == LOOSE_CURTAIN:
+        ahead = -CURTAIN_BEHIND_M
+    elif kind == LATE_AIR:
+        ahead = AIR_AHEAD_M
+    elif kind == REAR_RACK:
+        ahead = -g[G_CAR_LEVER]
+    elif kind == JOCKEY_WHEEL:
+        ahead = g[G_TRAILER_LEVER] - NOSE_BEHIND_BALL_M
+    return float(ahead)
