@@ -287,7 +287,9 @@ class LawSearch:
                 for wave in self._waves(near, rate, forces)
             ]
             grips = [Law(place, place, response=PERIODIC) for place in GRIP_PLACES]
-            slabs = [wave for rate in grip_rates(runs) for wave in self._waves(near, rate, grips)]
+            # many simulations, so beside the calibrated vehicle alone
+            rates = [] if found else grip_rates(runs)
+            slabs = [wave for rate in rates for wave in self._waves(near, rate, grips)]
             starts = [
                 replace(fit, terms=(term,))
                 for some in (waves, slabs)
