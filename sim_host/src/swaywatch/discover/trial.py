@@ -276,7 +276,7 @@ class LawSearch:
         best = min((fit.chi2 / max(fit.count, 1) for fit in fits), default=math.inf)
         if parent.terms or best <= NOISE_CLOSE:
             return []
-        found = []
+        found: list[Fit] = []
         for fit in (close.run(parent, 6), close.start()):
             near = Linear(close, fit)
             runs = close.problem.runs
@@ -288,7 +288,7 @@ class LawSearch:
             ]
             grips = [Law(place, place, response=PERIODIC) for place in GRIP_PLACES]
             # many simulations, so beside the calibrated vehicle alone
-            rates = [] if found else grip_rates(runs)
+            rates = np.zeros(0) if found else grip_rates(runs)
             slabs = [wave for rate in rates for wave in self._waves(near, rate, grips)]
             starts = [
                 replace(fit, terms=(term,))
