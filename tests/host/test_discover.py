@@ -265,6 +265,7 @@ def test_grip_that_comes_and_goes_is_a_factor_on_the_stiffness() -> None:
     text = sentence(law, parameters)
     assert text.startswith("the cornering stiffness of the trailer's tyres comes and goes by 30")
     assert "every 25.0 m" in text
+    assert "adds no force" in energy(law, 0.3)
 
 
 @pytest.mark.parametrize("place", LAW_TO)

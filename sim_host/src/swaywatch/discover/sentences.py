@@ -117,9 +117,12 @@ def energy(law: Law, gain: float) -> str:
     if law.swings:
         return "stores energy and dissipates it by its own damping: passive"
     if law.motion in (DISTANCE, law.place):
+        grips = law.response == PERIODIC
         return {
             DISTANCE: "acts from outside, whatever the motion",
-            law.place: "is a compliance under the tyre side force: passive",
+            law.place: "changes the grip of the tyres and adds no force of its own"
+            if grips
+            else "is a compliance under the tyre side force: passive",
         }[law.motion]
     stores, loses, sign = _WORKS.get(law.place, ("", "", 0.0))
     if law.motion == stores and law.shape == "rubbing":
