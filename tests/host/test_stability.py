@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 from test_diagnose import BODY_VALUES, effect
 
 from swaywatch.diagnose.evidence.verdict import _Joint
@@ -14,6 +15,8 @@ from swaywatch.diagnose.fit.beliefs import beliefs_of
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.diagnose.report.costs_page import costs_part
 from swaywatch.diagnose.report.stability import OUTSIDE, SENSOR, _covariance, stability
+from swaywatch.discover.effect import ALONG_THE_ROAD, effect_of
+from swaywatch.discover.law import law_of
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.library.axle_load_harmonic import generator_effect
 from swaywatch.effects.runs import Run
@@ -37,6 +40,13 @@ def _found(terms: tuple[ActiveEffect, ...]) -> Fit:
         terms, np.zeros((1, 5)), np.zeros(count), 1.0, 1, np.diag((0.02 * values + 1e-6) ** 2),
         0.01 * np.eye(count), cross=np.zeros((values.size, count)),
     )  # fmt: skip
+
+
+def _law(spec: str, gain: float, **others: float) -> ActiveEffect:
+    """A law with its gain; its other numbers as they are at first."""
+    law = effect_of(law_of(spec))
+    values = (others.get(p.name, p.starts[0]) for p in law.parameters[1:])
+    return ActiveEffect(law, (gain, *values))
 
 
 def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
@@ -67,6 +77,32 @@ def test_every_term_is_a_cause_and_what_has_no_cost_says_why() -> None:
     assert "Effect on critical speed and damping</h2>" in page
     assert "(this one counts)" in page
     assert SENSOR in page
+
+
+def test_what_comes_or_fades_over_a_way_costs_what_it_does_at_its_largest() -> None:
+    at_once = _law("hitch/articulation/straight/0/instant", 4000.0)
+    block = stability(_problem(), _found((at_once,)), 4.0)
+    for response in ("growing", "fading"):
+        term = _law(f"hitch/articulation/straight/0/{response}", 4000.0, over_m=60.0)
+        other = stability(_problem(), _found((term,)), 4.0)
+        assert other["diagnosed"]["v_crit_km_h"][0]["value"] == pytest.approx(
+            block["diagnosed"]["v_crit_km_h"][0]["value"], abs=0.01
+        )
+    assert (
+        block["diagnosed"]["v_crit_km_h"][0]["value"]
+        > 1.02 * (block["calibrated"]["v_crit_km_h"][0]["value"])
+    )
+
+
+def test_what_comes_and_goes_along_the_road_has_no_cost_and_says_so() -> None:
+    for spec in (
+        "force_trailer/distance/straight/0/periodic",
+        "slip_trailer/slip_trailer/straight/0/periodic",
+    ):
+        term = _law(spec, 0.2)
+        block = stability(_problem(), _found((term,)), 4.0)
+        assert block["causes"] == []
+        assert [entry["reason"] for entry in block["left_out"]] == [ALONG_THE_ROAD]
 
 
 def test_uncertainties_of_the_vehicle_are_those_of_the_fit_and_never_more_than_believed() -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,6 +18,7 @@ from swaywatch.discover.law import (
     ANYWHERE,
     BY_THE_WAY,
     GROWING,
+    INSTANT,
     LAGGED,
     LIMITED,
     LIMITED_RATE,
@@ -52,6 +54,7 @@ MADE_OF = {
 }
 #: Lever at which an oscillating mass acts by its moment only, m.
 FAR_M = 1000.0
+ALONG_THE_ROAD = "comes and goes with the road: no single critical speed belongs to it"
 MOST_DAMPED = 0.7  # damping ratio up to which it counts as oscillating: 5 % overshoot
 
 
@@ -205,6 +208,7 @@ def effect_of(
 def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...]) -> Effect:
     act: Act
     parameters: tuple[Parameter, ...]
+    grows = law.response in BY_THE_WAY and law.motion != DISTANCE
     if law.swings:
         act, parameters, equation = _with_a_frequency(law, start_hz or 0.8)
     elif law.motion == "side_force":
@@ -238,7 +242,13 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
             "start_hz": start_hz,
             "imitated_on_springs": True,
         }
-        | ({"possible": _can_swing} if law.swings and not law.slides else {}),
+        | ({"possible": _can_swing} if law.swings and not law.slides else {})
+        | (
+            {"no_cost": ALONG_THE_ROAD}
+            if law.motion == DISTANCE or law.response == PERIODIC
+            else {}
+        )
+        | ({"at_its_largest": _moves(replace(law, response=INSTANT))} if grows else {}),
     )
 
 

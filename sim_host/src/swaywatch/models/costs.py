@@ -197,7 +197,8 @@ def _plant(case: _Case, samples: int, motion: Run | None) -> PlantInput:
     )  # fmt: skip
     base.act(plant, base.values)
     time = np.asarray(np.arange(samples) * SAMPLE_S)
-    still = motion or Run("swing", time, {}, {}, base.steering_ratio)
+    constant = np.full(samples, speed)
+    still = motion or Run("swing", time, {}, {}, base.steering_ratio, speed=constant)
     for cause in causes:
         if not cause.follows or motion is not None:
             cause.act(plant, cause.values, still)

@@ -91,7 +91,8 @@ def _left_out(term: ActiveEffect) -> str:
     """Why an active effect has no cost; empty where it has one."""
     if term.effect.kind == "measurement":
         return SENSOR
-    return OUTSIDE if term.effect.id in _FROM_OUTSIDE else ""
+    other = str(term.effect.extra.get("no_cost", ""))
+    return OUTSIDE if term.effect.id in _FROM_OUTSIDE else other
 
 
 def base_of(problem: Problem, at: Sequence[int], shift: Array) -> Base:
@@ -123,11 +124,13 @@ def causes_of(term: ActiveEffect, first: int) -> tuple[list[Cause], list[int]]:
     effect = term.effect
     names = [p.name for p in effect.parameters]
     follows = bool(effect.extra.get("follows_motion"))
+    # what comes or fades over a way costs what it does where it is largest
+    act = effect.extra.get("at_its_largest", effect.act)
 
     def lasting(plant: PlantInput, values: Array, swing: Run) -> None:
         given = dict(zip(names, values.tolist(), strict=True))
         windows = [replace(LASTING, values=given)] if effect.windowed else []
-        effect.act(plant, swing, {} if effect.windowed else given, windows)
+        act(plant, swing, {} if effect.windowed else given, windows)
 
     rows: list[list[int]] = [list(range(len(names)))]
     if effect.windowed:
