@@ -144,6 +144,28 @@ def test_shares_of_the_eighth_set_leave_something():
             assert 0.05 < abs(size) < 0.9
 
 
+def test_ninth_set_stays_within_what_can_be():
+    """Shares leave something, loads are their size, and kinds with two signs have both."""
+    kinds = {kind.__name__: kind for kind in unlisted.SETS["opened-ninth"]}
+    assert len(kinds) == 12
+    signs = {name: set() for name in kinds}
+    for seed in range(12):
+        for strength in (0.4, 1.0):
+            for name, kind in kinds.items():
+                drawn = kind(np.random.default_rng(seed), strength)
+                signs[name].add(np.sign(drawn.value))
+                if name == "slack_lashing":
+                    physics = drawn.physics(generate.Physics())
+                    assert physics.slosh_mass_kg == drawn.value <= 500.0
+                    assert 0.1 <= abs(physics.more_at) <= 0.4
+                if name == "clay_tread":
+                    assert 0.05 < drawn.value < 0.9
+    both = {name for name, found in signs.items() if found == {1.0, -1.0}}
+    assert both == {
+        "spring_bars", "hub_drives", "angle_vectoring", "levelling_pump", "racked_frame",
+    }  # fmt: skip
+
+
 def test_different_seeds_differ():
     kinds = [generate.draw_case(7, i).draws for i in range(12)]
     others = [generate.draw_case(8, i).draws for i in range(12)]

@@ -315,10 +315,22 @@ UNLISTED = {
     "leaking_load": (0.3, 100.0),
     "worn_shoulders": (0.3, 0.0),
     "aligning_torque": (1e5, 0.008),
+    "binding_ball": (0.3, 0.0),
+    "ball_rattle": (0.004, 0.0),
+    "spring_bars": (4e4, 0.004),
+    "slack_lashing": (300.0, 0.25),
+    "lingering_flow": (60.0, 0.008),
+    "torn_cable": (1500.0, 0.5),
+    "hub_drives": (5e4, 0.2),
+    "angle_vectoring": (1000.0, 0.015),
+    "levelling_pump": (0.4, 0.3),
+    "clay_tread": (0.4, 100.0),
+    "racked_frame": (0.003, 600.0),
+    "caster_flutter": (0.2, 0.0),
 }
 CARGO = (
     "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
-    "stepping_horse",
+    "stepping_horse", "slack_lashing",
 )  # fmt: skip
 
 
@@ -348,6 +360,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         in (
             "tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake",
             "late_air", "loose_curtain", "galloping", "jockey_wheel", "leaking_load",
+            "lingering_flow",
         )
     )  # fmt: skip
     turns = (
@@ -356,6 +369,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         "gyro_stabiliser", "wake_shedding", "car_wake", "brake_cable", "rubber_coupling",
         "corner_steady", "late_air", "loose_curtain", "binding_brake", "glazing_pads",
         "one_way_damper", "unlocked_slew", "damper_play", "jockey_wheel", "aligning_torque",
+        "binding_ball", "spring_bars", "lingering_flow", "torn_cable", "hub_drives",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 

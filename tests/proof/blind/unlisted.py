@@ -1,13 +1,13 @@
-"""Eighty kinds of physics that no library lists: six to build on, the rest to open once.
+"""Ninety-two kinds of physics that no library lists: six to build on, the rest to open once.
 
 Written down before the discovery was tried on any of them (the third and the fourth six on
 2026-11-23, the fifth six on 2026-11-24, each after the six before had been opened and learnt from;
 the next sixteen on 2026-11-26 by someone who had not seen how laws are searched for, the next
 twelve the same day by someone who knew of the search what DESIGN.md and CHANGELOG.md say, the next
 ten on 2026-11-27 from what happens to trailers on the road, by someone who had seen of the search
-some lines of DESIGN.md and CHANGELOG.md and the package's plant, `plant_law.h`; the last twelve the
+some lines of DESIGN.md and CHANGELOG.md and the package's plant, `plant_law.h`; the next twelve the
 same day, from the same, by someone who had seen of the search nothing but the words of places and
-variables and the titles of changes to it).
+variables and the titles of changes to it; the last twelve the same day, in the same way).
 A kind counts as found where a law is claimed at one of its places and of one of its variables
 (`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
 two variables in phase are one. Values of the file are exact and all sensors there: within
@@ -661,6 +661,108 @@ def aligning_torque(rng: Generator, u: float) -> Draw:
                  more_at=at)  # fmt: skip
 
 
+def binding_ball(rng: Generator, u: float) -> Draw:
+    """A coupling without grease: its dry friction grows with the side force that presses it."""
+    variables = "articulation_rate side_force"
+    return _draw("binding_ball", log_between(0.03, 0.4, u), "hitch", variables)
+
+
+def ball_rattle(rng: Generator, u: float) -> Draw:
+    """A worn coupling head in which the ball moves freely sideways before it is held."""
+    return _draw("ball_rattle", log_between(8e-4, 9e-3, u), "hitch", "side_force")
+
+
+def spring_bars(rng: Generator, u: float) -> Draw:
+    """Bars of a weight-distributing hitch: the one that a lean tightens pulls the drawbar round.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.001, 0.005)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(3e3, 1e5, u)
+    variables = "roll_trailer lateral_acceleration_trailer"
+    return _draw("spring_bars", size, "hitch", variables, more_at=at)
+
+
+def slack_lashing(rng: Generator, u: float) -> Draw:
+    """A load that is lashed on one side: straps hold it one way, other goods softly the other."""
+    at = float(rng.choice((-1.0, 1.0))) * round(float(rng.uniform(0.1, 0.4)), 3)
+    mass = round(log_between(40.0, 500.0, u), 2)
+    return _draw(
+        "slack_lashing", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=round(float(rng.uniform(0.9, 1.8)), 3),
+        slosh_damping=round(float(rng.uniform(0.08, 0.2)), 3),
+    )  # fmt: skip
+
+
+def lingering_flow(rng: Generator, u: float) -> Draw:
+    """Air that has left the edge of a wall comes back later than it left: the force stays behind.
+
+    It does so at any speed of the change, as dry friction does.
+    """
+    at = round(float(rng.uniform(0.004, 0.02)), 4)
+    places = "force_trailer moment_trailer"
+    return _draw("lingering_flow", log_between(8.0, 120.0, u), places, "sideslip_trailer",
+                 more_at=at)  # fmt: skip
+
+
+def torn_cable(rng: Generator, u: float) -> Draw:
+    """Trailer brakes that sway applies, one of whose cables is torn: only the right wheels drag.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.2, 0.8)), 3)
+    variables = "lateral_acceleration_trailer roll_trailer"
+    size = log_between(20.0, 400.0, u)
+    return _draw("torn_cable", size, "moment_trailer drag_trailer", variables, more_at=at)
+
+
+def hub_drives(rng: Generator, u: float) -> Draw:
+    """Hub motors of an electric trailer turn it as the car is steered, told so by a slow bus."""
+    at = round(float(rng.uniform(0.1, 0.4)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1.2e4, 4e5, u)
+    return _draw("hub_drives", size, "moment_trailer", "steer", more_at=at)
+
+
+def angle_vectoring(rng: Generator, u: float) -> Draw:
+    """Two rear motors of an electric car turn it by the trailer's angle, as far as they can."""
+    at = round(float(rng.uniform(0.006, 0.03)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(60.0, 2000.0, u)
+    return _draw("angle_vectoring", size, "moment_car", "articulation", more_at=at)
+
+
+def levelling_pump(rng: Generator, u: float) -> Draw:
+    """Air springs of the car's rear axle whose leaking valves answer a lean late: wheels steer.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.15, 0.8)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.05, 1.0, u)
+    variables = "roll_car lateral_acceleration_car"
+    return _draw("levelling_pump", size, "slip_car_rear", variables, more_at=at)
+
+
+def clay_tread(rng: Generator, u: float) -> Draw:
+    """Clay of a field in the tread of the car's front tyres, which they throw off on the road."""
+    at = round(float(rng.uniform(150.0, 500.0)), 1)
+    variables = "slip_car_front distance"
+    return _draw("clay_tread", log_between(0.1, 0.7, u), "slip_car_front", variables, more_at=at)
+
+
+def racked_frame(rng: Generator, u: float) -> Draw:
+    """Loose bolts of a frame: the pull of the ball racks it, and the axles with it, to a stop."""
+    at = round(float(rng.uniform(300.0, 1500.0)), 1)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1e-3, 1.2e-2, u)
+    return _draw("racked_frame", size, "slip_trailer", "side_force", more_at=at)
+
+
+def caster_flutter(rng: Generator, u: float) -> Draw:
+    """A self-steering axle of the trailer without its damper: it swings after its slip."""
+    hz = round(float(rng.uniform(0.9, 2.5)), 3)
+    places, variables = "slip_trailer force_trailer", "slip_trailer sideslip_trailer swing"
+    size = log_between(0.02, 0.4, u)
+    return _draw("caster_flutter", size, places, variables, more_frequency_hz=hz)
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
@@ -689,10 +791,14 @@ EIGHTH = (
     damper_play, towbar_twist, galloping, rear_rack, slow_actuator, sideslip_limiter, jockey_wheel,
     counter_steer, concrete_slabs, leaking_load, worn_shoulders, aligning_torque,
 )  # fmt: skip
+NINTH = (
+    binding_ball, hub_drives, levelling_pump, slack_lashing, ball_rattle, lingering_flow,
+    angle_vectoring, clay_tread, torn_cable, racked_frame, spring_bars, caster_flutter,
+)  # fmt: skip
 SETS = {
     "build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND, "opened-third": THIRD,
     "opened-fourth": FOURTH, "opened-fifth": FIFTH, "opened-sixth": SIXTH,
-    "opened-seventh": SEVENTH, "opened-eighth": EIGHTH,
+    "opened-seventh": SEVENTH, "opened-eighth": EIGHTH, "opened-ninth": NINTH,
 }  # fmt: skip
 
 

@@ -231,7 +231,7 @@ class Multibody:
             combination,
             full=self.physics.full,
             slosh_kg=self.physics.slosh_mass_kg,
-            elastic_drawbar=self.physics.more == "elastic_drawbar",
+            elastic_drawbar=self.physics.more in ("elastic_drawbar", "ball_rattle"),
         )
         self._model = mujoco.MjModel.from_xml_string(text)
         self._data = mujoco.MjData(self._model)

@@ -19,9 +19,12 @@ from numba import njit, types
 from numba.extending import intrinsic
 
 from swaywatch.models.multibody_more import (
+    BALL_RATTLE,
+    BINDING_BALL,
     BOW_WAVE,
     CAR_AIR,
     CASTER_AXLE,
+    CASTER_FLUTTER,
     CORNER_BEHIND_M,
     CORNER_RIGHT_M,
     CORNER_STEADY,
@@ -29,6 +32,7 @@ from swaywatch.models.multibody_more import (
     HYDRO_BUSH,
     LOOSE_U_BOLTS,
     MORE_DAMPING,
+    RACKED_FRAME,
     REAR_RACK,
     ROOF_LOAD,
     SLOW_RAD_S,
@@ -176,7 +180,7 @@ from swaywatch.models.multibody_tables import (
 #: Contents (SHA-1, first twelve digits) of the files that this one is compiled with. Numba keeps
 #: compiled code until the file of a function changes, whatever else it is made of: a change of
 #: those has to change this file too (tests/host/test_multibody.py says what to write).
-MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "9f6e69cd694b"}
+MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "fa3d93b51524"}
 
 
 class View(NamedTuple):
@@ -418,7 +422,7 @@ def _tyres(
         at[SPEED] = max(c * at[3] + s * at[4], 1.0)
         at[TRAVEL] = math.atan2(c * at[4] - s * at[3], at[SPEED])
     out[O_STEER] = _steer(g, wheels, u, z, work, load, play)
-    if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS):
+    if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS, CASTER_FLUTTER):
         middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
         more_of_slip(g, z, zdot, middle)
     if g[G_MORE] == HYDRO_BUSH:
@@ -580,7 +584,7 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
     ball_y = a[1] + lever * (-yaw1 * c1 + r1 * r1 * s1)
     ball = -s2 * ball_x + c2 * ball_y
     across2 = ball - g[G_TRAILER_LEVER] * yaw2
-    if g[G_MORE] == ELASTIC_DRAWBAR:
+    if g[G_MORE] in (ELASTIC_DRAWBAR, BALL_RATTLE):
         across2 += a[int(g[G_HITCH_DOF]) + 1]
     for body in range(2):
         gain = g[G_CAR_ROLL_GAIN + 3 * body]
@@ -612,7 +616,8 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - yaw2
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
-    if g[G_MORE] == TOWBAR_TWIST:  # nothing else acts on this trailer than its tyres
+    if g[G_MORE] in (TOWBAR_TWIST, BINDING_BALL, RACKED_FRAME):
+        # nothing else acts on these trailers than their tyres
         pull = g[G_TRAILER_MASS] * across2 - np.sum(out[O_FY + 4 : O_FY + 8])
         zdot[Z_MORE] = (pull - z[Z_MORE]) / TOWBAR_S
     if g[G_MORE] == UNLOCKED_SLEW:  # its yaw rate less the trailer's

@@ -26,6 +26,7 @@ from swaywatch.models.multibody_tables import (
     O_RATE1,
     O_RATE2,
     O_ROLL1,
+    O_ROLL2,
     O_SLIP,
     O_SPEED,
     O_STEER,
@@ -53,8 +54,10 @@ MADE_OF = {"multibody_tables": "7e6a397047d3"}
     GLAZING_PADS, ONE_WAY_DAMPER, UNLOCKED_SLEW, WANDERING_RUTS, YAW_REFERENCE, STEPPING_HORSE,
     HYDRO_BUSH, LOOSE_CURTAIN, DAMPER_PLAY, TOWBAR_TWIST, GALLOPING, REAR_RACK, SLOW_ACTUATOR,
     SIDESLIP_LIMITER, JOCKEY_WHEEL, COUNTER_STEER, CONCRETE_SLABS, LEAKING_LOAD, WORN_SHOULDERS,
-    ALIGNING_TORQUE,
-) = range(1, 81)  # fmt: skip
+    ALIGNING_TORQUE, BINDING_BALL, BALL_RATTLE, SPRING_BARS, SLACK_LASHING, LINGERING_FLOW,
+    TORN_CABLE, HUB_DRIVES, ANGLE_VECTORING, LEVELLING_PUMP, CLAY_TREAD, RACKED_FRAME,
+    CASTER_FLUTTER,
+) = range(1, 93)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -69,6 +72,8 @@ ASKED_BASE_M, ASKED_M_S = 2.7, 28.0  # of the car that a stability controller be
 STEP_M, STEP_M_S2 = 0.15, 1.0  # how far horses step, and for which acceleration
 STRUT_NM_RAD, TOWBAR_S, ACTUATOR_S = 1e5, 0.03, 0.1
 NOSE_BEHIND_BALL_M = 0.6
+BALL_N_M, BALL_S_M = 4e5, 4.0  # of the ball in its head, after Hunt and Crossley
+FLUTTER_DAMPING = 0.15
 
 
 @njit(cache=True)
@@ -118,6 +123,8 @@ def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> f
         angle = z[Z_MORE] - slip
     elif kind == COUNTER_STEER:
         angle = g[G_MORE_AT] * math.tanh(out[O_RATE2] / g[G_MORE_AT])
+    elif kind == CLAY_TREAD:
+        angle = (1.0 - z[Z_MORE]) * slip
     return float(angle)
 
 
@@ -127,7 +134,7 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
     kind, angle = g[G_MORE], 0.0
     if kind == REAR_STEERS:
         angle = out[O_STEER]
-    elif kind in (REAR_CONTROL, TOWBAR_TWIST):
+    elif kind in (REAR_CONTROL, TOWBAR_TWIST, LEVELLING_PUMP):
         angle = z[Z_MORE]
     elif kind == WORN_SHOULDERS:
         angle = abs(slip)
@@ -156,8 +163,11 @@ def _more_of_trailer_axles(g: Any, z: Any, wheel: int, slip: float, out: Any) ->
         angle = size * math.sin(TURN * z[Z_MORE] / g[G_MORE_AT]) * slip
     elif kind in (
         AXLE_HYSTERESIS, ROLL_HYSTERESIS, CASTER_AXLE, WIRE_STEERING, LOOSE_U_BOLTS, SLOW_ACTUATOR,
+        CASTER_FLUTTER,
     ):  # fmt: skip
         angle = size * z[Z_MORE]
+    elif kind == RACKED_FRAME:
+        angle = size * math.tanh(z[Z_MORE] / g[G_MORE_AT])
     elif kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
         angle = size * z[Z_MORE] * slip
     return float(angle)
@@ -174,6 +184,11 @@ def more_moments(g: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
     if g[G_MORE] == ELASTIC_DRAWBAR and g[G_FULL] == 0.0:  # a planar trailer's joint after the ball
         side = hitch + 1
         view.qfrc[side] -= g[G_MORE_SIZE] * (view.qpos[side] + DRAWBAR_S * view.qvel[side])
+    if g[G_MORE] == BALL_RATTLE and g[G_FULL] == 0.0:
+        side = hitch + 1
+        pressed = _beyond(view.qpos[side], g[G_MORE_SIZE])
+        meets = math.copysign(view.qvel[side], view.qvel[side] * pressed)
+        view.qfrc[side] -= BALL_N_M * pressed * max(1.0 + BALL_S_M * meets, 0.0)
 
 
 @njit(cache=True)
@@ -199,7 +214,19 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = size * max(math.copysign(1.0, size) * rate, 0.0)
     elif kind == DAMPER_PLAY:
         moment = STRUT_NM_RAD * _beyond(angle - z[Z_MORE], at)
+    else:
+        moment = size * _more_of_load_at_hitch(g, z, rate, out)
     return float(moment)
+
+
+@njit(cache=True)
+def _more_of_load_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
+    """The same of what presses the ball or leans on it, over its size."""
+    if g[G_MORE] == BINDING_BALL:
+        return float(abs(z[Z_MORE]) * math.tanh(rate / SLOW_RAD_S))
+    if g[G_MORE] == SPRING_BARS:
+        return float(_beyond(out[O_ROLL2], g[G_MORE_AT]))
+    return 0.0
 
 
 @njit(cache=True)
@@ -221,6 +248,8 @@ def _more_of_trailer(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * out[O_SPEED] * r
     elif kind == GYRO_STABILISER:
         moment = -size * (r - z[Z_MORE])
+    elif kind == HUB_DRIVES:
+        moment = size * z[Z_MORE]
     elif kind == UNLOCKED_SLEW:
         moment = at * math.tanh(z[Z_MORE] / SLOW_RAD_S)
     elif kind == ALIGNING_TORQUE:
@@ -239,6 +268,8 @@ def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0)))
     elif kind == TORQUE_VECTORING:
         moment = size * math.tanh(out[O_STEER] / at)
+    elif kind == ANGLE_VECTORING:
+        moment = size * math.tanh((out[O_YAW2] - out[O_YAW1]) / at)
     elif kind == SWAY_ASSIST:
         moment = -size * out[O_RATE1] * min(max(z[Z_MORE] / at - 1.0, 0.0), 1.0)
     elif kind == YAW_REFERENCE:
@@ -254,7 +285,10 @@ def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
 def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     """What is late, and the state of dry friction (after Dahl)."""
     kind, at = g[G_MORE], g[G_MORE_AT]
-    if kind in (REAR_CONTROL, LATE_ASSIST, RUBBER_COUPLING, WIRE_STEERING, GYRO_STABILISER):
+    if kind in (
+        REAR_CONTROL, LATE_ASSIST, RUBBER_COUPLING, WIRE_STEERING, GYRO_STABILISER, HUB_DRIVES,
+        LEVELLING_PUMP,
+    ):  # fmt: skip
         zdot[Z_MORE] = (_followed(kind, out) - z[Z_MORE]) / at
     elif kind in (AXLE_HYSTERESIS, STABILISER_WINDUP):
         zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / at
@@ -285,7 +319,7 @@ def _more_of_way(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     kind = g[G_MORE]
     if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS):
         zdot[Z_MORE] = out[O_SPEED]
-    elif kind in (PUNCTURE, BINDING_BRAKE, LEAKING_LOAD):
+    elif kind in (PUNCTURE, BINDING_BRAKE, LEAKING_LOAD, CLAY_TREAD):
         zdot[Z_MORE] = (1.0 - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
     elif kind == GLAZING_PADS:
         zdot[Z_MORE] = abs(rate)
@@ -298,8 +332,10 @@ def _followed(kind: float, out: Any) -> float:
         return float(out[O_RATE1])
     if kind == GYRO_STABILISER:
         return float(out[O_RATE2])
-    if kind == WIRE_STEERING:
+    if kind in (WIRE_STEERING, HUB_DRIVES):
         return float(out[O_STEER])
+    if kind == LEVELLING_PUMP:
+        return float(out[O_ROLL1])
     return float(out[O_YAW2] - out[O_YAW1])
 
 
@@ -310,7 +346,7 @@ def _more_of_sway(g: Any, z: Any, zdot: Any, out: Any) -> None:
     The last are an oscillator after van der Pol.
     """
     lateral = z[Z_ROLL + 2] / g[G_TRAILER_ROLL_GAIN]
-    if g[G_MORE] == SWAY_BRAKE:
+    if g[G_MORE] in (SWAY_BRAKE, TORN_CABLE):
         zdot[Z_MORE] = (max(abs(lateral) - g[G_MORE_AT], 0.0) - z[Z_MORE]) / BRAKE_S
     if g[G_MORE] == STEPPING_HORSE:
         zdot[Z_MORE] = (STEP_M * math.tanh(lateral / STEP_M_S2) - z[Z_MORE]) / g[G_MORE_AT]
@@ -345,6 +381,8 @@ def more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any)
         return float(size * _more_beside_air(g, z, beta, out))
     if kind == LATE_AIR:
         zdot[Z_MORE] = (beta - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
+    if kind == LINGERING_FLOW:
+        _stays_behind(g, z, zdot, beta)
     return float(-size * pressure * _more_of_flow(g, z, beta, out))
 
 
@@ -367,7 +405,7 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
         angle = beta
     elif kind in (GAP_AIR, BOW_WAVE):
         angle = out[O_YAW2] - out[O_YAW1]
-    elif kind == LATE_AIR:
+    elif kind in (LATE_AIR, LINGERING_FLOW):
         angle = z[Z_MORE]
     elif kind == WAKE_SHEDDING:
         angle = -z[Z_MORE]
@@ -403,11 +441,23 @@ def more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
     if g[G_MORE] == TYRE_WARMING:
         middle = math.tanh(abs(middle) / WORKED_RAD)
     if g[G_MORE] == LOOSE_U_BOLTS:
-        change = (middle - z[Z_MORE + 1]) / RATE_S
-        zdot[Z_MORE] = change - abs(change) * z[Z_MORE] / at
-        zdot[Z_MORE + 1] = change
+        _stays_behind(g, z, zdot, middle)
+        return
+    if g[G_MORE] == CASTER_FLUTTER:
+        omega = g[G_MORE_HZ]
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = omega * omega * (middle - z[Z_MORE])
+        zdot[Z_MORE + 1] -= 2.0 * FLUTTER_DAMPING * omega * z[Z_MORE + 1]
         return
     zdot[Z_MORE] = (middle - z[Z_MORE]) / at
+
+
+@njit(cache=True)
+def _stays_behind(g: Any, z: Any, zdot: Any, value: float) -> None:
+    """State of dry friction that a value moves, by its rate."""
+    change = (value - z[Z_MORE + 1]) / RATE_S
+    zdot[Z_MORE] = change - abs(change) * z[Z_MORE] / g[G_MORE_AT]
+    zdot[Z_MORE + 1] = change
 
 
 @njit(cache=True)
@@ -421,6 +471,8 @@ def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
         return float(0.5 * abs(size) * max(turned, 0.0))
     if g[G_MORE] == BINDING_BRAKE and wheel[W_SIDE] < 0.0:
         return float(0.5 * size * z[Z_MORE])
+    if g[G_MORE] == TORN_CABLE and wheel[W_SIDE] < 0.0:
+        return float(size * z[Z_MORE])
     return 0.0
 
 
@@ -428,7 +480,8 @@ def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
 def stretch(g: Any, z: Any) -> float:
     """Of the spring that holds the cargo, m; a load that rolls is free between its boards.
 
-    Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step.
+    Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step;
+    slack straps hold less to their side.
     """
     q = z[Z_SLOSH]
     if g[G_MORE] == ROLLING_LOAD:
@@ -437,6 +490,8 @@ def stretch(g: Any, z: Any) -> float:
         return float(q * (1.0 + (q / g[G_MORE_AT]) ** 2))
     if g[G_MORE] == STEPPING_HORSE:
         return float(q - z[Z_MORE])
+    if g[G_MORE] == SLACK_LASHING:
+        return float(q * (abs(g[G_MORE_AT]) if q * g[G_MORE_AT] > 0.0 else 1.0))
     return 0.0 if g[G_MORE] == SLIDING_CRATE else float(q)
 
 
@@ -469,7 +524,7 @@ def acts_ahead(g: Any) -> float:
         ahead = NOSE_AHEAD_M
     elif kind == LOOSE_CURTAIN:
         ahead = -CURTAIN_BEHIND_M
-    elif kind == LATE_AIR:
+    elif kind in (LATE_AIR, LINGERING_FLOW):
         ahead = AIR_AHEAD_M
     elif kind == REAR_RACK:
         ahead = -g[G_CAR_LEVER]

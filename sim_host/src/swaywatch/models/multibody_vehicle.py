@@ -119,7 +119,9 @@ MORE = (
     "wandering_ruts", "yaw_reference", "stepping_horse", "hydro_bush", "loose_curtain",
     "damper_play", "towbar_twist", "galloping", "rear_rack", "slow_actuator", "sideslip_limiter",
     "jockey_wheel", "counter_steer", "concrete_slabs", "leaking_load", "worn_shoulders",
-    "aligning_torque",
+    "aligning_torque", "binding_ball", "ball_rattle", "spring_bars", "slack_lashing",
+    "lingering_flow", "torn_cable", "hub_drives", "angle_vectoring", "levelling_pump",
+    "clay_tread", "racked_frame", "caster_flutter",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -228,6 +230,25 @@ MORE = (
   asks for less force, by k (1 - exp(-s/s0)) m a at its COG (m)
 - angle of the car's rear wheels with the size of their slip a: k |a|
 - yaw moment on the trailer with the mean slip a of its tyres: k a/(1 + (a/a0)^2), N m/rad (rad)
+- dry friction at the ball per side force of the car on the trailer, planar bodies only, 30 ms late,
+  m
+- play of the ball across the trailer either way, planar bodies only; beyond it 400 kN/m hold it, m
+- moment about the ball with the roll p of the trailer beyond p0: k (|p| - p0) sign p, N m/rad (rad)
+- nothing of its own: the cargo's spring has the share |s| of its stiffness to the side of the sign
+  of s (s)
+- area times the slope of the trailer's air force over a side-slip b with hysteresis: F = k p z,
+  dz/dt = db/dt - |db/dt| z/b0, 1 m ahead of its COG, m2/rad (rad)
+- drag of each right wheel of the trailer with its lateral acceleration a beyond a0: k (|a| - a0),
+  0.15 s late, N s2/m (m/s2)
+- yaw moment on the trailer with the angle d of the car's front wheels: k z, T dz/dt = d - z,
+  N m/rad (s)
+- yaw moment on the car with the articulation g: k tanh(g/g0), N m (rad)
+- angle of the car's rear wheels after the roll p of the car: k z, T dz/dt = p - z (s)
+- share of the slip that the car's front tyres lose after a distance s: k exp(-s/s0) (m)
+- angle of the trailer's axles with the side force F of the car on the trailer, planar bodies only,
+  30 ms late: k tanh(F/F0), rad (N)
+- angle of the trailer's axles after the slip a of their middle: k z, z behind a swing with a
+  damping ratio of 0.15 (Hz)
 """
 
 

@@ -1,0 +1,216 @@
+"""Kinds of physics of the rigid-body plant that nobody lists, from the ninth set on: each says
+what its law says.
+"""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from test_multibody import (
+    UNLISTED,
+    _changed,
+    _rest_of_the_trailer,
+    _sideslip_of_the_trailer,
+    _steered,
+    _way,
+    _with,
+    impulse,
+)
+
+from swaywatch.models.multibody import Multibody
+from swaywatch.models.multibody_vehicle import Physics, reference_combination
+
+
+@pytest.fixture(scope="module")
+def planar() -> Multibody:
+    return Multibody(reference_combination())
+
+
+def _rest_of_the_car(car, motion):
+    """Yaw moment on the car beside those of its wheels and the hitch force, N m."""
+    known = car.front.to_cog_m * motion.wheel_fy_n[:2].sum(axis=0) * np.cos(motion.road_wheel_rad)
+    known = known + car.rear.to_cog_m * motion.wheel_fy_n[2:4].sum(axis=0)
+    known = known - car.hitch_to_cog_m * motion.hitch_y_n
+    return car.yaw_inertia_kgm2 * np.gradient(motion.yaw_rate_rad_s, 0.002) - known
+
+
+def _late(values, lag_s):
+    """What follows `values` with a lag, from zero."""
+    left = np.zeros_like(values)
+    for i in range(1, left.size):
+        left[i] = left[i - 1] + 0.002 / lag_s * (values[i - 1] - left[i - 1])
+    return left
+
+
+def _dry(values, slides, lag_s=0.02):
+    """State of dry friction that the rate of `values` moves."""
+    rate, state = np.gradient(_late(values, lag_s), 0.002), np.zeros_like(values)
+    for i in range(1, state.size):
+        state[i] = state[i - 1] + 0.002 * (rate[i] - abs(rate[i]) * state[i - 1] / slides)
+    return state
+
+
+def _travel_of_the_trailers_axle(motion, whole, axle):
+    travel = _sideslip_of_the_trailer(motion, whole)
+    return travel + axle.to_cog_m * motion.trailer_yaw_rate_rad_s / motion.speed_m_s
+
+
+def test_ball_without_grease_binds_as_it_is_pressed(planar):
+    size, _ = UNLISTED["binding_ball"]
+    motion = _with("binding_ball")
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    rate = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    said = -size * np.abs(_late(-motion.hitch_y_n, 0.03)) * np.tanh(rate / 0.005)
+    assert np.abs(said).max() > 150.0
+    assert np.abs(moment - said)[50:-50].max() < 0.12 * np.abs(said).max()
+
+
+def test_ball_that_rattles_is_held_beyond_its_play(planar):
+    """Within it nothing acts between the bodies; without it they are those of the user."""
+    healthy = impulse(planar, 100.0, 20.0)
+    motion = _with("ball_rattle")
+    free = np.abs(motion.hitch_y_n) < 5.0
+    before = np.abs(healthy.hitch_y_n) < 5.0
+    swings = (motion.time_s > 0.6) & (motion.time_s < 6.0)
+    assert free[swings].mean() > before[swings].mean() + 0.05
+    changes = [
+        np.abs(_changed(planar, more="ball_rattle", more_size=play)).max() for play in (2e-4, 4e-3)
+    ]
+    assert changes[0] < 0.25 * changes[1]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_spring_bars_turn_the_trailer_as_it_leans(planar, sense):
+    """Its moment is on the car the other way round."""
+    size, at = sense * UNLISTED["spring_bars"][0], UNLISTED["spring_bars"][1]
+    plant = Multibody(planar.combination, Physics(more="spring_bars", more_size=size, more_at=at))
+    motion = impulse(plant, 80.0, 20.0)
+    roll = motion.trailer_roll_rad
+    said = -size * np.sign(roll) * np.clip(np.abs(roll) - at, 0.0, None)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    assert np.abs(said).max() > 200.0
+    assert (said == 0.0).mean() > 0.2
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+    moment = _rest_of_the_car(planar.combination.car, motion)
+    assert np.abs(moment + said)[50:-50].max() < 0.15 * np.abs(said).max()
+
+
+def test_slack_straps_hold_softly_to_their_side(planar):
+    """Of one share to both sides a load on a spring; to one side its mirror is the other's."""
+    mass, at = UNLISTED["slack_lashing"]
+
+    def run(share, size_deg=20.0, more="slack_lashing"):
+        physics = Physics(more=more, more_size=mass, more_at=share, slosh_mass_kg=mass)
+        return impulse(Multibody(planar.combination, physics), 100.0, size_deg)
+
+    even, load = run(1.0).trailer_yaw_rate_rad_s, run(0.0, more="").trailer_yaw_rate_rad_s
+    assert np.abs(even - load).max() < 1e-9
+    left, right = run(at).trailer_yaw_rate_rad_s, run(-at, -20.0).trailer_yaw_rate_rad_s
+    assert np.abs(left + right).max() < 1e-6
+    assert np.abs(left - even).max() > 0.02 * np.abs(even).max()
+    assert np.abs(left - run(-at).trailer_yaw_rate_rad_s).max() > 0.02 * np.abs(even).max()
+
+
+def test_flow_that_lingers_stays_behind_as_friction_does(planar):
+    size, at = UNLISTED["lingering_flow"]
+    motion = _with("lingering_flow")
+    side, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    beta = _sideslip_of_the_trailer(motion, planar.combination)
+    said = -size * 0.6 * motion.speed_m_s**2 * _dry(beta, at)
+    assert np.abs(said).max() > 150.0
+    assert np.abs(said).max() < 1.01 * size * 0.6 * motion.speed_m_s.max() ** 2 * at
+    assert np.abs(side - said)[50:-50].max() < 0.15 * np.abs(said).max()
+    assert np.abs(moment - said)[50:-50].max() < 0.15 * np.abs(said).max()
+
+
+def test_torn_cable_brakes_the_right_side_at_either_sway(planar):
+    """The trailer is turned to the right, whichever way it swings."""
+    size, at = UNLISTED["torn_cable"]
+    trailer = planar.combination.trailer
+    physics = Physics(more="torn_cable", more_size=size, more_at=at)
+    for sense in (1.0, -1.0):
+        motion = impulse(Multibody(planar.combination, physics), 90.0, sense * 15.0)
+        lateral = np.abs(motion.trailer_roll_rad) / trailer.roll_gain_rad_m_s2
+        drag = 2.0 * size * _late(np.clip(lateral - at, 0.0, None), 0.15)
+        said = -0.5 * trailer.front.track_m * drag
+        _, moment = _rest_of_the_trailer(trailer, motion)
+        assert said.min() < -300.0
+        assert np.abs(moment - said)[50:-50].max() < 0.15 * -said.min()
+        assert moment[50:-50].max() < 0.15 * -said.min()
+
+
+def test_hub_drives_turn_the_trailer_late_as_the_car_is_steered(planar):
+    size, at = UNLISTED["hub_drives"]
+    motion = _with("hub_drives")
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    said = size * _late(motion.road_wheel_rad, at)
+    assert np.abs(said).max() > 300.0
+    assert np.abs(moment - said)[50:-50].max() < 0.12 * np.abs(said).max()
+    at_once = size * motion.road_wheel_rad
+    assert np.abs(moment - at_once)[50:-50].max() > 0.4 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_angle_vectoring_turns_the_car_as_far_as_it_can(planar, sense):
+    size, at = sense * UNLISTED["angle_vectoring"][0], UNLISTED["angle_vectoring"][1]
+    physics = Physics(more="angle_vectoring", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 80.0, 20.0)
+    said = size * np.tanh((motion.trailer_yaw_rad - motion.yaw_rad) / at)
+    assert 0.7 * abs(size) < np.abs(said).max() < abs(size)
+    moment = _rest_of_the_car(planar.combination.car, motion)
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * abs(size)
+
+
+def test_levelling_pump_steers_the_rear_wheels_after_a_lean(planar):
+    size, at = UNLISTED["levelling_pump"]
+    motion = _with("levelling_pump")
+    angle = _steered(motion, planar.combination.car, 2)
+    said = size * _late(motion.roll_rad, at)
+    assert np.abs(said).max() > 1e-3
+    assert np.abs(angle - said)[50:-50].max() < 0.05 * np.abs(said).max()
+    assert np.abs(angle - size * motion.roll_rad)[50:-50].max() > 0.4 * np.abs(said).max()
+
+
+def test_clay_leaves_the_front_tyres_along_the_road(planar):
+    size, at = UNLISTED["clay_tread"]
+    motion, car = _with("clay_tread"), planar.combination.car
+    travel = motion.wheel_slip_rad[:2].mean(axis=0) + _steered(motion, car, 0)
+    grip = 1.0 - size * np.exp(-_way(motion) / at)
+    said = -car.front.cornering_stiffness_n_rad * travel * grip
+    force = motion.wheel_fy_n[:2].sum(axis=0)
+    assert grip[0] == pytest.approx(1.0 - size, abs=0.01)
+    assert grip[-1] > 0.95
+    assert np.abs(force - said)[50:-50].max() < 0.03 * np.abs(force).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_frame_racks_with_the_pull_of_the_ball_up_to_its_stop(planar, sense):
+    size, at = sense * UNLISTED["racked_frame"][0], UNLISTED["racked_frame"][1]
+    physics = Physics(more="racked_frame", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 80.0, 20.0)
+    said = size * np.tanh(_late(-motion.hitch_y_n, 0.03) / at)
+    assert 0.6 * abs(size) < np.abs(said).max()
+    trailer = planar.combination.trailer
+    for wheel, axle in ((4, trailer.front), (6, trailer.rear)):
+        angle = _travel_of_the_trailers_axle(motion, planar.combination, axle)
+        angle = angle - motion.wheel_slip_rad[wheel]
+        assert np.abs(angle - said)[50:-50].max() < 0.1 * abs(size)
+
+
+def test_self_steering_axle_swings_after_its_slip(planar):
+    size, whole = UNLISTED["caster_flutter"][0], planar.combination
+    motion = _with("caster_flutter")
+    ways = [_travel_of_the_trailers_axle(motion, whole, a) for a in (
+        whole.trailer.front, whole.trailer.rear
+    )]  # fmt: skip
+    middle, omega = 0.5 * (ways[0] + ways[1]), 2.0 * np.pi
+    swing, change = np.zeros_like(middle), 0.0
+    for i in range(1, swing.size):
+        pull = omega**2 * (middle[i] - swing[i - 1]) - 2.0 * 0.15 * omega * change
+        change += 0.002 * pull
+        swing[i] = swing[i - 1] + 0.002 * change
+    assert np.abs(swing).max() > 1.2 * np.abs(middle).max()
+    for wheel, way in ((4, ways[0]), (6, ways[1])):
+        angle = way - motion.wheel_slip_rad[wheel]
+        assert np.abs(angle - size * swing)[50:-50].max() < 0.05 * size * np.abs(swing).max()
