@@ -27,8 +27,8 @@ from swaywatch.discover.find import (
     _likelier,
 )
 from swaywatch.discover.forms import curve
-from swaywatch.discover.grammar import all_laws, grammar
-from swaywatch.discover.inputs import missing_inputs
+from swaywatch.discover.grammar import all_laws, grammar, products
+from swaywatch.discover.inputs import followed, missing_inputs
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import MOTIONS, ROLLS, Law, law_of
 from swaywatch.discover.save import named, read_physics, save_law
@@ -217,6 +217,30 @@ def test_friction_follows_what_has_no_rate_of_its_own() -> None:
     dragged.add_series("slip_car_front", 0.3 * curve("hysteretic", dragged.steer, 0.008))
     assert difference(simulate(plant()), simulate(dragged)) > 0.1
     assert difference(simulate(dragged), simulate(plant(**sticks, law_bend=0.008))) < 0.05
+
+
+def test_an_oscillator_that_follows_a_motion_overshoots_as_one_does() -> None:
+    follows = Law("force_trailer", "steer", response="oscillating")
+    values = {"gain": 3e4, "frequency_hz": 1.5, "damping_ratio": 0.15}
+    law, series = plant(), plant()
+    effect_of(follows).act(law, Run("r", np.zeros(1), {}, {}, 15.0), values, ())
+    series.add_series("force_trailer", 3e4 * followed(series.steer, 1.5, 0.15))
+    assert difference(simulate(series), simulate(plant())) > 0.05
+    assert difference(simulate(series), simulate(law)) < 1e-4
+
+
+def test_the_size_of_another_motion_multiplies_a_law() -> None:
+    """A moment by the size of the articulation, times its sign, is the plain one."""
+    line = Law("moment_trailer", "articulation")
+    run = Run("r", np.zeros(1), {}, {}, 15.0)
+    found = []
+    for law, gain in ((replace(line, by="articulation"), 4e5), (line, 4e5)):
+        slots = plant()
+        effect_of(law).act(slots, run, {"gain": gain}, ())
+        slots.scalar("law_shape", 0.0 if law.by else 4.0)  # odd square
+        found.append(simulate(slots))
+    assert difference(*found) < 1e-9
+    assert difference(found[0], simulate(plant())) > 0.03
 
 
 def test_a_line_with_its_cube() -> None:
@@ -469,6 +493,19 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
         (
             Physics(more="hedge_wind", more_size=900.0, more_at=60.0),
             Law("force_trailer", "distance", response="periodic"), (900.0, 1000.0 / 60.0, 0.0),
+        ),
+        (
+            Physics(more="binding_ball", more_size=0.4),
+            Law("hitch", "articulation_rate", "saturating", by="hitch_force"), (80.0, 0.005),
+        ),
+        (
+            Physics(more="slack_lashing", more_size=140.0, more_at=-0.3, slosh_mass_kg=140.0,
+                    slosh_frequency_hz=0.9, slosh_damping=0.1, slosh_position_m=0.0),
+            Law("trailer", "swing", "uneven"), (140.0, 0.9, 0.1, 0.0, 0.3),
+        ),
+        (
+            Physics(more="caster_flutter", more_size=0.2, more_frequency_hz=1.5),
+            Law("slip_trailer", "slip_trailer", response="oscillating"), (-0.2, 1.5, 0.15),
         ),
     ],
 )  # fmt: skip
@@ -933,7 +970,8 @@ def test_no_law_beside_effects_that_leave_only_noise(
 
 def test_every_law_that_is_tried_can_be_reported() -> None:
     """A sliding load has no bend to report a limit of."""
-    for law in (*all_laws(), *SWINGING):
+    for law in (*all_laws(), *SWINGING, *products()):
+        assert law_of(law.spec) == law
         effect_ = effect_of(law)
         found = effect_.report({p.name: p.starts[0] for p in effect_.parameters})
         rows = {key: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for key, v in found.items()}

@@ -11,8 +11,8 @@ from swaywatch.diagnose.evidence.search import Linear
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.discover.effect import OF_A_SHAPE, effect_of
 from swaywatch.discover.forms import curve
-from swaywatch.discover.grammar import FREQUENCIES_HZ, grammar, of_two, refined
-from swaywatch.discover.law import ANYWHERE, MOTIONS, PLACES, Law
+from swaywatch.discover.grammar import FREQUENCIES_HZ, grammar, of_two, products, refined
+from swaywatch.discover.law import ANYWHERE, LAGGED, MOTIONS, OSCILLATING, PLACES, Law
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
 
@@ -20,6 +20,7 @@ PAIRED = 12  # laws of two variables that are begun from each vehicle
 SHORT_LIST = 12  # laws that are fitted under the observer
 FORMS = 8  # of one place and variable that come first
 STRONGER, WEAKER = 4.0, 0.25  # times its initial size at which a law is looked at too
+LATER = {"lag_s": 3.0, "frequency_hz": 2.0}  # times its initial value
 
 
 def law_in_effect(effect: Effect) -> Law:
@@ -83,6 +84,12 @@ def of_two_variables(course: Linear) -> list[ActiveEffect]:
     return list(kept.values())[:PAIRED]
 
 
+def of_a_product(course: Linear) -> list[ActiveEffect]:
+    """The laws that the size of another motion multiplies and that promise most, to first order."""
+    terms = [initial(law)[0] for law in products()]
+    return by_promise(course, terms)[:PAIRED]
+
+
 def _rest(effect: Effect) -> tuple[float, ...]:
     """Initial values of what is not the size of an effect."""
     return tuple(p.starts[0] for p in effect.parameters[1:])
@@ -121,12 +128,27 @@ def _spread(ranked: Sequence[ActiveEffect]) -> list[ActiveEffect]:
 
 
 def looks(term: ActiveEffect) -> list[ActiveEffect]:
-    """A law as it is, several times as strong, the other way where it can act so, and weaker."""
+    """A law as it is, several times as strong, so the other way where it can act so, and weaker."""
     size, bounds = term.values[0], term.effect.parameters[0]
-    other_way = bounds.low < 0.0 < bounds.high
-    strong = min(max((-STRONGER if other_way else STRONGER) * size, bounds.low), bounds.high)
-    looks = [replace(term, values=(x, *term.values[1:])) for x in (size, strong, WEAKER * size)]
+    sizes = [size, STRONGER * size, WEAKER * size]
+    if bounds.low < 0.0 < bounds.high:
+        sizes.append(-STRONGER * size)
+    looks = [
+        replace(term, values=(min(max(x, bounds.low), bounds.high), *term.values[1:]))
+        for x in sizes
+    ]
+    looks += [_other(look, "lag_s") for look in looks[:2] if law_in(look).response == LAGGED]
+    slow = law_in(term).response == OSCILLATING
+    looks += [_other(look, "frequency_hz") for look in looks[:2] if slow]
     return [*looks, *(_behind(look) for look in looks if law_in(look).place in ANYWHERE)]
+
+
+def _other(term: ActiveEffect, name: str) -> ActiveEffect:
+    """What is late several times as late, or an oscillator as quick: no fit goes so far."""
+    p = next(p for p in term.effect.parameters if p.name == name)
+    values = term.as_dict()
+    values |= {name: min(LATER[name] * values[name], p.high)}
+    return replace(term, values=tuple(values[q.name] for q in term.effect.parameters))
 
 
 def _behind(term: ActiveEffect) -> ActiveEffect:

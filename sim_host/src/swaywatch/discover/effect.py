@@ -24,6 +24,7 @@ from swaywatch.discover.law import (
     LIMITED_RATE,
     LINE_AND_CUBE,
     MOTIONS,
+    OSCILLATING,
     PERIODIC,
     PLACES,
     ROLLS,
@@ -39,7 +40,7 @@ from swaywatch.discover.law import (
 from swaywatch.discover.way import DISTANCE, SLOTS, comes_and_goes, phases
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
-from swaywatch.plant.lanes import BODY, LAW_FELT, PlantInput
+from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
 
 ID = "law"
 OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
@@ -118,12 +119,18 @@ def _moves(law: Law) -> Act:
         plant.scalar("law_lag", RATE_S if rate else max(values.get("lag_s", 0.0), 0.0))
         passing = 2.0 * (law.response == TRANSIENT)
         plant.scalar("law_transient", 1.0 if rate else 3.0 if felt else passing)
+        if law.response == OSCILLATING:
+            plant.scalar("law_transient", 4.0)
+            plant.scalar("law_lag", 1.0 / (2.0 * math.pi * values["frequency_hz"]))
+            plant.scalar("law_bend", values["damping_ratio"])
         if law.response in BY_THE_WAY:
             plant.add_series("law", share_by_the_way(law, run, values) - 1.0)
         for motion, share in made_of(law, run, values).items():
             plant.scalar(f"law_of_{motion}", share)
         if law.second:
             plant.scalar(f"law_of_{law.second}", values["second_share"])
+        if law.by:
+            plant.scalar("law_by", 1.0 + (*LAW_OF, *LAW_FELT).index(law.by))
         for place, share in acts_at(law.place, values).items():
             plant.scalar(f"law_to_{place}", share)
         if "roll_frequency_rad_s" in values:
@@ -148,6 +155,7 @@ def _swings(body: str) -> Act:
         plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values.get("frequency_hz", 0.0))
         plant.scalar(f"mode_damping_{body}", values.get("damping_ratio", 0.0))
         plant.scalar(f"mode_gap_{body}", abs(values.get("gap_m", 0.0)))
+        plant.scalar(f"mode_other_side_{body}", values.get("other_side", 1.0) - 1.0)
         plant.scalar(f"mode_drag_{body}", max(values.get("drag_per_m", 0.0), 0.0))
         plant.scalar(f"mode_friction_{body}", max(values.get("friction_m_s2", 0.0), 0.0))
         plant.scalar(f"mode_place_{body}", place - ahead)
@@ -227,7 +235,7 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         equation = formula(law)
     return Effect(
         id=ID,
-        component=f"{law.place} of {' and '.join(filter(None, (law.motion, law.second)))}",
+        component=f"{law.place} of {' and '.join(filter(None, (law.motion, law.second, law.by)))}",
         kind="physics",
         equation=equation,
         source="identified from the recording",
@@ -276,6 +284,9 @@ def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], 
     if law.shape == "odd square":
         found = (*found, Parameter("drag_per_m", "1/m", 0.0, 0.0, 100.0, (3.0,), 0.3, 1e9))
         drag = " + drag |q'| q'"
+    if law.shape == UNEVEN:
+        side = Parameter("other_side", "1", 1.0, 0.0, 8.0, (0.4, 2.5), 0.05, 1e9)
+        found, held = (*found, side), "(q, on the right times the other side)"
     equation = f"m (q'' + 2 zeta omega q'{drag} + omega^2 {held}) = -m a_y of its place"
     return _swings(law.place), found, equation
 
@@ -313,6 +324,9 @@ def _gain(law: Law) -> Parameter:
     start = place.level / motion.usual**curve
     unit = f"{place.unit} per {motion.unit}" + (f"^{curve}" if curve > 1 else "")
     unit = place.unit if law.motion == DISTANCE else unit
+    if law.by:
+        start /= MOTIONS[law.by].usual
+        unit += f" per {MOTIONS[law.by].unit}"
     if law.motion == law.place:  # the compliance of a wheel is at most its slip
         low, high, start, step, noticed = {
             GROWING: (-0.9, 1.0, -0.2, 0.05, 0.02),
@@ -359,6 +373,9 @@ def _of_place_and_lag(law: Law) -> list[Parameter]:
     elif law.response == LAGGED:
         late = 0.4 if law.motion in SLIPS else 0.1  # a shorter one of a slip is a relaxation
         found.append(Parameter("lag_s", "s", 0.0, 0.0, 1.5, (late,), 0.01, 1e9))
+    elif law.response == OSCILLATING:
+        found.append(Parameter("frequency_hz", "Hz", 1e3, 0.2, 5.0, (1.2,), 0.05, 1e9))
+        found.append(Parameter("damping_ratio", "1", 1.0, 0.0, 2.0, (0.3,), 0.03, 1e9))
     elif law.response == TRANSIENT:
         found.append(Parameter("lag_s", "s", 1e3, 0.02, 3.0, (0.3,), 0.03, 1e9))
     return found

@@ -36,12 +36,16 @@ from swaywatch.discover.begin import law_in
 from swaywatch.discover.effect import ID
 from swaywatch.discover.grammar import all_laws
 from swaywatch.discover.law import Law
-from swaywatch.discover.trial import BESIDE_KNOWN, LawSearch, least_ahead, library_suffices
+from swaywatch.discover.trial import (
+    BESIDE_KNOWN,
+    WITH_LAWS,
+    LawSearch,
+    least_ahead,
+    library_suffices,
+)
 from swaywatch.effects.active import ActiveEffect
 
 Array = NDArray[np.float64]
-#: Of the budget of a diagnosis: until then laws are begun, also where the library took all of it.
-WITH_LAWS = 1.5
 MOST_OPEN = 40  # laws that are started in another search than the quickest one
 POLISHED = 2  # of them in free simulation, beside each parent, ...
 MOST_POLISHED = 4  # ... and of all
@@ -118,6 +122,9 @@ class Laws:
             Where the library is searched; laws are tried in the quickest one before. Results are
             kept for further calls.
         """
+        first, springs = self.searches[0], self.searches[-1]
+        if _calibrated(springs) <= UNEXPLAINED_ABOVE < _calibrated(first):
+            return None  # nothing but springs may be missing
         for where in dict.fromkeys((self.searches[0], search)):
             law_search = self._begun(where)
             search.noise = where.noise = min(search.noise, where.noise)
@@ -199,10 +206,15 @@ class Laws:
                 law_searches.append(self._going_on(Path(search, base, base)))
         # which laws are worth trying with suspension is seen without it
         law_searches.sort(key=lambda law_search: law_search.search.on_springs)
+        for law_search in law_searches:
+            law_search.suffices = clean
         _share_noise(law_searches)
         best = _best(law_searches)
         if best is None or not _leaves_noise(*best) or not _ahead(law_searches, best[1]):
-            if not self._ended() and any(h.promising() for h in law_searches):
+            # where the library leaves only noise, the paths on which it does so tell whether a law
+            # may be missing
+            asked = [h for h in law_searches if h.path.clean or not clean]
+            if not self._ended() and any(h.promising() for h in asked):
                 _polish_best(law_searches)
             _share_noise(law_searches)
             best = _best(law_searches)
@@ -214,6 +226,11 @@ class Laws:
         _share_noise(law_searches)
         candidate = law_search.plain(_completed(law_search, candidate))
         return _claimed(law_searches, law_search, candidate)
+
+
+def _calibrated(search: Search) -> float:
+    """What the calibrated vehicle leaves."""
+    return reduced_chi_square(search.baseline().fit)
 
 
 def _polish_best(law_searches: Sequence[LawSearch]) -> None:

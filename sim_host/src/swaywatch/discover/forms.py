@@ -17,6 +17,7 @@ from swaywatch.discover.law import (
     LIMITED_RATE,
     LINE_AND_CUBE,
     MOTIONS,
+    OSCILLATING,
     PERIODIC,
     PLACES,
     SHAPES,
@@ -144,7 +145,8 @@ def formula(law: Law) -> str:
         return f"{left} = gain{speed}{when}"
     if law.motion in LAW_FELT:
         when = f"{_WHEN[LAGGED]}{when}"
-    return f"{left} = gain x {nonlinear}{speed}{when}"
+    size = f" x |{MOTIONS[law.by].symbol}|" if law.by else ""
+    return f"{left} = gain x {nonlinear}{size}{speed}{when}"
 
 
 _WHEN = {
@@ -153,6 +155,7 @@ _WHEN = {
     TRANSIENT: ", without what lasts",
     GROWING: " x (1 - exp(-way / over))",
     FADING: " x exp(-way / over)",
+    OSCILLATING: ", as an oscillator of its own follows it",
     PERIODIC: " x sin(2 pi repetitions x way + phase)",
 }
 _AT_HITCH = {

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
+from scipy.signal import bilinear, lfilter
 
 from swaywatch.diagnose.evidence.locate import Locator
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
@@ -28,6 +28,7 @@ from swaywatch.discover.law import (
     HEADINGS,
     LAGGED,
     MOTIONS,
+    OSCILLATING,
     PERIODIC,
     PLACES,
     SPEED_M_S,
@@ -105,7 +106,10 @@ def missing_inputs(found: Discovery) -> dict[str, Any]:
         ) -> list[float]:
             return list((np.bincount(bins, values, size) / count).astype(float))
 
-        law_there = None if moved is None else mean(valued(found, moved, run))
+        times = (
+            motion(found, index, replace(law, motion=law.by, second="", by="")) if law.by else None
+        )
+        law_there = None if moved is None else mean(valued(found, moved, run, times))
         value = missing.amplitude[index][:, 0]
         if law.motion == DISTANCE and law_there is not None:
             value = value + np.mean(law_there) - np.mean(value)  # a constant cannot be seen
@@ -202,6 +206,13 @@ def changed(z: Array, lag_s: float) -> Array:
     return np.asarray(z - lfilter([1.0 - kept], [1.0, -kept], z))
 
 
+def followed(z: Array, frequency_hz: float, damping_ratio: float) -> Array:
+    """What an oscillator makes of a course, shape (n,)."""
+    omega = 2.0 * math.pi * frequency_hz
+    ahead, back = bilinear([omega**2], [1.0, 2.0 * damping_ratio * omega, omega**2], RATE_HZ)
+    return np.asarray(lfilter(ahead, back, z))
+
+
 def stretched(shape: str, z: Array, bend: float, lag_s: float) -> Array:
     """Deflection of a spring before a damper, which its force makes give way, shape (n,)."""
     span = np.linspace(-1.0, 1.0, 4001) * 2.0 * (np.max(np.abs(z)) + 1e-9)
@@ -214,8 +225,8 @@ def stretched(shape: str, z: Array, bend: float, lag_s: float) -> Array:
     return found
 
 
-def valued(found: Discovery, z: Array, run: Run) -> Array:
-    """The law over the course of its variable, shape (n,)."""
+def valued(found: Discovery, z: Array, run: Run, times: Array | None = None) -> Array:
+    """The law over the course of its variable, and of what multiplies it, shape (n,)."""
     law = found.law
     values = found.term.as_dict()
     if law.response == PERIODIC:
@@ -232,6 +243,9 @@ def valued(found: Discovery, z: Array, run: Run) -> Array:
     bent = curve(law.shape, z, bend)
     share = share_by_the_way(law, run, values)
     force = values["gain"] * bent * (run.speed / SPEED_M_S) ** law.power * share
+    force = force if times is None else force * np.abs(times)
     if law.response == LAGGED and values["lag_s"] > 0.0:
         force = force - changed(force, values["lag_s"])
+    if law.response == OSCILLATING:
+        force = followed(force, values["frequency_hz"], values["damping_ratio"])
     return np.asarray(force)

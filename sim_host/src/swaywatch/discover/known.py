@@ -9,6 +9,8 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
         "a negative spring, which folds the combination: a tilted or worn coupling",
     ),
     ("hitch", "articulation_rate"): ("a hydraulic damper", ""),
+    ("hitch", "roll_trailer"): ("bars or a drawbar that a lean tightens",) * 2,
+    ("hitch", "lateral_acceleration_trailer"): ("bars or a drawbar that a lean tightens",) * 2,
     ("moment_car", "yaw_rate_car"): (
         "a controller that increases the yaw rate (torque vectoring)",
         "yaw damping by a stability controller",

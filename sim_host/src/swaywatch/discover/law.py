@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from swaywatch.discover.way import AXLES, DISTANCE
 from swaywatch.errors import SwaywatchError
-from swaywatch.plant.lanes import LAW_FELT, LAW_TO
+from swaywatch.plant.lanes import LAW_FELT, LAW_OF, LAW_TO
 
 SPEED_M_S = 25.0  # at which the gain of a law is stated
 #: In the plant's numbering. Hysteretic: dry friction behind an elastic part, after Dahl. Rubbing:
@@ -34,14 +34,16 @@ SLIDING = "hysteretic"
 FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a state too
 ROLLS = ("roll_car", "roll_trailer")
 DEFLECTIONS = ("articulation", *ROLLS)
+RATES = ("articulation_rate", "yaw_rate_car", "yaw_rate_trailer")
 IN_SERIES = (SHAPES[0], "saturating", "dead zone")  # shapes of a spring before a damper
 KEEPING = (*FRICTION, WAITING, LIMITED_RATE)  # shapes that keep the one state of a law
 LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times bend
 #: When a law acts: at once, behind a lag, only while its variable changes (a washout: what has
 #: lasted longer than the lag is forgotten), or the more the farther the recording has gone, until
-#: it does so wholly; or the less; or again and again along the road.
-RESPONSES = INSTANT, LAGGED, TRANSIENT, GROWING, FADING, PERIODIC = (
-    "instant", "lagged", "transient", "growing", "fading", "periodic",
+#: it does so wholly; or the less; or again and again along the road; or behind an oscillator of its
+#: own, which overshoots.
+RESPONSES = INSTANT, LAGGED, TRANSIENT, GROWING, FADING, PERIODIC, OSCILLATING = (
+    "instant", "lagged", "transient", "growing", "fading", "periodic", "oscillating",
 )  # fmt: skip
 BY_THE_WAY = (GROWING, FADING)
 
@@ -147,6 +149,8 @@ class Law:
         One of `RESPONSES`.
     second
         Another motion that it depends on: on the sum of both, weighted; empty: on the first alone.
+    by
+        Another motion whose size multiplies it (friction that a force presses); empty: none.
     """
 
     place: str
@@ -155,11 +159,13 @@ class Law:
     power: int = 0
     response: str = INSTANT
     second: str = ""
+    by: str = ""
 
     @property
     def spec(self) -> str:
         """The law as one string, as stored in a model block."""
         of = "+".join(filter(None, (self.motion, self.second)))
+        of += f"*{self.by}" * bool(self.by)
         return "/".join((self.place, of, self.shape, str(self.power), self.response))
 
     @property
@@ -177,11 +183,13 @@ def law_of(spec: str) -> Law:
     """The law of a string written by `Law.spec`."""
     try:
         place, of, shape, power, response = spec.partition("@")[0].split("/")
+        of, _, by = of.partition("*")
         motion, _, second = of.partition("+")
-        found = Law(place, motion, shape, int(power), response, second)
+        found = Law(place, motion, shape, int(power), response, second, by)
     except ValueError:
         raise SwaywatchError(f"{spec!r} is no law (place/motion/shape/power/response)") from None
-    known = motion in MOTIONS and place in PLACES and (not second or second in MOTIONS)
+    known = motion in MOTIONS and place in PLACES
+    known &= (not second or second in MOTIONS) and (not by or by in (*LAW_OF, *LAW_FELT))
     known |= motion in SWINGS and place in BODIES
     known |= motion == "side_force" and place == "tyres"
     if not known or shape not in SHAPES or response not in RESPONSES:

@@ -65,7 +65,9 @@ def variables(law: Law) -> list[str]:
     if law.swings:
         return [f"lateral acceleration of the {law.place}", "its own displacement and rate"]
     found = ["tyre side force"] if law.motion == "side_force" else []
-    found = found or [MOTIONS[name].words for name in filter(None, (law.motion, law.second))]
+    found = found or [
+        MOTIONS[name].words for name in filter(None, (law.motion, law.second, law.by))
+    ]
     return [*found, "speed"] if law.power else found
 
 
@@ -93,7 +95,7 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
         "place": law.place,
         "variables": variables(law),
         "depends_on": law.motion,
-        "depends_on_too": law.second,
+        "depends_on_too": law.second or law.by,
         "shape": law.shape,
         "power_of_speed": law.power,
         "law": term.effect.equation,

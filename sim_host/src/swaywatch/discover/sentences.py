@@ -17,6 +17,7 @@ from swaywatch.discover.law import (
     LIMITED_RATE,
     LINE_AND_CUBE,
     MOTIONS,
+    OSCILLATING,
     PERIODIC,
     PLACES,
     SIDES,
@@ -41,6 +42,8 @@ _OF_SLIP = {
     LAGGED: "wheels that turn after their slip, held by a damper: a self-steering axle",
     GROWING: "tyres that lose air, or wear; if they become stiffer, that grow warm",
     PERIODIC: "slabs, patches or joints of the road that grip more and less",
+    FADING: "dirt or ice in the tread that is thrown off, tyres that grow warm",
+    OSCILLATING: "wheels that swing after their slip: a self-steering axle without its damper",
 }
 _MORE = {side: f", only while that is {side.removesuffix(' side')}" for side in SIDES} | {
     "rubbing": ", against its rate at any speed of it (friction that grows with the deflection)"
@@ -56,12 +59,17 @@ _AT_HITCH = {
     FADING: "friction or a damper that fades: pads that glaze, oil that grows hot",
     GROWING: "friction or a damper that works itself in",
 }
+_PRESSED = {
+    ("hitch", "articulation_rate", "hitch_force"):
+        "friction that the force on the ball presses: a coupling without grease",
+}  # fmt: skip
 _UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
 
 
 def suggestion(law: Law, gain: float) -> str:
     """What is known to act in this way; empty if nothing is."""
-    special = _of_form(law, gain) or _at_hitch(law, gain)
+    pressed = _PRESSED.get((law.place, law.motion, law.by), "")
+    special = pressed or _of_form(law, gain) or _at_hitch(law, gain)
     return special or KNOWN.get((law.place, law.motion), ("", ""))[gain < 0.0]
 
 
@@ -91,13 +99,14 @@ def _moving_load(law: Law) -> str:
         SLIDING: f"a load that slides on the floor of the {law.place}",
         "odd square": "a liquid between baffles" if in_trailer else "a liquid in the car",
         "dead zone": "a load that rolls or slides between stops",
+        UNEVEN: "a load that is lashed on one side only",
     }
     return named.get(law.shape, "") if law.motion == "swing" else ""
 
 
 def _at_hitch(law: Law, gain: float) -> str:
     """What acts at the hitch otherwise than a spring or a damper."""
-    if law.place != "hitch":
+    if law.place != "hitch" or law.motion not in ("articulation", "articulation_rate"):
         return ""
     if law.response in _AT_HITCH:
         play = law.response == TRANSIENT and law.shape == "dead zone"
@@ -132,7 +141,7 @@ def energy(law: Law, gain: float) -> str:
             else "supplies energy to the motion, taken from the forward motion or from an actuator"
         )
     at_once = law.response in (INSTANT, *BY_THE_WAY) and not law.second
-    if law.motion == stores and at_once and not law.power:
+    if law.motion == stores and at_once and not law.power and not law.by:
         return "stores energy and returns it: passive"
     scrubs = law.motion == THERE and gain < 0.0
     if at_once and (scrubs or (law.motion == loses and sign * gain < 0.0)):
@@ -198,6 +207,8 @@ def _grip(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
 
 def _second(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What a second variable adds to a sentence."""
+    if law.by:
+        return f" times the size of the {MOTIONS[law.by].words}"
     if not law.second:
         return ""
     share, motion = parameters["second_share"], MOTIONS[law.second]
@@ -219,6 +230,10 @@ def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.response == PERIODIC:
         often = parameters["repetitions_per_km"]
         return f", {_range(often)} times for each kilometre, every {1000.0 / often['value']:.1f} m"
+    if law.response == OSCILLATING:
+        hz, ratio = parameters["frequency_hz"], max(parameters["damping_ratio"]["value"], 0.0)
+        of = f"{_range(hz)} Hz with a damping ratio of {100.0 * ratio:.0f} %"
+        return f", as an oscillator of its own of {of} follows it"
     if law.response == INSTANT and "lag_s" not in parameters:
         return ""
     lag = f"{1000.0 * parameters['lag_s']['value']:.0f} ms"
@@ -275,10 +290,17 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if "drag_per_m" in parameters:
         drag = max(parameters["drag_per_m"]["value"], 0.0)
         where += f", decelerated by {drag:.2g} 1/m times the square of its rate"
+    if law.shape == UNEVEN:
+        where += _lashed(parameters)
     return (
         f"a mass of {_range(mass)} kg in the {law.place} oscillates laterally at "
         f"{_range(hz)} Hz with {much}{where}"
     )
+
+
+def _lashed(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """Held otherwise to the right than to the left."""
+    return f", held to the right {_range(parameters['other_side'])} times as stiffly as to the left"
 
 
 def _where(parameters: Mapping[str, Mapping[str, Any]]) -> str:

@@ -23,19 +23,22 @@ from swaywatch.discover.begin import (
     law_in_effect,
     linear_laws,
     looks,
+    of_a_product,
     of_two_variables,
 )
 from swaywatch.discover.effect import ID, effect_of
-from swaywatch.discover.grammar import NONLINEAR_ONLY, all_laws, grammar, plainer, refined
+from swaywatch.discover.grammar import all_laws, grammar, plainer, refined, without_a_line
 from swaywatch.discover.law import (
     BODIES,
     INSTANT,
+    LAGGED,
     MOTIONS,
     PERIODIC,
     RESPONSES,
     ROLLS,
     SHAPES,
     SLIDING,
+    UNEVEN,
     Law,
 )
 from swaywatch.discover.way import (
@@ -51,10 +54,15 @@ from swaywatch.effects.effect import Effect
 from swaywatch.plant.lanes import BODY
 
 PAIRED_ON = 4  # of them that are continued
-NOISE_CLOSE = 1.15  # reduced chi-square under the observer up to which one variable is enough
-SCREENED = 72  # laws that are begun, of those that a vehicle promises most of to first order
+#: Reduced chi-square under the observer, and variance of an independent sample, up to which one
+#: variable is enough: a law that is not quite the right one leaves what is no noise (1.3 and 1.5;
+#: right ones 1.0 to 1.1), however little.
+NOISE_CLOSE, WHITE = 1.15, 1.15
+SCREENED = 144  # laws that are begun, of those that a vehicle promises most of to first order
 RESHAPED = 2  # times that the form of a law is looked for
 BEGUN = 3  # iterations of their fits; the best of them are continued
+#: Of the budget of a diagnosis: until then laws are begun, also where the library took all of it.
+WITH_LAWS = 1.5
 #: Logarithm of the odds from which a law is claimed: clean vehicles of another simulator, with
 #: other suspension models, gave laws of up to 55. Every tyre has a pneumatic trail.
 FORM = 75.0
@@ -65,8 +73,8 @@ SWING_HZ = (
     1.4,
 )  # initial frequencies of an oscillating mass in the vehicle of the file
 SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
-#: How it moves: oscillates laterally, about the vertical axis, laterally with a gap or with a drag
-#: that grows with its rate, or slides.
+#: How it moves: oscillates laterally, about the vertical axis, laterally with a gap, with a drag
+#: that grows with its rate or lashed to one side, or slides.
 SWINGING = tuple(
     Law(body, *kind)
     for kind in (
@@ -74,6 +82,7 @@ SWINGING = tuple(
         ("turn",),
         ("swing", "dead zone"),
         ("swing", "odd square"),
+        ("swing", UNEVEN),
         ("swing", SLIDING),
     )
     for body in BODIES
@@ -97,6 +106,7 @@ class LawSearch:
     alone: bool = False  # laws were tried without other effects
     open: Callable[[], Sequence[Law]] = all_laws  # started from the vehicle of the file
     ranked: Sequence[Law] = ()  # of those, once they were started, the best first
+    suffices: bool = False  # the library leaves only noise, on this path or another
 
     @property
     def search(self) -> Search:
@@ -114,7 +124,7 @@ class LawSearch:
         laws = [law_in(t) for t in found.fit.terms if t.effect.id == ID]
         nonlinear = sum(law.shape != SHAPES[0] for law in laws)
         price = len(laws) * math.log(len(grammar())) + nonlinear * math.log(len(SHAPES))
-        price += sum(bool(law.second) for law in laws) * math.log(len(MOTIONS))
+        price += sum(bool(law.second or law.by) for law in laws) * math.log(len(MOTIONS))
         price += sum(law.response != INSTANT for law in laws) * math.log(len(RESPONSES))
         return replace(found, evidence=found.evidence - price)
 
@@ -146,7 +156,10 @@ class LawSearch:
             return True
         if self._plain:
             return False
-        terms = self._sprung([look for law in all_laws() for look in looks(initial(law)[0])])
+        firsts = [initial(law)[0] for law in all_laws()]
+        # what may be missing is weak
+        weak = [look for term in firsts for look in looks(term) if _no_stronger(look, term)]
+        terms = self._sprung(weak)
         gains = course.promises(terms)
         return any(self._enough_promised(t.effect, g) for t, g in zip(terms, gains, strict=True))
 
@@ -183,7 +196,7 @@ class LawSearch:
         """
         close = self.search.close
         terms = [nonlinear for fit in straight for nonlinear in in_other_forms(fit.terms[-1])]
-        terms += [term for law in NONLINEAR_ONLY for term in initial(law)]
+        terms += [term for law in without_a_line() for term in initial(law)]
         begun = self._begun_best(course, self._sprung(terms))[0][:SHORT_LIST]
         if not course.fit.terms:
             of_file = Linear(close, close.start())
@@ -192,7 +205,7 @@ class LawSearch:
             # the vehicle of the file leaves a larger misfit: the best of each start are kept
             begun = best_of_each_law([*begun, *far[:SHORT_LIST]])
         found = close.side_by_side(lambda f: close.run(f, 10), begun)
-        if not course.fit.terms and min(f.chi2 / f.count for f in found) > NOISE_CLOSE:
+        if not course.fit.terms and not self._only_noise(found):
             found = [*found, *self._bent(best_of_each_law(found)[:PAIRED_ON])]
         return self._shaped_for_a_reason(found, straight)
 
@@ -241,17 +254,38 @@ class LawSearch:
         that the steering asks for. Neither alone need come near it.
         """
         best = min((fit.chi2 for fit in fits), default=math.inf)
-        if parent.terms or best <= NOISE_CLOSE * parent.count:
+        if parent.terms or self._only_noise(fits) or self._spent("laws of two variables"):
             return []
         close = self.search.close
         starts = [
             replace(fit, terms=(term,))
             for fit in (close.run(parent, 6), close.start())
-            for term in self._sprung(of_two_variables(Linear(close, fit)))
+            for course in (Linear(close, fit),)
+            for term in self._sprung(of_two_variables(course))
         ]
+        # many simulations, so in the vehicle of the file alone
+        far = Linear(close, close.start())
+        pressed = self._sprung(of_a_product(far))
+        starts += [replace(far.fit, terms=(term,)) for term in pressed]
         straight = self._gone_on(starts)
         found = self._shaped_for_a_reason([*straight, *self._bent(straight)], ())
         return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
+
+    def _spent(self, what: str) -> bool:
+        """What the diagnosis may simulate is spent; it names then what was not tried."""
+        return self.search.problem.budget.refuses(what, WITH_LAWS)
+
+    def _only_noise(self, fits: Sequence[Fit]) -> bool:
+        """Whether the best of some fits leaves nothing under the observer but white noise.
+
+        Not asked where the library leaves no more: then no other law is looked for.
+        """
+        if self.suffices:
+            return True
+        best = min(fits, key=lambda fit: fit.chi2, default=None)
+        if best is None or reduced_chi_square(best) > NOISE_CLOSE:
+            return False
+        return inflation(residuals(self.search.close, best)) <= WHITE
 
     def _bent(self, fits: Sequence[Fit]) -> list[Fit]:
         """Laws in forms next to their own, each begun as it is."""
@@ -273,8 +307,7 @@ class LawSearch:
     def _along_the_road(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
         """What comes and goes along the road, where laws of the motion leave more than noise."""
         close = self.search.close
-        best = min((fit.chi2 / max(fit.count, 1) for fit in fits), default=math.inf)
-        if parent.terms or best <= NOISE_CLOSE:
+        if parent.terms or self._only_noise(fits) or self._spent("laws along the road"):
             return []
         found: list[Fit] = []
         for fit in (close.run(parent, 6), close.start()):
@@ -356,6 +389,11 @@ class LawSearch:
             return
         for hz in SWING_HZ:
             effect = effect_of(law, hz)
+            sides = effect.parameters[-1].starts if law.shape == UNEVEN else ()
+            for side in sides:  # the softer one is either
+                yield effect, (mass, *(p.starts[0] for p in effect.parameters[1:-1]), side)
+            if sides:
+                continue
             yield effect, (mass, *(p.starts[0] for p in effect.parameters[1:]))
 
     def polish(self, candidates: Sequence[Candidate]) -> None:
@@ -412,6 +450,8 @@ class LawSearch:
             if law is None:
                 return candidate
             known = fit.terms[at].as_dict()
+            if law.response == LAGGED and "damping_ratio" in known:  # an oscillator that creeps
+                known["lag_s"] = known["damping_ratio"] / (math.pi * known["frequency_hz"])
             effect = effect_of(law, known.get("frequency_hz"), sprung=self.search.on_springs)
             term = ActiveEffect(effect, tuple(known[p.name] for p in effect.parameters))
             terms = (*fit.terms[:at], term, *fit.terms[at + 1 :])
@@ -424,6 +464,11 @@ class LawSearch:
     def _clearly(self, fit: Fit) -> float:
         """Drop of chi2 from which another shape fits clearly better."""
         return max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * fit.chi2)
+
+
+def _no_stronger(look: ActiveEffect, term: ActiveEffect) -> bool:
+    """A look at a law with no more than its usual size."""
+    return abs(look.values[0]) <= abs(term.values[0])
 
 
 def least_ahead(law: Law) -> float:

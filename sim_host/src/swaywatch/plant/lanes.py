@@ -110,14 +110,18 @@ SCALARS = (
     "law_speed_power",  # -1, 0, 1 or 2
     "law_lag",  # s
     # 1: of what it depends on only what has changed within the lag counts; 2: as a spring that
-    # has the shape of the law makes a damper give way; 3: what it depends on is felt, and late
+    # has the shape of the law makes a damper give way; 3: what it depends on is felt, and late; 4:
+    # an oscillator follows it, of one over the lag in rad/s and the bend as its damping ratio
     "law_transient",
     *(f"law_of_{name}" for name in (*LAW_OF, *LAW_FELT)),  # weights of what it depends on
+    "law_by",  # place, from 1 on, among all these of what multiplies it by its size; 0: nothing
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass
     "mode_frequency_car", "mode_frequency_trailer",  # rad/s, the body held
     "mode_damping_car", "mode_damping_trailer",  # 1
     "mode_gap_car", "mode_gap_trailer",  # m either way, within which nothing but damping holds it
+    # stiffness to the right over that to the left, less one
+    "mode_other_side_car", "mode_other_side_trailer",
     "mode_drag_car", "mode_drag_trailer",  # 1/m, its deceleration over the square of its rate
     "mode_friction_car", "mode_friction_trailer",  # m/s2, what friction on the floor takes
     "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest

@@ -30,6 +30,7 @@
 #define SHORTEST_LAW_S 0.01  // lag of a law
 #define SHORTEST_FELT_S 0.02 // lag of what is felt
 #define FELT 3.0             // slot `law_transient` where what a law depends on is felt
+#define OSCILLATES 4.0       // slot `law_transient` of a law that an oscillator of its own follows
 #define WAITS 4.0            // shape "waiting", after `LAW_STICKS`
 #define BEHIND_S 0.03        // over which the rate is taken of what has none as a state
 #define HURRIES 6.0          // shape "limited rate"

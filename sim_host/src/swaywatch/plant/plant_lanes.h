@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 124
+#define PLANT_SCALARS 127
 #define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -16,8 +16,8 @@
 #define PLANT_GENERATOR_WINDOW 6
 #define PLANT_STATES_OF_A_FIT 16
 #define PLANT_STATES_OF_HEAVE 24
-#define PLANT_STATES_OF_A_LAW 32
-#define PLANT_STATES 40
+#define PLANT_STATES_OF_A_LAW 33
+#define PLANT_STATES 41
 #define PLANT_LAW_STATES 13
 #define PLANT_LAW_FELT 3
 #define PLANT_BLOCK 10
@@ -131,6 +131,7 @@ enum plant_scalar {
     E_LAW_OF_LATERAL_ACCELERATION_CAR,
     E_LAW_OF_LATERAL_ACCELERATION_TRAILER,
     E_LAW_OF_HITCH_FORCE,
+    E_LAW_BY,
     E_LAW_TO_HITCH,
     E_LAW_TO_FORCE_CAR,
     E_LAW_TO_FORCE_TRAILER,
@@ -147,6 +148,8 @@ enum plant_scalar {
     E_MODE_DAMPING_TRAILER,
     E_MODE_GAP_CAR,
     E_MODE_GAP_TRAILER,
+    E_MODE_OTHER_SIDE_CAR,
+    E_MODE_OTHER_SIDE_TRAILER,
     E_MODE_DRAG_CAR,
     E_MODE_DRAG_TRAILER,
     E_MODE_FRICTION_CAR,
@@ -319,18 +322,20 @@ enum plant_state {
     X_LAW =
         24, ///< of a law behind its lag, or of what a transient one depends on; rad, the heading;
             ///< how far what a waiting one depends on swings; what is felt, late; what cannot
-            ///< go faster than a limit
+            ///< go faster than a limit; of an oscillator
     X_MODE = 25, ///< m, to the left, of what swings in the bodies
     X_MODE_RATE = 27,
     X_DRAWBAR = 29,   ///< m, of the trailer past the ball, to the left
     X_DRAWBAR_RATE,   ///< m/s
-    X_BEHIND,         ///< what a law depends on, a moment ago: how fast it goes is seen from it
+    X_BEHIND,         ///< what a law depends on, a moment ago: how fast it goes is seen from it;
+                      ///< the rate of an oscillator
+    X_PRESSED,        ///< what is felt and multiplies a law, late
     X_LAG,            ///< N, Nm: the car's side force and moment behind the suspension's lag
-    X_SPEED = 34,     ///< m/s
+    X_SPEED = 35,     ///< m/s
     X_SPEED_INTEGRAL, ///< m
     X_DRIVE,          ///< N
     X_PLACE,          ///< m, two
-    X_HEADING = 39,   ///< rad
+    X_HEADING = 40,   ///< rad
 };
 
 /// Axle loads that the motion makes (plant_generator.h).

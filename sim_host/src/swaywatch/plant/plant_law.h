@@ -61,9 +61,20 @@ INLINE V NAME(hurrying)(V behind, V at)
     return NAME(most)(NAME(least)(behind * (1.0 / HURRY_S), some), -some);
 }
 
+/// What multiplies a law: the size of a motion, or of what is felt.
+INLINE V NAME(times)(const V *x, const V *of, const V *e)
+{
+    const V by = e[E_LAW_BY];
+    V found = NAME(choose)(by > PLANT_LAW_STATES, NAME(absolute)(x[X_PRESSED]), NAME(all)(1.0));
+    for (int j = 0; j < PLANT_LAW_STATES; j++) {
+        found = NAME(choose)(by == 1.0 + j, NAME(absolute)(of[j]), found);
+    }
+    return found;
+}
+
 /// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag; or of
-/// what has changed within that lag, or of what is felt. `factor`: less one, of what is not the
-/// motion.
+/// what has changed within that lag, or of what is felt; or what an oscillator makes of it.
+/// `factor`: less one, of what is not the motion.
 INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V speed, V factor, V *dx)
 {
     V z = {0};
@@ -73,8 +84,9 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     const V rate = NAME(rubbing)(x, of, turning, e, z);
     dx[X_BEHIND] = (z - x[X_BEHIND]) * (1.0 / BEHIND_S);
     const V lag = e[E_LAW_LAG], passing = e[E_LAW_TRANSIENT];
-    z = NAME(choose)(passing > 0.0, z - x[X_LAW], z);
-    z = NAME(choose)(passing > FELT - 1.0, x[X_LAW], z);
+    const M follows = passing == OSCILLATES;
+    z = NAME(choose)((passing > 0.0) & ~follows, z - x[X_LAW], z);
+    z = NAME(choose)(passing == FELT, x[X_LAW], z);
     const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
     const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
     V bent = NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
@@ -84,7 +96,7 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     bent = NAME(choose)(waits == 0.0, NAME(waiting)(z, x[X_LAW], e[E_LAW_BEND]), bent);
     const V hurries = sticks - HURRIES;
     bent = NAME(choose)(hurries == 0.0, x[X_LAW], bent);
-    V value = e[E_LAW_GAIN] * bent * (1.0 + factor);
+    V value = e[E_LAW_GAIN] * bent * (1.0 + factor) * NAME(times)(x, of, e);
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
     value /= NAME(choose)(power < 0.0, faster, NAME(all)(1.0));
@@ -98,7 +110,12 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     dx[X_LAW] = NAME(choose)(hurries == 0.0, hurried, dx[X_LAW]);
     // one state: what goes with the heading has neither lag nor friction, nor does it wait
     dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
-    return NAME(choose)(lag > 0.0, NAME(choose)(passing > 0.0, value, x[X_LAW]), value);
+    const V omega = 1.0 / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
+    const V back = value - x[X_LAW] - 2.0 * e[E_LAW_BEND] * x[X_BEHIND] / omega;
+    dx[X_LAW] = NAME(choose)(follows, x[X_BEHIND], dx[X_LAW]);
+    dx[X_BEHIND] = NAME(choose)(follows, omega * omega * back, dx[X_BEHIND]);
+    const M at_once = (lag <= 0.0) | ((passing > 0.0) & ~follows);
+    return NAME(choose)(at_once, value, x[X_LAW]);
 }
 
 /// How what is felt goes on behind its lag: accelerations of both bodies, and the trailer's force
@@ -108,7 +125,16 @@ INLINE V NAME(felt)(const V *x, const V *e, const V *felt, V force, V late)
     const V *of = e + E_LAW_OF_LATERAL_ACCELERATION_CAR;
     const V sum = of[0] * felt[0] + of[1] * felt[1] + of[2] * force;
     const V lag = NAME(most)(e[E_LAW_LAG], NAME(all)(SHORTEST_FELT_S));
-    return NAME(choose)(e[E_LAW_TRANSIENT] > FELT - 1.0, (sum - x[X_LAW]) / lag, late);
+    return NAME(choose)(e[E_LAW_TRANSIENT] == FELT, (sum - x[X_LAW]) / lag, late);
+}
+
+/// How that which is felt and multiplies a law goes on.
+INLINE V NAME(pressing)(const V *x, const V *e, const V *felt, V force)
+{
+    const V by = e[E_LAW_BY] - PLANT_LAW_STATES;
+    V found = NAME(choose)(by == 1.0, felt[0], force);
+    found = NAME(choose)(by == 2.0, felt[1], found);
+    return NAME(where)(by, (found - x[X_PRESSED]) * (1.0 / SHORTEST_FELT_S));
 }
 
 /// Deceleration of the mass that swings in a body: free within a gap in the middle, or held by
@@ -117,7 +143,9 @@ INLINE V NAME(pulled_back)(const V *x, const V *e, int body)
 {
     const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
     const V gap = e[E_MODE_GAP_CAR + body], q = x[X_MODE + body];
-    const V held = q - NAME(most)(NAME(least)(q, gap), -gap);
+    const V free = q - NAME(most)(NAME(least)(q, gap), -gap);
+    const V right = NAME(choose)(free < 0.0, e[E_MODE_OTHER_SIDE_CAR + body], NAME(all)(0.0));
+    const V held = free * (1.0 + right);
     const V rate = x[X_MODE_RATE + body];
     const V drag = e[E_MODE_DRAG_CAR + body] * NAME(absolute)(rate);
     const V rubs =

@@ -8,9 +8,9 @@ its window lasted: each of its windows is weighed, and the one that costs most c
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from swaywatch.diagnose.evidence.calibration import BESIDE, NINETY, form_share, noise
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.effects.active import ActiveEffect
-from swaywatch.effects.effect import Window
+from swaywatch.effects.effect import Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.models.costs import KMH, Base, Cause, Cost, CostValue, weigh
 from swaywatch.plant.lanes import PlantInput, neutral
 
 Array = NDArray[np.float64]
+Act = Callable[[PlantInput, Run, Values, Sequence[Window]], None]
 
 #: Beliefs about what moves; the others are about sensors.
 MOVING = ("vehicle", "typical")
@@ -125,7 +126,7 @@ def causes_of(term: ActiveEffect, first: int) -> tuple[list[Cause], list[int]]:
     names = [p.name for p in effect.parameters]
     follows = bool(effect.extra.get("follows_motion"))
     # what comes or fades over a way costs what it does where it is largest
-    act = effect.extra.get("at_its_largest", effect.act)
+    act: Act = cast("Act", effect.extra.get("at_its_largest", effect.act))
 
     def lasting(plant: PlantInput, values: Array, swing: Run) -> None:
         given = dict(zip(names, values.tolist(), strict=True))
