@@ -146,15 +146,21 @@ class Laws:
         return LawSearch(path, [*begun.tried], alone=True)
 
     def _new(self, path: Path) -> LawSearch:
-        found = LawSearch(path, open=partial(self._open, path.search))
+        found = LawSearch(path)
+        found.open = partial(self._open, found)
         if not path.search.on_springs:
             self._on_rigid.append(found)
         return found
 
-    def _open(self, search: Search) -> Sequence[Law]:
-        """All laws on a rigid vehicle; with suspension, which is slow, the best of them there."""
-        if not search.on_springs:
+    def _open(self, asking: LawSearch) -> Sequence[Law]:
+        """All laws on a rigid vehicle; with suspension, which is slow, the best of them.
+
+        The best as they promise there, where they were looked at, or as they fit a rigid vehicle.
+        """
+        if not asking.search.on_springs:
             return all_laws()
+        if asking.ranked:
+            return asking.ranked[:MOST_OPEN]
         ranked = [law_search.ranked for law_search in self._on_rigid if law_search.ranked]
         if not ranked:
             if self._ended():
@@ -215,7 +221,7 @@ class Laws:
             # may be missing
             asked = [h for h in law_searches if h.path.clean or not clean]
             if not self._ended() and any(h.promising() for h in asked):
-                _polish_best(law_searches)
+                _polish_best(asked)
             _share_noise(law_searches)
             best = _best(law_searches)
         if best is None or not _ahead(law_searches, best[1]):

@@ -59,6 +59,7 @@ PAIRED_ON = 4  # of them that are continued
 #: right ones 1.0 to 1.1), however little.
 NOISE_CLOSE, WHITE = 1.15, 1.15
 SCREENED = 144  # laws that are begun, of those that a vehicle promises most of to first order
+SCREENED_WEAK = 40  # the same where the library leaves only noise
 RESHAPED = 2  # times that the form of a law is looked for
 BEGUN = 3  # iterations of their fits; the best of them are continued
 #: Of the budget of a diagnosis: until then laws are begun, also where the library took all of it.
@@ -105,7 +106,7 @@ class LawSearch:
     tried: list[Candidate] = field(default_factory=list)
     alone: bool = False  # laws were tried without other effects
     open: Callable[[], Sequence[Law]] = all_laws  # started from the vehicle of the file
-    ranked: Sequence[Law] = ()  # of those, once they were started, the best first
+    ranked: Sequence[Law] = ()  # all laws, once they were looked at, the best first
     suffices: bool = False  # the library leaves only noise, on this path or another
 
     @property
@@ -150,18 +151,19 @@ class LawSearch:
             return True
         close = self.search.close
         course = Linear(close, close.run(self.path.best.fit, 6))
-        if any(
-            self._enough_promised(row[2], row[0]) for row in course.best(grammar(), shaped=False)
-        ):
-            return True
-        if self._plain:
-            return False
+        lines = course.best(grammar(), shaped=False)
+        lines_promise = any(self._enough_promised(row[2], row[0]) for row in lines)
+        # on springs all laws are looked at, as only the best of them are begun
+        if self._plain or (lines_promise and not self.search.on_springs):
+            return lines_promise
         firsts = [initial(law)[0] for law in all_laws()]
         # what may be missing is weak
         weak = [look for term in firsts for look in looks(term) if _no_stronger(look, term)]
         terms = self._sprung(weak)
         gains = course.promises(terms)
-        return any(self._enough_promised(t.effect, g) for t, g in zip(terms, gains, strict=True))
+        best = sorted(zip(gains, terms, strict=True), key=lambda pair: -pair[0])
+        self.ranked = tuple(dict.fromkeys(law_in(term) for _, term in best))
+        return lines_promise or any(self._enough_promised(t.effect, g) for g, t in best)
 
     def _enough_promised(self, effect: Effect, gain: float) -> bool:
         """Enough of the drop of chi2 from which a law is claimed."""
@@ -217,7 +219,8 @@ class LawSearch:
         What a law promises is seen from two simulations of each run; a fit takes ten.
         """
         ranked = by_promise(course, terms)
-        kept = {law_in(term): term for term in ranked[:SCREENED]}
+        screened = SCREENED_WEAK if self.suffices else SCREENED
+        kept = {law_in(term): term for term in ranked[:screened]}
         usual = [term for term in terms if law_in(term) in kept]
         seen = {(law_in(term), term.values) for term in usual}
         terms = usual + [term for law, term in kept.items() if (law, term.values) not in seen]
