@@ -639,7 +639,7 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
 def test_the_law_that_acts_is_among_the_few_that_are_begun(
     law: Law, values: tuple[float, ...]
 ) -> None:
-    """By three simulations of each, from the calibrated vehicle or from that of the file."""
+    """By four simulations of each, more of late ones, from either vehicle (file, calibrated)."""
     close = searched((ActiveEffect(effect_of(law), values),)).close
     terms = [term for other in all_laws() for term in initial(other)]
     spent = close.problem.budget.spent_s
@@ -650,7 +650,7 @@ def test_the_law_that_acts_is_among_the_few_that_are_begun(
         places.append(ranked.index(law))
     assert min(places) < SCREENED, places
     seconds = sum(run.time.size for run in close.problem.runs) / 100.0
-    assert close.problem.budget.spent_s - spent < 4.0 * len(terms) * seconds
+    assert close.problem.budget.spent_s - spent < 5.0 * len(terms) * seconds
 
 
 def test_a_controller_that_compares_two_motions_is_found() -> None:

@@ -16,7 +16,7 @@ from swaywatch.discover.law import ANYWHERE, LAGGED, MOTIONS, OSCILLATING, PLACE
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
 
-PAIRED = 12  # laws of two variables that are begun from each vehicle
+PAIRED = 32  # laws of two variables that are begun from each vehicle
 SHORT_LIST = 12  # laws that are fitted under the observer
 FORMS = 8  # of one place and variable that come first
 STRONGER, WEAKER = 4.0, 0.25  # times its initial size at which a law is looked at too
