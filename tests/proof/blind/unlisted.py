@@ -1,4 +1,4 @@
-"""Ninety-two kinds of physics that no library lists: six to build on, the rest to open once.
+"""104 kinds of physics that no library lists: six to build on, the rest to open once.
 
 Written down before the discovery was tried on any of them (the third and the fourth six on
 2026-11-23, the fifth six on 2026-11-24, each after the six before had been opened and learnt from;
@@ -7,7 +7,8 @@ twelve the same day by someone who knew of the search what DESIGN.md and CHANGEL
 ten on 2026-11-27 from what happens to trailers on the road, by someone who had seen of the search
 some lines of DESIGN.md and CHANGELOG.md and the package's plant, `plant_law.h`; the next twelve the
 same day, from the same, by someone who had seen of the search nothing but the words of places and
-variables and the titles of changes to it; the last twelve the same day, in the same way).
+variables and the titles of changes to it; the next twelve, and then the last twelve, the same day,
+in the same way).
 A kind counts as found where a law is claimed at one of its places and of one of its variables
 (`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
 two variables in phase are one. Values of the file are exact and all sensors there: within
@@ -763,6 +764,106 @@ def caster_flutter(rng: Generator, u: float) -> Draw:
     return _draw("caster_flutter", size, places, variables, more_frequency_hz=hz)
 
 
+def squealing_pads(rng: Generator, u: float) -> Draw:
+    """Damp pads at the ball: their friction is largest at a creep, less as they slide faster."""
+    at = round(float(rng.uniform(0.015, 0.06)), 4)
+    size = log_between(120.0, 2000.0, u)
+    return _draw("squealing_pads", size, "hitch", "articulation_rate", more_at=at)
+
+
+def outward_damper(rng: Generator, u: float) -> Draw:
+    """A damper at the drawbar that resists away from straight and lets it come back freely.
+
+    The articulation says which way that is.
+    """
+    at = round(float(rng.uniform(0.001, 0.004)), 5)
+    variables = "articulation articulation_rate"
+    return _draw("outward_damper", log_between(800.0, 2e4, u), "hitch", variables, more_at=at)
+
+
+def seized_top_mount(rng: Generator, u: float) -> Draw:
+    """A strut's upper bearing that has seized: it holds the front wheels back until it slides."""
+    at = round(float(rng.uniform(0.001, 0.006)), 5)
+    size = log_between(0.05, 0.7, u)
+    return _draw("seized_top_mount", size, "slip_car_front", "steer steer_rate", more_at=at)
+
+
+def crosswind_assist(rng: Generator, u: float) -> Draw:
+    """Steering that answers the car's lateral acceleration, no faster than its motor can.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.6, 3.0)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1e-4, 3e-3, u)
+    variables = "lateral_acceleration_car roll_car"
+    return _draw("crosswind_assist", size, "slip_car_front", variables, more_at=at)
+
+
+def link_steering(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that are steered by the trailer's yaw rate, through a worn rack."""
+    at = round(float(rng.uniform(0.008, 0.04)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.003, 0.1, u)
+    return _draw("link_steering", size, "slip_car_rear", "yaw_rate_trailer", more_at=at)
+
+
+def broken_leaf(rng: Generator, u: float) -> Draw:
+    """A main leaf that is broken on one side: the trailer's axle swings there under a lean.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.04, 0.8, u)
+    variables = "roll_trailer lateral_acceleration_trailer"
+    return _draw("broken_leaf", size, "slip_trailer", variables)
+
+
+def snow_tracks(rng: Generator, u: float) -> Draw:
+    """Trailer tyres that grip in the tracks of the car, and less in the slush beside them."""
+    at = round(float(rng.uniform(0.008, 0.03)), 4)
+    places = "slip_trailer force_trailer"
+    variables = "slip_trailer sideslip_trailer articulation"
+    return _draw("snow_tracks", log_between(0.1, 0.8, u), places, variables, more_at=at)
+
+
+def hunting_vectoring(rng: Generator, u: float) -> Draw:
+    """Rear motors of an electric car whose controller rings as it answers the articulation rate."""
+    hz = round(float(rng.uniform(0.9, 2.5)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(400.0, 1.2e4, u)
+    variables = "articulation_rate swing"
+    return _draw("hunting_vectoring", size, "moment_car", variables, more_frequency_hz=hz)
+
+
+def roof_tent(rng: Generator, u: float) -> Draw:
+    """The cover of a roof tent: slack up to some side-slip of the car, then a sail."""
+    at = round(float(rng.uniform(0.002, 0.008)), 5)
+    size = log_between(6.0, 150.0, u)
+    return _draw("roof_tent", size, "force_car moment_car", "sideslip_car", more_at=at)
+
+
+def tearing_canvas(rng: Generator, u: float) -> Draw:
+    """A cover that tears loose along the road and catches more and more air."""
+    at = round(float(rng.uniform(150.0, 600.0)), 1)
+    places, variables = "force_trailer moment_trailer", "sideslip_trailer distance"
+    return _draw("tearing_canvas", log_between(4.0, 80.0, u), places, variables, more_at=at)
+
+
+def cocked_overrun(rng: Generator, u: float) -> Draw:
+    """A worn overrun shaft that a side force at the ball cocks: one way it pulls a brake rod."""
+    at = round(float(rng.uniform(60.0, 400.0)), 1)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 3.0, u)
+    return _draw("cocked_overrun", size, "moment_trailer drag_trailer", "side_force", more_at=at)
+
+
+def loosening_straps(rng: Generator, u: float) -> Draw:
+    """Straps that work loose along the road: they hold the load ever more softly."""
+    at = round(float(rng.uniform(100.0, 400.0)), 1)
+    mass = round(log_between(40.0, 500.0, u), 2)
+    return _draw(
+        "loosening_straps", mass, "trailer force_trailer", "swing distance", more_at=at,
+        slosh_mass_kg=mass, slosh_frequency_hz=round(float(rng.uniform(1.2, 2.2)), 3),
+        slosh_damping=round(float(rng.uniform(0.06, 0.15)), 3),
+    )  # fmt: skip
+
+
 BUILD = (jackknife_stop, trailer_axle_steers, car_air, tow_assist, roof_load, axle_hysteresis)
 OPENED_ONCE = (
     tarpaulin, heading_wind, trailer_brakes, hydraulic_hitch, rear_wheel_steering, tandem_scrub,
@@ -795,10 +896,15 @@ NINTH = (
     binding_ball, hub_drives, levelling_pump, slack_lashing, ball_rattle, lingering_flow,
     angle_vectoring, clay_tread, torn_cable, racked_frame, spring_bars, caster_flutter,
 )  # fmt: skip
+TENTH = (
+    snow_tracks, crosswind_assist, cocked_overrun, squealing_pads, tearing_canvas, link_steering,
+    hunting_vectoring, loosening_straps, seized_top_mount, broken_leaf, outward_damper, roof_tent,
+)  # fmt: skip
 SETS = {
     "build": BUILD, "opened-once": OPENED_ONCE, "opened-second": SECOND, "opened-third": THIRD,
     "opened-fourth": FOURTH, "opened-fifth": FIFTH, "opened-sixth": SIXTH,
     "opened-seventh": SEVENTH, "opened-eighth": EIGHTH, "opened-ninth": NINTH,
+    "opened-tenth": TENTH,
 }  # fmt: skip
 
 

@@ -121,7 +121,9 @@ MORE = (
     "jockey_wheel", "counter_steer", "concrete_slabs", "leaking_load", "worn_shoulders",
     "aligning_torque", "binding_ball", "ball_rattle", "spring_bars", "slack_lashing",
     "lingering_flow", "torn_cable", "hub_drives", "angle_vectoring", "levelling_pump",
-    "clay_tread", "racked_frame", "caster_flutter",
+    "clay_tread", "racked_frame", "caster_flutter", "squealing_pads", "outward_damper",
+    "seized_top_mount", "crosswind_assist", "link_steering", "broken_leaf", "snow_tracks",
+    "hunting_vectoring", "roof_tent", "tearing_canvas", "cocked_overrun", "loosening_straps",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -249,6 +251,27 @@ MORE = (
   30 ms late: k tanh(F/F0), rad (N)
 - angle of the trailer's axles after the slip a of their middle: k z, z behind a swing with a
   damping ratio of 0.15 (Hz)
+- dry friction at the ball that falls with the articulation rate q: k/(1 + (q/q0)^2), N m (rad/s)
+- moment about the ball against an articulation rate q away from an articulation g of nought:
+  k q (1 + sign q tanh(g/g0))/2, N m s/rad (rad)
+- angle of the car's front wheels held back from their own, d, by dry friction: -k z,
+  dz/dt = dd/dt - |dd/dt| z/d0 (rad at which it slides)
+- angle of the front wheels with the lateral acceleration a of a planar car: k z,
+  dz/dt = (a - z)/(0.1 s), no more than a1, rad s2/m (m/s3)
+- angle of the car's rear wheels after the trailer's yaw rate r through play: k z, z moves as r does
+  once r is r0 away, s (rad/s either way)
+- angle of the trailer's axles with the roll p of the trailer to one side: |k| max(p sign k, 0)
+- share of the slip that the trailer's tyres lose with the articulation g: k tanh((g/g0)^2) (rad)
+- yaw moment on the car after the articulation rate q: k z, a swing that q drives, damped by 0.15,
+  N m s/rad (Hz)
+- area times the slope of the air force on the car over a side-slip b beyond b0, 0.5 m behind its
+  COG: F = k p (|b| - b0) sign b, m2/rad (rad)
+- area times the slope of the trailer's air force over its side-slip after a distance s, 1 m behind
+  its COG: k (1 - exp(-s/s0)), m2/rad (m)
+- drag of each left wheel of the trailer, planar bodies only, with the side force F of the car on
+  the trailer to one side, 30 ms late: |k| max(F sign k - F0, 0) (N)
+- nothing of its own: the cargo's spring loses 0.85 of its stiffness over a distance s, by
+  1 - exp(-s/s0) (m)
 """
 
 
