@@ -166,6 +166,27 @@ def test_ninth_set_stays_within_what_can_be():
     }  # fmt: skip
 
 
+def test_tenth_set_stays_within_what_can_be():
+    """Shares leave something, loads are their size, and kinds with two signs have both."""
+    kinds = {kind.__name__: kind for kind in unlisted.SETS["opened-tenth"]}
+    assert len(kinds) == 12
+    signs = {name: set() for name in kinds}
+    for seed in range(12):
+        for strength in (0.4, 1.0):
+            for name, kind in kinds.items():
+                drawn = kind(np.random.default_rng(seed), strength)
+                signs[name].add(np.sign(drawn.value))
+                if name == "loosening_straps":
+                    physics = drawn.physics(generate.Physics())
+                    assert physics.slosh_mass_kg == drawn.value <= 500.0
+                if name in ("snow_tracks", "seized_top_mount"):
+                    assert 0.05 < drawn.value <= 0.9
+    both = {name for name, found in signs.items() if found == {1.0, -1.0}}
+    assert both == {
+        "crosswind_assist", "link_steering", "broken_leaf", "hunting_vectoring", "cocked_overrun",
+    }  # fmt: skip
+
+
 def test_different_seeds_differ():
     kinds = [generate.draw_case(7, i).draws for i in range(12)]
     others = [generate.draw_case(8, i).draws for i in range(12)]

@@ -327,10 +327,22 @@ UNLISTED = {
     "clay_tread": (0.4, 100.0),
     "racked_frame": (0.003, 600.0),
     "caster_flutter": (0.2, 0.0),
+    "squealing_pads": (800.0, 0.03),
+    "outward_damper": (8e3, 0.002),
+    "seized_top_mount": (0.5, 0.005),
+    "crosswind_assist": (0.003, 2.5),
+    "link_steering": (0.03, 0.02),
+    "broken_leaf": (0.4, 0.0),
+    "snow_tracks": (0.4, 0.01),
+    "hunting_vectoring": (5e3, 0.0),
+    "roof_tent": (80.0, 0.001),
+    "tearing_canvas": (60.0, 100.0),
+    "cocked_overrun": (1.0, 100.0),
+    "loosening_straps": (300.0, 100.0),
 }
 CARGO = (
     "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
-    "stepping_horse", "slack_lashing",
+    "stepping_horse", "slack_lashing", "loosening_straps",
 )  # fmt: skip
 
 
@@ -351,7 +363,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     rest = (here * motion.car_acceleration_m_s2 - along)[inner]
     # wheels are steered by up to 1.5 deg: their forces lean by that
     leans = 0.002 * np.abs(motion.wheel_fy_n).sum(axis=0).max()
-    on_the_car = kind in ("car_air", "roof_load", "bow_wave", "rear_rack")
+    on_the_car = kind in ("car_air", "roof_load", "bow_wave", "rear_rack", "roof_tent")
     assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
     side, moment = _rest_of_the_trailer(whole.trailer, motion)
     assert (np.abs(side[inner]).max() > 4.0 * leans) == (
@@ -360,7 +372,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         in (
             "tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake",
             "late_air", "loose_curtain", "galloping", "jockey_wheel", "leaking_load",
-            "lingering_flow",
+            "lingering_flow", "tearing_canvas",
         )
     )  # fmt: skip
     turns = (
@@ -370,6 +382,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         "corner_steady", "late_air", "loose_curtain", "binding_brake", "glazing_pads",
         "one_way_damper", "unlocked_slew", "damper_play", "jockey_wheel", "aligning_torque",
         "binding_ball", "spring_bars", "lingering_flow", "torn_cable", "hub_drives",
+        "squealing_pads", "outward_damper", "tearing_canvas", "cocked_overrun",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 
@@ -384,7 +397,7 @@ def _with(kind):
 
 PASSIVE = (
     "stabiliser_windup", "cam_centring", "gyro_stabiliser", "one_way_damper", "glazing_pads",
-    "damper_play",
+    "damper_play", "squealing_pads", "outward_damper",
 )  # fmt: skip
 
 

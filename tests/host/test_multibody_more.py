@@ -214,3 +214,169 @@ def test_self_steering_axle_swings_after_its_slip(planar):
     for wheel, way in ((4, ways[0]), (6, ways[1])):
         angle = way - motion.wheel_slip_rad[wheel]
         assert np.abs(angle - size * swing)[50:-50].max() < 0.05 * size * np.abs(swing).max()
+
+
+def test_pads_that_squeal_hold_less_as_they_slide_faster(planar):
+    size, at = UNLISTED["squealing_pads"]
+    motion = _with("squealing_pads")
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    rate = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    said = -size * np.tanh(rate / 0.005) / (1.0 + (rate / at) ** 2)
+    assert np.abs(rate).max() > 1.5 * at
+    assert np.abs(said).max() > 0.8 * size
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * size
+
+
+def test_outward_damper_lets_the_drawbar_come_back(planar):
+    size, at = UNLISTED["outward_damper"]
+    motion = _with("outward_damper")
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    rate = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    angle = motion.trailer_yaw_rad - motion.yaw_rad
+    said = -0.5 * size * (rate + np.abs(rate) * np.tanh(angle / at))
+    assert np.abs(said).max() > 300.0
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+    back = (angle * rate < 0.0) & (np.abs(angle) > 2.0 * at)
+    assert np.abs(size * rate[back]).max() > 200.0
+    assert np.abs(moment[back][50:-50]).max() < 0.15 * np.abs(said).max()
+
+
+def test_seized_mount_holds_the_wheels_back_until_it_slides(planar):
+    size, at = UNLISTED["seized_top_mount"]
+    motion = _with("seized_top_mount")
+    angle = _steered(motion, planar.combination.car, 0)
+    said = -size * _dry(motion.road_wheel_rad, at)
+    assert 0.8 * size * at < np.abs(said).max() < 1.01 * size * at
+    assert np.abs(angle - said)[50:-50].max() < 0.05 * size * at
+
+
+def test_crosswind_assist_follows_no_faster_than_its_motor(planar):
+    size, at = UNLISTED["crosswind_assist"]
+    motion, car = _with("crosswind_assist"), planar.combination.car
+    angle = _steered(motion, car, 0)
+    lateral, said = motion.roll_rad / car.roll_gain_rad_m_s2, np.zeros_like(motion.roll_rad)
+    for i in range(1, said.size):
+        said[i] = said[i - 1] + 0.002 * np.clip((lateral[i - 1] - said[i - 1]) / 0.1, -at, at)
+    assert np.abs(said).max() > 0.5
+    assert (np.abs(np.gradient(said, 0.002)) > 0.95 * at).mean() > 0.02
+    assert np.abs(angle - size * said)[50:-50].max() < 0.05 * size * np.abs(said).max()
+
+
+def test_link_steering_answers_once_its_play_is_used_up(planar):
+    size, at = UNLISTED["link_steering"]
+    motion = _with("link_steering")
+    angle = _steered(motion, planar.combination.car, 2)
+    turns, rack = motion.trailer_yaw_rate_rad_s, np.zeros_like(angle)
+    for i in range(1, rack.size):
+        off = turns[i - 1] - rack[i - 1]
+        rack[i] = rack[i - 1] + 0.1 * np.sign(off) * max(abs(off) - at, 0.0)
+    assert np.abs(rack).max() > 2.0 * at
+    assert (np.abs(np.diff(rack)) == 0.0).mean() > 0.1
+    assert np.abs(angle - size * rack)[50:-50].max() < 0.05 * size * np.abs(rack).max()
+    assert np.abs(angle - size * turns)[50:-50].max() > 0.2 * size * np.abs(rack).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_axle_swings_on_its_broken_leaf_to_one_side(planar, sense):
+    size = sense * UNLISTED["broken_leaf"][0]
+    plant = Multibody(planar.combination, Physics(more="broken_leaf", more_size=size))
+    motion = impulse(plant, 90.0, 20.0)
+    said = abs(size) * np.clip(sense * motion.trailer_roll_rad, 0.0, None)
+    assert said.max() > 1e-3
+    trailer = planar.combination.trailer
+    for wheel, axle in ((4, trailer.front), (6, trailer.rear)):
+        angle = _travel_of_the_trailers_axle(motion, planar.combination, axle)
+        angle = angle - motion.wheel_slip_rad[wheel]
+        assert np.abs(angle - said)[50:-50].max() < 0.1 * said.max()
+
+
+def test_tyres_beside_the_tracks_grip_less(planar):
+    size, at = UNLISTED["snow_tracks"]
+    motion, axle = _with("snow_tracks"), planar.combination.trailer.front
+    force = motion.wheel_fy_n[4:6].sum(axis=0)
+    travel = _travel_of_the_trailers_axle(motion, planar.combination, axle)
+    beside = np.tanh(((motion.trailer_yaw_rad - motion.yaw_rad) / at) ** 2)
+    said = -axle.cornering_stiffness_n_rad * travel * (1.0 - size * beside)
+    even = -axle.cornering_stiffness_n_rad * travel
+    assert beside.max() > 0.9
+    assert np.abs(force - said)[50:-50].max() < 0.05 * np.abs(force).max()
+    assert np.abs(force - even)[50:-50].max() > 0.2 * np.abs(force).max()
+
+
+def test_hunting_vectoring_rings_after_the_articulation_rate(planar):
+    size, omega = UNLISTED["hunting_vectoring"][0], 2.0 * np.pi
+    motion = _with("hunting_vectoring")
+    rate = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    rings, change = np.zeros_like(rate), 0.0
+    for i in range(1, rings.size):
+        change += 0.002 * (omega**2 * (rate[i] - rings[i - 1]) - 0.3 * omega * change)
+        rings[i] = rings[i - 1] + 0.002 * change
+    said = size * rings
+    assert np.abs(said).max() > 300.0
+    moment = _rest_of_the_car(planar.combination.car, motion)
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_roof_tent_is_slack_before_it_is_a_sail(planar):
+    size, at = UNLISTED["roof_tent"]
+    motion, car = _with("roof_tent"), planar.combination.car
+    sideslip = motion.wheel_slip_rad[2] - car.rear.to_cog_m * motion.yaw_rate_rad_s / (
+        motion.speed_m_s
+    )
+    sail = np.sign(sideslip) * np.clip(np.abs(sideslip) - at, 0.0, None)
+    said = -size * 0.6 * motion.speed_m_s**2 * sail
+    front = motion.wheel_fy_n[:2].sum(axis=0) * np.cos(motion.road_wheel_rad)
+    side = car.mass_kg * motion.car_acceleration_m_s2 - front
+    side = side - motion.wheel_fy_n[2:4].sum(axis=0) - motion.hitch_y_n
+    moment = _rest_of_the_car(car, motion)
+    assert np.abs(said).max() > 150.0
+    assert (said == 0.0).mean() > 0.2
+    assert np.abs(side - said)[50:-50].max() < 0.15 * np.abs(said).max()
+    assert np.abs(moment + said)[50:-50].max() < 0.15 * np.abs(said).max()
+
+
+def test_canvas_catches_more_air_as_it_tears(planar):
+    size, at = UNLISTED["tearing_canvas"]
+    motion = _with("tearing_canvas")
+    side, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    beta = _sideslip_of_the_trailer(motion, planar.combination)
+    torn = 1.0 - np.exp(-_way(motion) / at)
+    said = -size * 0.6 * motion.speed_m_s**2 * beta * torn
+    assert np.abs(said).max() > 150.0
+    assert np.abs(side - said)[50:-50].max() < 0.15 * np.abs(said).max()
+    assert np.abs(moment + said)[50:-50].max() < 0.15 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_cocked_overrun_brakes_the_left_side_at_one_pull(planar, sense):
+    size, at = sense * UNLISTED["cocked_overrun"][0], UNLISTED["cocked_overrun"][1]
+    trailer = planar.combination.trailer
+    physics = Physics(more="cocked_overrun", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 90.0, sense * 15.0)
+    pull = _late(-motion.hitch_y_n, 0.03)
+    drag = 2.0 * abs(size) * np.clip(sense * pull - at, 0.0, None)
+    said = 0.5 * trailer.front.track_m * drag
+    _, moment = _rest_of_the_trailer(trailer, motion)
+    assert said.max() > 300.0
+    assert (said == 0.0).mean() > 0.3
+    assert np.abs(moment - said)[50:-50].max() < 0.15 * said.max()
+
+
+def test_straps_that_have_come_loose_hold_softly(planar):
+    """At first a load on its spring, in the end on the 0.15 of it that are left."""
+    mass, _ = UNLISTED["loosening_straps"]
+
+    def run(**settings):
+        physics = Physics(slosh_mass_kg=mass, **settings)
+        return impulse(Multibody(planar.combination, physics), 100.0, 20.0).trailer_yaw_rate_rad_s
+
+    given = {"slosh_frequency_hz": 1.2, "slosh_damping": 0.06}
+    left = np.sqrt(0.15)
+    load = run(**given)
+    soft = run(slosh_frequency_hz=1.2 * left, slosh_damping=0.06 / left)
+    tight = run(more="loosening_straps", more_size=mass, more_at=1e7, **given)
+    loose = run(more="loosening_straps", more_size=mass, more_at=1.0, **given)
+    changes = np.abs(soft - load).max()
+    assert changes > 0.05 * np.abs(load).max()
+    assert np.abs(tight - load).max() < 0.01 * changes
+    assert np.abs(loose - soft).max() < 0.02 * changes

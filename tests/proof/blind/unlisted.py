@@ -767,7 +767,7 @@ def caster_flutter(rng: Generator, u: float) -> Draw:
 def squealing_pads(rng: Generator, u: float) -> Draw:
     """Damp pads at the ball: their friction is largest at a creep, less as they slide faster."""
     at = round(float(rng.uniform(0.015, 0.06)), 4)
-    size = log_between(120.0, 2000.0, u)
+    size = log_between(120.0, 1500.0, u)
     return _draw("squealing_pads", size, "hitch", "articulation_rate", more_at=at)
 
 
@@ -783,8 +783,8 @@ def outward_damper(rng: Generator, u: float) -> Draw:
 
 def seized_top_mount(rng: Generator, u: float) -> Draw:
     """A strut's upper bearing that has seized: it holds the front wheels back until it slides."""
-    at = round(float(rng.uniform(0.001, 0.006)), 5)
-    size = log_between(0.05, 0.7, u)
+    at = round(float(rng.uniform(0.003, 0.01)), 5)
+    size = log_between(0.15, 0.9, u)
     return _draw("seized_top_mount", size, "slip_car_front", "steer steer_rate", more_at=at)
 
 
@@ -793,8 +793,8 @@ def crosswind_assist(rng: Generator, u: float) -> Draw:
 
     Bodies roll with their lateral acceleration, so both are the same here.
     """
-    at = round(float(rng.uniform(0.6, 3.0)), 3)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(1e-4, 3e-3, u)
+    at = round(float(rng.uniform(1.2, 3.5)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1.6e-3, 5e-3, u)
     variables = "lateral_acceleration_car roll_car"
     return _draw("crosswind_assist", size, "slip_car_front", variables, more_at=at)
 
@@ -802,7 +802,7 @@ def crosswind_assist(rng: Generator, u: float) -> Draw:
 def link_steering(rng: Generator, u: float) -> Draw:
     """Rear wheels of the car that are steered by the trailer's yaw rate, through a worn rack."""
     at = round(float(rng.uniform(0.008, 0.04)), 4)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.003, 0.1, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.003, 0.05, u)
     return _draw("link_steering", size, "slip_car_rear", "yaw_rate_trailer", more_at=at)
 
 
@@ -811,56 +811,56 @@ def broken_leaf(rng: Generator, u: float) -> Draw:
 
     Bodies roll with their lateral acceleration, so both are the same here.
     """
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.04, 0.8, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.06, 0.8, u)
     variables = "roll_trailer lateral_acceleration_trailer"
     return _draw("broken_leaf", size, "slip_trailer", variables)
 
 
 def snow_tracks(rng: Generator, u: float) -> Draw:
     """Trailer tyres that grip in the tracks of the car, and less in the slush beside them."""
-    at = round(float(rng.uniform(0.008, 0.03)), 4)
+    at = round(float(rng.uniform(0.006, 0.02)), 4)
     places = "slip_trailer force_trailer"
     variables = "slip_trailer sideslip_trailer articulation"
-    return _draw("snow_tracks", log_between(0.1, 0.8, u), places, variables, more_at=at)
+    return _draw("snow_tracks", log_between(0.15, 0.55, u), places, variables, more_at=at)
 
 
 def hunting_vectoring(rng: Generator, u: float) -> Draw:
     """Rear motors of an electric car whose controller rings as it answers the articulation rate."""
     hz = round(float(rng.uniform(0.9, 2.5)), 3)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(400.0, 1.2e4, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(700.0, 6e3, u)
     variables = "articulation_rate swing"
     return _draw("hunting_vectoring", size, "moment_car", variables, more_frequency_hz=hz)
 
 
 def roof_tent(rng: Generator, u: float) -> Draw:
     """The cover of a roof tent: slack up to some side-slip of the car, then a sail."""
-    at = round(float(rng.uniform(0.002, 0.008)), 5)
-    size = log_between(6.0, 150.0, u)
+    at = round(float(rng.uniform(0.001, 0.004)), 5)
+    size = log_between(20.0, 200.0, u)
     return _draw("roof_tent", size, "force_car moment_car", "sideslip_car", more_at=at)
 
 
 def tearing_canvas(rng: Generator, u: float) -> Draw:
     """A cover that tears loose along the road and catches more and more air."""
-    at = round(float(rng.uniform(150.0, 600.0)), 1)
+    at = round(float(rng.uniform(100.0, 400.0)), 1)
     places, variables = "force_trailer moment_trailer", "sideslip_trailer distance"
-    return _draw("tearing_canvas", log_between(4.0, 80.0, u), places, variables, more_at=at)
+    return _draw("tearing_canvas", log_between(15.0, 150.0, u), places, variables, more_at=at)
 
 
 def cocked_overrun(rng: Generator, u: float) -> Draw:
     """A worn overrun shaft that a side force at the ball cocks: one way it pulls a brake rod."""
-    at = round(float(rng.uniform(60.0, 400.0)), 1)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 3.0, u)
+    at = round(float(rng.uniform(50.0, 250.0)), 1)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.4, 1.8, u)
     return _draw("cocked_overrun", size, "moment_trailer drag_trailer", "side_force", more_at=at)
 
 
 def loosening_straps(rng: Generator, u: float) -> Draw:
     """Straps that work loose along the road: they hold the load ever more softly."""
-    at = round(float(rng.uniform(100.0, 400.0)), 1)
-    mass = round(log_between(40.0, 500.0, u), 2)
+    at = round(float(rng.uniform(100.0, 300.0)), 1)
+    mass = round(log_between(200.0, 500.0, u), 2)
     return _draw(
         "loosening_straps", mass, "trailer force_trailer", "swing distance", more_at=at,
-        slosh_mass_kg=mass, slosh_frequency_hz=round(float(rng.uniform(1.2, 2.2)), 3),
-        slosh_damping=round(float(rng.uniform(0.06, 0.15)), 3),
+        slosh_mass_kg=mass, slosh_frequency_hz=round(float(rng.uniform(0.9, 1.5)), 3),
+        slosh_damping=round(float(rng.uniform(0.03, 0.07)), 3),
     )  # fmt: skip
 
 

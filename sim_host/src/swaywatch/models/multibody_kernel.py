@@ -25,6 +25,7 @@ from swaywatch.models.multibody_more import (
     CAR_AIR,
     CASTER_AXLE,
     CASTER_FLUTTER,
+    COCKED_OVERRUN,
     CORNER_BEHIND_M,
     CORNER_RIGHT_M,
     CORNER_STEADY,
@@ -35,6 +36,7 @@ from swaywatch.models.multibody_more import (
     RACKED_FRAME,
     REAR_RACK,
     ROOF_LOAD,
+    ROOF_TENT,
     SLOW_RAD_S,
     TOWBAR_S,
     TOWBAR_TWIST,
@@ -180,7 +182,7 @@ from swaywatch.models.multibody_tables import (
 #: Contents (SHA-1, first twelve digits) of the files that this one is compiled with. Numba keeps
 #: compiled code until the file of a function changes, whatever else it is made of: a change of
 #: those has to change this file too (tests/host/test_multibody.py says what to write).
-MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "fa3d93b51524"}
+MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "62c64a2981e8"}
 
 
 class View(NamedTuple):
@@ -522,7 +524,7 @@ def _bodies(
     if g[G_MORE] == CORNER_STEADY:
         _drag_corner(g, view, trailer, at, out)
         return
-    if g[G_MORE] in (CAR_AIR, ROOF_LOAD, BOW_WAVE, REAR_RACK):
+    if g[G_MORE] in (CAR_AIR, ROOF_LOAD, BOW_WAVE, REAR_RACK, ROOF_TENT):
         beta1 = math.atan2(c1 * cog1[4] - s1 * cog1[3], v1)
         side1 = more_side(g, z, zdot, beta1, 0.5 * AIR_DENSITY * v1 * v1, out)
         _push(view, CAR, cog1, -s1 * side1, c1 * side1, 0.0)
@@ -616,8 +618,8 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - yaw2
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
-    if g[G_MORE] in (TOWBAR_TWIST, BINDING_BALL, RACKED_FRAME):
-        # nothing else acts on these trailers than their tyres
+    if g[G_MORE] in (TOWBAR_TWIST, BINDING_BALL, RACKED_FRAME, COCKED_OVERRUN):
+        # across these trailers nothing else acts than their tyres
         pull = g[G_TRAILER_MASS] * across2 - np.sum(out[O_FY + 4 : O_FY + 8])
         zdot[Z_MORE] = (pull - z[Z_MORE]) / TOWBAR_S
     if g[G_MORE] == UNLOCKED_SLEW:  # its yaw rate less the trailer's

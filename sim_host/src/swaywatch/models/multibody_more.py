@@ -10,6 +10,7 @@ from numba import njit
 from swaywatch.models.multibody_tables import (
     CAR,
     G_CAR_LEVER,
+    G_CAR_ROLL_GAIN,
     G_FULL,
     G_HITCH_DOF,
     G_MORE,
@@ -56,8 +57,10 @@ MADE_OF = {"multibody_tables": "7e6a397047d3"}
     SIDESLIP_LIMITER, JOCKEY_WHEEL, COUNTER_STEER, CONCRETE_SLABS, LEAKING_LOAD, WORN_SHOULDERS,
     ALIGNING_TORQUE, BINDING_BALL, BALL_RATTLE, SPRING_BARS, SLACK_LASHING, LINGERING_FLOW,
     TORN_CABLE, HUB_DRIVES, ANGLE_VECTORING, LEVELLING_PUMP, CLAY_TREAD, RACKED_FRAME,
-    CASTER_FLUTTER,
-) = range(1, 93)  # fmt: skip
+    CASTER_FLUTTER, SQUEALING_PADS, OUTWARD_DAMPER, SEIZED_TOP_MOUNT, CROSSWIND_ASSIST,
+    LINK_STEERING, BROKEN_LEAF, SNOW_TRACKS, HUNTING_VECTORING, ROOF_TENT, TEARING_CANVAS,
+    COCKED_OVERRUN, LOOSENING_STRAPS,
+) = range(1, 105)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -74,6 +77,7 @@ STRUT_NM_RAD, TOWBAR_S, ACTUATOR_S = 1e5, 0.03, 0.1
 NOSE_BEHIND_BALL_M = 0.6
 BALL_N_M, BALL_S_M = 4e5, 4.0  # of the ball in its head, after Hunt and Crossley
 FLUTTER_DAMPING = 0.15
+TENT_BEHIND_M, LOOSENED = 1.0, 0.85  # of straps: the share of their stiffness that they lose
 
 
 @njit(cache=True)
@@ -107,7 +111,7 @@ def more_steer(
 def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> float:
     """The same of the car's front axle, over its size."""
     kind, angle = g[G_MORE], 0.0
-    if kind in (LATE_ASSIST, DRIVER_ARMS):
+    if kind in (LATE_ASSIST, DRIVER_ARMS, CROSSWIND_ASSIST, SEIZED_TOP_MOUNT):
         angle = z[Z_MORE]
     elif kind == TOW_ASSIST:
         angle = rate
@@ -134,7 +138,7 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
     kind, angle = g[G_MORE], 0.0
     if kind == REAR_STEERS:
         angle = out[O_STEER]
-    elif kind in (REAR_CONTROL, TOWBAR_TWIST, LEVELLING_PUMP):
+    elif kind in (REAR_CONTROL, TOWBAR_TWIST, LEVELLING_PUMP, LINK_STEERING):
         angle = z[Z_MORE]
     elif kind == WORN_SHOULDERS:
         angle = abs(slip)
@@ -168,6 +172,10 @@ def _more_of_trailer_axles(g: Any, z: Any, wheel: int, slip: float, out: Any) ->
         angle = size * z[Z_MORE]
     elif kind == RACKED_FRAME:
         angle = size * math.tanh(z[Z_MORE] / g[G_MORE_AT])
+    elif kind == BROKEN_LEAF:
+        angle = abs(size) * max(math.copysign(1.0, size) * out[O_ROLL2], 0.0)
+    elif kind == SNOW_TRACKS:
+        angle = size * math.tanh(((out[O_YAW2] - out[O_YAW1]) / g[G_MORE_AT]) ** 2) * slip
     elif kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
         angle = size * z[Z_MORE] * slip
     return float(angle)
@@ -215,17 +223,22 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
     elif kind == DAMPER_PLAY:
         moment = STRUT_NM_RAD * _beyond(angle - z[Z_MORE], at)
     else:
-        moment = size * _more_of_load_at_hitch(g, z, rate, out)
+        moment = size * _more_at_ball(g, z, rate, out)
     return float(moment)
 
 
 @njit(cache=True)
-def _more_of_load_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
-    """The same of what presses the ball or leans on it, over its size."""
+def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
+    """The same over its size: of what presses or leans on the ball, what is damp, what lets go."""
     if g[G_MORE] == BINDING_BALL:
         return float(abs(z[Z_MORE]) * math.tanh(rate / SLOW_RAD_S))
     if g[G_MORE] == SPRING_BARS:
         return float(_beyond(out[O_ROLL2], g[G_MORE_AT]))
+    if g[G_MORE] == SQUEALING_PADS:
+        return float(math.tanh(rate / SLOW_RAD_S) / (1.0 + (rate / g[G_MORE_AT]) ** 2))
+    if g[G_MORE] == OUTWARD_DAMPER:
+        outward = math.tanh((out[O_YAW2] - out[O_YAW1]) / g[G_MORE_AT])
+        return float(0.5 * (rate + abs(rate) * outward))
     return 0.0
 
 
@@ -268,6 +281,8 @@ def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0)))
     elif kind == TORQUE_VECTORING:
         moment = size * math.tanh(out[O_STEER] / at)
+    elif kind == HUNTING_VECTORING:
+        moment = size * z[Z_MORE]
     elif kind == ANGLE_VECTORING:
         moment = size * math.tanh((out[O_YAW2] - out[O_YAW1]) / at)
     elif kind == SWAY_ASSIST:
@@ -311,6 +326,24 @@ def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     else:
         _more_of_way(g, z, zdot, rate, out)
         _more_of_sway(g, z, zdot, out)
+        _more_of_steering(g, z, zdot, rate, out)
+
+
+@njit(cache=True)
+def _more_of_steering(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
+    """What steers a planar car, or turns it: in time, through play, through what binds or rings."""
+    kind, at, omega = g[G_MORE], g[G_MORE_AT], g[G_MORE_HZ]
+    if kind == CROSSWIND_ASSIST:
+        lateral = z[Z_ROLL] / g[G_CAR_ROLL_GAIN]
+        zdot[Z_MORE] = min(max((lateral - z[Z_MORE]) / ACTUATOR_S, -at), at)
+    elif kind == LINK_STEERING:
+        zdot[Z_MORE] = _beyond(out[O_RATE2] - z[Z_MORE], at) / RATE_S
+    elif kind == SEIZED_TOP_MOUNT:
+        _stays_behind(g, z, zdot, -out[O_STEER])
+    elif kind == HUNTING_VECTORING:
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = omega * omega * (rate - z[Z_MORE])
+        zdot[Z_MORE + 1] -= 2.0 * FLUTTER_DAMPING * omega * z[Z_MORE + 1]
 
 
 @njit(cache=True)
@@ -319,7 +352,9 @@ def _more_of_way(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     kind = g[G_MORE]
     if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS):
         zdot[Z_MORE] = out[O_SPEED]
-    elif kind in (PUNCTURE, BINDING_BRAKE, LEAKING_LOAD, CLAY_TREAD):
+    elif kind in (
+        PUNCTURE, BINDING_BRAKE, LEAKING_LOAD, CLAY_TREAD, TEARING_CANVAS, LOOSENING_STRAPS,
+    ):  # fmt: skip
         zdot[Z_MORE] = (1.0 - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
     elif kind == GLAZING_PADS:
         zdot[Z_MORE] = abs(rate)
@@ -414,6 +449,10 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
     elif kind == GALLOPING:
         part = (beta / g[G_MORE_AT]) ** 2
         angle = -beta * (1.0 - part) / (1.0 + part)
+    elif kind == ROOF_TENT:
+        angle = _beyond(beta, g[G_MORE_AT])
+    elif kind == TEARING_CANVAS:
+        angle = z[Z_MORE] * beta
     elif kind == LOOSE_CURTAIN:
         angle = max(math.copysign(1.0, g[G_MORE_SIZE]) * beta, 0.0)
     return float(angle)
@@ -473,6 +512,9 @@ def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
         return float(0.5 * size * z[Z_MORE])
     if g[G_MORE] == TORN_CABLE and wheel[W_SIDE] < 0.0:
         return float(size * z[Z_MORE])
+    if g[G_MORE] == COCKED_OVERRUN and wheel[W_SIDE] > 0.0:
+        cocks = math.copysign(1.0, size) * z[Z_MORE]
+        return float(abs(size) * max(cocks - g[G_MORE_AT], 0.0))
     return 0.0
 
 
@@ -481,7 +523,7 @@ def stretch(g: Any, z: Any) -> float:
     """Of the spring that holds the cargo, m; a load that rolls is free between its boards.
 
     Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step;
-    slack straps hold less to their side.
+    slack straps hold less to their side, others less with the way.
     """
     q = z[Z_SLOSH]
     if g[G_MORE] == ROLLING_LOAD:
@@ -492,6 +534,8 @@ def stretch(g: Any, z: Any) -> float:
         return float(q - z[Z_MORE])
     if g[G_MORE] == SLACK_LASHING:
         return float(q * (abs(g[G_MORE_AT]) if q * g[G_MORE_AT] > 0.0 else 1.0))
+    if g[G_MORE] == LOOSENING_STRAPS:
+        return float(q * (1.0 - LOOSENED * z[Z_MORE]))
     return 0.0 if g[G_MORE] == SLIDING_CRATE else float(q)
 
 
@@ -522,7 +566,9 @@ def acts_ahead(g: Any) -> float:
         ahead = -TAIL_BEHIND_M
     elif kind == CAR_WAKE:
         ahead = NOSE_AHEAD_M
-    elif kind == LOOSE_CURTAIN:
+    elif kind == ROOF_TENT:
+        ahead = -TENT_BEHIND_M
+    elif kind in (LOOSE_CURTAIN, TEARING_CANVAS):
         ahead = -CURTAIN_BEHIND_M
     elif kind in (LATE_AIR, LINGERING_FLOW):
         ahead = AIR_AHEAD_M

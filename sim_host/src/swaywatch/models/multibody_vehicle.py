@@ -258,13 +258,13 @@ MORE = (
   dz/dt = dd/dt - |dd/dt| z/d0 (rad at which it slides)
 - angle of the front wheels with the lateral acceleration a of a planar car: k z,
   dz/dt = (a - z)/(0.1 s), no more than a1, rad s2/m (m/s3)
-- angle of the car's rear wheels after the trailer's yaw rate r through play: k z, z moves as r does
-  once r is r0 away, s (rad/s either way)
+- angle of the car's rear wheels after the trailer's yaw rate r through play: k z, z follows r 20 ms
+  late once it is more than r0 away, s (rad/s either way)
 - angle of the trailer's axles with the roll p of the trailer to one side: |k| max(p sign k, 0)
 - share of the slip that the trailer's tyres lose with the articulation g: k tanh((g/g0)^2) (rad)
 - yaw moment on the car after the articulation rate q: k z, a swing that q drives, damped by 0.15,
   N m s/rad (Hz)
-- area times the slope of the air force on the car over a side-slip b beyond b0, 0.5 m behind its
+- area times the slope of the air force on the car over a side-slip b beyond b0, 1 m behind its
   COG: F = k p (|b| - b0) sign b, m2/rad (rad)
 - area times the slope of the trailer's air force over its side-slip after a distance s, 1 m behind
   its COG: k (1 - exp(-s/s0)), m2/rad (m)
