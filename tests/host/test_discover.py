@@ -27,7 +27,7 @@ from swaywatch.discover.find import (
     _likelier,
 )
 from swaywatch.discover.forms import curve
-from swaywatch.discover.grammar import all_laws, grammar, products
+from swaywatch.discover.grammar import all_laws, grammar, plainer, products
 from swaywatch.discover.inputs import followed, missing_inputs
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import MOTIONS, ROLLS, Law, law_of
@@ -227,6 +227,13 @@ def test_an_oscillator_that_follows_a_motion_overshoots_as_one_does() -> None:
     series.add_series("force_trailer", 3e4 * followed(series.steer, 1.5, 0.15))
     assert difference(simulate(series), simulate(plant())) > 0.05
     assert difference(simulate(series), simulate(law)) < 1e-4
+
+
+def test_an_oscillator_that_creeps_is_a_lag_and_a_pressed_library_law_is_no_plain_one() -> None:
+    creeps = Law("force_trailer", "sideslip_trailer", power=2, response="oscillating")
+    assert plainer(creeps) == replace(creeps, response="lagged")
+    assert plainer(Law("moment_car", "steer", by="hitch_force")) == Law("moment_car", "steer")
+    assert plainer(Law("hitch", "articulation_rate", "saturating", by="hitch_force")) is None
 
 
 def test_the_size_of_another_motion_multiplies_a_law() -> None:

@@ -105,6 +105,13 @@ def test_what_comes_and_goes_along_the_road_has_no_cost_and_says_so() -> None:
         assert [entry["reason"] for entry in block["left_out"]] == [ALONG_THE_ROAD]
 
 
+def test_a_brake_that_binds_acts_from_outside() -> None:
+    block = stability(
+        _problem(), _found((_law("moment_trailer/distance/straight/0/growing", 900.0),)), 4.0
+    )
+    assert [entry["reason"] for entry in block["left_out"]] == [OUTSIDE]
+
+
 def test_uncertainties_of_the_vehicle_are_those_of_the_fit_and_never_more_than_believed() -> None:
     problem = _problem()
     known = stability(problem, _found(()), 1.0)

@@ -137,14 +137,13 @@ def looks(term: ActiveEffect) -> list[ActiveEffect]:
         replace(term, values=(min(max(x, bounds.low), bounds.high), *term.values[1:]))
         for x in sizes
     ]
-    looks += [_other(look, "lag_s") for look in looks[:2] if law_in(look).response == LAGGED]
-    slow = law_in(term).response == OSCILLATING
-    looks += [_other(look, "frequency_hz") for look in looks[:2] if slow]
+    also = {LAGGED: "lag_s", OSCILLATING: "frequency_hz"}.get(law_in(term).response)
+    looks += [_other(look, also) for look in looks[:2] if also]
     return [*looks, *(_behind(look) for look in looks if law_in(look).place in ANYWHERE)]
 
 
 def _other(term: ActiveEffect, name: str) -> ActiveEffect:
-    """What is late several times as late, or an oscillator as quick: no fit goes so far."""
+    """What is late several times as late, an oscillator twice as quick: no fit goes so far."""
     p = next(p for p in term.effect.parameters if p.name == name)
     values = term.as_dict()
     values |= {name: min(LATER[name] * values[name], p.high)}

@@ -216,7 +216,6 @@ def effect_of(
 def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...]) -> Effect:
     act: Act
     parameters: tuple[Parameter, ...]
-    grows = law.response in BY_THE_WAY and law.motion != DISTANCE
     if law.swings:
         act, parameters, equation = _with_a_frequency(law, start_hz or 0.8)
     elif law.motion == "side_force":
@@ -251,13 +250,19 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
             "imitated_on_springs": True,
         }
         | ({"possible": _can_swing} if law.swings and not law.slides else {})
-        | (
-            {"no_cost": ALONG_THE_ROAD}
-            if law.motion == DISTANCE or law.response == PERIODIC
-            else {}
-        )
-        | ({"at_its_largest": _moves(replace(law, response=INSTANT))} if grows else {}),
+        | _costs(law),
     )
+
+
+def _costs(law: Law) -> dict[str, object]:
+    """What the cost of a law is asked with: what acts at its largest, or why it has none."""
+    if law.response == PERIODIC:
+        return {"no_cost": ALONG_THE_ROAD}
+    if law.motion == DISTANCE:
+        return {"from_outside": True}
+    if law.response in BY_THE_WAY:
+        return {"at_its_largest": _moves(replace(law, response=INSTANT))}
+    return {}
 
 
 def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], str]:

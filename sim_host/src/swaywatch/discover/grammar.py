@@ -250,6 +250,8 @@ def _forms(place: str, motion: str) -> tuple[Law, ...]:
 
 def plainer(law: Law) -> Law | None:
     """The law with fewer numbers that this one becomes where it does not need them, or None."""
+    if law.by and (law.place, law.motion) in LINE_KNOWN:
+        return None  # without the other motion it is the library's
     if law.second or law.by:
         return replace(law, second="", by="")
     if law.response == OSCILLATING:

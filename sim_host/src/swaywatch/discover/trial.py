@@ -260,16 +260,11 @@ class LawSearch:
         if parent.terms or self._only_noise(fits) or self._spent("laws of two variables"):
             return []
         close = self.search.close
-        starts = [
-            replace(fit, terms=(term,))
-            for fit in (close.run(parent, 6), close.start())
-            for course in (Linear(close, fit),)
-            for term in self._sprung(of_two_variables(course))
-        ]
+        near, of_file = Linear(close, close.run(parent, 6)), Linear(close, close.start())
+        begun = [(at, term) for at in (near, of_file) for term in of_two_variables(at)]
         # many simulations, so in the vehicle of the file alone
-        far = Linear(close, close.start())
-        pressed = self._sprung(of_a_product(far))
-        starts += [replace(far.fit, terms=(term,)) for term in pressed]
+        begun += [(of_file, term) for term in of_a_product(of_file)]
+        starts = [replace(at.fit, terms=tuple(self._sprung([term]))) for at, term in begun]
         straight = self._gone_on(starts)
         found = self._shaped_for_a_reason([*straight, *self._bent(straight)], ())
         return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
@@ -392,12 +387,9 @@ class LawSearch:
             return
         for hz in SWING_HZ:
             effect = effect_of(law, hz)
-            sides = effect.parameters[-1].starts if law.shape == UNEVEN else ()
-            for side in sides:  # the softer one is either
-                yield effect, (mass, *(p.starts[0] for p in effect.parameters[1:-1]), side)
-            if sides:
-                continue
-            yield effect, (mass, *(p.starts[0] for p in effect.parameters[1:]))
+            *middle, last = effect.parameters[1:]
+            ends = last.starts if law.shape == UNEVEN else last.starts[:1]  # softer on either side
+            yield from ((effect, (mass, *(p.starts[0] for p in middle), end)) for end in ends)
 
     def polish(self, candidates: Sequence[Candidate]) -> None:
         """Fits in free simulation, from the values of the parent or from the vehicle of the file.
@@ -449,14 +441,19 @@ class LawSearch:
         while True:
             fit = candidate.fit
             at = next(i for i, t in enumerate(fit.terms) if t.effect.id == ID)
-            law = plainer(law_in(fit.terms[at]))
+            own = law_in(fit.terms[at])
+            law = plainer(own)
             if law is None:
                 return candidate
             known = fit.terms[at].as_dict()
+            if own.by:
+                known["gain"] *= MOTIONS[own.by].usual
             if law.response == LAGGED and "damping_ratio" in known:  # an oscillator that creeps
                 known["lag_s"] = known["damping_ratio"] / (math.pi * known["frequency_hz"])
-            effect = effect_of(law, known.get("frequency_hz"), sprung=self.search.on_springs)
-            term = ActiveEffect(effect, tuple(known[p.name] for p in effect.parameters))
+            hz = known["frequency_hz"] if law.swings else None
+            effect = effect_of(law, hz, sprung=self.search.on_springs)
+            inside = (min(max(known[p.name], p.low), p.high) for p in effect.parameters)
+            term = ActiveEffect(effect, tuple(inside))
             terms = (*fit.terms[:at], term, *fit.terms[at + 1 :])
             found = self.search.judge.run(replace(fit, terms=terms), 20, tolerance=1e-6)
             if not found.chi2 < fit.chi2 + self._clearly(fit):

@@ -92,8 +92,8 @@ def _left_out(term: ActiveEffect) -> str:
     """Why an active effect has no cost; empty where it has one."""
     if term.effect.kind == "measurement":
         return SENSOR
-    other = str(term.effect.extra.get("no_cost", ""))
-    return OUTSIDE if term.effect.id in _FROM_OUTSIDE else other
+    outside = term.effect.id in _FROM_OUTSIDE or term.effect.extra.get("from_outside")
+    return OUTSIDE if outside else str(term.effect.extra.get("no_cost", ""))
 
 
 def base_of(problem: Problem, at: Sequence[int], shift: Array) -> Base:
