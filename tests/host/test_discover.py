@@ -845,6 +845,16 @@ def test_words() -> None:
     assert "liquid" in suggestion(liquid, 2.0)
 
 
+def test_words_of_a_product() -> None:
+    law = Law("hitch", "articulation_rate", "saturating", by="hitch_force")
+    sizes = {"gain": 65.0, "bend": 0.006, "limit": 0.39}
+    rows = {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in sizes.items()}
+    found = sentence(law, rows)
+    assert "articulation rate and per N of the size of the side force of the trailer" in found
+    assert "saturating at 0.390 +- 0.039 Nm per N" in found
+    assert "coupling without grease" in suggestion(law, 65.0)
+
+
 def test_a_law_is_saved_and_taken_as_an_effect(tmp_path: Path) -> None:
     law = Law("hitch", "articulation")
     result = {

@@ -208,7 +208,7 @@ def _grip(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
 def _second(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What a second variable adds to a sentence."""
     if law.by:
-        return f" times the size of the {MOTIONS[law.by].words}"
+        return f" and per {MOTIONS[law.by].unit} of the size of the {MOTIONS[law.by].words}"
     if not law.second:
         return ""
     share, motion = parameters["second_share"], MOTIONS[law.second]
@@ -249,6 +249,7 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     unit = MOTIONS[law.motion].unit
     at = f"{abs(parameters['bend']['value']):.3g} {unit}" if "bend" in parameters else ""
     limit = _limit(parameters, PLACES[law.place]) if "limit" in parameters else ""
+    limit += f" per {MOTIONS[law.by].unit}" if law.by else ""
     if law.shape == UNEVEN:
         return f", {_range(parameters['other_side'])} times as much while that is negative"
     if law.shape == LINE_AND_CUBE:
