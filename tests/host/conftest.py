@@ -105,8 +105,8 @@ def diagnosed_p08(tmp_path_factory: pytest.TempPathFactory) -> Path:
 #: Files of tests that take longest, the longest first: begun late, one of them is what everybody
 #: waits for (`make test` hands them out in this order).
 LONGEST = (
-    "test_diagnose.py", "test_sensor_faults.py", "test_survey.py", "test_pages.py",
-    "test_plan.py", "test_discover.py", "test_road_vehicle.py", "test_reproduce.py",
+    "test_discover_found.py", "test_diagnose.py", "test_sensor_faults.py", "test_survey.py",
+    "test_pages.py", "test_plan.py", "test_road_vehicle.py", "test_reproduce.py",
     "test_project_readme.py", "test_memory.py", "test_blind.py", "test_attacks.py",
     "test_analyze.py", "test_bad_input.py",
 )  # fmt: skip
