@@ -36,12 +36,12 @@ BODY_VALUES = np.array(
 _LOADS = [f"wheel_vertical_load_{w}" for w in ("fl", "fr", "rl", "rr")]
 
 
-def synthetic(terms: tuple[ActiveEffect, ...], seed: int) -> Problem:
+def synthetic(terms: tuple[ActiveEffect, ...], seed: int, duration_s: float = 25.0) -> Problem:
     """Two runs of the plant with sensor noise."""
     rng = np.random.default_rng(seed)
     runs = []
     for number, speed in enumerate((31.0, 25.0)):
-        time = np.arange(0.0, 25.0, 0.01)
+        time = np.arange(0.0, duration_s, 0.01)
         wheel = 0.02 * np.sin(2 * np.pi * 0.6 * time) + 0.15 * np.exp(-(((time - 5) / 0.4) ** 2))
         channels = {
             "steering_wheel_angle": wheel * (1.0 + number),

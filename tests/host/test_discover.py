@@ -209,6 +209,37 @@ def test_an_actuator_goes_no_faster_than_it_can() -> None:
     assert difference(quick, slow) > 0.01
 
 
+def test_a_link_with_play_follows_what_is_beyond_it() -> None:
+    drive = np.sin(np.arange(0.0, 20.0, 0.01))
+    followed = curve("lost motion", drive, 0.3)
+    assert np.max(followed[1000:]) == pytest.approx(0.7, abs=0.005)
+    turns = followed[np.argmax(followed[500:]) + 500 :][:100]
+    assert np.ptp(turns) < 1e-3  # it waits while the play is passed through
+    acts = {"law_gain": 0.5, "law_of_steer": 1.0, "law_to_slip_car_rear": 1.0}
+    plays = acts | {"law_shape": 14.0}
+    late = simulate(plant(**acts, law_lag=0.02))
+    assert difference(late, simulate(plant(**plays, law_bend=1e-9))) < 1e-6
+    assert difference(simulate(plant()), simulate(plant(**plays, law_bend=1.0))) == 0.0
+    series = plant()
+    series.add_series("slip_car_rear", 0.5 * curve("lost motion", series.steer, 0.004))
+    assert difference(late, simulate(series)) > 0.05
+    assert difference(simulate(series), simulate(plant(**plays, law_bend=0.004))) < 0.01
+
+
+def test_friction_that_falls_holds_half_as_much_at_its_bend() -> None:
+    fast, slow = curve("falling", np.array([0.5, 0.02]), 0.5)
+    assert fast == pytest.approx(0.25, rel=1e-3)
+    assert slow == pytest.approx(0.5 * np.tanh(0.32), rel=1e-2)
+    falls = {
+        "law_gain": 5e4, "law_of_steer": 1.0, "law_to_moment_car": 1.0, "law_shape": 15.0,
+        "law_bend": 0.01,
+    }  # fmt: skip
+    series = plant()
+    series.add_series("moment_car", 5e4 * curve("falling", series.steer, 0.01))
+    assert difference(simulate(plant()), simulate(series)) > 0.05
+    assert difference(simulate(series), simulate(plant(**falls))) < 1e-4
+
+
 def test_friction_follows_what_has_no_rate_of_its_own() -> None:
     """Its rate is seen from where it was a moment ago."""
     sticks = {"law_gain": 0.3, "law_of_steer": 1.0, "law_to_slip_car_front": 1.0, "law_shape": 6.0}
@@ -550,7 +581,7 @@ def test_laws_agree_with_an_independent_simulator(
 
 def searched(terms: tuple[ActiveEffect, ...]) -> Search:
     """A search over two noisy runs of the plant, the vehicle known."""
-    return Search(synthetic(terms, 3), library(), lambda stage, share: None)
+    return Search(synthetic(terms, 3, 15.0), library(), lambda stage, share: None)
 
 
 def silent(stage: str, share: float) -> None:

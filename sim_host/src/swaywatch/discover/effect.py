@@ -23,6 +23,7 @@ from swaywatch.discover.law import (
     LIMITED,
     LIMITED_RATE,
     LINE_AND_CUBE,
+    LOST_MOTION,
     MOTIONS,
     OSCILLATING,
     PERIODIC,
@@ -44,7 +45,7 @@ from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
 
 ID = "law"
 OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
-BENDS = (1, 2, 6, 10, 12)  # shapes with a bend
+BENDS = (1, 2, 6, 10, 12, 14, 15)  # shapes with a bend
 RATE_S = 0.05  # over which the rate of steering is taken
 #: Half the log prior weight of a law without a known cause, see `Effect.plausibility`.
 UNHEARD_OF = -1.0
@@ -353,7 +354,7 @@ def _of_shape(law: Law) -> list[Parameter]:
         return [Parameter("per_square", f"1/({motion.unit})^2", 0.0, *bounds, 0.1 * most, 1e9)]
     if SHAPES.index(law.shape) not in BENDS:
         return []
-    share = {"saturating": 0.5, LIMITED_RATE: 2.0}.get(law.shape, 0.3)
+    share = {"saturating": 0.5, LIMITED_RATE: 2.0, LOST_MOTION: 0.1}.get(law.shape, 0.3)
     bend, per_s = share * motion.usual, "/s" if law.shape == LIMITED_RATE else ""
     bounds = 0.02 * bend, 20.0 * bend, (bend,)
     return [Parameter("bend", motion.unit + per_s, 1e3, *bounds, 0.1 * bend, 1e9)]

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from swaywatch.discover.law import (
     BY_THE_WAY,
     FADING,
+    FALLING,
     GROWING,
     INSTANT,
     LAGGED,
     LIMITED_RATE,
     LINE_AND_CUBE,
+    LOST_MOTION,
     MOTIONS,
     OSCILLATING,
     PERIODIC,
@@ -35,7 +37,7 @@ from swaywatch.plant.lanes import LAW_FELT
 Array = NDArray[np.float64]
 
 SWING_SEEN_S, SWING_KEPT_S, WAITING_SHARE = 0.05, 1.0, 0.1  # as in plant_lanes.c
-HURRY_S = 0.05  # as in plant_lanes.c
+HURRY_S, PLAYED_S, STEEP = 0.05, 0.02, 8.0  # as in plant_lanes.c
 
 
 def rubs_at_hitch(law: Law) -> bool:
@@ -82,6 +84,16 @@ def hurried(z: Array, bend: float) -> Array:
     return state
 
 
+def played(z: Array, bend: float) -> Array:
+    """What follows `z` once that is farther away than the play `bend`, shape (n,)."""
+    state = np.zeros_like(z)
+    share = -math.expm1(-1.0 / (RATE_HZ * PLAYED_S))
+    for i, target in enumerate(0.5 * (z[1:] + z[:-1])):
+        behind = target - state[i]
+        state[i + 1] = state[i] + share * (behind - np.clip(behind, -bend, bend))
+    return state
+
+
 def _waited(z: Array, bend: float) -> Array:
     """What acts while something swings beyond `bend`, shape (n,)."""
     return 0.5 * z * (1.0 + np.tanh((swing_of(z) / bend - 1.0) / WAITING_SHARE))
@@ -102,6 +114,8 @@ _CURVES: dict[str, Callable[[Array, float], Array]] = {
     WAITING: _waited,
     LIMITED_RATE: hurried,
     LINE_AND_CUBE: lambda z, steeper: z * (1.0 + steeper * z**2),
+    LOST_MOTION: played,
+    FALLING: lambda z, bend: bend * np.tanh(STEEP * z / bend) / (1.0 + (z / bend) ** 2),
 }
 assert set(_CURVES) == set(SHAPES)
 
@@ -131,6 +145,8 @@ def formula(law: Law) -> str:
         UNEVEN: f"{symbol}, on the negative side times the other",
         WAITING: f"({symbol} while it swings beyond +-bend)",
         LINE_AND_CUBE: f"({symbol} + per_square x {symbol}^3)",
+        LOST_MOTION: f"({symbol}, followed with a play of +-bend)",
+        FALLING: f"bend tanh({STEEP:g} {symbol} / bend) / (1 + ({symbol} / bend)^2)",
         LIMITED_RATE: f"({symbol}, followed no faster than bend a second)",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]

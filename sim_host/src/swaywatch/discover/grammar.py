@@ -17,6 +17,7 @@ from swaywatch.discover.law import (
     BY_THE_WAY,
     DEFLECTIONS,
     FADING,
+    FALLING,
     GROWING,
     HEADINGS,
     IN_SERIES,
@@ -24,6 +25,7 @@ from swaywatch.discover.law import (
     KEEPING,
     LAGGED,
     LINE_AND_CUBE,
+    LOST_MOTION,
     OSCILLATING,
     PERIODIC,
     RATES,
@@ -278,7 +280,9 @@ def all_laws() -> tuple[Law, ...]:
     straight = _straight()
     nonlinear = [law for one in straight for law in refined(one)]
     straight = [law for law in straight if (law.place, law.motion) not in LINE_KNOWN]
-    # two slopes, or a line with its cube, are looked for where one of both was found
+    # these are looked for where a form near them was found
     listed = (*straight, *nonlinear, *OTHERS, *STRUTS)
-    begun = (law for law in listed if law.shape not in (UNEVEN, LINE_AND_CUBE))
+    begun = (
+        law for law in listed if law.shape not in (UNEVEN, LINE_AND_CUBE, LOST_MOTION, FALLING)
+    )
     return tuple(dict.fromkeys(begun))

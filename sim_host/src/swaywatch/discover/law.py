@@ -18,7 +18,7 @@ SPEED_M_S = 25.0  # at which the gain of a law is stated
 SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
     "rubbing", "positive side", "negative side", "waiting", "uneven", "limited rate",
-    "line and cube",
+    "line and cube", "lost motion", "falling",
 )  # fmt: skip
 #: Of another slope on the other side: what one side's tyres make, or two unlike springs.
 UNEVEN = "uneven"
@@ -28,6 +28,8 @@ WAITING = "waiting"
 LINE_AND_CUBE = "line and cube"
 #: What an actuator makes that can go no faster.
 LIMITED_RATE = "limited rate"
+#: What a link with play makes, and dry friction that falls as what it brakes goes faster.
+LOST_MOTION, FALLING = "lost motion", "falling"
 #: What acts to one side only: a rope, a chain, a valve, a stop.
 SIDES = ("positive side", "negative side")
 SLIDING = "hysteretic"
@@ -36,7 +38,7 @@ ROLLS = ("roll_car", "roll_trailer")
 DEFLECTIONS = ("articulation", *ROLLS)
 RATES = ("articulation_rate", "yaw_rate_car", "yaw_rate_trailer")
 IN_SERIES = (SHAPES[0], "saturating", "dead zone")  # shapes of a spring before a damper
-KEEPING = (*FRICTION, WAITING, LIMITED_RATE)  # shapes that keep the one state of a law
+KEEPING = (*FRICTION, WAITING, LIMITED_RATE, LOST_MOTION)  # shapes that keep the one state of a law
 LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times bend
 #: When a law acts: at once, behind a lag, only while its variable changes (a washout: what has
 #: lasted longer than the lag is forgotten), or the more the farther the recording has gone, until

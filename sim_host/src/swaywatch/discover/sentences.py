@@ -10,12 +10,14 @@ from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
     BY_THE_WAY,
     FADING,
+    FALLING,
     FRICTION,
     GROWING,
     INSTANT,
     LAGGED,
     LIMITED_RATE,
     LINE_AND_CUBE,
+    LOST_MOTION,
     MOTIONS,
     OSCILLATING,
     PERIODIC,
@@ -79,6 +81,8 @@ def _of_form(law: Law, gain: float) -> str:
         return _moving_load(law)
     kinds = {
         LIMITED_RATE: "an actuator that can go no faster",
+        LOST_MOTION: "a link with play",
+        FALLING: "dry friction that falls as it slides faster",
         WAITING: "a controller that waits for a swing to grow",
     }
     if law.motion == law.place and law.response in _OF_SLIP:
@@ -140,7 +144,8 @@ def energy(law: Law, gain: float) -> str:
             if sign * gain < 0.0
             else "supplies energy to the motion, taken from the forward motion or from an actuator"
         )
-    at_once = law.response in (INSTANT, *BY_THE_WAY) and not law.second
+    late = law.shape in (LIMITED_RATE, LOST_MOTION)
+    at_once = law.response in (INSTANT, *BY_THE_WAY) and not (law.second or late)
     if law.motion == stores and at_once and not law.power and not law.by:
         return "stores energy and returns it: passive"
     scrubs = law.motion == THERE and gain < 0.0
@@ -260,6 +265,8 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         WAITING: f", only while it swings beyond {at}",
         "hysteretic": f", sliding after {at} at {limit} (dry friction)",
         LIMITED_RATE: f", following it no faster than {at} a second",
+        LOST_MOTION: f", following it with a play of {at} either way",
+        FALLING: f", falling where that is large: half as much at {at} as where it is small",
     }.get(law.shape, _MORE.get(law.shape, ""))
 
 

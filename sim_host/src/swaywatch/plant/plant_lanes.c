@@ -35,6 +35,9 @@
 #define BEHIND_S 0.03        // over which the rate is taken of what has none as a state
 #define HURRIES 6.0          // shape "limited rate"
 #define HURRY_S 0.05         // within which what may go as fast as it likes follows
+#define PLAYS 8.0            // shape "lost motion"
+#define PLAYED_S 0.02        // within which what is beyond the play is followed
+#define STEEP 8.0            // times as fast as it falls, friction that falls with the rate rises
 #define SWING_SEEN_S 0.05    // within which a law that waits notices how far something swings, ...
 #define SWING_KEPT_S 1.0     // and forgets it: a swing of 1 Hz has two peaks a second
 #define WAITING_SHARE 0.1    // of the swing at which it begins to act, over which it does

@@ -2,7 +2,8 @@
 // drawbar that gives way; included by plant_step.h. What the slots are is said by plant/lanes.py.
 
 /// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; of one
-/// side only, or `at` times as steep on the other one; a line with `at` times the cube.
+/// side only, or `at` times as steep on the other one; a line with `at` times the cube; friction
+/// that falls to half of it at `at`.
 INLINE V NAME(bent)(V z, V shape, V at)
 {
     const V some = NAME(most)(at, NAME(all)(1e-9));
@@ -17,6 +18,8 @@ INLINE V NAME(bent)(V z, V shape, V at)
     found = NAME(choose)(shape == 9.0, below, found);
     found = NAME(choose)(shape == 11.0, above + at * below, found);
     found = NAME(choose)(shape == 13.0, z * (1.0 + at * z * z), found);
+    const V beyond = z / some, rises = NAME(hyperbolic_tangent)(STEEP * beyond);
+    found = NAME(choose)(shape == 15.0, some * rises / (1.0 + beyond * beyond), found);
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
@@ -61,6 +64,12 @@ INLINE V NAME(hurrying)(V behind, V at)
     return NAME(most)(NAME(least)(behind * (1.0 / HURRY_S), some), -some);
 }
 
+/// What follows `z` once that is farther away than the play `at`.
+INLINE V NAME(played)(V behind, V at)
+{
+    return (behind - NAME(most)(NAME(least)(behind, at), -at)) * (1.0 / PLAYED_S);
+}
+
 /// What multiplies a law: the size of a motion, or of what is felt.
 INLINE V NAME(times)(const V *x, const V *of, const V *e)
 {
@@ -94,8 +103,8 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     bent = NAME(choose)(sticks == 1.0, NAME(absolute)(z) * against, bent);
     const V waits = sticks - WAITS;
     bent = NAME(choose)(waits == 0.0, NAME(waiting)(z, x[X_LAW], e[E_LAW_BEND]), bent);
-    const V hurries = sticks - HURRIES;
-    bent = NAME(choose)(hurries == 0.0, x[X_LAW], bent);
+    const V hurries = sticks - HURRIES, plays = sticks - PLAYS;
+    bent = NAME(choose)((hurries == 0.0) | (plays == 0.0), x[X_LAW], bent);
     V value = e[E_LAW_GAIN] * bent * (1.0 + factor) * NAME(times)(x, of, e);
     value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
     value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
@@ -108,6 +117,8 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     dx[X_LAW] = NAME(choose)(waits == 0.0, NAME(followed_swing)(x[X_LAW], z), dx[X_LAW]);
     const V hurried = NAME(hurrying)(z - x[X_LAW], e[E_LAW_BEND]);
     dx[X_LAW] = NAME(choose)(hurries == 0.0, hurried, dx[X_LAW]);
+    const V played = NAME(played)(z - x[X_LAW], e[E_LAW_BEND]);
+    dx[X_LAW] = NAME(choose)(plays == 0.0, played, dx[X_LAW]);
     // one state: what goes with the heading has neither lag nor friction, nor does it wait
     dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
     const V omega = 1.0 / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
