@@ -240,6 +240,21 @@ def test_friction_that_falls_holds_half_as_much_at_its_bend() -> None:
     assert difference(simulate(series), simulate(plant(**falls))) < 1e-4
 
 
+@pytest.mark.parametrize(("shape", "number"), [("positive stop", 16.0), ("negative stop", 17.0)])
+def test_a_stop_on_one_side_has_slack(shape: str, number: float) -> None:
+    acts = {"law_gain": 2e4, "law_of_articulation": 1.0, "law_to_hitch": 1.0, "law_bend": 0.0}
+    taut = simulate(plant(**acts, law_shape=number - 8.0))  # of one side only
+    assert difference(taut, simulate(plant(**acts, law_shape=number))) < 1e-6
+    assert difference(simulate(plant()), taut) > 0.02
+    slack = acts | {"law_shape": number, "law_bend": 0.01}
+    assert difference(taut, simulate(plant(**slack))) > 0.01
+    z = np.array([-0.03, -0.01, 0.0, 0.01, 0.03])
+    side = z > 0.0 if shape == "positive stop" else z < 0.0
+    assert curve(shape, z, 0.02) == pytest.approx(curve("dead zone", z, 0.02) * side)
+    law = Law("hitch", "articulation", shape)
+    assert plainer(law) == Law("hitch", "articulation", shape.replace("stop", "side"))
+
+
 def test_friction_follows_what_has_no_rate_of_its_own() -> None:
     """Its rate is seen from where it was a moment ago."""
     sticks = {"law_gain": 0.3, "law_of_steer": 1.0, "law_to_slip_car_front": 1.0, "law_shape": 6.0}
@@ -730,18 +745,26 @@ def test_each_left_out_run_counts_by_how_many_times_better_it_is() -> None:
 
 @pytest.mark.parametrize("straight", [-25000.0, 300.0])
 @pytest.mark.parametrize(
-    "shape", ["saturating", "dead zone", "cube", "odd square", "positive side", "waiting"]
+    "shape",
+    [
+        "saturating",
+        "dead zone",
+        "cube",
+        "odd square",
+        "positive side",
+        "waiting",
+        "falling",
+        "positive stop",
+    ],
 )
 def test_another_shape_begins_as_strong_as_the_straight_line(straight: float, shape: str) -> None:
-    """At the usual amplitude both give the same moment, the same way."""
+    """Up to the usual amplitude both give the same moment at the most, the same way."""
     line = ActiveEffect(effect_of(Law("moment_trailer", "articulation_rate")), (straight,))
     found = in_form(line, Law("moment_trailer", "articulation_rate", shape))
     usual = MOTIONS["articulation_rate"].usual
     values = found.as_dict()
-    moment = (
-        values["gain"] * curve(shape, np.linspace(0.0, usual, 100), values.get("bend", 0.0))[-1]
-    )
-    assert moment == pytest.approx(straight * usual)
+    moment = values["gain"] * curve(shape, np.linspace(0.0, usual, 100), values.get("bend", 0.0))
+    assert moment[np.argmax(np.abs(moment))] == pytest.approx(straight * usual)
 
 
 def test_a_law_that_already_has_a_bend_keeps_it_at_another_power_of_the_speed() -> None:

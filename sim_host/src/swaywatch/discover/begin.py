@@ -166,9 +166,9 @@ def in_other_forms(straight: ActiveEffect) -> list[ActiveEffect]:
 
 
 def _strength(shape: str, usual: float, bend: float) -> float:
-    """A shape, of gain one, at an amplitude of its variable to the stronger side."""
+    """A shape, of gain one, at its largest up to an amplitude of its variable."""
     sides = (np.linspace(0.0, usual, 100), np.linspace(0.0, -usual, 100))
-    return max(abs(float(curve(shape, side, bend)[-1])) for side in sides)
+    return max(float(np.max(np.abs(curve(shape, side, bend)))) for side in sides)
 
 
 def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:

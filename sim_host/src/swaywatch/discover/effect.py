@@ -45,7 +45,7 @@ from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
 
 ID = "law"
 OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
-BENDS = (1, 2, 6, 10, 12, 14, 15)  # shapes with a bend
+BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17)  # shapes with a bend
 RATE_S = 0.05  # over which the rate of steering is taken
 #: Half the log prior weight of a law without a known cause, see `Effect.plausibility`.
 UNHEARD_OF = -1.0
@@ -334,10 +334,12 @@ def _gain(law: Law) -> Parameter:
         start /= MOTIONS[law.by].usual
         unit += f" per {MOTIONS[law.by].unit}"
     if law.motion == law.place:  # the compliance of a wheel is at most its slip
+        most = 1.0 / MOTIONS[law.by].usual if law.by else 1.0
         low, high, start, step, noticed = {
             GROWING: (-0.9, 1.0, -0.2, 0.05, 0.02),
             PERIODIC: (0.0, 0.95, 0.2, 0.05, 0.02),
         }.get(law.response, (-1.0, 0.0, -0.5, 0.1, 0.1))
+        low, high, start, step, noticed = (most * x for x in (low, high, start, step, noticed))
         return Parameter("gain", unit, 0.0, low, high, (start,), step, noticed)
     high = 100.0 * start
     return Parameter("gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start)

@@ -17,15 +17,13 @@ from swaywatch.discover.law import (
     BY_THE_WAY,
     DEFLECTIONS,
     FADING,
-    FALLING,
     GROWING,
     HEADINGS,
     IN_SERIES,
     INSTANT,
     KEEPING,
     LAGGED,
-    LINE_AND_CUBE,
-    LOST_MOTION,
+    ONLY_REFINED,
     OSCILLATING,
     PERIODIC,
     RATES,
@@ -33,6 +31,7 @@ from swaywatch.discover.law import (
     SIDES,
     SLIDING,
     SLIPS,
+    STOPS,
     SWINGS,
     THERE,
     TRANSIENT,
@@ -258,6 +257,8 @@ def plainer(law: Law) -> Law | None:
         return replace(law, second="", by="")
     if law.response == OSCILLATING:
         return replace(law, response=LAGGED)
+    if law.shape in STOPS:
+        return replace(law, shape=SIDES[STOPS.index(law.shape)])
     plain = replace(law, shape=SHAPES[0], response=INSTANT)
     lasting = law.slides or law.response in (TRANSIENT, PERIODIC, *BY_THE_WAY)
     known = (law.place, law.motion) in LINE_KNOWN
@@ -280,9 +281,6 @@ def all_laws() -> tuple[Law, ...]:
     straight = _straight()
     nonlinear = [law for one in straight for law in refined(one)]
     straight = [law for law in straight if (law.place, law.motion) not in LINE_KNOWN]
-    # these are looked for where a form near them was found
     listed = (*straight, *nonlinear, *OTHERS, *STRUTS)
-    begun = (
-        law for law in listed if law.shape not in (UNEVEN, LINE_AND_CUBE, LOST_MOTION, FALLING)
-    )
+    begun = (law for law in listed if law.shape not in ONLY_REFINED)
     return tuple(dict.fromkeys(begun))

@@ -25,6 +25,7 @@ from swaywatch.discover.law import (
     SIDES,
     SLIDING,
     SPEED_M_S,
+    STOPS,
     THERE,
     TRANSIENT,
     UNEVEN,
@@ -117,7 +118,7 @@ def _at_hitch(law: Law, gain: float) -> str:
         return _AT_HITCH["play" if play else law.response]
     if law.shape == "dead zone":
         return "a stop: contact at large articulation"
-    if law.shape in SIDES:
+    if law.shape in (*SIDES, *STOPS):
         rate = law.motion == "articulation_rate"
         return "a damper that resists one way only" if rate else "a chain or a stop on one side"
     if law.shape == "rubbing" and gain > 0.0:
@@ -265,6 +266,8 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         WAITING: f", only while it swings beyond {at}",
         "hysteretic": f", sliding after {at} at {limit} (dry friction)",
         LIMITED_RATE: f", following it no faster than {at} a second",
+        STOPS[0]: f", only while that is above {at}",
+        STOPS[1]: f", only while that is below -{at}",
         LOST_MOTION: f", following it with a play of {at} either way",
         FALLING: f", falling where that is large: half as much at {at} as where it is small",
     }.get(law.shape, _MORE.get(law.shape, ""))

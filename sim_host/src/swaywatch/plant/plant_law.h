@@ -3,7 +3,7 @@
 
 /// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; of one
 /// side only, or `at` times as steep on the other one; a line with `at` times the cube; friction
-/// that falls to half of it at `at`.
+/// that falls to half of it at `at`; of one side only, beyond `at`.
 INLINE V NAME(bent)(V z, V shape, V at)
 {
     const V some = NAME(most)(at, NAME(all)(1e-9));
@@ -20,6 +20,8 @@ INLINE V NAME(bent)(V z, V shape, V at)
     found = NAME(choose)(shape == 13.0, z * (1.0 + at * z * z), found);
     const V beyond = z / some, rises = NAME(hyperbolic_tangent)(STEEP * beyond);
     found = NAME(choose)(shape == 15.0, some * rises / (1.0 + beyond * beyond), found);
+    found = NAME(choose)(shape == 16.0, NAME(most)(z - some, NAME(all)(0.0)), found);
+    found = NAME(choose)(shape == 17.0, NAME(least)(z + some, NAME(all)(0.0)), found);
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 

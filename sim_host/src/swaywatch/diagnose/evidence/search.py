@@ -46,6 +46,7 @@ EDGE_WORTH = 4.0  # drop of chi2 that is worth moving an edge
 SHORT_LIST = 8  # candidates that are fitted
 POLISHED = 3  # of them to the end
 WINDOWED_LIST = 5
+AT_ONCE = 128  # effects whose residuals are in memory at a time
 WEAK = 0.6  # of the gain of the best one in windows, below which another is not followed
 PROMISED = 0.5  # of what one more effect has to take away to be claimed; below it none is begun
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have; ...
@@ -183,11 +184,15 @@ class Linear:
 
     def promises(self, terms: Sequence[ActiveEffect]) -> list[float]:
         """Drop of chi2 that each active effect promises along the course towards its values."""
-        moved = self._moved([(term.effect, term.values) for term in terms])
-        return [
-            self._promise(term.effect, np.array(term.values), own)[0]
-            for term, own in zip(terms, moved, strict=True)
-        ]
+        found: list[float] = []
+        for at in range(0, len(terms), AT_ONCE):  # residuals of all at once would fill the memory
+            some = terms[at : at + AT_ONCE]
+            moved = self._moved([(term.effect, term.values) for term in some])
+            found += [
+                self._promise(term.effect, np.array(term.values), own)[0]
+                for term, own in zip(some, moved, strict=True)
+            ]
+        return found
 
     def _moved(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> list[Array]:
         """Residuals of all runs with each effect at its values, one after the other."""
