@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_diagnose import effect, synthetic
+from test_diagnose import effect
 from test_discover import plant, searched, seen_as_the_law_says, silent
 
 from swaywatch.diagnose.evidence.baselines import Path as Tried
@@ -141,7 +141,7 @@ def test_a_controller_that_compares_two_motions_is_found() -> None:
 def test_what_comes_and_goes_along_the_road_is_found_with_a_phase_for_each_run() -> None:
     """How often is seen in what the vehicle leaves; every axle in turn, as it comes there."""
     law = Law("axles", "distance", response="periodic")
-    runs = tuple(map(stretch, synthetic((), 3).runs))
+    runs = tuple(map(stretch, searched(()).problem.runs))
     effect = effect_of(law, runs=runs)
     search = searched((ActiveEffect(effect, (0.003, 17.3, *np.linspace(0.4, 2.0, len(runs)))),))
     left_over = [

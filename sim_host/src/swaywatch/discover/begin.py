@@ -12,7 +12,15 @@ from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.discover.effect import OF_A_SHAPE, effect_of
 from swaywatch.discover.forms import curve
 from swaywatch.discover.grammar import FREQUENCIES_HZ, grammar, of_two, products, refined
-from swaywatch.discover.law import ANYWHERE, LAGGED, MOTIONS, OSCILLATING, PLACES, Law
+from swaywatch.discover.law import (
+    ANYWHERE,
+    LAGGED,
+    LIMITED,
+    MOTIONS,
+    OSCILLATING,
+    PLACES,
+    Law,
+)
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
 
@@ -139,6 +147,7 @@ def looks(term: ActiveEffect) -> list[ActiveEffect]:
     ]
     also = {LAGGED: "lag_s", OSCILLATING: "frequency_hz"}.get(law_in(term).response)
     looks += [_other(look, also) for look in looks[:2] if also]
+    looks += [_switching(look) for look in looks if law_in(look).shape in LIMITED]
     return [*looks, *(_behind(look) for look in looks if law_in(look).place in ANYWHERE)]
 
 
@@ -148,6 +157,14 @@ def _other(term: ActiveEffect, name: str) -> ActiveEffect:
     values = term.as_dict()
     values |= {name: min(LATER[name] * values[name], p.high)}
     return replace(term, values=tuple(values[q.name] for q in term.effect.parameters))
+
+
+def _switching(term: ActiveEffect) -> ActiveEffect:
+    """What levels off, with the same limit from a tenth on: nearly of one size, as dry friction."""
+    gain, bend = term.effect.parameters[0], 0.1 * term.as_dict()["bend"]
+    size = min(max(10.0 * term.values[0], gain.low), gain.high)
+    values = term.as_dict() | {"gain": size, "bend": bend}
+    return replace(term, values=tuple(values[p.name] for p in term.effect.parameters))
 
 
 def _behind(term: ActiveEffect) -> ActiveEffect:
@@ -188,6 +205,23 @@ def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:
         values["gain"] *= before / _strength(law.shape, usual, sum(begun.values()))
     inside = (min(max(values[p.name], p.low), p.high) for p in effect.parameters)
     return ActiveEffect(effect, tuple(inside))
+
+
+def in_place_of(term: ActiveEffect, law: Law) -> list[ActiveEffect]:
+    """A law of the same form at another place or of another motion, as strong, either way."""
+    own, known, effect = law_in(term), term.as_dict(), effect_of(law)
+    values = {p.name: known.get(p.name, p.starts[0]) for p in effect.parameters}
+    wider = MOTIONS[law.motion].usual / MOTIONS[own.motion].usual
+    if "bend" in values:
+        values["bend"] *= wider
+    starts = (p.starts[0] for e in (effect, effect_of(own)) for p in e.parameters[:1])
+    values["gain"] *= next(starts) / next(starts)
+    found = []
+    for sign in (1.0, -1.0):
+        ways = values | {"gain": sign * values["gain"]}
+        inside = (min(max(ways[p.name], p.low), p.high) for p in effect.parameters)
+        found.append(ActiveEffect(effect, tuple(inside)))
+    return found
 
 
 def initial(law: Law) -> tuple[ActiveEffect, ...]:

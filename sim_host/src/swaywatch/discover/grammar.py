@@ -23,9 +23,11 @@ from swaywatch.discover.law import (
     INSTANT,
     KEEPING,
     LAGGED,
+    MOTIONS,
     ONLY_REFINED,
     OSCILLATING,
     PERIODIC,
+    PLACES,
     RATES,
     SHAPES,
     SIDES,
@@ -211,6 +213,33 @@ def refined(law: Law) -> list[Law]:
     alone = replace(law, second="", by="")
     pool = [other for other in _forms(law.place, law.motion) if other != alone and near(other)]
     return [replace(other, second=law.second, by=law.by) for other in pool]
+
+
+def elsewhere(law: Law) -> list[Law]:
+    """The same form at each other place, and there with each other motion.
+
+    What acts between two bodies is hardly told from what acts on one of them, before the form is
+    right; so is what goes with one motion from what goes with another.
+    """
+    if (law.place, law.motion) not in PAIRS:
+        return []
+    others = [replace(law, place=place) for place in PLACES]
+    if not (law.second or law.by):
+        others += [replace(law, motion=motion) for motion in MOTIONS]
+    found = []
+    for other in others:
+        powers = PAIRS.get((other.place, other.motion), ())
+        if powers and other != law:
+            power = law.power if law.power in powers else powers[0]
+            found.append(replace(other, power=power))
+    return [law for law in found if _tried(replace(law, second="", by=""))]
+
+
+def _tried(law: Law) -> bool:
+    """Whether a law of one variable is one of those that are tried."""
+    pair = (law.place, law.motion)
+    line = law == Law(*pair, power=law.power)
+    return pair not in LINE_KNOWN if line else law in _forms(*pair)
 
 
 @cache

@@ -18,6 +18,7 @@ from swaywatch.discover.begin import (
     by_promise,
     in_form,
     in_other_forms,
+    in_place_of,
     initial,
     law_in,
     law_in_effect,
@@ -27,7 +28,14 @@ from swaywatch.discover.begin import (
     of_two_variables,
 )
 from swaywatch.discover.effect import ID, effect_of
-from swaywatch.discover.grammar import all_laws, grammar, plainer, refined, without_a_line
+from swaywatch.discover.grammar import (
+    all_laws,
+    elsewhere,
+    grammar,
+    plainer,
+    refined,
+    without_a_line,
+)
 from swaywatch.discover.law import (
     BODIES,
     INSTANT,
@@ -54,6 +62,7 @@ from swaywatch.effects.effect import Effect
 from swaywatch.plant.lanes import BODY
 
 PAIRED_ON = 4  # of them that are continued
+MOVED = 2  # of them that are looked for at other places and with other motions
 #: Reduced chi-square under the observer, and variance of an independent sample, up to which one
 #: variable is enough: a law that is not quite the right one leaves what is no noise (1.3 and 1.5;
 #: right ones 1.0 to 1.1), however little.
@@ -208,7 +217,7 @@ class LawSearch:
             begun = best_of_each_law([*begun, *far[:SHORT_LIST]])
         found = close.side_by_side(lambda f: close.run(f, 10), begun)
         if not course.fit.terms and not self._only_noise(found):
-            found = [*found, *self._bent(best_of_each_law(found)[:PAIRED_ON])]
+            found = self._gone_over(found)
         return self._shaped_for_a_reason(found, straight)
 
     def _begun_best(
@@ -295,10 +304,39 @@ class LawSearch:
             ]
         )
 
+    def _gone_over(self, fits: Sequence[Fit]) -> list[Fit]:
+        """With laws near the best: their forms, then these elsewhere, then the forms there."""
+        best = best_of_each_law(fits)[:PAIRED_ON]
+        found = [*fits, *self._bent(best)]
+        formed = {law_in(fit.terms[-1]) for fit in best}
+        found += self._elsewhere(best_of_each_law(found)[:MOVED])
+        best = best_of_each_law(found)[:1]
+        if law_in(best[0].terms[-1]) not in formed and not self._only_noise(best):
+            found += self._bent(best)
+        return found
+
+    def _elsewhere(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Laws in their form at other places and of other motions."""
+        return self._gone_on(
+            [
+                replace(fit, terms=tuple(self._sprung([term])))
+                for fit in fits
+                for law in elsewhere(law_in(fit.terms[-1]))
+                for term in in_place_of(fit.terms[-1], law)
+            ]
+        )
+
     def _gone_on(self, starts: Sequence[Fit]) -> list[Fit]:
-        """Begun under the observer, and of the best laws gone on with."""
+        """Begun under the observer, and of the best laws gone on with.
+
+        Each also in the vehicle of the file, its own values alone to begin with: the values of a
+        vehicle that has another law are distorted to compensate for what that one lacks.
+        """
         close = self.search.close
-        begun = close.side_by_side(lambda f: close.run(f, BEGUN), starts)
+        of_file = close.start()
+        alone = [replace(f, shift=of_file.shift, nuisance=of_file.nuisance) for f in starts]
+        alone = close.side_by_side(lambda f: close.run(f, BEGUN, calibrate=False), alone)
+        begun = close.side_by_side(lambda f: close.run(f, BEGUN), [*starts, *alone])
         best = best_of_each_law(begun)[:PAIRED_ON]
         return close.side_by_side(lambda f: close.run(f, 10), best)
 
