@@ -38,6 +38,7 @@ from swaywatch.discover.grammar import all_laws
 from swaywatch.discover.law import Law
 from swaywatch.discover.trial import (
     BESIDE_KNOWN,
+    NOISE_CLOSE,
     WITH_LAWS,
     LawSearch,
     least_ahead,
@@ -228,7 +229,7 @@ class Laws:
             return None
         law_search, candidate = best
         progress("shape of the law", 0.95)
-        candidate = law_search.shaped(candidate)
+        candidate = _with_known(law_search, law_search.shaped(candidate))
         _share_noise(law_searches)
         candidate = law_search.plain(_completed(law_search, candidate))
         return _claimed(law_searches, law_search, candidate)
@@ -319,6 +320,23 @@ def _enough(law_search: LawSearch, candidate: Candidate) -> bool:
     if not noticeable(fit.terms[-1]) or not enough:
         return False
     return not parent.terms or fit.chi2 < (1.0 - BESIDE_KNOWN) * parent.chi2
+
+
+def _with_known(law_search: LawSearch, candidate: Candidate) -> Candidate:
+    """With an effect of the library beside the law, where the law alone leaves more than noise.
+
+    The library was searched without the law: what it found then made up for the law.
+    """
+    search, fit = law_search.search, candidate.fit
+    alone = len(fit.terms) == 1 and reduced_chi_square(fit) > NOISE_CLOSE
+    if not alone or search.problem.budget.refuses(BESIDE, WITH_LAWS):
+        return candidate
+    for found in search.extend(fit, windowed=False)[:1]:
+        law, known = found.fit.terms
+        both = search.judge.run(replace(found.fit, terms=(known, law)), 20)
+        if worth(law_search.path.base.fit, fit, both, on_springs=search.on_springs):
+            candidate = law_search.weighed(replace(candidate, fit=both))
+    return candidate
 
 
 def _completed(law_search: LawSearch, candidate: Candidate) -> Candidate:

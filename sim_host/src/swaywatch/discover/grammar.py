@@ -49,12 +49,13 @@ SENSED = (
     "sideslip_trailer", "steer", "steer_rate", "roll_car", "roll_trailer",
     "lateral_acceleration_car", "lateral_acceleration_trailer", "hitch_force",
 )  # fmt: skip
-AIR = ("force_car", "force_trailer", "at_trailer", "moment_car", "moment_trailer")
+AIR = ("force_car", "force_trailer", "at_car", "at_trailer", "moment_car", "moment_trailer")
 #: Powers of the speed that are tried, where others than none: air grows with the square of the
 #: speed, what a controller asks of a body may do so or fall with it.
 POWERS: dict[tuple[str, str], tuple[int, ...]] = {
     **{(place, air): (2,) for place in AIR for air in ("sideslip_car", "sideslip_trailer")},
     **{(place, "articulation"): (0, 2) for place in (*AIR, "hitch", "slip_trailer")},
+    ("at_car", "articulation"): (2,),
     ("at_trailer", "articulation"): (2,),
     ("moment_car", "sideslip_car"): (0, 2),
     ("moment_car", "steer"): (0, 2),
@@ -72,7 +73,7 @@ BY_HEADING = (
 #: Places that are a part of another one with the same motion: what is ahead of a body's centre of
 #: gravity acts there with air only; the slip of an axle covers the side-slip of its body.
 COVERED = (
-    *(("at_trailer", motion) for motion in SENSED if motion not in (
+    *((place, motion) for place in ("at_car", "at_trailer") for motion in SENSED if motion not in (
         "sideslip_car", "sideslip_trailer", "articulation"
     )),
     ("slip_car_front", "sideslip_car"), ("slip_car_rear", "sideslip_car"),
@@ -97,7 +98,8 @@ LINE_KNOWN = (
 PAIRS: dict[tuple[str, str], tuple[int, ...]] = {
     (place, motion): POWERS.get((place, motion), (0,))
     for place in (
-        "hitch", "force_car", "force_trailer", "at_trailer", "moment_car", "moment_trailer", *SLIPS
+        "hitch", "force_car", "force_trailer", "at_car", "at_trailer", "moment_car",
+        "moment_trailer", *SLIPS
     )
     for motion in (*SENSED, "heading", "heading_car")
     if (motion in SENSED and (place, motion) not in COVERED) or (place, motion) in BY_HEADING

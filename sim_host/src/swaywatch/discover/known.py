@@ -79,6 +79,7 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
         "something that scrubs over the road: a jockey wheel left down, a stand, a skid",
     ),
     ("at_car", "sideslip_there"): ("", "something that scrubs over the road"),
+    ("at_car", "sideslip_car"): ("", "air on the car: a roof box, a tent, a load on the roof"),
     ("at_trailer", "sideslip_trailer"): ("air on the trailer that separates, or fills a cover",)
     * 2,
     ("at_trailer", "sideslip_car"): ("the car's wake over the trailer",) * 2,

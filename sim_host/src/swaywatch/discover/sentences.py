@@ -92,6 +92,8 @@ def _of_form(law: Law, gain: float) -> str:
         return "a load that is lost on the way" if gain > 0.0 else "a load that is taken up"
     if (law.place, law.response) == ("moment_trailer", TRANSIENT):
         return "a gyroscope, or a controller that leaves a steady turn alone"
+    if law.shape in FRICTION and (law.place, law.motion) == ("slip_car_front", "steer"):
+        return "friction in the steering: a strut mount or a joint that binds"
     if law.shape in FRICTION and law.place == "slip_trailer":
         return "axle compliance with friction: worn bushes"
     return kinds.get(law.shape, "")
