@@ -26,7 +26,7 @@ from swaywatch.discover.find import (
     _likelier,
 )
 from swaywatch.discover.forms import curve
-from swaywatch.discover.grammar import all_laws, grammar, plainer, products
+from swaywatch.discover.grammar import all_laws, grammar, plainer, products, refined
 from swaywatch.discover.inputs import followed, missing_inputs
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import MOTIONS, ROLLS, Law, law_of
@@ -427,6 +427,31 @@ def test_what_a_law_forgets_within_no_time_is_its_rate() -> None:
     shifted.steer = shifted.steer + 0.05 * np.gradient(shifted.steer, 0.01)
     assert difference(simulate(shifted), simulate(ahead)) < 0.03
     assert difference(simulate(plant()), simulate(ahead)) > 0.1
+
+
+def test_a_load_that_comes_loose_swings_as_slowly_in_the_end_as_what_still_holds_it_says() -> None:
+    law = Law("trailer", "swing", response="fading")
+    run = Run("r", np.zeros(1200), {}, {}, 15.0)
+    run.speed = np.full(1200, SPEED)
+    held = {"mass_kg": 150.0, "frequency_hz": 1.6, "damping_ratio": 0.1, "position_m": -0.5}
+    values = held | {"over_m": 1.0, "lost": 0.75}
+    late, slow, in_the_end, fast = plant(), plant(), plant(), plant()
+    effect_of(law, 1.6).act(late, run, values, ())
+    effect_of(law, 1.6).extra["at_its_largest"](in_the_end, run, values, ())
+    plain = effect_of(replace(law, response="instant"), 1.6)
+    plain.act(slow, run, held | {"frequency_hz": 0.8, "damping_ratio": 0.2}, ())
+    plain.act(fast, run, held, ())
+    assert difference(simulate(slow), simulate(late)) < 1e-2
+    assert difference(simulate(slow), simulate(in_the_end)) < 1e-9
+    assert difference(simulate(slow), simulate(fast)) > 0.05
+    assert plainer(law) == replace(law, response="instant")
+    assert law in refined(replace(law, response="instant"))
+    rows = {name: {"value": x, "low": 0.9 * x, "high": 1.1 * x} for name, x in values.items()}
+    rows["over_m"]["value"] = 180.0
+    assert "held 75 % less stiffly in the end, two thirds of that after the first 180 m" in (
+        sentence(law, rows)
+    )
+    assert suggestion(law, 150.0) == "a load whose straps come loose"
 
 
 def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:

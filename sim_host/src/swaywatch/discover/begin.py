@@ -176,9 +176,13 @@ def _behind(term: ActiveEffect) -> ActiveEffect:
 def in_other_forms(straight: ActiveEffect) -> list[ActiveEffect]:
     """A linear law in other shapes, with initial values."""
     law = law_in(straight)
-    if law.swings:  # with a gap or a drag: the values of the oscillation, and an initial one
+    if law.swings:  # with a gap or a drag: the values of the oscillation, and initial ones
         more = [effect_of(other, straight.as_dict()["frequency_hz"]) for other in refined(law)]
-        return [ActiveEffect(e, (*straight.values, e.parameters[-1].starts[0])) for e in more]
+        known = straight.values
+        return [
+            ActiveEffect(e, (*known, *(p.starts[0] for p in e.parameters[len(known) :])))
+            for e in more
+        ]
     return [in_form(straight, other) for other in refined(law)]
 
 

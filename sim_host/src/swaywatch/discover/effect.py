@@ -17,6 +17,7 @@ from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
     ANYWHERE,
     BY_THE_WAY,
+    FADING,
     GROWING,
     INSTANT,
     LAGGED,
@@ -38,7 +39,7 @@ from swaywatch.discover.law import (
     Law,
     law_of,
 )
-from swaywatch.discover.way import DISTANCE, SLOTS, comes_and_goes, phases
+from swaywatch.discover.way import DISTANCE, SLOTS, comes_and_goes, left, phases
 from swaywatch.effects.effect import Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
@@ -142,11 +143,14 @@ def _moves(law: Law) -> Act:
     return act
 
 
-def _swings(body: str) -> Act:
+def _swings(law: Law) -> Act:
     """The oscillating mass is a part of the mass of its body: the total stays as weighed."""
+    body = law.place
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
-        del run, windows
+        del windows
+        if law.response == FADING:
+            plant.add_series("law", -values["lost"] * (1.0 - left(run, values)))
         mass, place = values["mass_kg"], values["position_m"]
         whole = plant.body[BODY.index(f"{body}.mass")]
         rest = whole - mass
@@ -170,6 +174,21 @@ def _swings(body: str) -> Act:
         sprung = plant.get(f"sprung_mass_{body}")
         if sprung > 0.0:
             plant.scalar(f"sprung_mass_{body}", sprung - mass)
+
+    return act
+
+
+def _loose(law: Law) -> Act:
+    """A mass that swings, once all has gone that is lost on the way of what holds it."""
+    swings = _swings(replace(law, response=INSTANT))
+
+    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
+        held = math.sqrt(max(1.0 - values["lost"], 1e-6))
+        now = {
+            "frequency_hz": held * values["frequency_hz"],
+            "damping_ratio": values["damping_ratio"] / held,
+        }
+        swings(plant, run, dict(values) | now, windows)
 
     return act
 
@@ -261,6 +280,8 @@ def _costs(law: Law) -> dict[str, object]:
         return {"no_cost": ALONG_THE_ROAD}
     if law.motion == DISTANCE:
         return {"from_outside": True}
+    if law.swings and law.response == FADING:
+        return {"at_its_largest": _loose(law)}
     if law.response in BY_THE_WAY:
         return {"at_its_largest": _moves(replace(law, response=INSTANT))}
     return {}
@@ -281,7 +302,7 @@ def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], 
     if law.slides:
         rubs = Parameter("friction_m_s2", "m/s2", 1e3, 0.02, 20.0, (1.0, 0.4, 2.0), 0.05, 1e9)
         equation = "m q'' = -m a_y of its place - m friction sign(q')"
-        return _swings(law.place), (mass, place, rubs), equation
+        return _swings(law), (mass, place, rubs), equation
     found: tuple[Parameter, ...] = (mass, *swings, place)
     held, drag = "q", ""
     if law.shape == "dead zone":
@@ -293,8 +314,11 @@ def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], 
     if law.shape == UNEVEN:
         side = Parameter("other_side", "1", 1.0, 0.0, 8.0, (0.4, 2.5), 0.05, 1e9)
         found, held = (*found, side), "(q, on the right times the other side)"
+    if law.response == FADING:
+        found = (*found, *_of_way(law), Parameter("lost", "1", 0.0, -3.0, 1.0, (0.5,), 0.05, 1e9))
+        held = "q (1 - lost (1 - exp(-way / over)))"
     equation = f"m (q'' + 2 zeta omega q'{drag} + omega^2 {held}) = -m a_y of its place"
-    return _swings(law.place), found, equation
+    return _swings(law), found, equation
 
 
 def _with_limit(values: Values) -> dict[str, float]:

@@ -204,7 +204,10 @@ def refined(law: Law) -> list[Law]:
     One of both is another one, or the law acts at once in any shape.
     """
     if law.motion == "swing" and law.shape == SHAPES[0]:
-        return [Law(law.place, "swing", shape) for shape in SWINGING_SHAPES]
+        if law.response == FADING:
+            return []
+        shapes = [Law(law.place, "swing", shape) for shape in SWINGING_SHAPES]
+        return [*shapes, replace(law, response=FADING)]
     if law.swings or law.motion == "side_force" or law.response == PERIODIC:
         return []
 
@@ -292,6 +295,7 @@ def plainer(law: Law) -> Law | None:
         return replace(law, shape=SIDES[STOPS.index(law.shape)])
     plain = replace(law, shape=SHAPES[0], response=INSTANT)
     lasting = law.slides or law.response in (TRANSIENT, PERIODIC, *BY_THE_WAY)
+    lasting = lasting and not (law.swings and law.response == FADING)
     known = (law.place, law.motion) in LINE_KNOWN
     if law == plain or known or law in OTHERS or lasting:
         return None

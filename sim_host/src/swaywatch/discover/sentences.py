@@ -22,6 +22,7 @@ from swaywatch.discover.law import (
     OSCILLATING,
     PERIODIC,
     PLACES,
+    RATES,
     SIDES,
     SLIDING,
     SPEED_M_S,
@@ -82,9 +83,8 @@ def _of_form(law: Law, gain: float) -> str:
         return _moving_load(law)
     kinds = {
         LIMITED_RATE: "an actuator that can go no faster",
-        LOST_MOTION: "a link with play",
-        FALLING: "dry friction that falls as it slides faster",
         WAITING: "a controller that waits for a swing to grow",
+        LOST_MOTION: "a link with play",
     }
     if law.motion == law.place and law.response in _OF_SLIP:
         return _OF_SLIP[law.response]
@@ -92,11 +92,19 @@ def _of_form(law: Law, gain: float) -> str:
         return "a load that is lost on the way" if gain > 0.0 else "a load that is taken up"
     if (law.place, law.response) == ("moment_trailer", TRANSIENT):
         return "a gyroscope, or a controller that leaves a steady turn alone"
-    if law.shape in FRICTION and (law.place, law.motion) == ("slip_car_front", "steer"):
+    return _of_friction(law) or kinds.get(law.shape, "")
+
+
+def _of_friction(law: Law) -> str:
+    """What rubs there."""
+    if law.shape == FALLING and law.motion in RATES:
+        return "dry friction that falls as it slides faster"
+    if law.shape not in FRICTION:
+        return ""
+    if (law.place, law.motion) == ("slip_car_front", "steer"):
         return "friction in the steering: a strut mount or a joint that binds"
-    if law.shape in FRICTION and law.place == "slip_trailer":
-        return "axle compliance with friction: worn bushes"
-    return kinds.get(law.shape, "")
+    trailer = law.place == "slip_trailer"
+    return "axle compliance with friction: worn bushes" if trailer else ""
 
 
 def _moving_load(law: Law) -> str:
@@ -108,6 +116,8 @@ def _moving_load(law: Law) -> str:
         "dead zone": "a load that rolls or slides between stops",
         UNEVEN: "a load that is lashed on one side only",
     }
+    if law.response == FADING:
+        return "a load whose straps come loose"
     return named.get(law.shape, "") if law.motion == "swing" else ""
 
 
@@ -305,6 +315,8 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         where += f", decelerated by {drag:.2g} 1/m times the square of its rate"
     if law.shape == UNEVEN:
         where += _lashed(parameters)
+    if law.response == FADING:
+        where += _comes_loose(parameters)
     return (
         f"a mass of {_range(mass)} kg in the {law.place} oscillates laterally at "
         f"{_range(hz)} Hz with {much}{where}"
@@ -314,6 +326,14 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
 def _lashed(parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """Held otherwise to the right than to the left."""
     return f", held to the right {_range(parameters['other_side'])} times as stiffly as to the left"
+
+
+def _comes_loose(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """Held less and less, or more and more, on the way."""
+    lost, over = parameters["lost"]["value"], parameters["over_m"]["value"]
+    how = "less" if lost >= 0.0 else "more"
+    share = f"{100.0 * abs(lost):.0f} % {how} stiffly in the end"
+    return f", held {share}, two thirds of that after the first {over:.0f} m"
 
 
 def _where(parameters: Mapping[str, Mapping[str, Any]]) -> str:

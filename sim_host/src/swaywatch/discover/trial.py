@@ -38,6 +38,7 @@ from swaywatch.discover.grammar import (
 )
 from swaywatch.discover.law import (
     BODIES,
+    FADING,
     INSTANT,
     LAGGED,
     MOTIONS,
@@ -84,7 +85,7 @@ SWING_HZ = (
 )  # initial frequencies of an oscillating mass in the vehicle of the file
 SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
 #: How it moves: oscillates laterally, about the vertical axis, laterally with a gap, with a drag
-#: that grows with its rate or lashed to one side, or slides.
+#: that grows with its rate or lashed to one side, slides, or comes loose on the way.
 SWINGING = tuple(
     Law(body, *kind)
     for kind in (
@@ -94,6 +95,7 @@ SWINGING = tuple(
         ("swing", "odd square"),
         ("swing", UNEVEN),
         ("swing", SLIDING),
+        ("swing", SHAPES[0], 0, FADING),
     )
     for body in BODIES
 )

@@ -151,7 +151,7 @@ SERIES = (
     "slip_car_front", "slip_car_rear", "slip_trailer_front", "slip_trailer_rear",  # rad
     "roll_moment_car", "roll_moment_trailer",  # Nm about the roll axis
     "brake_car", "brake_trailer",  # N, where the whole is simulated
-    "law",  # factor - 1 on what a law makes
+    "law",  # factor - 1 on what a law makes, or on what holds a mass that swings
 )  # fmt: skip
 
 #: Columns of the result.

@@ -151,14 +151,14 @@ INLINE V NAME(pressing)(const V *x, const V *e, const V *felt, V force)
 }
 
 /// Deceleration of the mass that swings in a body: free within a gap in the middle, or held by
-/// friction on the floor.
-INLINE V NAME(pulled_back)(const V *x, const V *e, int body)
+/// friction on the floor. `factor`: less one, of what holds it.
+INLINE V NAME(pulled_back)(const V *x, const V *e, int body, V factor)
 {
     const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
     const V gap = e[E_MODE_GAP_CAR + body], q = x[X_MODE + body];
     const V free = q - NAME(most)(NAME(least)(q, gap), -gap);
     const V right = NAME(choose)(free < 0.0, e[E_MODE_OTHER_SIDE_CAR + body], NAME(all)(0.0));
-    const V held = free * (1.0 + right);
+    const V held = free * (1.0 + right) * (1.0 + factor);
     const V rate = x[X_MODE_RATE + body];
     const V drag = e[E_MODE_DRAG_CAR + body] * NAME(absolute)(rate);
     const V rubs =
@@ -167,15 +167,15 @@ INLINE V NAME(pulled_back)(const V *x, const V *e, int body)
 }
 
 /// Its side force on the body.
-INLINE V NAME(swinging)(const V *x, const V *e, int body)
+INLINE V NAME(swinging)(const V *x, const V *e, int body, V factor)
 {
-    return e[E_MODE_MASS_CAR + body] * NAME(pulled_back)(x, e, body);
+    return e[E_MODE_MASS_CAR + body] * NAME(pulled_back)(x, e, body, factor);
 }
 
 /// How it goes on where its place has the acceleration `base` sideways.
-INLINE void NAME(swing)(const V *x, const V *e, int body, V base, V *dx)
+INLINE void NAME(swing)(const V *x, const V *e, int body, V base, V factor, V *dx)
 {
-    const V back = NAME(pulled_back)(x, e, body);
+    const V back = NAME(pulled_back)(x, e, body, factor);
     dx[X_MODE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], x[X_MODE_RATE + body]);
     dx[X_MODE_RATE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], -base - back);
 }

@@ -135,7 +135,7 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     }
     V swung[2] = {{0}, {0}}; // roll moment of the weight of what swings
     for (int body = 0; body < 2 && has->swings; body++) {
-        const V force = NAME(swinging)(x, e, body);
+        const V force = NAME(swinging)(x, e, body, ser[T_LAW]);
         wind[body] += force;
         moment[body] = force * e[E_MODE_PLACE_CAR + body];
         swung[body] = -GRAVITY * e[E_MODE_MASS_CAR + body] * x[X_MODE + body];
@@ -414,7 +414,7 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
         if (has->sprung) {
             base += GRAVITY * x[X_ROLL + body] - k->height[body] * rates.roll[body];
         }
-        NAME(swing)(x, e, body, base, dx);
+        NAME(swing)(x, e, body, base, ser[T_LAW], dx);
     }
     if (has->whole) {
         NAME(travel)(x, now, p, k, &slips, &rates, dx);
