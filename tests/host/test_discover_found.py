@@ -73,6 +73,8 @@ def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
         (Law("force_trailer", "sideslip_trailer", "straight", 2, "lagged"), (-14000.0, 0.3)),
         (Law("slip_car_rear", "roll_car", "dead zone"), (0.3, 0.01, 13.0, 0.112)),
         (Law("trailer", "swing", "hysteretic"), (90.0, -0.6, 0.8)),
+        (Law("hitch", "articulation_rate", "falling"), (9000.0, 0.04)),
+        (Law("slip_car_rear", "yaw_rate_trailer", "lost motion"), (-0.03, 0.012)),
     ],
 )
 def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(

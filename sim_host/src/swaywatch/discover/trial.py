@@ -64,6 +64,7 @@ from swaywatch.plant.lanes import BODY
 
 PAIRED_ON = 4  # of them that are continued
 MOVED = 2  # of them that are looked for at other places and with other motions
+GONE_OVER = 2  # times that this is done
 #: Reduced chi-square under the observer, and variance of an independent sample, up to which one
 #: variable is enough: a law that is not quite the right one leaves what is no noise (1.3 and 1.5;
 #: right ones 1.0 to 1.1), however little.
@@ -251,15 +252,20 @@ class LawSearch:
             if law_in(term).shape == SHAPES[0]:
                 name = term.effect.component
                 lines[name] = min(lines.get(name, fit.chi2), fit.chi2)
-        return [f for f in fits if self._fits_better(f, lines)]
+        best = min(fits, key=lambda f: f.chi2, default=None)
+        if best is None:
+            return []
+        # what the vehicle alone leaves is far from white where a strong law is missing
+        noise = min(self.search.noise, inflation(residuals(self.search.close, best)))
+        return [f for f in fits if self._fits_better(f, lines, noise)]
 
-    def _fits_better(self, fit: Fit, lines: Mapping[str, float]) -> bool:
+    def _fits_better(self, fit: Fit, lines: Mapping[str, float], noise: float) -> bool:
         """A linear law, or clearly better than the same law in linear form."""
         term = fit.terms[-1]
         line = lines.get(term.effect.component, math.inf)
         if law_in(term).shape == SHAPES[0] or not math.isfinite(line):
             return True
-        return fit.chi2 < line - max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * line)
+        return fit.chi2 < line - max(2.0 * CLAIMED * noise, DISCREPANCY * line)
 
     def _of_two(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
         """Laws of two variables, where one leaves more than noise.
@@ -307,14 +313,19 @@ class LawSearch:
         )
 
     def _gone_over(self, fits: Sequence[Fit]) -> list[Fit]:
-        """With laws near the best: their forms, then these elsewhere, then the forms there."""
-        best = best_of_each_law(fits)[:PAIRED_ON]
-        found = [*fits, *self._bent(best)]
-        formed = {law_in(fit.terms[-1]) for fit in best}
-        found += self._elsewhere(best_of_each_law(found)[:MOVED])
-        best = best_of_each_law(found)[:1]
-        if law_in(best[0].terms[-1]) not in formed and not self._only_noise(best):
-            found += self._bent(best)
+        """With laws near the best: their forms, then these elsewhere; and once more."""
+        found = list(fits)
+        formed: set[Law] = set()
+        moved: set[Law] = set()
+        for _ in range(GONE_OVER):
+            best = best_of_each_law(found)[:PAIRED_ON]
+            if self._only_noise(best):
+                break
+            found += self._bent([fit for fit in best if law_in(fit.terms[-1]) not in formed])
+            formed |= {law_in(fit.terms[-1]) for fit in best}
+            best = best_of_each_law(found)[:MOVED]
+            found += self._elsewhere([fit for fit in best if law_in(fit.terms[-1]) not in moved])
+            moved |= {law_in(fit.terms[-1]) for fit in best}
         return found
 
     def _elsewhere(self, fits: Sequence[Fit]) -> list[Fit]:
