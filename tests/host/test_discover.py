@@ -868,3 +868,15 @@ def test_every_law_that_is_tried_can_be_reported() -> None:
         assert sentence(law, rows)
         assert isinstance(suggestion(law, 1.0), str)
         assert energy(law, 1.0)
+
+
+def test_what_comes_at_once_or_never_fades_is_reported_as_a_law_that_always_acts() -> None:
+    stop = Law("hitch", "articulation", "dead zone")
+    for response in ("growing", "fading"):
+        assert plainer(replace(stop, response=response)) == stop
+    friction = Law("hitch", "articulation_rate", response="fading")  # a damper is the library's
+    assert plainer(friction) is None
+    assert plainer(Law("slip_trailer", "slip_trailer", response="growing")) is None
+    assert plainer(Law("force_trailer", "distance", response="growing")) is None
+    late = Law("at_trailer", "sideslip_trailer", "straight", 2, "lagged")
+    assert plainer(late) == replace(late, place="force_trailer")  # where its lever says nothing

@@ -289,10 +289,28 @@ def plainer(law: Law) -> Law | None:
         return None  # without the other motion it is the library's
     if law.second or law.by:
         return replace(law, second="", by="")
+    return _next_to(law) or _line_of(law)
+
+
+def _next_to(law: Law) -> Law | None:
+    """The law in the form beside its own that has a number less."""
     if law.response == OSCILLATING:
         return replace(law, response=LAGGED)
+    fewer = []
+    if law.response in BY_THE_WAY:
+        fewer.append(replace(law, response=INSTANT))
+    if law.place in ANYWHERE:  # without a lever
+        fewer.append(replace(law, place=f"force_{ANYWHERE[law.place]}"))
+    for other in fewer:
+        if (other.place, other.motion) in PAIRS and _tried(other):
+            return other
     if law.shape in STOPS:
         return replace(law, shape=SIDES[STOPS.index(law.shape)])
+    return None
+
+
+def _line_of(law: Law) -> Law | None:
+    """The law as a line that acts at once."""
     plain = replace(law, shape=SHAPES[0], response=INSTANT)
     lasting = law.slides or law.response in (TRANSIENT, PERIODIC, *BY_THE_WAY)
     lasting = lasting and not (law.swings and law.response == FADING)
