@@ -880,3 +880,13 @@ def test_what_comes_at_once_or_never_fades_is_reported_as_a_law_that_always_acts
     assert plainer(Law("force_trailer", "distance", response="growing")) is None
     late = Law("at_trailer", "sideslip_trailer", "straight", 2, "lagged")
     assert plainer(late) == replace(late, place="force_trailer")  # where its lever says nothing
+
+
+def test_friction_that_falls_is_said_in_newton_metres() -> None:
+    law = Law("hitch", "articulation_rate", "falling")
+    values = effect_of(law).report({"gain": 17000.0, "bend": 0.04})
+    assert values["limit"] == pytest.approx(680.0)
+    rows = {name: {"value": x, "low": 0.9 * x, "high": 1.1 * x} for name, x in values.items()}
+    said = sentence(law, rows)
+    assert "0.680 +- 0.068 kNm where that is small, half of it at 0.04 rad/s" in said
+    assert suggestion(law, 17000.0) == "dry friction that falls as it slides faster"

@@ -18,6 +18,7 @@ from swaywatch.discover.law import (
     ANYWHERE,
     BY_THE_WAY,
     FADING,
+    FALLING,
     GROWING,
     INSTANT,
     LAGGED,
@@ -260,7 +261,7 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         source="identified from the recording",
         parameters=parameters,
         act=act,
-        report=_with_limit if law.shape in LIMITED and not law.swings else dict,
+        report=_with_limit if law.shape in (*LIMITED, FALLING) and not law.swings else dict,
         plausibility=0.0 if (law.place, law.motion) in KNOWN else UNHEARD_OF,
         decided_by="the same manoeuvre at another speed and another amplitude",
         extra={

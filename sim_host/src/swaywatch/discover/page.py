@@ -11,10 +11,20 @@ from swaywatch.report.shell import PackedPlot, plot
 
 ESTIMATE, LAW = "#9ca3af", "#2563eb"
 NINETY = 1.645
-#: Places whose key is no word for a diagram.
+#: Places of `law.PLACES` as short as a diagram needs them.
 PLACES = {
-    "at_car": "a place of the car", "at_trailer": "a place of the trailer", "axles": "every axle",
-}  # fmt: skip
+    "hitch": "yaw moment at the hitch",
+    "force_car": "side force on the car",
+    "force_trailer": "side force on the trailer",
+    "at_car": "side force at a place of the car",
+    "at_trailer": "side force at a place of the trailer",
+    "moment_car": "yaw moment on the car",
+    "moment_trailer": "yaw moment on the trailer",
+    "slip_car_front": "steering angle of the front axle",
+    "slip_car_rear": "steering angle of the car's rear axle",
+    "slip_trailer": "steering angle of the trailer's axles",
+    "axles": "steering angle of every axle",
+}
 
 
 def lines(result: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -74,17 +84,23 @@ def _words(law: Mapping[str, Any]) -> str:
 def _numbers(law: Mapping[str, Any]) -> list[list[str]]:
     return [
         [
-            name.replace("_", " "), f"{row['value']:.4g} {row['unit']}",
+            _without_unit(name, row["unit"]),
+            f"{row['value']:.4g} {row['unit']}".removesuffix(" 1"),
             f"{row['low']:.4g} to {row['high']:.4g}",
         ]
         for name, row in law["parameters"].items()
-    ]  # fmt: skip
+    ]
+
+
+def _without_unit(name: str, unit: str) -> str:
+    """The name of a number in words; its unit stands beside the value."""
+    suffix = unit.lower().replace(" ", "").replace("1/", "per_").replace("/", "_")
+    return name.removesuffix(f"_{suffix}").replace("_", " ")
 
 
 def _at(found: Mapping[str, Any]) -> str:
     """The place of a missing force, for a diagram."""
-    place = str(found["place"])
-    return PLACES.get(place, place.replace("_", " "))
+    return PLACES[str(found["place"])]
 
 
 def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:
@@ -102,7 +118,7 @@ def _course(found: Mapping[str, Any], run: Mapping[str, Any]) -> go.Figure:
     if run["law"] is not None:
         figure.add_scatter(x=run["time_s"], y=run["law"], name="law", line={"color": LAW})
     figure.update_layout(
-        title=f"{run['run']}: missing at {_at(found)}",
+        title=f"{run['run']}: missing {_at(found)}",
         xaxis_title="time, s", yaxis_title=f"{_at(found)}, {found['unit']}",
     )  # fmt: skip
     return figure

@@ -281,7 +281,7 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         STOPS[0]: f", only while that is above {at}",
         STOPS[1]: f", only while that is below -{at}",
         LOST_MOTION: f", following it with a play of {at} either way",
-        FALLING: f", falling where that is large: half as much at {at} as where it is small",
+        FALLING: f", {limit} where that is small, half of it at {at}",
     }.get(law.shape, _MORE.get(law.shape, ""))
 
 

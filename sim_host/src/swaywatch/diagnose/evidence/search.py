@@ -226,7 +226,8 @@ class Linear:
     def _promise(self, effect: Effect, values: Array, moved: Array) -> tuple[float, Array]:
         """Drop of chi2 along the course towards some values, and where on it to begin."""
         column = self._column(moved)
-        power = float(np.dot(column, column))
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial that has run away
+            power = float(np.dot(column, column))
         if power < 1e-9 or not np.isfinite(power):
             return 0.0, values
         factor = -float(np.dot(column, self.left)) / power

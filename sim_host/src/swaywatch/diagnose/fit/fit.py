@@ -757,7 +757,8 @@ class _Task:
         built = self.terms(values)
         found = self.fitter.evaluate_all([Trial(r, built, nuisance[r], shift) for r in self.use])
         off = self.beliefs.misfit(shift)
-        prior = float(np.dot(off, off))
+        with np.errstate(over="ignore", invalid="ignore"):  # a step to nowhere
+            prior = float(np.dot(off, off))
         return _State(values, nuisance, shift, tuple(found), prior)
 
     def first(self, start: Fit) -> _State:
