@@ -6,7 +6,7 @@ Fitted and judged like any effect of the library.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -41,7 +41,7 @@ from swaywatch.discover.law import (
     law_of,
 )
 from swaywatch.discover.way import DISTANCE, SLOTS, comes_and_goes, left, phases
-from swaywatch.effects.effect import Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
 
@@ -71,9 +71,6 @@ def effect_of_form(form: str) -> Effect:
     found = law_of(law)
     unknown = int(tail) if found.response == PERIODIC and tail else 0
     return effect_of(found, runs=tuple(f"?{i}" for i in range(unknown)))
-
-
-Act = Callable[[PlantInput, Run, Values, Sequence[Window]], None]
 
 
 def _comes(law: Law) -> Act:

@@ -9,7 +9,7 @@ enter into it, so that it can be compared with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -37,7 +37,7 @@ from swaywatch.discover.law import (
     Law,
 )
 from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, course, driven, stretch
-from swaywatch.effects.effect import Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, OUTPUT, PlantInput, simulate
 
@@ -49,7 +49,7 @@ RIDGE = 1e-2
 
 def _act(
     slots: Sequence[tuple[str, float]],
-) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
         for window in windows:

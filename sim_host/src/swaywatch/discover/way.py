@@ -7,17 +7,16 @@ of its own. How often it repeats is seen in what a model leaves, against the way
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swaywatch.effects.effect import Parameter, Values, Window
+from swaywatch.effects.effect import Act, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run, block_mean
 from swaywatch.plant.lanes import BODY, PlantInput
 
 Array = NDArray[np.float64]
-Act = Callable[[PlantInput, Run, Values, Sequence[Window]], None]
 
 DISTANCE = "distance"  # the variable of what does not depend on the motion
 AXLES = "axles"

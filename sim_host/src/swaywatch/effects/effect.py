@@ -69,6 +69,10 @@ class Window:
 SHAPING = 1e6
 
 
+#: How an effect changes the plant of a run: its values, and the windows in which they hold.
+Act = Callable[["PlantInput", "Run", Values, Sequence[Window]], None]
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One free number of an effect.
@@ -170,7 +174,7 @@ class Effect:
     equation: str
     source: str
     parameters: tuple[Parameter, ...]
-    act: Callable[[PlantInput, Run, Values, Sequence[Window]], None] = _nothing
+    act: Act = _nothing
     observe: Callable[[dict[str, Array], Run, Values], None] = no_observation
     windowed: bool = False
     lines: tuple[str, ...] = ("f",)

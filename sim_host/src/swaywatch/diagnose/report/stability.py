@@ -8,7 +8,7 @@ its window lasted: each of its windows is weighed, and the one that costs most c
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 from swaywatch.diagnose.evidence.calibration import BESIDE, NINETY, form_share, noise
 from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.effects.active import ActiveEffect
-from swaywatch.effects.effect import Values, Window
+from swaywatch.effects.effect import Act, Window
 from swaywatch.effects.runs import Run
 from swaywatch.models.costs import KMH, Base, Cause, Cost, CostValue, weigh
 from swaywatch.plant.lanes import PlantInput, neutral
 
 Array = NDArray[np.float64]
-Act = Callable[[PlantInput, Run, Values, Sequence[Window]], None]
 
 #: Beliefs about what moves; the others are about sensors.
 MOVING = ("vehicle", "typical")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swaywatch.diagnose.evidence.locate import AmplitudeCourse, Locator
 from swaywatch.diagnose.fit.fit import Fit, Fitter
 from swaywatch.diagnose.report.residual_map import yaw_frequency
-from swaywatch.effects.effect import Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
 
@@ -29,7 +29,7 @@ PLACES = {
 _SCALE = {"force_car": 50.0, "moment_car": 50.0, "force_trailer": 50.0, "moment_trailer": 100.0}
 
 
-def _act(slot: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(slot: str) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
         for window in windows:

@@ -8,7 +8,7 @@ body (`load_by_struts`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -16,7 +16,7 @@ import numpy as np
 from scipy.signal import hilbert, lfilter
 
 from swaywatch.effects.active import ActiveEffect
-from swaywatch.effects.effect import Array, Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Array, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run, band_pass, low_pass
 from swaywatch.plant.lanes import PlantInput
 
@@ -54,7 +54,7 @@ def frequency(run: Run, axle: str, window: Window) -> float:
     return float(slope / (2.0 * np.pi))
 
 
-def _act(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(axle: str) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
         if not windows:
@@ -90,7 +90,7 @@ def _generator(run: Run, delay: float, window: Window) -> Array:
     return np.asarray(late / (size + LEAST_YAW))
 
 
-def _act_generator(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act_generator(axle: str) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
         total = np.zeros_like(run.time)

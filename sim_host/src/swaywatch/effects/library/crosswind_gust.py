@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from swaywatch.effects.effect import RISE, Effect, Parameter, Values, Window
+from swaywatch.effects.effect import RISE, Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
 
@@ -29,7 +29,7 @@ LEAST_N = 150.0  # a breeze of 4 m/s on the side of a caravan (12 m2), which eve
 ARM = Parameter("arm_m", "m", 0.0, -2.5, 2.5, (0.0,), 0.1, 1e9)
 
 
-def _act(body: str, shape: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(body: str, shape: str) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
         for window in windows:

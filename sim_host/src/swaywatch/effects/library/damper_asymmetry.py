@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from swaywatch.effects.effect import Array, Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Array, Effect, Parameter, Values, Window
 from swaywatch.effects.library.damper_fade import (
     OTHER,
     ROLL_DAMPING_S,
@@ -22,7 +22,7 @@ from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
 
 
-def _act(axle: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(axle: str) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         part = rectified(run, axle)

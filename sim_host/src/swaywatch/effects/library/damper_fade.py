@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.signal import hilbert
 
-from swaywatch.effects.effect import Array, Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Array, Effect, Parameter, Values, Window
 from swaywatch.effects.roll import ROLL_PARAMETERS, carried, changes
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
@@ -50,7 +50,7 @@ def side_effect(plant: PlantInput, run: Run, values: Values) -> None:
     plant.add_series("stiffness_car_rear", constant)
 
 
-def _act(axle: str, side: float) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(axle: str, side: float) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         lost = (1.0 - values["factor"]) * ROLL_DAMPING_S * rate_of(run, axle)
@@ -76,7 +76,7 @@ def _observe(axle: str) -> Callable[[dict[str, Array], Run, Values], None]:
     return observe
 
 
-def _act_whole(side: float) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act_whole(side: float) -> Act:
     """Dampers of all wheels of the trailer: its roll itself is damped less."""
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from swaywatch.effects.effect import Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import BODY, PlantInput
 
 
-def _act(index: int) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(index: int) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del run, windows
         plant.body[index] *= values["factor"]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from swaywatch.effects.effect import Array, Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Array, Effect, Parameter, Values, Window
 from swaywatch.effects.library.crosswind_gust import PULSE_S, SHAPES, ramp
 from swaywatch.effects.roll import lag
 from swaywatch.effects.runs import Run
@@ -24,7 +24,7 @@ def _level_bodies(plant: PlantInput, tilt: Array) -> None:
             plant.add_series(f"shift_{axle}", -plant.get(f"transfer_{axle}") * rolled)
 
 
-def _act(shape: str, variant: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(shape: str, variant: str) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del values
         plant.scalar("bank_unsensed", 1.0 if "motion" in variant else 0.0)

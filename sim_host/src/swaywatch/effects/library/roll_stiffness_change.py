@@ -12,14 +12,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.signal import hilbert
 
-from swaywatch.effects.effect import Array, Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Array, Effect, Parameter, Values, Window
 from swaywatch.effects.library.damper_fade import STIFFNESS, side_effect
 from swaywatch.effects.roll import ROLL_PARAMETERS, carried, changes
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
 
 
-def _act(body: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(body: str) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         shift = run.simulated.get(f"shift_{body}", np.zeros(run.time.size))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from swaywatch.effects.effect import Effect, Parameter, Values, Window
+from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
 
@@ -13,7 +13,7 @@ LEAST_M = (0.05, 0.04)
 AXLES = ("car_front", "car_rear", "trailer")
 
 
-def _act(component: str) -> Callable[[PlantInput, Run, Values, Sequence[Window]], None]:
+def _act(component: str) -> Act:
     axles = AXLES if component == "all" else (component,)
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
