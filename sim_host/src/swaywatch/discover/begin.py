@@ -218,8 +218,7 @@ def in_place_of(term: ActiveEffect, law: Law) -> list[ActiveEffect]:
     wider = MOTIONS[law.motion].usual / MOTIONS[own.motion].usual
     if "bend" in values:
         values["bend"] *= wider
-    starts = (p.starts[0] for e in (effect, effect_of(own)) for p in e.parameters[:1])
-    values["gain"] *= next(starts) / next(starts)
+    values["gain"] *= effect.parameters[0].starts[0] / term.effect.parameters[0].starts[0]
     found = []
     for sign in (1.0, -1.0):
         ways = values | {"gain": sign * values["gain"]}
