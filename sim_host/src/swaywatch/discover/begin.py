@@ -106,8 +106,8 @@ def _rest(effect: Effect) -> tuple[float, ...]:
 def by_promise(course: Linear, terms: Sequence[ActiveEffect]) -> list[ActiveEffect]:
     """Of each law the values that promise the largest drop of the misfit, the best first.
 
-    Each with the first of its initial values, with `STRONGER` ones the other way and with `WEAKER`
-    ones: what a strong law that limits or cuts off changes is nothing like what a weak one does.
+    Each with `STRONGER` values than its initial ones, either way, and with `WEAKER` ones: what a
+    strong law that limits or cuts off changes is nothing like what a weak one does.
     """
     firsts: dict[Law, ActiveEffect] = {}
     for term in terms:
@@ -136,16 +136,20 @@ def _spread(ranked: Sequence[ActiveEffect]) -> list[ActiveEffect]:
 
 
 def looks(term: ActiveEffect) -> list[ActiveEffect]:
-    """A law as it is, several times as strong, so the other way where it can act so, and weaker."""
+    """A law several times as strong, so the other way where it can act so, and weaker.
+
+    Not as it is: that is seen well enough from these, and it is begun in any case. What is late or
+    oscillates is looked at as it is too, later and quicker.
+    """
     size, bounds = term.values[0], term.effect.parameters[0]
-    sizes = [size, STRONGER * size, WEAKER * size]
+    also = {LAGGED: "lag_s", OSCILLATING: "frequency_hz"}.get(law_in(term).response)
+    sizes = [size] * bool(also) + [STRONGER * size, WEAKER * size]
     if bounds.low < 0.0 < bounds.high:
         sizes.append(-STRONGER * size)
     looks = [
         replace(term, values=(min(max(x, bounds.low), bounds.high), *term.values[1:]))
         for x in sizes
     ]
-    also = {LAGGED: "lag_s", OSCILLATING: "frequency_hz"}.get(law_in(term).response)
     looks += [_other(look, also) for look in looks[:2] if also]
     looks += [_switching(look) for look in looks if law_in(look).shape in LIMITED]
     return [*looks, *(_behind(look) for look in looks if law_in(look).place in ANYWHERE)]

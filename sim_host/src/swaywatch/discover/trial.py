@@ -9,7 +9,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from swaywatch.diagnose.evidence.baselines import Path
-from swaywatch.diagnose.evidence.evidence import CLAIMED, DISCREPANCY, inflation, residuals
+from swaywatch.diagnose.evidence.evidence import (
+    CLAIMED,
+    DISCREPANCY,
+    colour,
+    inflation,
+    residuals,
+)
 from swaywatch.diagnose.evidence.search import Candidate, Linear, Search, reduced_chi_square
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.discover.begin import (
@@ -28,6 +34,7 @@ from swaywatch.discover.begin import (
     of_two_variables,
 )
 from swaywatch.discover.effect import ID, effect_of
+from swaywatch.discover.excerpt import Excerpt, excerpt_of
 from swaywatch.discover.grammar import (
     all_laws,
     elsewhere,
@@ -65,10 +72,10 @@ from swaywatch.plant.lanes import BODY
 PAIRED_ON = 4  # of them that are continued
 MOVED = 2  # of them that are looked for at other places and with other motions
 GONE_OVER = 2  # times that this is done
-#: Reduced chi-square under the observer, and variance of an independent sample, up to which one
-#: variable is enough: a law that is not quite the right one leaves what is no noise (1.3 and 1.5;
-#: right ones 1.0 to 1.1), however little.
-NOISE_CLOSE, WHITE = 1.15, 1.15
+#: Reduced chi-square under the observer, and samples for an independent one, up to which one
+#: variable is enough: a law that is not quite the right one leaves what is no noise, however
+#: little. Right ones leave 0.95 to 1.16, as well as noise is estimated, and 1.05 to 1.1.
+NOISE_CLOSE, WHITE = 1.2, 1.12
 SCREENED = 144  # laws that are begun, of those that a vehicle promises most of to first order
 SCREENED_WEAK = 40  # the same where the library leaves only noise
 RESHAPED = 2  # times that the form of a law is looked for
@@ -85,6 +92,7 @@ SWING_HZ = (
     1.4,
 )  # initial frequencies of an oscillating mass in the vehicle of the file
 SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
+SET_GOING, GOING_ON = 6, 8  # iterations of each of them, and how many are gone on with
 #: How it moves: oscillates laterally, about the vertical axis, laterally with a gap, with a drag
 #: that grows with its rate or lashed to one side, slides, or comes loose on the way.
 SWINGING = tuple(
@@ -120,6 +128,7 @@ class LawSearch:
     open: Callable[[], Sequence[Law]] = all_laws  # started from the vehicle of the file
     ranked: Sequence[Law] = ()  # all laws, once they were looked at, the best first
     suffices: bool = False  # the library leaves only noise, on this path or another
+    excerpt: Excerpt | None = None  # where laws are begun, once it was looked for
 
     @property
     def search(self) -> Search:
@@ -170,7 +179,9 @@ class LawSearch:
             return lines_promise
         firsts = [initial(law)[0] for law in all_laws()]
         # what may be missing is weak
-        weak = [look for term in firsts for look in looks(term) if _no_stronger(look, term)]
+        weak = [
+            look for term in firsts for look in (term, *looks(term)) if _no_stronger(look, term)
+        ]
         terms = self._sprung(weak)
         gains = course.promises(terms)
         best = sorted(zip(gains, terms, strict=True), key=lambda pair: -pair[0])
@@ -211,25 +222,24 @@ class LawSearch:
         close = self.search.close
         terms = [nonlinear for fit in straight for nonlinear in in_other_forms(fit.terms[-1])]
         terms += [term for law in without_a_line() for term in initial(law)]
-        begun = self._begun_best(course, self._sprung(terms))[0][:SHORT_LIST]
+        begun = self._begun_best(course.fit, self._sprung(terms))[0]
         if not course.fit.terms:
-            of_file = Linear(close, close.start())
             terms = [term for law in self.open() for term in initial(law)]
-            far, self.ranked = self._begun_best(of_file, self._sprung(terms))
+            far, self.ranked = self._begun_best(close.start(), self._sprung(terms))
             # the vehicle of the file leaves a larger misfit: the best of each start are kept
-            begun = best_of_each_law([*begun, *far[:SHORT_LIST]])
+            begun = best_of_each_law([*begun, *far])
         found = close.side_by_side(lambda f: close.run(f, 10), begun)
         if not course.fit.terms and not self._only_noise(found):
             found = self._gone_over(found)
         return self._shaped_for_a_reason(found, straight)
 
-    def _begun_best(
-        self, course: Linear, terms: Sequence[ActiveEffect]
-    ) -> tuple[list[Fit], list[Law]]:
-        """Fits of the laws that promise most, begun, the best first; all laws, ranked.
+    def _begun_best(self, near: Fit, terms: Sequence[ActiveEffect]) -> tuple[list[Fit], list[Law]]:
+        """A short list of fits of the laws that promise most, begun; all laws, ranked.
 
         What a law promises is seen from two simulations of each run; a fit takes ten.
         """
+        excerpt = self._excerpt(near)
+        course = excerpt.course(near)
         ranked = by_promise(course, terms)
         screened = SCREENED_WEAK if self.suffices else SCREENED
         kept = {law_in(term): term for term in ranked[:screened]}
@@ -237,12 +247,22 @@ class LawSearch:
         seen = {(law_in(term), term.values) for term in usual}
         terms = usual + [term for law, term in kept.items() if (law, term.values) not in seen]
         starts = [replace(course.fit, terms=(*course.fit.terms, term)) for term in terms]
-        close = self.search.close
+        parts = excerpt.fitter
         begun = best_of_each_law(
-            close.side_by_side(lambda f: close.run(f, BEGUN, frozen=course.background), starts)
+            parts.side_by_side(lambda f: parts.run(f, BEGUN, frozen=course.background), starts)
         )
         first = [law_in(fit.terms[-1]) for fit in begun]
-        return begun, [*first, *map(law_in, ranked[len(kept) :])]
+        found = excerpt.back(begun[:SHORT_LIST], near)
+        return found, [*first, *map(law_in, ranked[len(kept) :])]
+
+    def _excerpt(self, near: Fit) -> Excerpt:
+        """Where laws are begun: with effects beside them, that may act in windows, everywhere."""
+        close = self.search.close
+        if near.terms:
+            return Excerpt(close, close)
+        if self.excerpt is None:
+            self.excerpt = excerpt_of(close, near)
+        return self.excerpt
 
     def _shaped_for_a_reason(self, fits: Sequence[Fit], straight: Sequence[Fit]) -> list[Fit]:
         """Fits whose law is linear, or whose shape fits clearly better than a line there."""
@@ -277,11 +297,13 @@ class LawSearch:
         if parent.terms or self._only_noise(fits) or self._spent("laws of two variables"):
             return []
         close = self.search.close
-        near, of_file = Linear(close, close.run(parent, 6)), Linear(close, close.start())
-        begun = [(at, term) for at in (near, of_file) for term in of_two_variables(at)]
+        begun = []
+        for near in (close.run(parent, 6), close.start()):
+            course = self._excerpt(near).course(near)
+            begun += [(near, term) for term in of_two_variables(course)]
         # many simulations, so in the vehicle of the file alone
-        begun += [(of_file, term) for term in of_a_product(of_file)]
-        starts = [replace(at.fit, terms=tuple(self._sprung([term]))) for at, term in begun]
+        begun += [(near, term) for term in of_a_product(course)]
+        starts = [replace(near, terms=tuple(self._sprung([term]))) for near, term in begun]
         straight = self._gone_on(starts)
         found = self._shaped_for_a_reason([*straight, *self._bent(straight)], ())
         return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
@@ -300,7 +322,7 @@ class LawSearch:
         best = min(fits, key=lambda fit: fit.chi2, default=None)
         if best is None or reduced_chi_square(best) > NOISE_CLOSE:
             return False
-        return inflation(residuals(self.search.close, best)) <= WHITE
+        return colour(residuals(self.search.close, best)) <= WHITE
 
     def _bent(self, fits: Sequence[Fit]) -> list[Fit]:
         """Laws in forms next to their own, each begun as it is."""
@@ -347,10 +369,13 @@ class LawSearch:
         """
         close = self.search.close
         of_file = close.start()
-        alone = [replace(f, shift=of_file.shift, nuisance=of_file.nuisance) for f in starts]
-        alone = close.side_by_side(lambda f: close.run(f, BEGUN, calibrate=False), alone)
-        begun = close.side_by_side(lambda f: close.run(f, BEGUN), [*starts, *alone])
-        best = best_of_each_law(begun)[:PAIRED_ON]
+        excerpt = self._excerpt(of_file)
+        parts, near = excerpt.fitter, [excerpt.of(f) for f in starts]
+        own = excerpt.of(of_file)
+        alone = [replace(f, shift=own.shift, nuisance=own.nuisance) for f in near]
+        alone = parts.side_by_side(lambda f: parts.run(f, BEGUN, calibrate=False), alone)
+        begun = parts.side_by_side(lambda f: parts.run(f, BEGUN), [*near, *alone])
+        best = excerpt.back(best_of_each_law(begun)[:PAIRED_ON], of_file)
         return close.side_by_side(lambda f: close.run(f, 10), best)
 
     def _along_the_road(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
@@ -419,7 +444,11 @@ class LawSearch:
             for law in SWINGING
             for e, values in self._set_going(law)
         ]
-        fits = close.side_by_side(lambda f: close.run(f, 10), starts)
+        excerpt = self._excerpt(start)
+        parts = excerpt.fitter
+        begun = parts.side_by_side(lambda f: parts.run(f, SET_GOING), map(excerpt.of, starts))
+        best = excerpt.back(best_of_each_law(begun)[:GOING_ON], start)
+        fits = close.side_by_side(lambda f: close.run(f, 10), best)
         fits = self._shaped_for_a_reason(fits, ())
         return [Candidate(f, parent) for f in fits if f.chi2 < least]
 

@@ -1,0 +1,118 @@
+"""The parts of a long recording in which laws are begun: where the vehicle fits worst.
+
+Which laws of many come near is seen from some tens of seconds. Those that do are then fitted to
+everything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swaywatch.diagnose.evidence.search import Linear
+from swaywatch.diagnose.fit.fit import Fit, Fitter
+from swaywatch.effects.runs import BLOCK, RATE_HZ, SETTLING, Run
+
+Array = NDArray[np.float64]
+
+PARTS = 2  # of different runs where there are several: of two speeds, as a rule
+PART_S = 20.0
+WHOLE_S = 50.0  # up to this length of all runs together laws are begun in everything
+
+
+@dataclass(frozen=True)
+class Excerpt:
+    """Where laws are begun.
+
+    Attributes
+    ----------
+    fitter
+        Of the parts, or of the whole recording.
+    whole
+        Of the whole recording.
+    offsets
+        Steering offset of the run that each part is from, rad; empty for the whole recording.
+    """
+
+    fitter: Fitter
+    whole: Fitter
+    offsets: tuple[float, ...] = ()
+
+    def course(self, near: Fit) -> Linear:
+        """What laws promise in the parts, beside a fit to everything."""
+        return Linear(self.fitter, self.of(near))
+
+    def of(self, fit: Fit) -> Fit:
+        """A fit to everything as a start in the parts."""
+        if not self.offsets:
+            return fit
+        nuisance = np.zeros((len(self.offsets), fit.nuisance.shape[1]))
+        nuisance[:, 0] = self.offsets
+        return replace(fit, nuisance=nuisance)
+
+    def back(self, fits: Sequence[Fit], near: Fit) -> list[Fit]:
+        """Fits to the parts as starts for a fit to everything, their start values those of one."""
+        return [replace(f, nuisance=near.nuisance) if self.offsets else f for f in fits]
+
+
+def excerpt_of(whole: Fitter, near: Fit) -> Excerpt:
+    """The parts with the largest misfit of a fit, of as many runs as there are parts.
+
+    Everything where it is short, and beside a user's simulation, whose start values are known.
+    O(samples).
+
+    Parameters
+    ----------
+    whole
+        Of everything, under the observer.
+    near
+        The calibrated vehicle.
+    """
+    problem = whole.problem
+    seconds = sum(run.time.size for run in problem.runs) / RATE_HZ
+    if seconds <= WHOLE_S or not problem.free_start:
+        return Excerpt(whole, whole)
+    size = int(PART_S * RATE_HZ) // BLOCK
+    found: list[tuple[int, int]] = []
+    misfits = [
+        _by_block(whole.evaluate(r, near.terms, near.nuisance[r], near.shift), run)
+        for r, run in enumerate(problem.runs)
+    ]
+    for _ in range(PARTS):
+        worst = [(_worst(e, size), r) for r, e in enumerate(misfits) if e.size]
+        taken = {r for r, _ in found}
+        free = [row for row in worst if row[1] not in taken] or worst
+        (_, first), r = max(free, default=((0.0, 0), -1))
+        if r < 0:
+            break
+        found.append((r, first))
+        misfits[r] = misfits[r].copy()
+        misfits[r][first : first + size] = 0.0
+    parts = [_part(problem.runs[r], first, size) for r, first in sorted(found)]
+    offsets = tuple(float(near.nuisance[r, 0]) for r, _ in sorted(found))
+    fitter = Fitter(replace(problem, runs=tuple(parts)), fine=False)
+    return Excerpt(fitter, whole, offsets)
+
+
+def _by_block(e: Array, run: Run) -> Array:
+    """Squared residuals of all channels of each block, shape (blocks,)."""
+    return np.asarray(np.sum(e.reshape(run.time.size // BLOCK, -1) ** 2, axis=1))
+
+
+def _worst(e: Array, size: int) -> tuple[float, int]:
+    """The largest sum over some blocks, and where they begin."""
+    sums = np.convolve(e, np.ones(min(size, e.size)), "valid")
+    return float(np.max(sums)), int(np.argmax(sums))
+
+
+def _part(run: Run, first: int, size: int) -> Run:
+    """A part of a run, by blocks, with start values of its own."""
+    if run.time.size <= size * BLOCK:
+        return run
+    part = run.part(first * BLOCK, (first + size) * BLOCK)
+    if first:
+        part.settling = SETTLING
+    return part
