@@ -619,9 +619,9 @@ def test_laws_agree_with_an_independent_simulator(
     assert off(own) < 0.25 * without
 
 
-def searched(terms: tuple[ActiveEffect, ...]) -> Search:
+def searched(terms: tuple[ActiveEffect, ...], duration_s: float = 15.0) -> Search:
     """A search over two noisy runs of the plant, the vehicle known."""
-    return Search(synthetic(terms, 3, 15.0), library(), lambda stage, share: None)
+    return Search(synthetic(terms, 3, duration_s), library(), lambda stage, share: None)
 
 
 def silent(stage: str, share: float) -> None:

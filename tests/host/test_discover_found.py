@@ -14,6 +14,7 @@ from swaywatch.diagnose.evidence.search import Candidate, Linear
 from swaywatch.diagnose.model import _entries, terms_of
 from swaywatch.discover.begin import by_promise, initial, law_in
 from swaywatch.discover.effect import effect_of, effect_of_form
+from swaywatch.discover.excerpt import excerpt_of
 from swaywatch.discover.find import (
     Laws,
 )
@@ -30,7 +31,11 @@ from swaywatch.errors import SwaywatchError
 
 def test_a_hitch_spring_is_found() -> None:
     truth = ActiveEffect(effect_of(Law("hitch", "articulation")), (4000.0,))
-    found = Laws([searched((truth,))]).discover([], silent)
+    search = searched((truth,), 26.0)
+    assert excerpt_of(
+        search.close, search.close.start()
+    ).offsets  # long enough to be begun in parts
+    found = Laws([search]).discover([], silent)
     assert found is not None
     assert (found.law.place, found.law.motion, found.law.shape) == (
         "hitch", "articulation", "straight",
@@ -109,16 +114,20 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
 def test_the_law_that_acts_is_among_the_few_that_are_begun(
     law: Law, values: tuple[float, ...]
 ) -> None:
-    """By four simulations of each, more of late ones, from either vehicle (file, calibrated)."""
+    """By three simulations of each, more of late ones, from either vehicle (file, calibrated).
+
+    Among a quarter of all laws, and so in the first quarter of those that are begun.
+    """
     close = searched((ActiveEffect(effect_of(law), values),)).close
-    terms = [term for other in all_laws() for term in initial(other)]
+    some = list(dict.fromkeys([law, *all_laws()[::4]]))
+    terms = [term for other in some for term in initial(other)]
     spent = close.problem.budget.spent_s
     places = []
     for fit in (close.run(close.start(), 20), close.start()):
         ranked = [law_in(term) for term in by_promise(Linear(close, fit), terms)]
-        assert set(ranked) == set(all_laws())
+        assert set(ranked) == set(some)
         places.append(ranked.index(law))
-    assert min(places) < SCREENED, places
+    assert min(places) < SCREENED // 4, places
     seconds = sum(run.time.size for run in close.problem.runs) / 100.0
     assert close.problem.budget.spent_s - spent < 5.0 * len(terms) * seconds
 

@@ -74,7 +74,7 @@ MOVED = 2  # of them that are looked for at other places and with other motions
 GONE_OVER = 2  # times that this is done
 #: Reduced chi-square under the observer, and samples for an independent one, up to which one
 #: variable is enough: a law that is not quite the right one leaves what is no noise, however
-#: little. Right ones leave 0.95 to 1.16, as well as noise is estimated, and 1.05 to 1.1.
+#: little. Right ones leave 0.95 to 1.16, as well as noise is estimated, and 1.03 to 1.1.
 NOISE_CLOSE, WHITE = 1.2, 1.12
 SCREENED = 144  # laws that are begun, of those that a vehicle promises most of to first order
 SCREENED_WEAK = 40  # the same where the library leaves only noise
@@ -247,12 +247,13 @@ class LawSearch:
         seen = {(law_in(term), term.values) for term in usual}
         terms = usual + [term for law, term in kept.items() if (law, term.values) not in seen]
         starts = [replace(course.fit, terms=(*course.fit.terms, term)) for term in terms]
-        parts = excerpt.fitter
-        begun = best_of_each_law(
-            parts.side_by_side(lambda f: parts.run(f, BEGUN, frozen=course.background), starts)
-        )
-        first = [law_in(fit.terms[-1]) for fit in begun]
-        found = excerpt.back(begun[:SHORT_LIST], near)
+        parts, known = excerpt.fitter, course.background
+        begun = parts.side_by_side(lambda f: parts.run(f, 1, frozen=known), starts)
+        begun.sort(key=lambda f: f.chi2)
+        better = begun[: -(-len(begun) // 2)]  # which half is better is seen after one iteration
+        better = parts.side_by_side(lambda f: parts.run(f, BEGUN - 1, frozen=known), better)
+        first = [law_in(fit.terms[-1]) for fit in best_of_each_law([*better, *begun])]
+        found = excerpt.back(best_of_each_law(better)[:SHORT_LIST], near)
         return found, [*first, *map(law_in, ranked[len(kept) :])]
 
     def _excerpt(self, near: Fit) -> Excerpt:

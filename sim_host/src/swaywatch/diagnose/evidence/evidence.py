@@ -78,7 +78,7 @@ def colour(residuals: Sequence[Array]) -> float:
     """Samples of the residuals for one independent sample, the mean of all channels and runs.
 
     Whatever their variance, which is known no better than the noise of each sensor is estimated:
-    1.05 to 1.1 for white noise of 15 to 40 s, as correlations by chance count where positive.
+    1.03 to 1.08 for white noise of 40 to 15 s, as correlations by chance count where positive.
 
     Parameters
     ----------
