@@ -33,6 +33,8 @@ from swaywatch.plant.lanes import BODY
 COUNT = 1000
 FRICTION = next(e for e in library() if e.name == "hitch_friction:hitch")
 TERM = ActiveEffect(FRICTION, tuple(p.starts[0] for p in FRICTION.parameters))
+WINDOWED = next(e for e in library() if e.windowed)
+GUST = ActiveEffect(WINDOWED, (2.0, 4.0, *(p.starts[0] for p in WINDOWED.parameters)), (0,))
 
 
 def _fit(reduced: float, *terms: ActiveEffect) -> Fit:
@@ -390,6 +392,24 @@ def test_effects_that_leave_far_more_than_they_explain_are_not_claimed(
 ) -> None:
     search = SimpleNamespace(problem=SimpleNamespace(free_start=own_model))
     leaves = verdict._leaves_most(cast("Search", search), _fit(before), _fit(after, TERM))
+    assert leaves is not claimed
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "claimed"),
+    [
+        (4.86, 3.28, False),  # eight gusts that follow a steering that moves in steps
+        (68.9, 16.9, False),  # tyres that change in four windows, where a ring has worn in places
+        (5.0, 3.0, False),
+        (12.5, 1.45, True),
+        (10.0, 1.96, True),
+    ],
+)
+def test_windows_that_follow_the_misfit_are_not_claimed(
+    before: float, after: float, claimed: bool
+) -> None:
+    search = SimpleNamespace(problem=SimpleNamespace(free_start=True))
+    leaves = verdict._leaves_most(cast("Search", search), _fit(before), _fit(after, GUST))
     assert leaves is not claimed
 
 

@@ -26,6 +26,7 @@ from swaywatch.diagnose.evidence.evidence import (
     BESIDE,
     BOUND,
     CLAIMED,
+    ROUGH,
     UNEXPLAINED_ABOVE,
     WINDOW_DISCREPANCY,
     explained,
@@ -54,6 +55,9 @@ WORSE = 1.05
 #: What effects leave above noise, over what they take away, above which they are not claimed: more
 #: is missing than was found, and some of it looks like any effect. One of two equal ones leaves 1.
 LEFT_OVER = 2.0
+#: The same where all of them act in windows: those go where the misfit is, whatever its cause.
+#: Right ones leave up to 0.04.
+LEFT_IN_WINDOWS = 0.5
 #: Two axles so close together that only the sum of their forces is clear.
 TANDEM = ("trailer.front_cornering_stiffness", "trailer.rear_cornering_stiffness")
 FRONT_STIFFNESS = BODY.index("car.front_cornering_stiffness")
@@ -515,11 +519,16 @@ def _predicts_worse(search: Search, base: Fit, fit: Fit) -> bool:
 def _leaves_most(search: Search, base: Fit, fit: Fit) -> bool:
     """What is left unexplained is far more than what the effects explain.
 
-    Not asked beside the user's own simulation, where our plant is a correction.
+    Or, of effects in windows alone, half as much, or more than the form of a right one leaves. Not
+    asked beside the user's own simulation, where our plant is a correction.
     """
     if not search.problem.free_start or explained(base, fit):
         return False
-    return fit.chi2 - fit.count > LEFT_OVER * (base.chi2 - fit.chi2)
+    windowed = all(t.effect.windowed for t in fit.terms)
+    if windowed and reduced_chi_square(fit) > ROUGH:
+        return True
+    most = LEFT_IN_WINDOWS if windowed else LEFT_OVER
+    return fit.chi2 - fit.count > most * (base.chi2 - fit.chi2)
 
 
 def possible_of(best: Candidate, every: Sequence[Candidate]) -> list[Candidate]:
