@@ -7,9 +7,8 @@ twelve the same day by someone who knew of the search what DESIGN.md and CHANGEL
 ten on 2026-11-27 from what happens to trailers on the road, by someone who had seen of the search
 some lines of DESIGN.md and CHANGELOG.md and the package's plant, `plant_law.h`; the next twelve the
 same day, from the same, by someone who had seen of the search nothing but the words of places and
-variables and the titles of changes to it; three times twelve more in the same way: two the same day,
-the last after those before had been opened). Kinds from the eighth set on are in
-`unlisted_newer.py`.
+variables and the titles of changes to it; and three times twelve more that day in the same way).
+Kinds from the eighth set on are in `unlisted_newer.py`.
 A kind counts as found where a law is claimed at one of its places and of one of its variables
 (`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
 two variables in phase are one. Values of the file are exact and all sensors there: within

@@ -303,21 +303,21 @@ def loosening_straps(rng: Generator, u: float) -> Draw:
 def brinelled_ring(rng: Generator, u: float) -> Draw:
     """A turntable whose balls have dented its race: it snaps from dent to dent as it turns."""
     at = round(float(rng.uniform(0.006, 0.03)), 4)
-    return named("brinelled_ring", log_between(60.0, 3000.0, u), "hitch", "articulation",
+    return named("brinelled_ring", log_between(60.0, 1200.0, u), "hitch", "articulation",
                  more_at=at)  # fmt: skip
 
 
 def servo_ball(rng: Generator, u: float) -> Draw:
     """A motor at the ball that works against the trailer's yaw rate, as strong as it can."""
     at = round(float(rng.uniform(0.02, 0.08)), 4)
-    return named("servo_ball", log_between(60.0, 3000.0, u), "hitch", "yaw_rate_trailer",
+    return named("servo_ball", log_between(270.0, 3000.0, u), "hitch", "yaw_rate_trailer",
                  more_at=at)  # fmt: skip
 
 
 def rag_joint(rng: Generator, u: float) -> Draw:
     """A rag joint of the steering column that is soaked in oil: the wheels swing after the hand."""
-    hz = round(float(rng.uniform(1.5, 4.0)), 3)
-    size = log_between(0.08, 1.0, u)
+    hz = round(float(rng.uniform(0.9, 1.3)), 3)
+    size = log_between(0.3, 0.9, u)
     return named("rag_joint", size, "slip_car_front", "steer swing", more_frequency_hz=hz)
 
 
@@ -326,35 +326,35 @@ def bent_arm(rng: Generator, u: float) -> Draw:
 
     Bodies roll with their lateral acceleration, so both are the same here.
     """
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.3, 8.0, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.08, 0.4, u)
     return named("bent_arm", size, "slip_car_front", "roll_car lateral_acceleration_car")
 
 
 def quick_rear(rng: Generator, u: float) -> Draw:
     """Rear wheels of the car that are steered as quickly as the front ones are, to a limit."""
     at = round(float(rng.uniform(0.03, 0.1)), 4)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(2e-3, 0.1, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(9e-3, 0.18, u)
     return named("quick_rear", size, "slip_car_rear", "steer_rate", more_at=at)
 
 
 def stepper_rear(rng: Generator, u: float) -> Draw:
     """Rear wheels of the car that a motor steers with its yaw rate in steps."""
     at = round(float(rng.uniform(0.008, 0.03)), 4)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(2e-3, 0.1, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(6e-3, 0.12, u)
     return named("stepper_rear", size, "slip_car_rear", "yaw_rate_car", more_at=at)
 
 
 def leaky_link(rng: Generator, u: float) -> Draw:
     """Trailer axles that cylinders at the drawbar steer, which leak: no angle lasts."""
-    at = round(float(rng.uniform(0.15, 1.0)), 3)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.01, 0.4, u)
+    at = round(float(rng.uniform(0.4, 1.5)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.03, 0.3, u)
     return named("leaky_link", size, "slip_trailer", "articulation articulation_rate", more_at=at)
 
 
 def creeping_clamp(rng: Generator, u: float) -> Draw:
     """Axle clamps that creep while a tyre force is beyond their grip, and stay where they are."""
     at = round(float(rng.uniform(0.001, 0.006)), 4)
-    size = log_between(0.1, 5.0, u)
+    size = log_between(0.5, 10.0, u)
     places, variables = "slip_trailer force_trailer", "slip_trailer sideslip_trailer"
     return named("creeping_clamp", size, places, variables, more_at=at)
 
@@ -364,8 +364,8 @@ def curve_brake(rng: Generator, u: float) -> Draw:
 
     Bodies roll with their lateral acceleration, so both are the same here.
     """
-    at = round(float(rng.uniform(0.3, 1.0)), 3)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(100.0, 3000.0, u)
+    at = round(float(rng.uniform(0.2, 0.7)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(400.0, 2000.0, u)
     variables = "lateral_acceleration_car roll_car"
     return named("curve_brake", size, "moment_car", variables, more_at=at)
 
@@ -373,24 +373,24 @@ def curve_brake(rng: Generator, u: float) -> Draw:
 def solenoid_brakes(rng: Generator, u: float) -> Draw:
     """Trailer brakes that are on or off: on beyond a yaw rate, and a while longer."""
     at = round(float(rng.uniform(0.01, 0.05)), 4)
-    size = log_between(50.0, 2500.0, u)
+    size = log_between(300.0, 3500.0, u)
     return named("solenoid_brakes", size, "moment_trailer", "yaw_rate_trailer", more_at=at)
 
 
 def gap_pump(rng: Generator, u: float) -> Draw:
     """Air that the trailer's face presses out of the gap behind a van as the gap closes."""
-    size = log_between(10.0, 200.0, u)
+    size = log_between(14.0, 110.0, u)
     return named("gap_pump", size, "force_car moment_car", "articulation_rate")
 
 
 def rocking_hull(rng: Generator, u: float) -> Draw:
     """A boat that rolls from one side of its V of rollers to the other: a pull of one size."""
-    at = round(float(rng.uniform(0.005, 0.02)), 4)
-    mass = round(log_between(40.0, 500.0, u), 2)
+    at = round(float(rng.uniform(0.02, 0.08)), 4)
+    mass = round(log_between(250.0, 500.0, u), 2)
     return named(
         "rocking_hull", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
-        slosh_frequency_hz=round(float(rng.uniform(1.4, 2.2)), 3),
-        slosh_damping=round(float(rng.uniform(0.03, 0.1)), 3),
+        slosh_frequency_hz=round(float(rng.uniform(0.7, 1.1)), 3),
+        slosh_damping=round(float(rng.uniform(0.03, 0.07)), 3),
     )  # fmt: skip
 
 
