@@ -158,6 +158,10 @@ def test_shares_of_the_eighth_set_leave_something():
                 "cocked_overrun",
             },
         ),
+        (
+            "opened-eleventh", {"rocking_hull"}, {"rag_joint"},
+            {"stepper_rear", "leaky_link", "bent_arm", "quick_rear", "curve_brake"},
+        ),
     ],
 )  # fmt: skip
 def test_newer_sets_stay_within_what_can_be(which, loads, shares, either_way):

@@ -339,10 +339,22 @@ UNLISTED = {
     "tearing_canvas": (60.0, 100.0),
     "cocked_overrun": (1.0, 100.0),
     "loosening_straps": (300.0, 100.0),
+    "brinelled_ring": (1000.0, 0.02),
+    "stepper_rear": (0.05, 0.03),
+    "gap_pump": (50.0, 0.0),
+    "leaky_link": (0.2, 0.4),
+    "bent_arm": (0.2, 0.0),
+    "solenoid_brakes": (800.0, 0.03),
+    "servo_ball": (1000.0, 0.05),
+    "rocking_hull": (300.0, 0.01),
+    "quick_rear": (0.05, 0.06),
+    "creeping_clamp": (2.0, 0.002),
+    "rag_joint": (0.8, 0.0),
+    "curve_brake": (1500.0, 0.5),
 }
 CARGO = (
     "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
-    "stepping_horse", "slack_lashing", "loosening_straps",
+    "stepping_horse", "slack_lashing", "loosening_straps", "rocking_hull",
 )  # fmt: skip
 
 
@@ -363,7 +375,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
     rest = (here * motion.car_acceleration_m_s2 - along)[inner]
     # wheels are steered by up to 1.5 deg: their forces lean by that
     leans = 0.002 * np.abs(motion.wheel_fy_n).sum(axis=0).max()
-    on_the_car = kind in ("car_air", "roof_load", "bow_wave", "rear_rack", "roof_tent")
+    on_the_car = kind in ("car_air", "roof_load", "bow_wave", "rear_rack", "roof_tent", "gap_pump")
     assert (np.abs(rest).max() > 4.0 * leans) == on_the_car
     side, moment = _rest_of_the_trailer(whole.trailer, motion)
     assert (np.abs(side[inner]).max() > 4.0 * leans) == (
@@ -383,6 +395,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         "one_way_damper", "unlocked_slew", "damper_play", "jockey_wheel", "aligning_torque",
         "binding_ball", "spring_bars", "lingering_flow", "torn_cable", "hub_drives",
         "squealing_pads", "outward_damper", "tearing_canvas", "cocked_overrun",
+        "brinelled_ring", "solenoid_brakes", "servo_ball",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 

@@ -380,3 +380,154 @@ def test_straps_that_have_come_loose_hold_softly(planar):
     assert changes > 0.05 * np.abs(load).max()
     assert np.abs(tight - load).max() < 0.01 * changes
     assert np.abs(loose - soft).max() < 0.02 * changes
+
+
+def test_dented_race_snaps_from_dent_to_dent(planar):
+    size, at = UNLISTED["brinelled_ring"]
+    motion = _with("brinelled_ring")
+    angle = motion.trailer_yaw_rad - motion.yaw_rad
+    said = -size * np.sin(2.0 * np.pi * angle / at)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    assert np.abs(angle).max() > at
+    assert np.abs(moment - said)[50:-50].max() < 0.05 * size
+
+
+def test_motor_at_the_ball_works_against_the_trailers_yaw_rate(planar):
+    """On both bodies, as strong as it can and no stronger."""
+    size, at = UNLISTED["servo_ball"]
+    motion = _with("servo_ball")
+    said = size * np.tanh(_late(motion.trailer_yaw_rate_rad_s, 0.05) / at)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    on_the_car = _rest_of_the_car(planar.combination.car, motion)
+    assert 0.7 * size < np.abs(said).max() < size
+    assert np.abs(moment + said)[50:-50].max() < 0.05 * size
+    assert np.abs(on_the_car - said)[50:-50].max() < 0.05 * size
+
+
+def test_solenoids_hold_on_for_a_while(planar):
+    """One size beyond the yaw rate, then less and less, and none before the first turn."""
+    size, at = UNLISTED["solenoid_brakes"]
+    motion = _with("solenoid_brakes")
+    rate = motion.trailer_yaw_rate_rad_s
+    on = 0.5 + 0.5 * np.tanh((np.abs(rate) - at) / 0.001)
+    said = -size * _late(on, 0.3) * np.tanh(rate / 0.005)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    assert np.abs(said).max() > 0.5 * size
+    assert np.abs(said)[np.abs(rate) < 0.5 * at].max() > 0.1 * size
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * size
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_curve_brake_waits_for_a_lateral_acceleration(planar, sense):
+    size, at = sense * UNLISTED["curve_brake"][0], UNLISTED["curve_brake"][1]
+    physics = Physics(more="curve_brake", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 80.0, 20.0)
+    across = motion.roll_rad / planar.combination.car.roll_gain_rad_m_s2
+    said = size * _late(np.sign(across) * np.clip(np.abs(across) - at, 0.0, None), 0.15)
+    moment = _rest_of_the_car(planar.combination.car, motion)
+    assert np.abs(said).max() > 300.0
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_soft_column_lets_the_wheels_swing_after_the_hand(planar):
+    size, omega = UNLISTED["rag_joint"][0], 2.0 * np.pi
+    motion = _with("rag_joint")
+    place = rate = 0.0
+    swings = np.zeros_like(motion.road_wheel_rad)
+    for i, asked in enumerate(motion.road_wheel_rad):
+        swings[i] = place
+        rate += 0.002 * (omega**2 * (asked - place) - 0.3 * omega * rate)
+        place += 0.002 * rate
+    said = size * (swings - motion.road_wheel_rad)
+    angle = _steered(motion, planar.combination.car, 0)
+    assert np.abs(said).max() > 0.005
+    assert np.abs(angle - said)[50:-50].max() < 0.05 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_bent_arm_steers_one_way_at_a_lean_to_either_side(planar, sense):
+    size = sense * UNLISTED["bent_arm"][0]
+    plant = Multibody(planar.combination, Physics(more="bent_arm", more_size=size))
+    motion = impulse(plant, 80.0, 20.0)
+    said = size * np.abs(motion.roll_rad)
+    angle = _steered(motion, planar.combination.car, 0)
+    assert np.abs(said).max() > 0.001
+    assert np.ptp(np.sign(motion.roll_rad)) == 2.0
+    assert np.abs(angle - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_rear_wheels_answer_how_quickly_the_front_ones_are_steered(planar, sense):
+    size, at = sense * UNLISTED["quick_rear"][0], UNLISTED["quick_rear"][1]
+    physics = Physics(more="quick_rear", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 80.0, 20.0)
+    rate = (motion.road_wheel_rad - _late(motion.road_wheel_rad, 0.02)) / 0.02
+    said = size * at * np.tanh(rate / at)
+    angle = _steered(motion, planar.combination.car, 2)
+    assert np.abs(said).max() > 0.6 * abs(size) * at
+    assert np.abs(angle - said)[50:-50].max() < 0.05 * abs(size) * at
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_stepper_follows_the_yaw_rate_in_steps(planar, sense):
+    size, at = sense * UNLISTED["stepper_rear"][0], UNLISTED["stepper_rear"][1]
+    physics = Physics(more="stepper_rear", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 80.0, 20.0)
+    steps = at * np.round(motion.yaw_rate_rad_s / at)
+    said = size * _late(steps, 0.05)
+    angle = _steered(motion, planar.combination.car, 2)
+    assert np.unique(steps).size >= 4
+    assert np.abs(angle - said)[50:-50].max() < 0.1 * abs(size) * at
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_leaky_link_loses_an_angle_that_lasts(planar, sense):
+    size, at = sense * UNLISTED["leaky_link"][0], UNLISTED["leaky_link"][1]
+    whole = planar.combination
+    motion = impulse(
+        Multibody(whole, Physics(more="leaky_link", more_size=size, more_at=at)), 70.0, 20.0
+    )
+    turned = motion.trailer_yaw_rad - motion.yaw_rad
+    said = size * (turned - _late(turned, at))
+    assert np.abs(said).max() > 0.002
+    for wheel, axle in ((4, whole.trailer.front), (6, whole.trailer.rear)):
+        angle = _travel_of_the_trailers_axle(motion, whole, axle) - motion.wheel_slip_rad[wheel]
+        assert np.abs(angle - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_clamps_creep_beyond_their_grip_and_stay(planar):
+    size, at = UNLISTED["creeping_clamp"]
+    motion, whole = _with("creeping_clamp"), planar.combination
+    slips = motion.wheel_slip_rad[4:].mean(axis=0)
+    said = 0.002 * np.cumsum(size * np.sign(slips) * np.clip(np.abs(slips) - at, 0.0, None))
+    assert np.abs(said).max() > 0.002
+    assert (np.abs(slips) < at).mean() > 0.2
+    for wheel, axle in ((4, whole.trailer.front), (6, whole.trailer.rear)):
+        angle = _travel_of_the_trailers_axle(motion, whole, axle) - motion.wheel_slip_rad[wheel]
+        assert np.abs(angle - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_closing_gap_presses_air_against_the_cars_tail(planar):
+    size, _ = UNLISTED["gap_pump"]
+    motion, car = _with("gap_pump"), planar.combination.car
+    closes = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    said = size * 0.6 * motion.speed_m_s * 2.0 * closes
+    front = motion.wheel_fy_n[:2].sum(axis=0) * np.cos(motion.road_wheel_rad)
+    side = car.mass_kg * motion.car_acceleration_m_s2 - front
+    side = side - motion.wheel_fy_n[2:4].sum(axis=0) - motion.hitch_y_n
+    moment = _rest_of_the_car(car, motion)
+    assert np.abs(said).max() > 150.0
+    assert np.abs(side - said)[50:-50].max() < 0.15 * np.abs(said).max()
+    assert np.abs(moment + 2.0 * said)[50:-50].max() < 0.3 * np.abs(said).max()
+
+
+def test_hull_between_rollers_is_held_by_no_more_than_they_can(planar):
+    """What the trailer does to it is of one size, whichever side it lies on."""
+    mass, at = UNLISTED["rocking_hull"]
+    motion = _with("rocking_hull")
+    side, _ = _rest_of_the_trailer(planar.combination.trailer, motion)
+    push = (mass * motion.trailer_acceleration_m_s2 - side)[50:-50]
+    most = mass * (2.0 * np.pi * 0.9) ** 2 * at
+    assert push.max() < 1.1 * most
+    assert push.min() > -1.1 * most
+    assert (np.abs(push) > 0.9 * most).mean() > 0.3

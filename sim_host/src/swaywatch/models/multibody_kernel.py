@@ -29,7 +29,9 @@ from swaywatch.models.multibody_more import (
     CORNER_BEHIND_M,
     CORNER_RIGHT_M,
     CORNER_STEADY,
+    CREEPING_CLAMP,
     ELASTIC_DRAWBAR,
+    GAP_PUMP,
     HYDRO_BUSH,
     LOOSE_U_BOLTS,
     MORE_DAMPING,
@@ -182,7 +184,7 @@ from swaywatch.models.multibody_tables import (
 #: Contents (SHA-1, first twelve digits) of the files that this one is compiled with. Numba keeps
 #: compiled code until the file of a function changes, whatever else it is made of: a change of
 #: those has to change this file too (tests/host/test_multibody.py says what to write).
-MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "62c64a2981e8"}
+MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "c2f7da68c7bf"}
 
 
 class View(NamedTuple):
@@ -424,7 +426,7 @@ def _tyres(
         at[SPEED] = max(c * at[3] + s * at[4], 1.0)
         at[TRAVEL] = math.atan2(c * at[4] - s * at[3], at[SPEED])
     out[O_STEER] = _steer(g, wheels, u, z, work, load, play)
-    if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS, CASTER_FLUTTER):
+    if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS, CASTER_FLUTTER, CREEPING_CLAMP):
         middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
         more_of_slip(g, z, zdot, middle)
     if g[G_MORE] == HYDRO_BUSH:
@@ -524,7 +526,7 @@ def _bodies(
     if g[G_MORE] == CORNER_STEADY:
         _drag_corner(g, view, trailer, at, out)
         return
-    if g[G_MORE] in (CAR_AIR, ROOF_LOAD, BOW_WAVE, REAR_RACK, ROOF_TENT):
+    if g[G_MORE] in (CAR_AIR, ROOF_LOAD, BOW_WAVE, REAR_RACK, ROOF_TENT, GAP_PUMP):
         beta1 = math.atan2(c1 * cog1[4] - s1 * cog1[3], v1)
         side1 = more_side(g, z, zdot, beta1, 0.5 * AIR_DENSITY * v1 * v1, out)
         _push(view, CAR, cog1, -s1 * side1, c1 * side1, 0.0)

@@ -59,8 +59,9 @@ MADE_OF = {"multibody_tables": "7e6a397047d3"}
     TORN_CABLE, HUB_DRIVES, ANGLE_VECTORING, LEVELLING_PUMP, CLAY_TREAD, RACKED_FRAME,
     CASTER_FLUTTER, SQUEALING_PADS, OUTWARD_DAMPER, SEIZED_TOP_MOUNT, CROSSWIND_ASSIST,
     LINK_STEERING, BROKEN_LEAF, SNOW_TRACKS, HUNTING_VECTORING, ROOF_TENT, TEARING_CANVAS,
-    COCKED_OVERRUN, LOOSENING_STRAPS,
-) = range(1, 105)  # fmt: skip
+    COCKED_OVERRUN, LOOSENING_STRAPS, BRINELLED_RING, STEPPER_REAR, GAP_PUMP, LEAKY_LINK, BENT_ARM,
+    SOLENOID_BRAKES, SERVO_BALL, ROCKING_HULL, QUICK_REAR, CREEPING_CLAMP, RAG_JOINT, CURVE_BRAKE,
+) = range(1, 117)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -78,6 +79,8 @@ NOSE_BEHIND_BALL_M = 0.6
 BALL_N_M, BALL_S_M = 4e5, 4.0  # of the ball in its head, after Hunt and Crossley
 FLUTTER_DAMPING = 0.15
 TENT_BEHIND_M, LOOSENED = 1.0, 0.85  # of straps: the share of their stiffness that they lose
+SERVO_S, RELEASE_S, SWITCH_RAD_S = 0.05, 0.3, 0.001  # lags of motors, of solenoids that let go
+GAP_M = 2.0  # half the width of what presses air out of a gap, and so on its edge
 
 
 @njit(cache=True)
@@ -121,14 +124,27 @@ def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> f
         angle = -out[O_YAW1]
     elif kind == PUMP_CATCH:
         angle = -_beyond((out[O_STEER] - z[Z_MORE]) / RATE_S, g[G_MORE_AT])
-    elif kind == WISHBONE_BUSH:
+    elif kind == COUNTER_STEER:
+        angle = g[G_MORE_AT] * math.tanh(out[O_RATE2] / g[G_MORE_AT])
+    else:
+        angle = _more_of_front_parts(g, z, slip, out)
+    return float(angle)
+
+
+@njit(cache=True)
+def _more_of_front_parts(g: Any, z: Any, slip: float, out: Any) -> float:
+    """The same of what is soft, bent or soiled there."""
+    kind, angle = g[G_MORE], 0.0
+    if kind == WISHBONE_BUSH:
         angle = _beyond(slip, g[G_MORE_AT])
     elif kind == HYDRO_BUSH:
         angle = z[Z_MORE] - slip
-    elif kind == COUNTER_STEER:
-        angle = g[G_MORE_AT] * math.tanh(out[O_RATE2] / g[G_MORE_AT])
     elif kind == CLAY_TREAD:
         angle = (1.0 - z[Z_MORE]) * slip
+    elif kind == RAG_JOINT:
+        angle = z[Z_MORE] - out[O_STEER]
+    elif kind == BENT_ARM:
+        angle = abs(out[O_ROLL1])
     return float(angle)
 
 
@@ -138,8 +154,10 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
     kind, angle = g[G_MORE], 0.0
     if kind == REAR_STEERS:
         angle = out[O_STEER]
-    elif kind in (REAR_CONTROL, TOWBAR_TWIST, LEVELLING_PUMP, LINK_STEERING):
+    elif kind in (REAR_CONTROL, TOWBAR_TWIST, LEVELLING_PUMP, LINK_STEERING, STEPPER_REAR):
         angle = z[Z_MORE]
+    elif kind == QUICK_REAR:
+        angle = g[G_MORE_AT] * math.tanh((out[O_STEER] - z[Z_MORE]) / (RATE_S * g[G_MORE_AT]))
     elif kind == WORN_SHOULDERS:
         angle = abs(slip)
     elif kind == REAR_BUSH_PLAY:
@@ -170,14 +188,27 @@ def _more_of_trailer_axles(g: Any, z: Any, wheel: int, slip: float, out: Any) ->
         CASTER_FLUTTER,
     ):  # fmt: skip
         angle = size * z[Z_MORE]
-    elif kind == RACKED_FRAME:
+    elif kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
+        angle = size * z[Z_MORE] * slip
+    else:
+        angle = _more_of_trailer_frame(g, z, slip, out)
+    return float(angle)
+
+
+@njit(cache=True)
+def _more_of_trailer_frame(g: Any, z: Any, slip: float, out: Any) -> float:
+    """The same of what holds the axles or is led from the drawbar, and of what they roll on."""
+    kind, size, angle = g[G_MORE], g[G_MORE_SIZE], 0.0
+    if kind == RACKED_FRAME:
         angle = size * math.tanh(z[Z_MORE] / g[G_MORE_AT])
     elif kind == BROKEN_LEAF:
         angle = abs(size) * max(math.copysign(1.0, size) * out[O_ROLL2], 0.0)
     elif kind == SNOW_TRACKS:
         angle = size * math.tanh(((out[O_YAW2] - out[O_YAW1]) / g[G_MORE_AT]) ** 2) * slip
-    elif kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
-        angle = size * z[Z_MORE] * slip
+    elif kind == LEAKY_LINK:
+        angle = size * (out[O_YAW2] - out[O_YAW1] - z[Z_MORE])
+    elif kind == CREEPING_CLAMP:
+        angle = z[Z_MORE]
     return float(angle)
 
 
@@ -229,17 +260,24 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
 
 @njit(cache=True)
 def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
-    """The same over its size: of what presses or leans on the ball, what is damp, what lets go."""
-    if g[G_MORE] == BINDING_BALL:
-        return float(abs(z[Z_MORE]) * math.tanh(rate / SLOW_RAD_S))
-    if g[G_MORE] == SPRING_BARS:
-        return float(_beyond(out[O_ROLL2], g[G_MORE_AT]))
-    if g[G_MORE] == SQUEALING_PADS:
-        return float(math.tanh(rate / SLOW_RAD_S) / (1.0 + (rate / g[G_MORE_AT]) ** 2))
-    if g[G_MORE] == OUTWARD_DAMPER:
-        outward = math.tanh((out[O_YAW2] - out[O_YAW1]) / g[G_MORE_AT])
-        return float(0.5 * (rate + abs(rate) * outward))
-    return 0.0
+    """The same over its size: of what presses or leans on the ball, what is damp, what lets go.
+
+    And of dents, or of a motor.
+    """
+    kind, at, moment = g[G_MORE], g[G_MORE_AT], 0.0
+    if kind == BINDING_BALL:
+        moment = abs(z[Z_MORE]) * math.tanh(rate / SLOW_RAD_S)
+    elif kind == SPRING_BARS:
+        moment = _beyond(out[O_ROLL2], at)
+    elif kind == SQUEALING_PADS:
+        moment = math.tanh(rate / SLOW_RAD_S) / (1.0 + (rate / at) ** 2)
+    elif kind == OUTWARD_DAMPER:
+        moment = 0.5 * (rate + abs(rate) * math.tanh((out[O_YAW2] - out[O_YAW1]) / at))
+    elif kind == BRINELLED_RING:
+        moment = math.sin(TURN * (out[O_YAW2] - out[O_YAW1]) / at)
+    elif kind == SERVO_BALL:
+        moment = math.tanh(z[Z_MORE] / at)
+    return float(moment)
 
 
 @njit(cache=True)
@@ -263,11 +301,22 @@ def _more_of_trailer(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * (r - z[Z_MORE])
     elif kind == HUB_DRIVES:
         moment = size * z[Z_MORE]
-    elif kind == UNLOCKED_SLEW:
+    else:
+        moment = _more_by_contact(g, z, r, out)
+    return float(moment)
+
+
+@njit(cache=True)
+def _more_by_contact(g: Any, z: Any, r: float, out: Any) -> float:
+    """The same of friction and tyres."""
+    kind, size, at, moment = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT], 0.0
+    if kind == UNLOCKED_SLEW:
         moment = at * math.tanh(z[Z_MORE] / SLOW_RAD_S)
     elif kind == ALIGNING_TORQUE:
         slip = 0.25 * (out[O_SLIP + 4] + out[O_SLIP + 5] + out[O_SLIP + 6] + out[O_SLIP + 7])
         moment = size * slip / (1.0 + (slip / at) ** 2)
+    elif kind == SOLENOID_BRAKES:
+        moment = -size * z[Z_MORE] * math.tanh(r / SLOW_RAD_S)
     return float(moment)
 
 
@@ -281,7 +330,7 @@ def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0)))
     elif kind == TORQUE_VECTORING:
         moment = size * math.tanh(out[O_STEER] / at)
-    elif kind == HUNTING_VECTORING:
+    elif kind in (HUNTING_VECTORING, CURVE_BRAKE):
         moment = size * z[Z_MORE]
     elif kind == ANGLE_VECTORING:
         moment = size * math.tanh((out[O_YAW2] - out[O_YAW1]) / at)
@@ -302,7 +351,7 @@ def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     kind, at = g[G_MORE], g[G_MORE_AT]
     if kind in (
         REAR_CONTROL, LATE_ASSIST, RUBBER_COUPLING, WIRE_STEERING, GYRO_STABILISER, HUB_DRIVES,
-        LEVELLING_PUMP,
+        LEVELLING_PUMP, LEAKY_LINK,
     ):  # fmt: skip
         zdot[Z_MORE] = (_followed(kind, out) - z[Z_MORE]) / at
     elif kind in (AXLE_HYSTERESIS, STABILISER_WINDUP):
@@ -319,7 +368,7 @@ def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         zdot[Z_MORE] = _more_at_hitch(g, z, rate, out) / g[G_MORE_SIZE]
     elif kind == SLOW_ACTUATOR:
         zdot[Z_MORE] = min(max((out[O_RATE2] - z[Z_MORE]) / ACTUATOR_S, -at), at)
-    elif kind == PUMP_CATCH:
+    elif kind in (PUMP_CATCH, QUICK_REAR):
         zdot[Z_MORE] = (out[O_STEER] - z[Z_MORE]) / RATE_S
     elif kind == SWAY_ASSIST:
         zdot[Z_MORE] = (abs(out[O_RATE1]) - z[Z_MORE]) / SWAY_S
@@ -327,6 +376,7 @@ def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         _more_of_way(g, z, zdot, rate, out)
         _more_of_sway(g, z, zdot, out)
         _more_of_steering(g, z, zdot, rate, out)
+        _more_of_motors(g, z, zdot, out)
 
 
 @njit(cache=True)
@@ -343,6 +393,26 @@ def _more_of_steering(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     elif kind == HUNTING_VECTORING:
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = omega * omega * (rate - z[Z_MORE])
+        zdot[Z_MORE + 1] -= 2.0 * FLUTTER_DAMPING * omega * z[Z_MORE + 1]
+
+
+@njit(cache=True)
+def _more_of_motors(g: Any, z: Any, zdot: Any, out: Any) -> None:
+    """What answers in steps, by a switch, beyond a threshold, or at the ball; a soft column."""
+    kind, at, omega = g[G_MORE], g[G_MORE_AT], g[G_MORE_HZ]
+    if kind == STEPPER_REAR:
+        zdot[Z_MORE] = (at * math.floor(out[O_RATE1] / at + 0.5) - z[Z_MORE]) / SERVO_S
+    elif kind == SERVO_BALL:
+        zdot[Z_MORE] = (out[O_RATE2] - z[Z_MORE]) / SERVO_S
+    elif kind == SOLENOID_BRAKES:
+        on = 0.5 + 0.5 * math.tanh((abs(out[O_RATE2]) - at) / SWITCH_RAD_S)
+        zdot[Z_MORE] = (on - z[Z_MORE]) / RELEASE_S
+    elif kind == CURVE_BRAKE:
+        lateral = z[Z_ROLL] / g[G_CAR_ROLL_GAIN]
+        zdot[Z_MORE] = (_beyond(lateral, at) - z[Z_MORE]) / BRAKE_S
+    elif kind == RAG_JOINT:
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = omega * omega * (out[O_STEER] - z[Z_MORE])
         zdot[Z_MORE + 1] -= 2.0 * FLUTTER_DAMPING * omega * z[Z_MORE + 1]
 
 
@@ -444,12 +514,23 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
         angle = z[Z_MORE]
     elif kind == WAKE_SHEDDING:
         angle = -z[Z_MORE]
+    elif kind == GAP_PUMP:
+        angle = -(out[O_RATE2] - out[O_RATE1]) * GAP_M / out[O_SPEED]
     elif kind == CAR_WAKE:
         angle = -_sideslip(out)
     elif kind == GALLOPING:
         part = (beta / g[G_MORE_AT]) ** 2
         angle = -beta * (1.0 - part) / (1.0 + part)
-    elif kind == ROOF_TENT:
+    else:
+        angle = _more_of_canvas(g, z, beta)
+    return float(angle)
+
+
+@njit(cache=True)
+def _more_of_canvas(g: Any, z: Any, beta: float) -> float:
+    """The same of what the air fills."""
+    kind, angle = g[G_MORE], 0.0
+    if kind == ROOF_TENT:
         angle = _beyond(beta, g[G_MORE_AT])
     elif kind == TEARING_CANVAS:
         angle = z[Z_MORE] * beta
@@ -481,6 +562,9 @@ def more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
         middle = math.tanh(abs(middle) / WORKED_RAD)
     if g[G_MORE] == LOOSE_U_BOLTS:
         _stays_behind(g, z, zdot, middle)
+        return
+    if g[G_MORE] == CREEPING_CLAMP:
+        zdot[Z_MORE] = g[G_MORE_SIZE] * _beyond(middle - z[Z_MORE], at)
         return
     if g[G_MORE] == CASTER_FLUTTER:
         omega = g[G_MORE_HZ]
@@ -523,20 +607,25 @@ def stretch(g: Any, z: Any) -> float:
     """Of the spring that holds the cargo, m; a load that rolls is free between its boards.
 
     Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step;
-    slack straps hold less to their side, others less with the way.
+    slack straps hold less to their side, others less with the way; a hull rocks between rollers.
     """
-    q = z[Z_SLOSH]
-    if g[G_MORE] == ROLLING_LOAD:
-        return _beyond(q, g[G_MORE_AT])
-    if g[G_MORE] == PADDED_LOAD:
-        return float(q * (1.0 + (q / g[G_MORE_AT]) ** 2))
-    if g[G_MORE] == STEPPING_HORSE:
-        return float(q - z[Z_MORE])
-    if g[G_MORE] == SLACK_LASHING:
-        return float(q * (abs(g[G_MORE_AT]) if q * g[G_MORE_AT] > 0.0 else 1.0))
-    if g[G_MORE] == LOOSENING_STRAPS:
-        return float(q * (1.0 - LOOSENED * z[Z_MORE]))
-    return 0.0 if g[G_MORE] == SLIDING_CRATE else float(q)
+    kind, at, q = g[G_MORE], g[G_MORE_AT], z[Z_SLOSH]
+    held = q
+    if kind == ROLLING_LOAD:
+        held = _beyond(q, at)
+    elif kind == PADDED_LOAD:
+        held = q * (1.0 + (q / at) ** 2)
+    elif kind == STEPPING_HORSE:
+        held = q - z[Z_MORE]
+    elif kind == SLACK_LASHING:
+        held = q * (abs(at) if q * at > 0.0 else 1.0)
+    elif kind == LOOSENING_STRAPS:
+        held = q * (1.0 - LOOSENED * z[Z_MORE])
+    elif kind == ROCKING_HULL:
+        held = at * math.tanh(q / at)
+    elif kind == SLIDING_CRATE:
+        held = 0.0
+    return float(held)
 
 
 @njit(cache=True)
@@ -562,7 +651,7 @@ def acts_ahead(g: Any) -> float:
     kind, ahead = g[G_MORE], 0.0
     if kind == WAKE_SHEDDING:
         ahead = -EDDIES_BEHIND_M
-    elif kind == BOW_WAVE:
+    elif kind in (BOW_WAVE, GAP_PUMP):
         ahead = -TAIL_BEHIND_M
     elif kind == CAR_WAKE:
         ahead = NOSE_AHEAD_M

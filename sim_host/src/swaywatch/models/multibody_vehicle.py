@@ -124,6 +124,8 @@ MORE = (
     "clay_tread", "racked_frame", "caster_flutter", "squealing_pads", "outward_damper",
     "seized_top_mount", "crosswind_assist", "link_steering", "broken_leaf", "snow_tracks",
     "hunting_vectoring", "roof_tent", "tearing_canvas", "cocked_overrun", "loosening_straps",
+    "brinelled_ring", "stepper_rear", "gap_pump", "leaky_link", "bent_arm", "solenoid_brakes",
+    "servo_ball", "rocking_hull", "quick_rear", "creeping_clamp", "rag_joint", "curve_brake",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -272,6 +274,26 @@ MORE = (
   the trailer to one side, 30 ms late: |k| max(F sign k - F0, 0) (N)
 - nothing of its own: the cargo's spring loses 0.85 of its stiffness over a distance s, by
   1 - exp(-s/s0) (m)
+- moment about the ball with the articulation g: k sin(2 pi g/g0), N m (rad of its period)
+- angle of the car's rear wheels after its yaw rate r in steps: k z, z follows the nearest multiple
+  of r0 50 ms late, s (rad/s)
+- area times the slope of the air force on the car with the articulation rate q: F = k p q 2 m/v,
+  2 m behind its COG, m2/rad
+- angle of the trailer's axles with the articulation g: k (g - z), T dz/dt = g - z (s)
+- angle of the car's front wheels with the size of the roll p of the car: k |p|
+- yaw moment on the trailer against its yaw rate r: k z sign r, (0.3 s) dz/dt = 1 - z where |r| is
+  beyond r0, else -z, N m (rad/s)
+- moment about the ball with the trailer's yaw rate r: k tanh(z/r0), (50 ms) dz/dt = r - z, N m
+  (rad/s)
+- nothing of its own: the cargo's spring pulls as q0 tanh(q/q0) (m)
+- angle of the car's rear wheels with the rate r of the angle of the front ones: k r0 tanh(r/r0), s
+  (rad/s)
+- angle z of the trailer's axles after the slip a of their middle: dz/dt = k (|a| - a0) sign a while
+  |a| is beyond a0, 1/s (rad)
+- angle of the car's front wheels beside their own, d: k (z - d), z behind a swing that d drives,
+  damped by 0.15 (Hz)
+- yaw moment on the car with its lateral acceleration a, planar bodies only: k z,
+  (0.15 s) dz/dt = (|a| - a0) sign a - z, beyond a0, else -z, N s2 (m/s2)
 """
 
 

@@ -1,0 +1,412 @@
+"""Kinds of physics that no library lists from the eighth set on; all sets are in `unlisted.py`."""
+
+from __future__ import annotations
+
+from effects import Draw, log_between
+from numpy.random import Generator
+from unlisted_kind import named
+
+
+def damper_play(rng: Generator, u: float) -> Draw:
+    """A damper strut beside the drawbar in worn eyes: it resists once their play is used up."""
+    at = round(float(rng.uniform(0.002, 0.012)), 4)
+    variables = "articulation articulation_rate"
+    return named("damper_play", log_between(1e3, 2e4, u), "hitch", variables, more_at=at)
+
+
+def towbar_twist(rng: Generator, u: float) -> Draw:
+    """A tow bar that twists the car's rear subframe: its wheels steer with the pull of the ball."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(5e-7, 8e-6, u)
+    return named("towbar_twist", size, "slip_car_rear", "side_force")
+
+
+def galloping(rng: Generator, u: float) -> Draw:
+    """Air on a body with sharp edges: it drives a small side-slip, and resists a larger one."""
+    at = round(float(rng.uniform(0.01, 0.04)), 4)
+    return named("galloping", log_between(8.0, 120.0, u), "force_trailer", "sideslip_trailer",
+                 more_at=at)  # fmt: skip
+
+
+def rear_rack(rng: Generator, u: float) -> Draw:
+    """Bicycles at the car's tail on a rack that is loose in its clamps: dry friction, then sway."""
+    at = round(float(rng.uniform(0.02, 0.1)), 3)
+    hz = round(float(rng.uniform(0.8, 2.0)), 3)
+    size = round(log_between(30.0, 150.0, u), 2)
+    return named(
+        "rear_rack", size, "car force_car moment_car", "swing", more_at=at, more_frequency_hz=hz
+    )
+
+
+def slow_actuator(rng: Generator, u: float) -> Draw:
+    """Trailer axles that are steered by its yaw rate, no faster than their actuator can."""
+    at = round(float(rng.uniform(0.05, 0.3)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.003, 0.15, u)
+    return named("slow_actuator", size, "slip_trailer", "yaw_rate_trailer", more_at=at)
+
+
+def sideslip_limiter(rng: Generator, u: float) -> Draw:
+    """A stability controller that brakes a side of a car which slips sideways by too much."""
+    at = round(float(rng.uniform(0.003, 0.01)), 4)
+    size = log_between(2e4, 6e5, u)
+    return named("sideslip_limiter", size, "moment_car", "sideslip_car", more_at=at)
+
+
+def jockey_wheel(rng: Generator, u: float) -> Draw:
+    """A jockey wheel that was left down, seized in its swivel: it scrubs sideways at the nose."""
+    at = round(float(rng.uniform(0.01, 0.05)), 4)
+    places, variables = "force_trailer moment_trailer", "sideslip_trailer yaw_rate_trailer"
+    return named("jockey_wheel", log_between(100.0, 3000.0, u), places, variables, more_at=at)
+
+
+def counter_steer(rng: Generator, u: float) -> Draw:
+    """Power steering that answers the trailer's yaw rate, as far as it may."""
+    at = round(float(rng.uniform(0.02, 0.08)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.008, 0.2, u)
+    return named("counter_steer", size, "slip_car_front", "yaw_rate_trailer", more_at=at)
+
+
+def concrete_slabs(rng: Generator, u: float) -> Draw:
+    """A road of slabs that lie hollow: the trailer's tyres grip more and less along each."""
+    at = round(float(rng.uniform(8.0, 30.0)), 1)
+    places = "slip_trailer force_trailer"
+    variables = "slip_trailer sideslip_trailer distance"
+    return named("concrete_slabs", log_between(0.2, 0.8, u), places, variables, more_at=at)
+
+
+def leaking_load(rng: Generator, u: float) -> Draw:
+    """Gravel or water that a trailer loses along the road.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(80.0, 400.0)), 1)
+    places = "trailer force_trailer"
+    variables = "lateral_acceleration_trailer roll_trailer distance"
+    return named("leaking_load", log_between(0.12, 0.6, u), places, variables, more_at=at)
+
+
+def worn_shoulders(rng: Generator, u: float) -> Draw:
+    """The car's rear tyres are worn on one shoulder: they hold better one way than the other."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 0.7, u)
+    return named("worn_shoulders", size, "slip_car_rear", "slip_car_rear")
+
+
+def aligning_torque(rng: Generator, u: float) -> Draw:
+    """Wide trailer tyres that turn the trailer after their slip, until their tread slides."""
+    at = round(float(rng.uniform(0.006, 0.015)), 4)
+    variables = "slip_trailer sideslip_trailer"
+    return named("aligning_torque", log_between(3e4, 4e5, u), "moment_trailer", variables,
+                 more_at=at)  # fmt: skip
+
+
+def binding_ball(rng: Generator, u: float) -> Draw:
+    """A coupling without grease: its dry friction grows with the side force that presses it."""
+    variables = "articulation_rate side_force"
+    return named("binding_ball", log_between(0.03, 0.4, u), "hitch", variables)
+
+
+def ball_rattle(rng: Generator, u: float) -> Draw:
+    """A worn coupling head in which the ball moves freely sideways before it is held."""
+    return named("ball_rattle", log_between(8e-4, 9e-3, u), "hitch", "side_force")
+
+
+def spring_bars(rng: Generator, u: float) -> Draw:
+    """Bars of a weight-distributing hitch: the one that a lean tightens pulls the drawbar round.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.001, 0.005)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(3e3, 1e5, u)
+    variables = "roll_trailer lateral_acceleration_trailer"
+    return named("spring_bars", size, "hitch", variables, more_at=at)
+
+
+def slack_lashing(rng: Generator, u: float) -> Draw:
+    """A load that is lashed on one side: straps hold it one way, other goods softly the other."""
+    at = float(rng.choice((-1.0, 1.0))) * round(float(rng.uniform(0.1, 0.4)), 3)
+    mass = round(log_between(40.0, 500.0, u), 2)
+    return named(
+        "slack_lashing", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=round(float(rng.uniform(0.9, 1.8)), 3),
+        slosh_damping=round(float(rng.uniform(0.08, 0.2)), 3),
+    )  # fmt: skip
+
+
+def lingering_flow(rng: Generator, u: float) -> Draw:
+    """Air that has left the edge of a wall comes back later than it left: the force stays behind.
+
+    It does so at any speed of the change, as dry friction does.
+    """
+    at = round(float(rng.uniform(0.004, 0.02)), 4)
+    places = "force_trailer moment_trailer"
+    return named("lingering_flow", log_between(8.0, 120.0, u), places, "sideslip_trailer",
+                 more_at=at)  # fmt: skip
+
+
+def torn_cable(rng: Generator, u: float) -> Draw:
+    """Trailer brakes that sway applies, one of whose cables is torn: only the right wheels drag.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.2, 0.8)), 3)
+    variables = "lateral_acceleration_trailer roll_trailer"
+    size = log_between(20.0, 400.0, u)
+    return named("torn_cable", size, "moment_trailer drag_trailer", variables, more_at=at)
+
+
+def hub_drives(rng: Generator, u: float) -> Draw:
+    """Hub motors of an electric trailer turn it as the car is steered, told so by a slow bus."""
+    at = round(float(rng.uniform(0.1, 0.4)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1.2e4, 4e5, u)
+    return named("hub_drives", size, "moment_trailer", "steer", more_at=at)
+
+
+def angle_vectoring(rng: Generator, u: float) -> Draw:
+    """Two rear motors of an electric car turn it by the trailer's angle, as far as they can."""
+    at = round(float(rng.uniform(0.006, 0.03)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(60.0, 2000.0, u)
+    return named("angle_vectoring", size, "moment_car", "articulation", more_at=at)
+
+
+def levelling_pump(rng: Generator, u: float) -> Draw:
+    """Air springs of the car's rear axle whose leaking valves answer a lean late: wheels steer.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.15, 0.8)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.05, 1.0, u)
+    variables = "roll_car lateral_acceleration_car"
+    return named("levelling_pump", size, "slip_car_rear", variables, more_at=at)
+
+
+def clay_tread(rng: Generator, u: float) -> Draw:
+    """Clay of a field in the tread of the car's front tyres, which they throw off on the road."""
+    at = round(float(rng.uniform(150.0, 500.0)), 1)
+    variables = "slip_car_front distance"
+    return named("clay_tread", log_between(0.1, 0.7, u), "slip_car_front", variables, more_at=at)
+
+
+def racked_frame(rng: Generator, u: float) -> Draw:
+    """Loose bolts of a frame: the pull of the ball racks it, and the axles with it, to a stop."""
+    at = round(float(rng.uniform(300.0, 1500.0)), 1)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1e-3, 1.2e-2, u)
+    return named("racked_frame", size, "slip_trailer", "side_force", more_at=at)
+
+
+def caster_flutter(rng: Generator, u: float) -> Draw:
+    """A self-steering axle of the trailer without its damper: it swings after its slip."""
+    hz = round(float(rng.uniform(0.9, 2.5)), 3)
+    places, variables = "slip_trailer force_trailer", "slip_trailer sideslip_trailer swing"
+    size = log_between(0.02, 0.4, u)
+    return named("caster_flutter", size, places, variables, more_frequency_hz=hz)
+
+
+def squealing_pads(rng: Generator, u: float) -> Draw:
+    """Damp pads at the ball: their friction is largest at a creep, less as they slide faster."""
+    at = round(float(rng.uniform(0.015, 0.06)), 4)
+    size = log_between(120.0, 1500.0, u)
+    return named("squealing_pads", size, "hitch", "articulation_rate", more_at=at)
+
+
+def outward_damper(rng: Generator, u: float) -> Draw:
+    """A damper at the drawbar that resists away from straight and lets it come back freely.
+
+    The articulation says which way that is.
+    """
+    at = round(float(rng.uniform(0.001, 0.004)), 5)
+    variables = "articulation articulation_rate"
+    return named("outward_damper", log_between(800.0, 2e4, u), "hitch", variables, more_at=at)
+
+
+def seized_top_mount(rng: Generator, u: float) -> Draw:
+    """A strut's upper bearing that has seized: it holds the front wheels back until it slides."""
+    at = round(float(rng.uniform(0.003, 0.01)), 5)
+    size = log_between(0.15, 0.9, u)
+    return named("seized_top_mount", size, "slip_car_front", "steer steer_rate", more_at=at)
+
+
+def crosswind_assist(rng: Generator, u: float) -> Draw:
+    """Steering that answers the car's lateral acceleration, no faster than its motor can.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(1.2, 3.5)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1.6e-3, 5e-3, u)
+    variables = "lateral_acceleration_car roll_car"
+    return named("crosswind_assist", size, "slip_car_front", variables, more_at=at)
+
+
+def link_steering(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that are steered by the trailer's yaw rate, through a worn rack."""
+    at = round(float(rng.uniform(0.008, 0.04)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.003, 0.05, u)
+    return named("link_steering", size, "slip_car_rear", "yaw_rate_trailer", more_at=at)
+
+
+def broken_leaf(rng: Generator, u: float) -> Draw:
+    """A main leaf that is broken on one side: the trailer's axle swings there under a lean.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.06, 0.8, u)
+    variables = "roll_trailer lateral_acceleration_trailer"
+    return named("broken_leaf", size, "slip_trailer", variables)
+
+
+def snow_tracks(rng: Generator, u: float) -> Draw:
+    """Trailer tyres that grip in the tracks of the car, and less in the slush beside them."""
+    at = round(float(rng.uniform(0.006, 0.02)), 4)
+    places = "slip_trailer force_trailer"
+    variables = "slip_trailer sideslip_trailer articulation"
+    return named("snow_tracks", log_between(0.15, 0.55, u), places, variables, more_at=at)
+
+
+def hunting_vectoring(rng: Generator, u: float) -> Draw:
+    """Rear motors of an electric car whose controller rings as it answers the articulation rate."""
+    hz = round(float(rng.uniform(0.9, 2.5)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(700.0, 6e3, u)
+    variables = "articulation_rate swing"
+    return named("hunting_vectoring", size, "moment_car", variables, more_frequency_hz=hz)
+
+
+def roof_tent(rng: Generator, u: float) -> Draw:
+    """The cover of a roof tent: slack up to some side-slip of the car, then a sail."""
+    at = round(float(rng.uniform(0.001, 0.004)), 5)
+    size = log_between(20.0, 200.0, u)
+    return named("roof_tent", size, "force_car moment_car", "sideslip_car", more_at=at)
+
+
+def tearing_canvas(rng: Generator, u: float) -> Draw:
+    """A cover that tears loose along the road and catches more and more air."""
+    at = round(float(rng.uniform(100.0, 400.0)), 1)
+    places, variables = "force_trailer moment_trailer", "sideslip_trailer distance"
+    return named("tearing_canvas", log_between(15.0, 150.0, u), places, variables, more_at=at)
+
+
+def cocked_overrun(rng: Generator, u: float) -> Draw:
+    """A worn overrun shaft that a side force at the ball cocks: one way it pulls a brake rod."""
+    at = round(float(rng.uniform(50.0, 250.0)), 1)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.4, 1.8, u)
+    return named("cocked_overrun", size, "moment_trailer drag_trailer", "side_force", more_at=at)
+
+
+def loosening_straps(rng: Generator, u: float) -> Draw:
+    """Straps that work loose along the road: they hold the load ever more softly."""
+    at = round(float(rng.uniform(100.0, 300.0)), 1)
+    mass = round(log_between(200.0, 500.0, u), 2)
+    return named(
+        "loosening_straps", mass, "trailer force_trailer", "swing distance", more_at=at,
+        slosh_mass_kg=mass, slosh_frequency_hz=round(float(rng.uniform(0.9, 1.5)), 3),
+        slosh_damping=round(float(rng.uniform(0.03, 0.07)), 3),
+    )  # fmt: skip
+
+
+def brinelled_ring(rng: Generator, u: float) -> Draw:
+    """A turntable whose balls have dented its race: it snaps from dent to dent as it turns."""
+    at = round(float(rng.uniform(0.006, 0.03)), 4)
+    return named("brinelled_ring", log_between(60.0, 1200.0, u), "hitch", "articulation",
+                 more_at=at)  # fmt: skip
+
+
+def servo_ball(rng: Generator, u: float) -> Draw:
+    """A motor at the ball that works against the trailer's yaw rate, as strong as it can."""
+    at = round(float(rng.uniform(0.02, 0.08)), 4)
+    return named("servo_ball", log_between(270.0, 3000.0, u), "hitch", "yaw_rate_trailer",
+                 more_at=at)  # fmt: skip
+
+
+def rag_joint(rng: Generator, u: float) -> Draw:
+    """A rag joint of the steering column that is soaked in oil: the wheels swing after the hand."""
+    hz = round(float(rng.uniform(0.9, 1.3)), 3)
+    size = log_between(0.3, 0.9, u)
+    return named("rag_joint", size, "slip_car_front", "steer swing", more_frequency_hz=hz)
+
+
+def bent_arm(rng: Generator, u: float) -> Draw:
+    """A steering arm bent at a kerb: a lean to either side steers the front wheels one way.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.08, 0.4, u)
+    return named("bent_arm", size, "slip_car_front", "roll_car lateral_acceleration_car")
+
+
+def quick_rear(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that are steered as quickly as the front ones are, to a limit."""
+    at = round(float(rng.uniform(0.03, 0.1)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(9e-3, 0.18, u)
+    return named("quick_rear", size, "slip_car_rear", "steer_rate", more_at=at)
+
+
+def stepper_rear(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that a motor steers with its yaw rate in steps."""
+    at = round(float(rng.uniform(0.008, 0.03)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(6e-3, 0.12, u)
+    return named("stepper_rear", size, "slip_car_rear", "yaw_rate_car", more_at=at)
+
+
+def leaky_link(rng: Generator, u: float) -> Draw:
+    """Trailer axles that cylinders at the drawbar steer, which leak: no angle lasts."""
+    at = round(float(rng.uniform(0.4, 1.5)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.03, 0.3, u)
+    return named("leaky_link", size, "slip_trailer", "articulation articulation_rate", more_at=at)
+
+
+def creeping_clamp(rng: Generator, u: float) -> Draw:
+    """Axle clamps that creep while a tyre force is beyond their grip, and stay where they are."""
+    at = round(float(rng.uniform(0.001, 0.006)), 4)
+    size = log_between(0.5, 10.0, u)
+    places, variables = "slip_trailer force_trailer", "slip_trailer sideslip_trailer"
+    return named("creeping_clamp", size, places, variables, more_at=at)
+
+
+def curve_brake(rng: Generator, u: float) -> Draw:
+    """Brakes of one side of the car that a lateral acceleration applies, late.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.2, 0.7)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(400.0, 2000.0, u)
+    variables = "lateral_acceleration_car roll_car"
+    return named("curve_brake", size, "moment_car", variables, more_at=at)
+
+
+def solenoid_brakes(rng: Generator, u: float) -> Draw:
+    """Trailer brakes that are on or off: on beyond a yaw rate, and a while longer."""
+    at = round(float(rng.uniform(0.01, 0.05)), 4)
+    size = log_between(300.0, 3500.0, u)
+    return named("solenoid_brakes", size, "moment_trailer", "yaw_rate_trailer", more_at=at)
+
+
+def gap_pump(rng: Generator, u: float) -> Draw:
+    """Air that the trailer's face presses out of the gap behind a van as the gap closes."""
+    size = log_between(14.0, 110.0, u)
+    return named("gap_pump", size, "force_car moment_car", "articulation_rate")
+
+
+def rocking_hull(rng: Generator, u: float) -> Draw:
+    """A boat that rolls from one side of its V of rollers to the other: a pull of one size."""
+    at = round(float(rng.uniform(0.02, 0.08)), 4)
+    mass = round(log_between(250.0, 500.0, u), 2)
+    return named(
+        "rocking_hull", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=round(float(rng.uniform(0.7, 1.1)), 3),
+        slosh_damping=round(float(rng.uniform(0.03, 0.07)), 3),
+    )  # fmt: skip
+
+
+EIGHTH = (
+    damper_play, towbar_twist, galloping, rear_rack, slow_actuator, sideslip_limiter, jockey_wheel,
+    counter_steer, concrete_slabs, leaking_load, worn_shoulders, aligning_torque,
+)  # fmt: skip
+NINTH = (
+    binding_ball, hub_drives, levelling_pump, slack_lashing, ball_rattle, lingering_flow,
+    angle_vectoring, clay_tread, torn_cable, racked_frame, spring_bars, caster_flutter,
+)  # fmt: skip
+TENTH = (
+    snow_tracks, crosswind_assist, cocked_overrun, squealing_pads, tearing_canvas, link_steering,
+    hunting_vectoring, loosening_straps, seized_top_mount, broken_leaf, outward_damper, roof_tent,
+)  # fmt: skip
+ELEVENTH = (
+    brinelled_ring, stepper_rear, gap_pump, leaky_link, bent_arm, solenoid_brakes, servo_ball,
+    rocking_hull, quick_rear, creeping_clamp, rag_joint, curve_brake,
+)  # fmt: skip
