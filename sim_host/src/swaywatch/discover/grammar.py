@@ -51,12 +51,16 @@ SENSED = (
 )  # fmt: skip
 AIR = ("force_car", "force_trailer", "at_car", "at_trailer", "moment_car", "moment_trailer")
 #: Powers of the speed that are tried, where others than none: air grows with the square of the
-#: speed, what a controller asks of a body may do so or fall with it.
+#: speed, with the speed where it answers a rate, what a controller asks of a body may do so or fall
+#: with it.
 POWERS: dict[tuple[str, str], tuple[int, ...]] = {
     **{(place, air): (2,) for place in AIR for air in ("sideslip_car", "sideslip_trailer")},
     **{(place, "articulation"): (0, 2) for place in (*AIR, "hitch", "slip_trailer")},
+    **{(place, "articulation_rate"): (0, 1) for place in AIR},
     ("at_car", "articulation"): (2,),
     ("at_trailer", "articulation"): (2,),
+    ("at_car", "articulation_rate"): (1,),
+    ("at_trailer", "articulation_rate"): (1,),
     ("moment_car", "sideslip_car"): (0, 2),
     ("moment_car", "steer"): (0, 2),
     ("slip_car_rear", "steer"): (0, 2),
@@ -74,7 +78,7 @@ BY_HEADING = (
 #: gravity acts there with air only; the slip of an axle covers the side-slip of its body.
 COVERED = (
     *((place, motion) for place in ("at_car", "at_trailer") for motion in SENSED if motion not in (
-        "sideslip_car", "sideslip_trailer", "articulation"
+        "sideslip_car", "sideslip_trailer", "articulation", "articulation_rate"
     )),
     ("slip_car_front", "sideslip_car"), ("slip_car_rear", "sideslip_car"),
     ("slip_trailer", "sideslip_trailer"), ("hitch", "sideslip_car"), ("hitch", "sideslip_trailer"),
