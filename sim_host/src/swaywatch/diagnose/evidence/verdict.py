@@ -56,7 +56,7 @@ WORSE = 1.05
 #: is missing than was found, and some of it looks like any effect. One of two equal ones leaves 1.
 LEFT_OVER = 2.0
 #: The same where all of them act in windows: those go where the misfit is, whatever its cause.
-#: Right ones leave up to 0.04.
+#: Right ones leave up to 0.12.
 LEFT_IN_WINDOWS = 0.5
 #: Two axles so close together that only the sum of their forces is clear.
 TANDEM = ("trailer.front_cornering_stiffness", "trailer.rear_cornering_stiffness")
