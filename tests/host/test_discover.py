@@ -99,6 +99,19 @@ def test_a_law_of_the_cars_heading_steers_with_it() -> None:
     assert difference(simulate(plant()), moved) > 0.02
 
 
+def test_what_is_off_or_on_is_of_one_size_beyond_a_limit() -> None:
+    z = np.array([-0.3, -0.11, -0.08, 0.0, 0.08, 0.11, 0.3])
+    on = curve("switched", z, 0.1)
+    assert on == pytest.approx([-0.1, -0.088, -0.0018, 0.0, 0.0018, 0.088, 0.1], abs=1e-3)
+    pushed = plant()
+    pushed.add_series("moment_car", 5e4 * curve("switched", pushed.steer, 0.01))
+    law = plant(
+        law_gain=5e4, law_of_steer=1.0, law_to_moment_car=1.0, law_shape=18.0, law_bend=0.01
+    )  # fmt: skip
+    assert difference(simulate(pushed), simulate(law)) < 5e-3
+    assert difference(simulate(plant()), simulate(law)) > 0.02
+
+
 def test_wheels_that_give_way_all_the_way_are_softer_tyres() -> None:
     """Within the play nothing but the rest of the slip makes force: -0.3 of it is 30 % softer."""
     gives = plant(

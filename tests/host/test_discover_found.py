@@ -10,9 +10,9 @@ from test_diagnose import effect
 from test_discover import plant, searched, seen_as_the_law_says, silent
 
 from swaywatch.diagnose.evidence.baselines import Path as Tried
-from swaywatch.diagnose.evidence.search import Candidate, Linear
+from swaywatch.diagnose.evidence.search import Candidate, Linear, reduced_chi_square
 from swaywatch.diagnose.model import _entries, terms_of
-from swaywatch.discover.begin import by_promise, initial, law_in
+from swaywatch.discover.begin import by_promise, in_form, initial, law_in
 from swaywatch.discover.effect import effect_of, effect_of_form
 from swaywatch.discover.excerpt import excerpt_of
 from swaywatch.discover.find import (
@@ -22,7 +22,7 @@ from swaywatch.discover.grammar import all_laws
 from swaywatch.discover.law import Law
 from swaywatch.discover.save import named
 from swaywatch.discover.sentences import sentence
-from swaywatch.discover.trial import SCREENED, LawSearch
+from swaywatch.discover.trial import NOISE_CLOSE, SCREENED, LawSearch
 from swaywatch.discover.way import repetitions, stretch
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
@@ -202,6 +202,18 @@ def test_a_number_that_a_law_does_not_need_is_not_reported(
     fit = search.judge.run(replace(search.judge.start(), terms=(term,)), 20, tolerance=1e-6)
     plain = LawSearch(Tried(search, base, base)).plain(Candidate(fit, base.fit))
     assert law_in(plain.fit.terms[0]) == kept
+
+
+@pytest.mark.parametrize("near", ["straight", "saturating", "dead zone"])
+def test_what_is_off_or_on_is_found_from_any_form_near_it(near: str) -> None:
+    law = Law("moment_trailer", "yaw_rate_trailer", "switched")
+    close = searched((ActiveEffect(effect_of(law), (-30000.0, 0.03)),)).close
+    starts = [replace(close.start(), terms=(t,)) for t in initial(replace(law, shape=near))]
+    best = min((close.run(start, 12) for start in starts), key=lambda fit: fit.chi2)
+    assert reduced_chi_square(best) > 5.0
+    bent = close.run(replace(best, terms=(in_form(best.terms[-1], law),)), 15)
+    assert bent.terms[-1].values == pytest.approx((-30000.0, 0.03), rel=0.05)
+    assert reduced_chi_square(bent) < NOISE_CLOSE
 
 
 def test_a_swinging_load_is_found_with_its_frequency() -> None:

@@ -34,6 +34,7 @@ from swaywatch.discover.law import (
     SHAPES,
     SLIPS,
     SPEED_M_S,
+    SWITCHED,
     THERE,
     TRANSIENT,
     UNEVEN,
@@ -47,7 +48,7 @@ from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
 
 ID = "law"
 OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
-BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17)  # shapes with a bend
+BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17, 18)  # shapes with a bend
 RATE_S = 0.05  # over which the rate of steering is taken
 #: Half the log prior weight of a law without a known cause, see `Effect.plausibility`.
 UNHEARD_OF = -1.0
@@ -258,7 +259,9 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         source="identified from the recording",
         parameters=parameters,
         act=act,
-        report=_with_limit if law.shape in (*LIMITED, FALLING) and not law.swings else dict,
+        report=_with_limit
+        if law.shape in (*LIMITED, FALLING, SWITCHED) and not law.swings
+        else dict,
         plausibility=0.0 if (law.place, law.motion) in KNOWN else UNHEARD_OF,
         decided_by="the same manoeuvre at another speed and another amplitude",
         extra={

@@ -25,6 +25,7 @@ from swaywatch.discover.law import (
     SHAPES,
     SPEED_M_S,
     STOPS,
+    SWITCHED,
     TRANSIENT,
     UNEVEN,
     WAITING,
@@ -39,6 +40,7 @@ Array = NDArray[np.float64]
 
 SWING_SEEN_S, SWING_KEPT_S, WAITING_SHARE = 0.05, 1.0, 0.1  # as in plant_lanes.c
 HURRY_S, PLAYED_S, STEEP = 0.05, 0.02, 8.0  # as in plant_lanes.c
+SWITCHED_SHARE = 0.1  # as in plant_lanes.c
 
 
 def rubs_at_hitch(law: Law) -> bool:
@@ -100,6 +102,12 @@ def _waited(z: Array, bend: float) -> Array:
     return 0.5 * z * (1.0 + np.tanh((swing_of(z) / bend - 1.0) / WAITING_SHARE))
 
 
+def _switched(z: Array, bend: float) -> Array:
+    """Nothing within `bend`, as much as that beyond it, shape (n,)."""
+    on = 0.5 * bend * (1.0 + np.tanh((np.abs(z) / bend - 1.0) / SWITCHED_SHARE))
+    return np.asarray(np.where(z < 0.0, -on, on))
+
+
 _CURVES: dict[str, Callable[[Array, float], Array]] = {
     "straight": lambda z, _: z,
     "saturating": lambda z, bend: bend * np.tanh(z / bend),
@@ -119,6 +127,7 @@ _CURVES: dict[str, Callable[[Array, float], Array]] = {
     LINE_AND_CUBE: lambda z, steeper: z * (1.0 + steeper * z**2),
     LOST_MOTION: played,
     FALLING: lambda z, bend: bend * np.tanh(STEEP * z / bend) / (1.0 + (z / bend) ** 2),
+    SWITCHED: _switched,
 }
 assert set(_CURVES) == set(SHAPES)
 
@@ -152,6 +161,7 @@ def formula(law: Law) -> str:
         LINE_AND_CUBE: f"({symbol} + per_square x {symbol}^3)",
         LOST_MOTION: f"({symbol}, followed with a play of +-bend)",
         FALLING: f"bend tanh({STEEP:g} {symbol} / bend) / (1 + ({symbol} / bend)^2)",
+        SWITCHED: f"bend sign({symbol}) beyond +-bend",
         LIMITED_RATE: f"({symbol}, followed no faster than bend a second)",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]

@@ -18,7 +18,7 @@ SPEED_M_S = 25.0  # at which the gain of a law is stated
 SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
     "rubbing", "positive side", "negative side", "waiting", "uneven", "limited rate",
-    "line and cube", "lost motion", "falling", "positive stop", "negative stop",
+    "line and cube", "lost motion", "falling", "positive stop", "negative stop", "switched",
 )  # fmt: skip
 #: Of another slope on the other side: what one side's tyres make, or two unlike springs.
 UNEVEN = "uneven"
@@ -30,12 +30,14 @@ LINE_AND_CUBE = "line and cube"
 LIMITED_RATE = "limited rate"
 #: What a link with play makes, and dry friction that falls as what it brakes goes faster.
 LOST_MOTION, FALLING = "lost motion", "falling"
+#: What is off or on: brakes that a sensor applies.
+SWITCHED = "switched"
 #: What acts to one side only: a rope, a chain, a valve, a stop.
 SIDES = ("positive side", "negative side")
 #: The same with slack: only once that is beyond it.
 STOPS = ("positive stop", "negative stop")
 #: Shapes that are looked for only where a form near them was found, with its values to begin with.
-ONLY_REFINED = (UNEVEN, LINE_AND_CUBE, LOST_MOTION, FALLING, *STOPS)
+ONLY_REFINED = (UNEVEN, LINE_AND_CUBE, LOST_MOTION, FALLING, *STOPS, SWITCHED)
 SLIDING = "hysteretic"
 FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a state too
 ROLLS = ("roll_car", "roll_trailer")

@@ -27,6 +27,7 @@ from swaywatch.discover.law import (
     SLIDING,
     SPEED_M_S,
     STOPS,
+    SWITCHED,
     THERE,
     TRANSIENT,
     UNEVEN,
@@ -85,6 +86,7 @@ def _of_form(law: Law, gain: float) -> str:
         LIMITED_RATE: "an actuator that can go no faster",
         WAITING: "a controller that waits for a swing to grow",
         LOST_MOTION: "a link with play",
+        SWITCHED: "something that is switched on and off",
     }
     if law.motion == law.place and law.response in _OF_SLIP:
         return _OF_SLIP[law.response]
@@ -282,6 +284,7 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         STOPS[1]: f", only while that is below -{at}",
         LOST_MOTION: f", following it with a play of {at} either way",
         FALLING: f", {limit} where that is small, half of it at {at}",
+        SWITCHED: f", nothing within {at}, {limit} beyond it",
     }.get(law.shape, _MORE.get(law.shape, ""))
 
 

@@ -41,6 +41,7 @@
 #define SWING_SEEN_S 0.05    // within which a law that waits notices how far something swings, ...
 #define SWING_KEPT_S 1.0     // and forgets it: a swing of 1 Hz has two peaks a second
 #define WAITING_SHARE 0.1    // of the swing at which it begins to act, over which it does
+#define SWITCHED_SHARE 0.1   // of what it switches at, over which it does
 #define MODE_SLOW 0.01       // m/s, below which friction on a floor is not full
 #define DRAWBAR_LOSS_S 0.005 // damping over stiffness of a drawbar: steel with its joints
 #define LEAST_DRAWBAR 2e-6 // m/N, below which the motion of this one is scaled down: steps of 20 ms

@@ -3,7 +3,7 @@
 
 /// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; of one
 /// side only, or `at` times as steep on the other one; a line with `at` times the cube; friction
-/// that falls to half of it at `at`; of one side only, beyond `at`.
+/// that falls to half of it at `at`; of one side only, beyond `at`; of one size beyond it.
 INLINE V NAME(bent)(V z, V shape, V at)
 {
     const V some = NAME(most)(at, NAME(all)(1e-9));
@@ -22,6 +22,9 @@ INLINE V NAME(bent)(V z, V shape, V at)
     found = NAME(choose)(shape == 15.0, some * rises / (1.0 + beyond * beyond), found);
     found = NAME(choose)(shape == 16.0, NAME(most)(z - some, NAME(all)(0.0)), found);
     found = NAME(choose)(shape == 17.0, NAME(least)(z + some, NAME(all)(0.0)), found);
+    const V on = (NAME(absolute)(z) - some) / (SWITCHED_SHARE * some);
+    const V size = 0.5 * some * (1.0 + NAME(hyperbolic_tangent)(on));
+    found = NAME(choose)(shape == 18.0, NAME(choose)(z < 0.0, -size, size), found);
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
