@@ -57,6 +57,22 @@ def test_laws_are_begun_in_two_parts_of_a_single_run() -> None:
     assert begins == pytest.approx([4.0, 45.0], abs=1.0)
 
 
+def test_laws_are_begun_without_a_sensor_that_is_silent_there() -> None:
+    """It died half way: nothing of it counts in the part, all else does."""
+    problem = synthetic((), 3, 40.0)
+    misread(problem, 0, 18.0, 38.0)
+    dead = "trailer_yaw_rate"
+    for run in problem.runs:
+        run.kept[dead] = run.time < 15.0
+    fitter = close(problem)
+    excerpt = excerpt_of(fitter, fitter.run(fitter.start(), 4))
+    part = excerpt.fitter.problem.runs[0]
+    assert part.time[0] > 15.0
+    assert dead not in part.channels
+    assert dead in problem.runs[0].channels
+    assert np.isfinite(excerpt.fitter.run(excerpt.of(fitter.start()), 2).chi2)
+
+
 def test_a_short_recording_and_one_beside_a_simulation_are_searched_whole() -> None:
     fitter = close(synthetic((), 3, 24.0))
     assert excerpt_of(fitter, fitter.start()).fitter is fitter

@@ -143,7 +143,9 @@ def looks(term: ActiveEffect) -> list[ActiveEffect]:
     """
     size, bounds = term.values[0], term.effect.parameters[0]
     also = {LAGGED: "lag_s", OSCILLATING: "frequency_hz"}.get(law_in(term).response)
-    sizes = [size] * bool(also) + [STRONGER * size, WEAKER * size]
+    sizes = [STRONGER * size, WEAKER * size]
+    if also:
+        sizes.insert(0, size)
     if bounds.low < 0.0 < bounds.high:
         sizes.append(-STRONGER * size)
     looks = [

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from swaywatch.diagnose.evidence.search import Linear
 from swaywatch.diagnose.fit.fit import Fit, Fitter
-from swaywatch.effects.runs import BLOCK, RATE_HZ, SETTLING, Run
+from swaywatch.diagnose.fit.stretches import piece_of
+from swaywatch.effects.runs import BLOCK, RATE_HZ, Run
 
 Array = NDArray[np.float64]
 
@@ -31,14 +32,11 @@ class Excerpt:
     ----------
     fitter
         Of the parts, or of the whole recording.
-    whole
-        Of the whole recording.
     offsets
         Steering offset of the run that each part is from, rad; empty for the whole recording.
     """
 
     fitter: Fitter
-    whole: Fitter
     offsets: tuple[float, ...] = ()
 
     def course(self, near: Fit) -> Linear:
@@ -74,7 +72,7 @@ def excerpt_of(whole: Fitter, near: Fit) -> Excerpt:
     problem = whole.problem
     seconds = sum(run.time.size for run in problem.runs) / RATE_HZ
     if seconds <= WHOLE_S or not problem.free_start:
-        return Excerpt(whole, whole)
+        return Excerpt(whole)
     size = int(PART_S * RATE_HZ) // BLOCK
     found: list[tuple[int, int]] = []
     misfits = [
@@ -82,19 +80,15 @@ def excerpt_of(whole: Fitter, near: Fit) -> Excerpt:
         for r, run in enumerate(problem.runs)
     ]
     for _ in range(PARTS):
-        worst = [(_worst(e, size), r) for r, e in enumerate(misfits) if e.size]
+        worst = [(_worst(e, size), r) for r, e in enumerate(misfits)]
         taken = {r for r, _ in found}
-        free = [row for row in worst if row[1] not in taken] or worst
-        (_, first), r = max(free, default=((0.0, 0), -1))
-        if r < 0:
-            break
+        (_, first), r = max([row for row in worst if row[1] not in taken] or worst)
         found.append((r, first))
-        misfits[r] = misfits[r].copy()
         misfits[r][first : first + size] = 0.0
-    parts = [_part(problem.runs[r], first, size) for r, first in sorted(found)]
-    offsets = tuple(float(near.nuisance[r, 0]) for r, _ in sorted(found))
-    fitter = Fitter(replace(problem, runs=tuple(parts)), fine=False)
-    return Excerpt(fitter, whole, offsets)
+    found.sort()
+    parts = tuple(_part(problem.runs[r], first, size) for r, first in found)
+    offsets = tuple(float(near.nuisance[r, 0]) for r, _ in found)
+    return Excerpt(Fitter(replace(problem, runs=parts), fine=False), offsets)
 
 
 def _by_block(e: Array, run: Run) -> Array:
@@ -112,7 +106,4 @@ def _part(run: Run, first: int, size: int) -> Run:
     """A part of a run, by blocks, with start values of its own."""
     if run.time.size <= size * BLOCK:
         return run
-    part = run.part(first * BLOCK, (first + size) * BLOCK)
-    if first:
-        part.settling = SETTLING
-    return part
+    return piece_of(run, first * BLOCK, (first + size) * BLOCK)

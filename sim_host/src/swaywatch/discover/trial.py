@@ -260,7 +260,7 @@ class LawSearch:
         """Where laws are begun: with effects beside them, that may act in windows, everywhere."""
         close = self.search.close
         if near.terms:
-            return Excerpt(close, close)
+            return Excerpt(close)
         if self.excerpt is None:
             self.excerpt = excerpt_of(close, near)
         return self.excerpt
@@ -298,12 +298,11 @@ class LawSearch:
         if parent.terms or self._only_noise(fits) or self._spent("laws of two variables"):
             return []
         close = self.search.close
-        begun = []
-        for near in (close.run(parent, 6), close.start()):
-            course = self._excerpt(near).course(near)
-            begun += [(near, term) for term in of_two_variables(course)]
-        # many simulations, so in the vehicle of the file alone
-        begun += [(near, term) for term in of_a_product(course)]
+        calibrated, of_file = close.run(parent, 6), close.start()
+        course, far = (self._excerpt(fit).course(fit) for fit in (calibrated, of_file))
+        begun = [(calibrated, term) for term in of_two_variables(course)]
+        # products take many simulations, so in the vehicle of the file alone
+        begun += [(of_file, term) for term in (*of_two_variables(far), *of_a_product(far))]
         starts = [replace(near, terms=tuple(self._sprung([term]))) for near, term in begun]
         straight = self._gone_on(starts)
         found = self._shaped_for_a_reason([*straight, *self._bent(straight)], ())

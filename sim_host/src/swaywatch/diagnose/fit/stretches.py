@@ -147,12 +147,20 @@ def _cut(run: Run) -> list[Run]:
     edges = [round(i * blocks / count) * BLOCK for i in range(count + 1)]
     found = []
     for first, last in pairwise(edges):
-        piece = run.part(first, last)
-        piece.name = f"{run.name} from {piece.time[0]:.0f} to {piece.time[-1]:.0f} s"
-        if first:  # cut in mid-motion
-            piece.settling = SETTLING
-        found.append(_without_silent(piece))
+        found.append(piece_of(run, first, last))
     return found
+
+
+def piece_of(run: Run, first: int, last: int) -> Run:
+    """Samples `first` to `last` of a run, with start values of its own, as they are searched.
+
+    Without the channels of which hardly anything counts there.
+    """
+    piece = run.part(first, last)
+    piece.name = f"{run.name} from {piece.time[0]:.0f} to {piece.time[-1]:.0f} s"
+    if first:  # cut in mid-motion
+        piece.settling = SETTLING
+    return _without_silent(piece)
 
 
 def _without_silent(piece: Run) -> Run:
