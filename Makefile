@@ -249,7 +249,7 @@ test:: setup-test
 ifneq ($(wildcard tests/host/test_*.py),)
 test::
 	@$(VENV)/bin/pytest -q -n $(PYTEST_WORKERS) --dist loadfile --no-loadscope-reorder \
-	    --durations=40 tests/host
+	    -m "not long" --durations=40 tests/host
 endif
 
 clean:

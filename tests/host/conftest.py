@@ -112,6 +112,11 @@ LONGEST = (
 )  # fmt: skip
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """What is too long for `make test`."""
+    config.addinivalue_line("markers", "long: takes a minute or more; run by `make long`")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest files first."""
     order = {name: place for place, name in enumerate(LONGEST)}

@@ -63,23 +63,29 @@ def test_a_stop_is_found_that_is_hardly_a_straight_line() -> None:
     assert found.term.values == pytest.approx((60000.0, 0.025), rel=0.1)
 
 
+#: As many again take the same way; they are left to `make long`.
+LONG = [
+    (Law("moment_trailer", "yaw_rate_trailer", "saturating"), (-40000.0, 0.005)),
+    (Law("hitch", "articulation_rate", "odd square"), (6000.0,)),
+    (Law("hitch", "articulation", "rubbing"), (3000.0,)),
+    (Law("slip_trailer", "yaw_rate_car"), (0.02,)),
+    (Law("slip_trailer", "slip_trailer", "saturating"), (-0.83, 0.005)),
+    (Law("slip_trailer", "slip_trailer", response="lagged"), (-0.5, 0.5)),
+    (Law("slip_car_front", "slip_car_front", "dead zone"), (-0.3, 0.006)),
+    (Law("force_trailer", "sideslip_trailer", "straight", 2, "lagged"), (-14000.0, 0.3)),
+    (Law("slip_car_rear", "roll_car", "dead zone"), (0.3, 0.01, 13.0, 0.112)),
+    (Law("trailer", "swing", "hysteretic"), (90.0, -0.6, 0.8)),
+    (Law("slip_car_rear", "yaw_rate_trailer", "lost motion"), (-0.03, 0.012)),
+]
+
+
 @pytest.mark.parametrize(
     ("law", "values"),
     [
-        (Law("moment_trailer", "yaw_rate_trailer", "saturating"), (-40000.0, 0.005)),
-        (Law("hitch", "articulation_rate", "odd square"), (6000.0,)),
         (Law("force_trailer", "heading"), (9000.0,)),
-        (Law("hitch", "articulation", "rubbing"), (3000.0,)),
-        (Law("slip_trailer", "yaw_rate_car"), (0.02,)),
         (Law("slip_trailer", "roll_trailer", "hysteretic"), (0.15, 0.01, 8.0, 0.25)),
-        (Law("slip_trailer", "slip_trailer", "saturating"), (-0.83, 0.005)),
-        (Law("slip_trailer", "slip_trailer", response="lagged"), (-0.5, 0.5)),
-        (Law("slip_car_front", "slip_car_front", "dead zone"), (-0.3, 0.006)),
-        (Law("force_trailer", "sideslip_trailer", "straight", 2, "lagged"), (-14000.0, 0.3)),
-        (Law("slip_car_rear", "roll_car", "dead zone"), (0.3, 0.01, 13.0, 0.112)),
-        (Law("trailer", "swing", "hysteretic"), (90.0, -0.6, 0.8)),
         (Law("hitch", "articulation_rate", "falling"), (9000.0, 0.04)),
-        (Law("slip_car_rear", "yaw_rate_trailer", "lost motion"), (-0.03, 0.012)),
+        *(pytest.param(*case, marks=pytest.mark.long) for case in LONG),
     ],
 )
 def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(

@@ -11,9 +11,11 @@ from swaywatch.diagnose.evidence.search import Linear
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.discover.effect import OF_A_SHAPE, effect_of
 from swaywatch.discover.forms import curve
+from swaywatch.discover.free import form_of
 from swaywatch.discover.grammar import FREQUENCIES_HZ, grammar, of_two, products, refined
 from swaywatch.discover.law import (
     ANYWHERE,
+    CURVE,
     LAGGED,
     LIMITED,
     MOTIONS,
@@ -206,7 +208,10 @@ def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:
     """
     own, known, effect = law_in(term), term.as_dict(), effect_of(law)
     values = {p.name: known.get(p.name, p.starts[0]) for p in effect.parameters}
-    if law.shape != own.shape and "gain" in known:
+    if own.shape == CURVE and law.shape != CURVE:
+        like = form_of(known, law)
+        values |= {name: value for name, value in like.items() if name in values}
+    elif law.shape != own.shape and "gain" in known:
         begun = {p.name: p.starts[0] for p in effect.parameters if p.name in OF_A_SHAPE}
         values |= begun
         bend = sum(known.get(name, 0.0) for name in OF_A_SHAPE)

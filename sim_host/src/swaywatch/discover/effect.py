@@ -17,6 +17,7 @@ from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
     ANYWHERE,
     BY_THE_WAY,
+    CURVE,
     FADING,
     FALLING,
     GROWING,
@@ -29,6 +30,7 @@ from swaywatch.discover.law import (
     MOTIONS,
     OSCILLATING,
     PERIODIC,
+    PIECES,
     PLACES,
     ROLLS,
     SHAPES,
@@ -48,7 +50,7 @@ from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
 
 ID = "law"
 OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
-BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17, 18)  # shapes with a bend
+BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17, 18, 19)  # shapes with a bend
 RATE_S = 0.05  # over which the rate of steering is taken
 #: Half the log prior weight of a law without a known cause, see `Effect.plausibility`.
 UNHEARD_OF = -1.0
@@ -109,12 +111,20 @@ def acts_at(place: str, values: Values) -> dict[str, float]:
     return {f"force_{body}": 1.0, f"moment_{body}": values["ahead_m"]}
 
 
+def _set_shape(plant: PlantInput, shape: str, values: Values) -> None:
+    """The slots of a law's form."""
+    plant.scalar("law_gain", 1.0 if shape == CURVE else values["gain"])
+    plant.scalar("law_shape", float(SHAPES.index(shape)))
+    plant.scalar("law_bend", bend_of(values))
+    if shape == CURVE:
+        for name in PIECES:
+            plant.scalar(f"law_{'line' if name == 'gain' else name}", values[name])
+
+
 def _moves(law: Law) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
-        plant.scalar("law_gain", values["gain"])
-        plant.scalar("law_shape", float(SHAPES.index(law.shape)))
-        plant.scalar("law_bend", bend_of(values))
+        _set_shape(plant, law.shape, values)
         plant.scalar("law_speed_power", float(law.power))
         rate, felt = law.motion == "steer_rate", law.motion in LAW_FELT
         plant.scalar("law_lag", RATE_S if rate else max(values.get("lag_s", 0.0), 0.0))
@@ -381,10 +391,13 @@ def _of_shape(law: Law) -> list[Parameter]:
         return [Parameter("per_square", f"1/({motion.unit})^2", 0.0, *bounds, 0.1 * most, 1e9)]
     if SHAPES.index(law.shape) not in BENDS:
         return []
-    share = {"saturating": 0.5, LIMITED_RATE: 2.0, LOST_MOTION: 0.1}.get(law.shape, 0.3)
+    share = {"saturating": 0.5, LIMITED_RATE: 2.0, LOST_MOTION: 0.1, CURVE: 1.0}.get(law.shape, 0.3)
     bend, per_s = share * motion.usual, "/s" if law.shape == LIMITED_RATE else ""
     bounds = 0.02 * bend, 20.0 * bend, (bend,)
-    return [Parameter("bend", motion.unit + per_s, 1e3, *bounds, 0.1 * bend, 1e9)]
+    found = [Parameter("bend", motion.unit + per_s, 1e3, *bounds, 0.1 * bend, 1e9)]
+    if law.shape == CURVE:
+        found += [replace(_gain(law), name=name) for name in PIECES[1:]]
+    return found
 
 
 def _of_way(law: Law) -> list[Parameter]:

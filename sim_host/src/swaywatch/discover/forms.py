@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from swaywatch.discover.law import (
     BY_THE_WAY,
+    CURVE,
     FADING,
     FALLING,
+    FIFTHS,
     GROWING,
     INSTANT,
     LAGGED,
@@ -129,7 +131,22 @@ _CURVES: dict[str, Callable[[Array, float], Array]] = {
     FALLING: lambda z, bend: bend * np.tanh(STEEP * z / bend) / (1.0 + (z / bend) ** 2),
     SWITCHED: _switched,
 }
-assert set(_CURVES) == set(SHAPES)
+assert {*_CURVES, CURVE} == set(SHAPES)
+
+
+def in_pieces(z: Array, values: Values) -> Array:
+    """A free curve over the course of its variable, shape (n,)."""
+    found = values["gain"] * z + values["of_size"] * np.abs(z)
+    for fifth in FIFTHS:
+        at = fifth * values["bend"] / len(FIFTHS)
+        found = found + values[f"right_{fifth}"] * np.maximum(z - at, 0.0)
+        found = found + values[f"left_{fifth}"] * np.minimum(z + at, 0.0)
+    return np.asarray(found)
+
+
+def amount(shape: str, z: Array, values: Values, bend: float) -> Array:
+    """A law at once over the course of its variable, with its gain, shape (n,)."""
+    return in_pieces(z, values) if shape == CURVE else values["gain"] * curve(shape, z, bend)
 
 
 def curve(shape: str, z: Array, bend: float) -> Array:
@@ -162,6 +179,7 @@ def formula(law: Law) -> str:
         LOST_MOTION: f"({symbol}, followed with a play of +-bend)",
         FALLING: f"bend tanh({STEEP:g} {symbol} / bend) / (1 + ({symbol} / bend)^2)",
         SWITCHED: f"bend sign({symbol}) beyond +-bend",
+        CURVE: f"{symbol} in straight pieces, with other slopes beyond each fifth of +-bend",
         LIMITED_RATE: f"({symbol}, followed no faster than bend a second)",
     }[law.shape]
     left = {"N": "F", "Nm": "M", "rad": "angle"}[PLACES[law.place].unit]

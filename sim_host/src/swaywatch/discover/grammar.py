@@ -15,6 +15,7 @@ from swaywatch.discover.law import (
     ANYWHERE,
     BODIES,
     BY_THE_WAY,
+    CURVE,
     DEFLECTIONS,
     FADING,
     GROWING,
@@ -262,6 +263,7 @@ def _forms(place: str, motion: str) -> tuple[Law, ...]:
     closed = (SLIDING,) if place == "hitch" else ()
     closed = closed if motion in DEFLECTIONS else (*closed, "rubbing")
     closed = (*closed, SLIDING) if motion in RATES else closed
+    closed = (*closed, CURVE)  # any form is one: looked for where no form fits (`free_curves`)
     single = motion in ALONE
     if single:
         closed = (*closed, *KEEPING)
@@ -300,6 +302,8 @@ def _next_to(law: Law) -> Law | None:
     """The law in the form beside its own that has a number less."""
     if law.response == OSCILLATING:
         return replace(law, response=LAGGED)
+    if law.shape == CURVE and law.response == LAGGED:
+        return replace(law, response=INSTANT)
     fewer = []
     if law.response in BY_THE_WAY:
         fewer.append(replace(law, response=INSTANT))
@@ -323,6 +327,12 @@ def _line_of(law: Law) -> Law | None:
         return None
     fewer = len(effect_of(plain).parameters) < len(effect_of(law).parameters)
     return plain if fewer else None
+
+
+@cache
+def curves() -> tuple[Law, ...]:
+    """A free curve of each pair and power of the speed."""
+    return tuple(replace(law, shape=CURVE) for law in _straight() if law.place not in ANYWHERE)
 
 
 @cache

@@ -21,7 +21,7 @@ from swaywatch.diagnose.evidence.locate import Locator
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
 from swaywatch.discover.effect import ID, RATE_S, bend_of, made_of
 from swaywatch.discover.find import Discovery
-from swaywatch.discover.forms import curve, share_by_the_way
+from swaywatch.discover.forms import amount, curve, share_by_the_way
 from swaywatch.discover.law import (
     ANYWHERE,
     BODIES,
@@ -240,9 +240,9 @@ def valued(found: Discovery, z: Array, run: Run, times: Array | None = None) -> 
         z = z - changed(z, values["lag_s"])
     if law.response == TRANSIENT:
         z = stretched(law.shape, z, bend, values["lag_s"])
-    bent = curve(law.shape, z, bend)
+    bent = amount(law.shape, z, values, bend)
     share = share_by_the_way(law, run, values)
-    force = values["gain"] * bent * (run.speed / SPEED_M_S) ** law.power * share
+    force = bent * (run.speed / SPEED_M_S) ** law.power * share
     force = force if times is None else force * np.abs(times)
     if law.response == LAGGED and values["lag_s"] > 0.0:
         force = force - changed(force, values["lag_s"])

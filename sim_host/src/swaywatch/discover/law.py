@@ -19,6 +19,7 @@ SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
     "rubbing", "positive side", "negative side", "waiting", "uneven", "limited rate",
     "line and cube", "lost motion", "falling", "positive stop", "negative stop", "switched",
+    "free curve",
 )  # fmt: skip
 #: Of another slope on the other side: what one side's tyres make, or two unlike springs.
 UNEVEN = "uneven"
@@ -32,12 +33,18 @@ LIMITED_RATE = "limited rate"
 LOST_MOTION, FALLING = "lost motion", "falling"
 #: What is off or on: brakes that a sensor applies.
 SWITCHED = "switched"
+#: What no other form is: straight pieces through nothing, with the numbers of `PIECES`.
+CURVE = "free curve"
+#: Slope at nothing, what is added to it on the right and taken from it on the left, and what the
+#: slopes change by beyond each fifth of the bend, on either side.
+FIFTHS = (1, 2, 3, 4, 5)
+PIECES = ("gain", "of_size", *(f"{side}_{n}" for side in ("right", "left") for n in FIFTHS))
 #: What acts to one side only: a rope, a chain, a valve, a stop.
 SIDES = ("positive side", "negative side")
 #: The same with slack: only once that is beyond it.
 STOPS = ("positive stop", "negative stop")
 #: Shapes that are looked for only where a form near them was found, with its values to begin with.
-ONLY_REFINED = (UNEVEN, LINE_AND_CUBE, LOST_MOTION, FALLING, *STOPS, SWITCHED)
+ONLY_REFINED = (UNEVEN, LINE_AND_CUBE, LOST_MOTION, FALLING, *STOPS, SWITCHED, CURVE)
 SLIDING = "hysteretic"
 FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a state too
 ROLLS = ("roll_car", "roll_trailer")

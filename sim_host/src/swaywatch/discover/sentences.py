@@ -6,11 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from swaywatch.discover.forms import in_pieces
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
     BY_THE_WAY,
+    CURVE,
     FADING,
     FALLING,
+    FIFTHS,
     FRICTION,
     GROWING,
     INSTANT,
@@ -72,7 +77,9 @@ _UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
 
 
 def suggestion(law: Law, gain: float) -> str:
-    """What is known to act in this way; empty if nothing is."""
+    """What is known to act in this way; empty if nothing is, or where no form tells."""
+    if law.shape == CURVE:
+        return ""
     pressed = _PRESSED.get((law.place, law.motion, law.by), "")
     special = pressed or _of_form(law, gain) or _at_hitch(law, gain)
     return special or KNOWN.get((law.place, law.motion), ("", ""))[gain < 0.0]
@@ -164,7 +171,7 @@ def energy(law: Law, gain: float) -> str:
     if law.motion == stores and at_once and not law.power and not law.by:
         return "stores energy and returns it: passive"
     scrubs = law.motion == THERE and gain < 0.0
-    if at_once and (scrubs or (law.motion == loses and sign * gain < 0.0)):
+    if law.shape != CURVE and at_once and (scrubs or (law.motion == loses and sign * gain < 0.0)):
         return "dissipates energy of the motion: passive"
     return "can supply energy to the motion, taken from the forward motion or from an actuator"
 
@@ -188,12 +195,13 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     shape = curve.get(law.shape, "")
     order = "^" + ("3" if law.shape == "cube" else "2") if shape else ""
     per = motion.unit if not order else f"({motion.unit}){order}"
-    words = f"{place.words}{_lever(parameters)}: {_range(gain, factor)} {unit}"
-    words += (
-        f" per {per} of the {motion.words}"
-        if law.motion != DISTANCE
-        else ", whatever the motion and the speed"
-    )
+    words = f"{place.words}{_lever(parameters)}"
+    if law.shape == CURVE:
+        words += f", a curve of the {motion.words}: {_pieces(law, parameters, unit, factor)}"
+    elif law.motion == DISTANCE:
+        words += f": {_range(gain, factor)} {unit}, whatever the motion and the speed"
+    else:
+        words += f": {_range(gain, factor)} {unit} per {per} of the {motion.words}"
     words += _second(law, parameters) + shape
     words += _shape(law, parameters)
     if law.motion == DISTANCE:
@@ -205,6 +213,16 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         2: f", at {SPEED_M_S:g} m/s, proportional to the square of the speed",
     }[law.power]
     return words + _response(law, parameters)
+
+
+def _pieces(law: Law, parameters: Mapping[str, Mapping[str, Any]], unit: str, factor: float) -> str:
+    """A free curve by its values where its slope changes."""
+    values = {name: float(row["value"]) for name, row in parameters.items()}
+    z = values["bend"] * np.array([n / len(FIFTHS) for n in (*(-m for m in FIFTHS[::-1]), *FIFTHS)])
+    there = zip(z, factor * in_pieces(z, values), strict=True)
+    motion = MOTIONS[law.motion]
+    points = ", ".join(f"{y:.2g} at {x:.2g}" for x, y in there)
+    return f"{points} ({unit} at {motion.symbol} in {motion.unit})"
 
 
 def _lever(parameters: Mapping[str, Mapping[str, Any]]) -> str:

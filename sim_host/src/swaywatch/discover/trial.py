@@ -35,6 +35,7 @@ from swaywatch.discover.begin import (
 )
 from swaywatch.discover.effect import ID, effect_of
 from swaywatch.discover.excerpt import Excerpt, excerpt_of
+from swaywatch.discover.free import free_curves
 from swaywatch.discover.grammar import (
     all_laws,
     elsewhere,
@@ -44,7 +45,9 @@ from swaywatch.discover.grammar import (
     without_a_line,
 )
 from swaywatch.discover.law import (
+    ALONE,
     BODIES,
+    CURVE,
     FADING,
     INSTANT,
     LAGGED,
@@ -70,6 +73,7 @@ from swaywatch.effects.effect import Effect
 from swaywatch.plant.lanes import BODY
 
 PAIRED_ON = 4  # of them that are continued
+LATE_CURVES = 2  # free curves, of those that fit best, that are tried with a lag too
 MOVED = 2  # of them that are looked for at other places and with other motions
 GONE_OVER = 2  # times that this is done
 #: Reduced chi-square under the observer, and samples for an independent one, up to which one
@@ -203,6 +207,7 @@ class LawSearch:
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         if not self._plain:
             fits = [*fits, *self._in_other_shapes(course, fits)]
+            fits = [*fits, *self._in_curves(fits, parent)]
             fits = [*fits, *self._of_two(fits, parent)]
             fits = [*fits, *self._along_the_road(fits, parent)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
@@ -306,6 +311,26 @@ class LawSearch:
         starts = [replace(near, terms=tuple(self._sprung([term]))) for near, term in begun]
         straight = self._gone_on(starts)
         found = self._shaped_for_a_reason([*straight, *self._bent(straight)], ())
+        return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
+
+    def _in_curves(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
+        """Free curves, where no form leaves only noise."""
+        if parent.terms or self._only_noise(fits) or self._spent("free curves"):
+            return []
+        close = self.search.close
+        starts = [
+            replace(near, terms=tuple(self._sprung([term])))
+            for near in (close.run(parent, 6), close.start())
+            for term in free_curves(self._excerpt(near).course(near))
+        ]
+        best = min((fit.chi2 for fit in fits), default=math.inf)
+        found = sorted(self._gone_on(starts), key=lambda f: f.chi2)
+        late = [
+            replace(fit, terms=tuple(self._sprung([in_form(fit.terms[-1], law)])))
+            for fit in found[:LATE_CURVES]
+            if (law := replace(law_in(fit.terms[-1]), response=LAGGED)).motion not in ALONE
+        ]
+        found += close.side_by_side(lambda f: close.run(f, 10), late)
         return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
 
     def _spent(self, what: str) -> bool:
@@ -498,7 +523,10 @@ class LawSearch:
             self.search.noise = min(self.search.noise, noise)
 
     def shaped(self, candidate: Candidate) -> Candidate:
-        """With its law in another form, where that fits clearly better; and once more."""
+        """With its law in another form, where that fits clearly better; and once more.
+
+        In a form instead of a free curve, which has more numbers, where that fits as well.
+        """
         judge = self.search.judge
         for _ in range(RESHAPED):
             fit = candidate.fit
@@ -507,7 +535,8 @@ class LawSearch:
             starts = [replace(fit, terms=(*fit.terms[:-1], other)) for other in others]
             near = judge.side_by_side(lambda f: judge.run(f, 8), starts)
             best = min(near, key=lambda f: f.chi2, default=fit)
-            if not best.chi2 < fit.chi2 - self._clearly(fit):
+            better = -self._clearly(fit) if law_in(term).shape != CURVE else self._clearly(fit)
+            if not best.chi2 < fit.chi2 + better:
                 break
             candidate = Candidate(best, candidate.parent)
             self.tried.append(candidate)

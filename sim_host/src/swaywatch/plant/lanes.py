@@ -107,6 +107,10 @@ SCALARS = (
     "law_gain",
     "law_shape",  # as in discover/grammar.py
     "law_bend",  # what it depends on, where it saturates or the dead zone ends
+    # a free curve: its slope at nothing, what is added to either side of that, and how its slope
+    # changes beyond each fifth of the bend, to the right and to the left
+    "law_line", "law_of_size",
+    *(f"law_{side}_{fifth}" for side in ("right", "left") for fifth in (1, 2, 3, 4, 5)),
     "law_speed_power",  # -1, 0, 1 or 2
     "law_lag",  # s
     # 1: of what it depends on only what has changed within the lag counts; 2: as a spring that

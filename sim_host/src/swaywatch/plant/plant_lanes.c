@@ -37,6 +37,8 @@
 #define HURRY_S 0.05         // within which what may go as fast as it likes follows
 #define PLAYS 8.0            // shape "lost motion"
 #define PLAYED_S 0.02        // within which what is beyond the play is followed
+#define CURVE 19.0           // shape "free curve"
+#define PIECES 5             // of it on each side, beside the first
 #define STEEP 8.0            // times as fast as it falls, friction that falls with the rate rises
 #define SWING_SEEN_S 0.05    // within which a law that waits notices how far something swings, ...
 #define SWING_KEPT_S 1.0     // and forgets it: a swing of 1 Hz has two peaks a second

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 127
+#define PLANT_SCALARS 139
 #define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -112,6 +112,18 @@ enum plant_scalar {
     E_LAW_GAIN,
     E_LAW_SHAPE,
     E_LAW_BEND,
+    E_LAW_LINE,
+    E_LAW_OF_SIZE,
+    E_LAW_RIGHT_1,
+    E_LAW_RIGHT_2,
+    E_LAW_RIGHT_3,
+    E_LAW_RIGHT_4,
+    E_LAW_RIGHT_5,
+    E_LAW_LEFT_1,
+    E_LAW_LEFT_2,
+    E_LAW_LEFT_3,
+    E_LAW_LEFT_4,
+    E_LAW_LEFT_5,
     E_LAW_SPEED_POWER,
     E_LAW_LAG,
     E_LAW_TRANSIENT,

@@ -28,6 +28,18 @@ INLINE V NAME(bent)(V z, V shape, V at)
     return NAME(choose)(shape == 5.0, z * z, found);
 }
 
+/// A curve of straight pieces through nothing; its slope changes at fifths of the bend.
+INLINE V NAME(in_pieces)(V z, const V *e)
+{
+    V found = e[E_LAW_LINE] * z + e[E_LAW_OF_SIZE] * NAME(absolute)(z);
+    for (int j = 0; j < PIECES; j++) {
+        const V at = e[E_LAW_BEND] * ((j + 1) * (1.0 / PIECES)), none = {0};
+        found += e[E_LAW_RIGHT_1 + j] * NAME(most)(z - at, none);
+        found += e[E_LAW_LEFT_1 + j] * NAME(least)(z + at, none);
+    }
+    return found;
+}
+
 /// How fast what dry friction follows goes on: articulation, roll of car and trailer; or as seen
 /// from where `z` was before.
 INLINE V NAME(rubbing)(const V *x, const V *of, const V *turning, const V *e, V z)
@@ -104,6 +116,7 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V spee
     const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
     const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
     V bent = NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
+    bent = NAME(choose)(e[E_LAW_SHAPE] == CURVE, NAME(in_pieces)(z, e), bent);
     const V against = NAME(hyperbolic_tangent)(rate * (1.0 / LAW_SLOW));
     bent = NAME(choose)(sticks == 1.0, NAME(absolute)(z) * against, bent);
     const V waits = sticks - WAITS;

@@ -1,0 +1,119 @@
+"""Laws as free curves, where no form is theirs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_discover import difference, plant, searched, seen_as_the_law_says, silent
+
+from swaywatch.diagnose.evidence.search import Linear
+from swaywatch.discover.begin import in_form, law_in
+from swaywatch.discover.effect import effect_of
+from swaywatch.discover.find import Laws
+from swaywatch.discover.forms import curve, in_pieces
+from swaywatch.discover.free import BEGUN_CURVES, free_curves
+from swaywatch.discover.grammar import all_laws, curves, plainer, refined
+from swaywatch.discover.law import CURVE, PIECES, Law, law_of
+from swaywatch.discover.sentences import energy, sentence, suggestion
+from swaywatch.effects.active import ActiveEffect
+from swaywatch.plant.lanes import simulate
+
+STEERED = Law("moment_car", "steer", CURVE)
+
+
+def values_of(**pieces: float) -> dict[str, float]:
+    """Numbers of a curve, of nothing where none is given."""
+    return dict.fromkeys(PIECES, 0.0) | {"bend": 0.02} | pieces
+
+
+def test_a_curve_is_what_its_pieces_say() -> None:
+    """The same in the plant as a moment that is prescribed."""
+    values = values_of(gain=4e4, of_size=2e4, right_1=-9e4, right_4=5e4, left_2=-7e4, left_5=3e4)
+    pushed, law = plant(), plant()
+    pushed.add_series("moment_car", in_pieces(pushed.steer, values))
+    effect_of(STEERED).act(law, None, values, ())
+    assert difference(simulate(pushed), simulate(law)) < 5e-3
+    assert difference(simulate(plant()), simulate(law)) > 0.02
+
+
+def test_forms_are_curves() -> None:
+    z = np.linspace(-0.05, 0.05, 101)
+    play = values_of(right_5=3.0, left_5=3.0)
+    assert in_pieces(z, play) == pytest.approx(3.0 * curve("dead zone", z, 0.02))
+    right = values_of(gain=1.5, of_size=1.5)
+    assert in_pieces(z, right) == pytest.approx(3.0 * curve("positive side", z, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("pieces", "shape", "gain", "bend"),
+    [
+        ({"gain": 5.0}, "straight", 5.0, None),
+        ({"right_3": 5.0, "left_3": 5.0}, "dead zone", 5.0, 0.012),
+        ({"of_size": 5.0, "gain": 5.0}, "positive side", 10.0, None),
+        ({"gain": 5.0, "right_1": -5.0, "left_1": -5.0}, "saturating", 6.0, 0.004),
+    ],
+)
+def test_a_form_begins_as_the_curve_that_it_takes_the_place_of(
+    pieces: dict[str, float], shape: str, gain: float, bend: float | None
+) -> None:
+    effect = effect_of(STEERED)
+    scale = effect.parameters[0].starts[0]
+    values = values_of(**{name: scale * value for name, value in pieces.items()})
+    term = ActiveEffect(effect, tuple(values[p.name] for p in effect.parameters))
+    found = in_form(term, Law("moment_car", "steer", shape)).as_dict()
+    assert found["gain"] == pytest.approx(gain * scale, rel=0.25)
+    if bend is not None:
+        assert found["bend"] == pytest.approx(bend, rel=0.1)
+
+
+def test_curves_are_looked_for_by_themselves() -> None:
+    """Any form is one, so they stand beside no other form of a law."""
+    assert not any(law.shape == CURVE for law in all_laws())
+    assert not any(law.shape == CURVE for law in refined(Law("hitch", "articulation")))
+    assert Law("hitch", "articulation", CURVE) in curves()
+    late = Law("slip_car_rear", "yaw_rate_car", CURVE, response="lagged")
+    assert plainer(late) == Law("slip_car_rear", "yaw_rate_car", CURVE)
+    assert law_of(late.spec) == late
+
+
+def test_a_curve_in_words() -> None:
+    rows = {name: {"value": value} for name, value in values_of(gain=6e4, right_1=-6e4).items()}
+    words = sentence(Law("hitch", "articulation", CURVE), rows)
+    assert "a curve of the articulation: -1.2 at -0.02, -0.96 at -0.016" in words
+    assert "0.24 at 0.004, 0.24 at 0.008" in words
+    assert "(kNm at theta in rad), independent of speed" in words
+    assert suggestion(Law("hitch", "articulation", CURVE), 1.0) == ""
+    braked = Law("moment_car", "yaw_rate_car", CURVE)
+    assert energy(braked, -1.0).startswith("can supply")
+    assert energy(Law("hitch", "articulation", CURVE), 1.0).startswith("stores")
+
+
+def notched() -> ActiveEffect:
+    """A ring at the ball that is worn in notches: it pulls there, and back a degree later."""
+    effect = effect_of(Law("hitch", "articulation", CURVE))
+    values = values_of(
+        gain=4e4, bend=0.025, right_1=-4e4, right_2=-4e4, right_3=4e4,
+        left_1=-4e4, left_2=-4e4, left_3=4e4,
+    )  # fmt: skip
+    return ActiveEffect(effect, tuple(values[p.name] for p in effect.parameters))
+
+
+def test_what_has_no_form_is_among_the_curves_that_are_begun() -> None:
+    """From the vehicle of the file and from the calibrated one."""
+    close = searched((notched(),)).close
+    for near in (close.start(), close.run(close.start(), 6)):
+        begun = [law_in(term) for term in free_curves(Linear(close, near))]
+        assert len(set(begun)) == len(begun) == BEGUN_CURVES
+        assert Law("hitch", "articulation", CURVE) in begun
+
+
+@pytest.mark.long
+def test_what_has_no_form_is_found_as_a_curve() -> None:
+    truth = notched()
+    found = Laws([searched((truth,))]).discover([], silent)
+    assert found is not None
+    assert found.law == Law("hitch", "articulation", CURVE)
+    seen_as_the_law_says(found)
+    z = np.linspace(-0.015, 0.015, 61)
+    said, true = in_pieces(z, found.term.as_dict()), in_pieces(z, truth.as_dict())
+    assert np.sqrt(np.mean((said - true) ** 2)) < 0.1 * np.sqrt(np.mean(true**2))
