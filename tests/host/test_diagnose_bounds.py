@@ -49,6 +49,23 @@ def test_a_budget_refuses_once_it_is_spent() -> None:
     assert Budget().sentences() == []
 
 
+def test_laws_do_not_spend_what_the_library_may() -> None:
+    """They are tried in the middle of its search, which goes on afterwards."""
+    budget = Budget(most_s=100.0)
+    budget.spend(30.0)
+    with budget.laws():
+        budget.spend(50.0)
+        assert not budget.refuses("more laws", 1.0, budget.by_laws_s)
+        with budget.laws():  # tried by those that are tried
+            budget.spend(55.0)
+            assert budget.refuses("more laws", 1.0, budget.by_laws_s)
+    assert (budget.by_laws_s, budget.by_library_s) == (105.0, 30.0)
+    assert not budget.refuses("more effects", 0.8, budget.by_library_s)
+    budget.spend(55.0)
+    assert budget.refuses("more effects", 0.8, budget.by_library_s)
+    assert budget.untried == ["more laws", "more effects"]
+
+
 def test_a_step_is_refused_that_would_not_end_within_the_budget() -> None:
     """Windows beside a second vehicle took 3.9 million simulated seconds beyond the limit."""
     budget = Budget(most_s=100.0)

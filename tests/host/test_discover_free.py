@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from test_discover import difference, plant, searched, seen_as_the_law_says, silent
 
 from swaywatch.diagnose.evidence.search import Linear
+from swaywatch.diagnose.evidence.verdict import Verdict
+from swaywatch.diagnose.fit.fit import Fit, Problem
 from swaywatch.discover.begin import in_form, law_in
 from swaywatch.discover.effect import effect_of
 from swaywatch.discover.find import Laws
@@ -14,6 +19,7 @@ from swaywatch.discover.forms import curve, in_pieces
 from swaywatch.discover.free import BEGUN_CURVES, free_curves
 from swaywatch.discover.grammar import all_laws, curves, plainer, refined
 from swaywatch.discover.law import CURVE, PIECES, Law, law_of
+from swaywatch.discover.report import with_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.plant.lanes import simulate
@@ -117,3 +123,17 @@ def test_what_has_no_form_is_found_as_a_curve() -> None:
     z = np.linspace(-0.015, 0.015, 61)
     said, true = in_pieces(z, found.term.as_dict()), in_pieces(z, truth.as_dict())
     assert np.sqrt(np.mean((said - true) ** 2)) < 0.1 * np.sqrt(np.mean(true**2))
+
+
+def test_a_law_stands_before_the_library_that_was_not_claimed() -> None:
+    """Windows that followed the misfit are not claimed; in the ranking the law is ahead of them."""
+    vehicle = Fit((), np.zeros((1, 5)), np.zeros(1), chi2=5000.0, count=1000)
+    law = replace(vehicle, terms=(notched(),), chi2=1000.0)
+    verdict = Verdict(
+        "unexplained", vehicle, vehicle, Problem.__new__(Problem),
+        candidates=[("tyres that change", 900.0), ("calibrated vehicle", 0.0)],
+    )  # fmt: skip
+    search = SimpleNamespace(problem=verdict.problem, noise=1.0)
+    said = with_law(verdict, SimpleNamespace(fit=law, base=vehicle, search=search, evidence=80.0))
+    assert (said.word, said.evidence) == ("missing_physics", 980.0)
+    assert [name for name, _ in said.candidates][1:] == ["tyres that change", "calibrated vehicle"]

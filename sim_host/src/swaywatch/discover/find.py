@@ -39,8 +39,8 @@ from swaywatch.discover.law import Law
 from swaywatch.discover.trial import (
     BESIDE_KNOWN,
     NOISE_CLOSE,
-    WITH_LAWS,
     LawSearch,
+    laws_refuse,
     least_ahead,
     library_suffices,
 )
@@ -175,12 +175,13 @@ class Laws:
             base = search.baseline()
             law_search = self._new(Path(search, base, base))
             self._alone[id(search)] = law_search
-            _polish_best([law_search])
+            with search.problem.budget.laws():
+                _polish_best([law_search])
         return self._alone[id(search)]
 
     def _ended(self) -> bool:
         """Tell whether the diagnosis has simulated enough."""
-        return self.searches[0].problem.budget.refuses(LAWS, WITH_LAWS)
+        return laws_refuse(self.searches[0].problem.budget, LAWS)
 
     def discover(self, paths: Sequence[Path], progress: Progress) -> Discovery | None:
         """The law that explains the runs better than the library does, or None.
@@ -195,6 +196,11 @@ class Laws:
         progress
             Called with a stage and the completed share.
         """
+        with self.searches[0].problem.budget.laws():
+            return self._discovered(paths, progress)
+
+    def _discovered(self, paths: Sequence[Path], progress: Progress) -> Discovery | None:
+        """The same; what it simulates counts as spent by laws."""
         progress("laws beyond the library", 0.93)
         if not self._alone and self._ended():
             return None
@@ -245,7 +251,7 @@ def _polish_best(law_searches: Sequence[LawSearch]) -> None:
     near: list[tuple[LawSearch, Candidate]] = []
     for law_search in law_searches:
         for parent in _parents(law_search):
-            if near and law_search.search.problem.budget.refuses(BESIDE):
+            if near and laws_refuse(law_search.search.problem.budget, BESIDE):
                 break
             near += [(law_search, candidate) for candidate in law_search.beside(parent)]
     if not near:
@@ -329,7 +335,7 @@ def _with_known(law_search: LawSearch, candidate: Candidate) -> Candidate:
     """
     search, fit = law_search.search, candidate.fit
     alone = len(fit.terms) == 1 and reduced_chi_square(fit) > NOISE_CLOSE
-    if not alone or search.problem.budget.refuses(BESIDE, WITH_LAWS):
+    if not alone or laws_refuse(search.problem.budget, BESIDE):
         return candidate
     for found in search.extend(fit, windowed=False)[:1]:
         law, known = found.fit.terms

@@ -22,6 +22,8 @@ def with_law(verdict: Verdict, found: Discovery) -> Verdict:
     """The verdict with the law in the model, and the library effects that stay beside it."""
     known = dict(zip((t.effect.name for t in verdict.fit.terms), verdict.confidence, strict=False))
     names = [t.effect.name for t in found.fit.terms]
+    # the law is ahead of the best of the library, also where that was not claimed
+    ahead = max([verdict.evidence, *(e for _, e in verdict.candidates)]) + found.evidence
     return replace(
         verdict,
         word="missing_physics" if explained(found.base, found.fit) else "unexplained",
@@ -31,8 +33,8 @@ def with_law(verdict: Verdict, found: Discovery) -> Verdict:
         equivalents=[[] for _ in names],
         confidence=[min(known.get(n, NAMED_BESIDE), SUREST) for n in names],
         noise=found.search.noise,
-        evidence=verdict.evidence + found.evidence,
-        candidates=[(" + ".join(names), verdict.evidence + found.evidence), *verdict.candidates],
+        evidence=ahead,
+        candidates=[(" + ".join(names), ahead), *verdict.candidates],
         hidden=[],
         notes=[],
     )

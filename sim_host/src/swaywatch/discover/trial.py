@@ -17,6 +17,7 @@ from swaywatch.diagnose.evidence.evidence import (
     residuals,
 )
 from swaywatch.diagnose.evidence.search import Candidate, Linear, Search, reduced_chi_square
+from swaywatch.diagnose.fit.budget import Budget
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.discover.begin import (
     SHORT_LIST,
@@ -84,8 +85,9 @@ SCREENED = 144  # laws that are begun, of those that a vehicle promises most of 
 SCREENED_WEAK = 40  # the same where the library leaves only noise
 RESHAPED = 2  # times that the form of a law is looked for
 BEGUN = 3  # iterations of their fits; the best of them are continued
-#: Of the budget of a diagnosis: until then laws are begun, also where the library took all of it.
-WITH_LAWS = 1.5
+#: Of the budget of a diagnosis, what laws may spend beside the library, and what both: until then
+#: laws are begun.
+OF_LAWS, OF_BOTH = 1.0, 2.0
 #: Logarithm of the odds from which a law is claimed: clean vehicles of another simulator, with
 #: other suspension models, gave laws of up to 55. Every tyre has a pneumatic trail.
 FORM = 75.0
@@ -335,7 +337,7 @@ class LawSearch:
 
     def _spent(self, what: str) -> bool:
         """What the diagnosis may simulate is spent; it names then what was not tried."""
-        return self.search.problem.budget.refuses(what, WITH_LAWS)
+        return laws_refuse(self.search.problem.budget, what)
 
     def _only_noise(self, fits: Sequence[Fit]) -> bool:
         """Whether the best of some fits leaves nothing under the observer but white noise.
@@ -578,6 +580,11 @@ class LawSearch:
 def _no_stronger(look: ActiveEffect, term: ActiveEffect) -> bool:
     """A look at a law with no more than its usual size."""
     return abs(look.values[0]) <= abs(term.values[0])
+
+
+def laws_refuse(budget: Budget, what: str) -> bool:
+    """Laws have spent what they may; what was not tried for it is named."""
+    return budget.refuses(what, OF_LAWS, budget.by_laws_s) or budget.refuses(what, OF_BOTH)
 
 
 def least_ahead(law: Law) -> float:

@@ -656,11 +656,13 @@ class Search:
 
     def refuses(self, what: str) -> bool:
         """Tell whether `what` is left untried because the diagnosis has simulated enough."""
-        return self.problem.budget.refuses(what, self._share)
+        budget = self.problem.budget
+        return budget.refuses(what, self._share, budget.by_library_s)
 
     def has_room(self, what: str) -> bool:
         """Tell whether another step of a kind ends within the budget, as far as known."""
-        return self.problem.budget.has_room(what, self._share)
+        budget = self.problem.budget
+        return budget.has_room(what, self._share, budget.by_library_s)
 
     @property
     def _share(self) -> float:

@@ -26,6 +26,10 @@ class Budget:
         Simulated seconds after which nothing further is begun.
     spent_s
         Simulated seconds so far.
+    begun_by_laws_s
+        What was spent when laws were begun; None while none are.
+    earlier_laws_s
+        Of `spent_s`, what laws have spent that were tried before.
     untried
         What was left out for it, in words, in this order.
     steps_s
@@ -35,6 +39,8 @@ class Budget:
 
     most_s: float = MOST_S
     spent_s: float = 0.0
+    begun_by_laws_s: float | None = None
+    earlier_laws_s: float = 0.0
     untried: list[str] = field(default_factory=list)
     steps_s: dict[str, float] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False, compare=False)
@@ -44,18 +50,44 @@ class Budget:
         with self._lock:
             self.spent_s += simulated_s
 
-    def has_room(self, what: str, share: float = 1.0) -> bool:
-        """Tell whether a step of this kind ends within a share of the budget, as far as known."""
-        return self.spent_s + self.steps_s.get(what, 0.0) < share * self.most_s
+    @property
+    def by_laws_s(self) -> float:
+        """Simulated seconds that laws have spent."""
+        now = 0.0 if self.begun_by_laws_s is None else self.spent_s - self.begun_by_laws_s
+        return self.earlier_laws_s + now
 
-    def refuses(self, what: str, share: float = 1.0) -> bool:
+    @property
+    def by_library_s(self) -> float:
+        """Simulated seconds that all else has spent."""
+        return self.spent_s - self.by_laws_s
+
+    @contextmanager
+    def laws(self) -> Iterator[None]:
+        """What is spent within counts as spent by laws, once."""
+        if self.begun_by_laws_s is not None:
+            yield
+            return
+        self.begun_by_laws_s = self.spent_s
+        try:
+            yield
+        finally:
+            self.earlier_laws_s = self.by_laws_s
+            self.begun_by_laws_s = None
+
+    def has_room(self, what: str, share: float = 1.0, spent_s: float | None = None) -> bool:
+        """Tell whether a step of this kind ends within a share of the budget, as far as known."""
+        spent_s = self.spent_s if spent_s is None else spent_s
+        return spent_s + self.steps_s.get(what, 0.0) < share * self.most_s
+
+    def refuses(self, what: str, share: float = 1.0, spent_s: float | None = None) -> bool:
         """Tell whether `what` is left untried because this share of the budget is spent.
 
-        It is, too, where a step of this kind does not end within it if it takes as long as before.
-        To be asked only where no calculations run side by side: then the answer does not depend on
-        how threads run.
+        Of `spent_s`, where not everything counts: laws and the library have shares of their own, or
+        what laws take in the middle of a search would end it. It is, too, where a step of this kind
+        does not end within it if it takes as long as before. To be asked only where no calculations
+        run side by side: then the answer does not depend on how threads run.
         """
-        if self.has_room(what, share):
+        if self.has_room(what, share, spent_s):
             return False
         if what not in self.untried:
             self.untried.append(what)
