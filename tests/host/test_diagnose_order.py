@@ -283,6 +283,25 @@ def test_an_effect_whose_interval_reaches_nothing_is_not_claimed(
 
 
 @pytest.mark.parametrize(
+    ("calibrated", "left", "stays"),
+    [(2.86, 1.7, True), (2.3, 1.7, False), (1.25, 1.05, False)],
+)
+def test_what_takes_away_most_of_a_misfit_stays_however_wide_its_interval(
+    calibrated: float, left: float, stays: bool
+) -> None:
+    """A damper of which nothing is left, at its bound, had an interval up to nearly all of it."""
+    size = FRICTION.parameters[0].neutral + 20.0 * FRICTION.parameters[0].minimum
+    wide = ActiveEffect(FRICTION, (size, *TERM.values[1:]))
+    errors = [30.0] + [1e-3] * (len(wide.values) - 1)
+    fit = replace(_fit(left, wide), covariance=np.diag(np.square(errors)))
+    search = SimpleNamespace(
+        noise=1.0, judge=SimpleNamespace(run=lambda f, *_, **__: f), on_springs=False, effects=[],
+        problem=SimpleNamespace(beliefs=beliefs_of(np.full(len(BODY), 1e5), ())),
+    )  # fmt: skip
+    assert len(_clear_ones(cast("Search", search), _fit(calibrated), fit).terms) == stays
+
+
+@pytest.mark.parametrize(
     ("beside_it", "without_it", "stays"),
     [(0.5, -4.5, True), (-4.4, -4.5, False), (0.5, 0.6, False)],
 )

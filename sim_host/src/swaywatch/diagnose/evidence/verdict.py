@@ -391,8 +391,10 @@ def _clear_ones(search: Search, base: Fit, fit: Fit) -> Fit:
     """The fit without effects whose own interval reaches where they would not be worth a claim.
 
     Such an effect lies in a valley in which the vehicle, or another effect, does nearly the same.
-    One is kept without which more than noise would be left, or a vehicle with values that nobody
-    would believe: that is an explanation, too, and it is the less likely one.
+    One is kept without which more than noise would be left, or, where more is left with it too,
+    twice as much of that (at a bound an interval says little: a damper of which nothing is left);
+    or a vehicle with values that nobody would believe: that is an explanation, too, and it is the
+    less likely one.
     """
     while True:
         unclear = [i for i in range(len(fit.terms)) if not _clear(fit, i, search.noise)]
@@ -402,6 +404,8 @@ def _clear_ones(search: Search, base: Fit, fit: Fit) -> Fit:
         rest = base if alone else min((search.without(fit, i) for i in unclear), key=_chi2)
         if explained(base, fit) and not explained(base, rest):
             return fit
+        if reduced_chi_square(fit) > UNEXPLAINED_ABOVE and _excess(rest) > 2.0 * _excess(fit):
+            return fit
         if _values_beyond(search, rest) and not _values_beyond(search, fit):
             return fit
         fit = rest if alone else search.judge.run(rest, 20, tolerance=1e-7)
@@ -409,6 +413,11 @@ def _clear_ones(search: Search, base: Fit, fit: Fit) -> Fit:
 
 def _chi2(fit: Fit) -> float:
     return fit.chi2
+
+
+def _excess(fit: Fit) -> float:
+    """What is left beyond noise."""
+    return fit.chi2 - fit.count
 
 
 def _clear(fit: Fit, index: int, noise: float) -> bool:
