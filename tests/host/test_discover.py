@@ -545,7 +545,7 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
         ),
         (
             Physics(more="pump_catch", more_size=0.1, more_at=0.02),
-            Law("slip_car_front", "steer_rate", "dead zone"), (-0.1, 0.02),
+            Law("slip_car_front", "steer_rate", "dead zone"), (-0.1, 0.02, 0.02),
         ),
         (
             Physics(more="sliding_crate", more_size=200.0, more_at=1.0, slosh_mass_kg=200.0,

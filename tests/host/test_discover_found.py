@@ -111,7 +111,7 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
         (Law("hitch", "articulation", "rubbing"), (4000.0,)),
         (Law("moment_car", "yaw_rate_trailer", "cube"), (1.5e5,)),
         (Law("moment_car", "articulation", "saturating", 2), (44000.0, 0.02)),
-        (Law("slip_car_front", "steer_rate", "dead zone"), (-0.2, 0.02)),
+        (Law("slip_car_front", "steer_rate", "dead zone"), (-0.2, 0.02, 0.05)),
         (Law("force_trailer", "sideslip_car", power=2), (9000.0,)),
         (Law("slip_trailer", "heading"), (-0.1,)),
         (Law("hitch", "articulation", response="transient"), (8000.0, 0.3)),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from test_discover import difference, plant, searched, seen_as_the_law_says, silent
 
+from swaywatch.diagnose.evidence.baselines import noticeable
 from swaywatch.diagnose.evidence.search import Linear
 from swaywatch.diagnose.evidence.verdict import Verdict
 from swaywatch.diagnose.fit.fit import Fit, Problem
@@ -137,3 +138,25 @@ def test_a_law_stands_before_the_library_that_was_not_claimed() -> None:
     said = with_law(verdict, SimpleNamespace(fit=law, base=vehicle, search=search, evidence=80.0))
     assert (said.word, said.evidence) == ("missing_physics", 980.0)
     assert [name for name, _ in said.candidates][1:] == ["tyres that change", "calibrated vehicle"]
+
+
+@pytest.mark.parametrize(
+    "law", [Law("slip_car_rear", "steer_rate"), Law("hitch", "lateral_acceleration_trailer")]
+)
+def test_what_is_as_quick_as_may_be_can_be_claimed(law: Law) -> None:
+    """Its lag is at a bound then, which says nothing against it."""
+    effect = effect_of(law)
+    lag = effect.parameters[-1]
+    assert lag.name == "lag_s"
+    assert noticeable(ActiveEffect(effect, (effect.parameters[0].starts[0], lag.low)))
+
+
+def test_a_rate_of_steering_is_what_has_changed_within_its_lag() -> None:
+    quick, slow, shifted = plant(), plant(), plant()
+    law = effect_of(Law("slip_car_front", "steer_rate", "dead zone"))
+    for steered, lag in ((quick, 0.02), (slow, 0.1)):
+        law.act(steered, None, {"gain": 0.05, "bend": 0.01, "lag_s": lag}, ())
+    rate = np.gradient(shifted.steer, 0.01)
+    shifted.steer = shifted.steer + 0.05 * curve("dead zone", rate, 0.01)
+    assert difference(simulate(shifted), simulate(quick)) < 0.03
+    assert difference(simulate(quick), simulate(slow)) > 0.03

@@ -51,13 +51,14 @@ from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
 ID = "law"
 OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
 BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17, 18, 19)  # shapes with a bend
-RATE_S = 0.05  # over which the rate of steering is taken
+#: Shortest lag of what is felt, and of a rate; neutral, so that a law may have it.
+AT_ONCE_S = 0.02
+RATE_S = 0.05  # over which the rate of steering is taken, to begin with
 #: Half the log prior weight of a law without a known cause, see `Effect.plausibility`.
 UNHEARD_OF = -1.0
 #: Plant slots of motions that have none of their own.
 MADE_OF = {
     "heading_car": {"heading": 1.0, "articulation": -1.0},
-    "steer_rate": {"steer": 1.0 / RATE_S},  # what has changed within that time
 }
 #: Lever at which an oscillating mass acts by its moment only, m.
 FAR_M = 1000.0
@@ -100,6 +101,8 @@ def made_of(law: Law, run: Run, values: Values) -> dict[str, float]:
         body = ANYWHERE[law.place]
         per_rate = values["ahead_m"] / float(np.mean(run.speed))
         return {f"sideslip_{body}": 1.0, f"yaw_rate_{body}": per_rate}
+    if law.motion == "steer_rate":  # what has changed within a time
+        return {"steer": 1.0 / values.get("lag_s", RATE_S)}
     return MADE_OF.get(law.motion, {law.motion: 1.0})
 
 
@@ -127,7 +130,7 @@ def _moves(law: Law) -> Act:
         _set_shape(plant, law.shape, values)
         plant.scalar("law_speed_power", float(law.power))
         rate, felt = law.motion == "steer_rate", law.motion in LAW_FELT
-        plant.scalar("law_lag", RATE_S if rate else max(values.get("lag_s", 0.0), 0.0))
+        plant.scalar("law_lag", max(values.get("lag_s", RATE_S if rate else 0.0), 0.0))
         passing = 2.0 * (law.response == TRANSIENT)
         plant.scalar("law_transient", 1.0 if rate else 3.0 if felt else passing)
         if law.response == OSCILLATING:
@@ -415,7 +418,9 @@ def _of_place_and_lag(law: Law) -> list[Parameter]:
     if law.place in ANYWHERE:
         found.append(Parameter("ahead_m", "m", 0.0, -5.0, 5.0, (2.5,), 0.1, 1e9))
     if law.motion in LAW_FELT:
-        found.append(Parameter("lag_s", "s", 0.0, 0.02, 1.5, (0.06,), 0.01, 1e9))
+        found.append(Parameter("lag_s", "s", AT_ONCE_S, AT_ONCE_S, 1.5, (0.06,), 0.01, 1e9))
+    elif law.motion == "steer_rate":
+        found.append(Parameter("lag_s", "s", AT_ONCE_S, AT_ONCE_S, 0.5, (RATE_S,), 0.01, 1e9))
     elif law.response == LAGGED:
         late = 0.4 if law.motion in SLIPS else 0.1  # a shorter one of a slip is a relaxation
         found.append(Parameter("lag_s", "s", 0.0, 0.0, 1.5, (late,), 0.01, 1e9))

@@ -192,7 +192,7 @@ def formula(law: Law) -> str:
     when = (_AT_HITCH if rubs_at_hitch(law) else _WHEN)[law.response]
     if law.motion == DISTANCE:
         return f"{left} = gain{speed}{when}"
-    if law.motion in LAW_FELT:
+    if law.motion in (*LAW_FELT, "steer_rate"):
         when = f"{_WHEN[LAGGED]}{when}"
     size = f" x |{MOTIONS[law.by].symbol}|" if law.by else ""
     return f"{left} = gain x {nonlinear}{size}{speed}{when}"

@@ -145,15 +145,16 @@ def motion(found: Discovery, index: int, law: Law) -> Array | None:
         return np.tensordot((1.0, share), np.array(alone), 1)
     problem, fit = found.search.problem, found.fit
     plant = plant_of(problem, index, fit.terms, fit.nuisance[index], fit.shift)
+    values = found.term.as_dict()
+    lag_s = values.get("lag_s", RATE_S)
     given = {
         DISTANCE: driven(problem.runs[index]), "steer": plant.steer,
-        "steer_rate": changed(plant.steer, RATE_S) / RATE_S,
+        "steer_rate": changed(plant.steer, lag_s) / lag_s,
     }  # fmt: skip
     if law.motion in given:
         return given[law.motion]
     if law.motion != THERE:
         return _simulated(law.motion, plant)
-    values = found.term.as_dict()
     parts = made_of(law, problem.runs[index], values).items()
     return np.asarray(sum(share * _simulated(name, plant) for name, share in parts))
 
