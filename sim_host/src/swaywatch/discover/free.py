@@ -14,7 +14,7 @@ from swaywatch.diagnose.evidence.search import Linear
 from swaywatch.discover.effect import effect_of
 from swaywatch.discover.forms import curve, in_pieces
 from swaywatch.discover.grammar import curves
-from swaywatch.discover.law import CURVE, KEEPING, MOTIONS, PIECES, Law
+from swaywatch.discover.law import KEEPING, LINE_AND_CUBE, MOTIONS, PIECES, UNEVEN, Law
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect, Values
 
@@ -61,8 +61,9 @@ def form_of(values: Values, law: Law) -> dict[str, float]:
     """Gain and bend of a form that is like a curve, as far as that reaches."""
     z = np.linspace(-values["bend"], values["bend"], 201)
     whole = in_pieces(z, values)
-    if law.shape in KEEPING:  # these depend on how it got there: as strong as the curve
-        return {"gain": float(np.max(np.abs(whole))) / values["bend"]}
+    # these depend on how it got there, or have no bend: as strong as the curve
+    if law.shape in (*KEEPING, UNEVEN, LINE_AND_CUBE):
+        return {"gain": float(np.copysign(np.max(np.abs(whole)), whole[-1])) / values["bend"]}
     best = (np.inf, {"gain": values["gain"]})
     for share in TRIED_BENDS:
         bend = share * values["bend"]
@@ -72,6 +73,3 @@ def form_of(values: Values, law: Law) -> dict[str, float]:
         left = float(np.sum((whole - gain * one) ** 2))
         best = min(best, (left, {"gain": gain, "bend": bend}), key=lambda row: row[0])
     return best[1]
-
-
-assert CURVE not in KEEPING
