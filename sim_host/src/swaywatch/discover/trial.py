@@ -122,6 +122,9 @@ BESIDE_KNOWN = 0.03
 #: effects that leave only noise; below it no law is begun. Laws that replaced such effects promised
 #: 0.38 and 0.5 of what they took away then (docs/experiments.md).
 PROMISED = 0.3
+#: The same at a first look, at each law once: where the library names what acts, 4,353 looks showed
+#: up to 1.3 times what the best of the first ones did.
+AT_FIRST = 0.15
 
 
 @dataclass
@@ -183,6 +186,8 @@ class LawSearch:
         # on springs all laws are looked at, as only the best of them are begun
         if self._plain or (lines_promise and not self.search.on_springs):
             return lines_promise
+        if not lines_promise and not self._at_first(course):
+            return False
         firsts = [initial(law)[0] for law in all_laws()]
         # what may be missing is weak
         weak = [
@@ -194,10 +199,17 @@ class LawSearch:
         self.ranked = tuple(dict.fromkeys(law_in(term) for _, term in best))
         return lines_promise or any(self._enough_promised(t.effect, g) for g, t in best)
 
-    def _enough_promised(self, effect: Effect, gain: float) -> bool:
+    def _at_first(self, course: Linear) -> bool:
+        """A first look at every law that does not depend on the speed shows any of use."""
+        terms = self._sprung([initial(law)[0] for law in all_laws() if law.power == 0])
+        gains = course.promises(terms)
+        promised = zip(terms, gains, strict=True)
+        return any(self._enough_promised(t.effect, g, AT_FIRST) for t, g in promised)
+
+    def _enough_promised(self, effect: Effect, gain: float, share: float = PROMISED) -> bool:
         """Enough of the drop of chi2 from which a law is claimed."""
         least = least_ahead(law_in_effect(effect)) + math.log(len(grammar()))
-        return gain > PROMISED * 2.0 * least * self.search.noise
+        return gain > share * 2.0 * least * self.search.noise
 
     def beside(self, parent: Fit) -> list[Candidate]:
         """The most promising laws together with the effects of a parent, under the observer."""
