@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from test_diagnose import synthetic
+from test_discover import searched
 
 from swaywatch.diagnose.evidence.evidence import colour
+from swaywatch.diagnose.evidence.search import Linear
 from swaywatch.diagnose.fit.fit import OBSERVER, Fitter, Problem
-from swaywatch.discover.excerpt import PART_S, excerpt_of
+from swaywatch.discover.effect import effect_of
+from swaywatch.discover.excerpt import PART_S, everything, excerpt_of
+from swaywatch.discover.law import Law
 from swaywatch.discover.trial import WHITE
+from swaywatch.effects.active import ActiveEffect
 
 
 def close(problem: Problem) -> Fitter:
@@ -74,13 +79,30 @@ def test_laws_are_begun_without_a_sensor_that_is_silent_there() -> None:
 
 
 def test_a_short_recording_and_one_beside_a_simulation_are_searched_whole() -> None:
-    fitter = close(synthetic((), 3, 24.0))
-    assert excerpt_of(fitter, fitter.start()).fitter is fitter
+    short = close(synthetic((), 3, 24.0))
     beside = close(replace(synthetic((), 3, 40.0), free_start=False))
-    start = beside.start()
-    excerpt = excerpt_of(beside, start)
-    assert excerpt.fitter is beside
-    assert excerpt.of(start) is start
+    for fitter in (short, beside):
+        start = fitter.start()
+        excerpt = excerpt_of(fitter, start)
+        assert excerpt.fitter.problem.runs == fitter.problem.runs
+        assert excerpt.of(start) is start
+
+
+def test_a_strict_observer_shows_what_a_strong_law_changes_in_proportion() -> None:
+    """Its size is estimated from a weak look; under that of the search the motion drifts away."""
+    law = Law("slip_trailer", "slip_trailer", "saturating")
+    gain, bend = -0.83, 0.005
+    close = searched((ActiveEffect(effect_of(law), (gain, bend)),)).close
+    start = close.start()
+    weak = ActiveEffect(effect_of(law), (0.05 * gain, bend))
+    off = []
+    for course in (everything(close).course(start), Linear(close, start)):
+        [(promised, term)] = course.sized([weak])
+        left = 1.0 - promised / float(np.dot(course.left, course.left))
+        off.append((left, abs(term.values[0] / gain - 1.0)))
+    (strict_left, strict), (left, searched_with) = off
+    assert strict_left < 0.7 * left
+    assert strict < 0.01 < searched_with
 
 
 def test_white_noise_has_no_colour_whatever_its_size() -> None:

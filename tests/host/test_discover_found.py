@@ -10,11 +10,11 @@ from test_diagnose import effect
 from test_discover import plant, searched, seen_as_the_law_says, silent
 
 from swaywatch.diagnose.evidence.baselines import Path as Tried
-from swaywatch.diagnose.evidence.search import Candidate, Linear, reduced_chi_square
+from swaywatch.diagnose.evidence.search import Candidate, reduced_chi_square
 from swaywatch.diagnose.model import _entries, terms_of
 from swaywatch.discover.begin import by_promise, in_form, initial, law_in
 from swaywatch.discover.effect import effect_of, effect_of_form
-from swaywatch.discover.excerpt import excerpt_of
+from swaywatch.discover.excerpt import everything, excerpt_of
 from swaywatch.discover.find import (
     Laws,
 )
@@ -130,7 +130,7 @@ def test_the_law_that_acts_is_among_the_few_that_are_begun(
     spent = close.problem.budget.spent_s
     places = []
     for fit in (close.run(close.start(), 20), close.start()):
-        ranked = [law_in(term) for term in by_promise(Linear(close, fit), terms)]
+        ranked = [law_in(term) for term in by_promise(everything(close).course(fit), terms)]
         assert set(ranked) == set(some)
         places.append(ranked.index(law))
     assert min(places) < SCREENED // 4, places

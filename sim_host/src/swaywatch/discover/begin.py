@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,8 +29,10 @@ from swaywatch.effects.effect import Effect
 PAIRED = 32  # laws of two variables that are begun from each vehicle
 SHORT_LIST = 12  # laws that are fitted under the observer
 FORMS = 8  # of one place and variable that come first
-STRONGER, WEAKER = 4.0, 0.25  # times its initial size at which a law is looked at too
-LATER = {"lag_s": 3.0, "frequency_hz": 2.0}  # times its initial value
+WEAKER = 0.25  # times its initial size, at which a law is looked at
+#: Times the initial value at which a bend is looked at: where a law levels off, where others bend.
+EARLY, BENT = (0.1, 0.4, 1.0), (0.5, 1.0, 2.0)
+LATER = {"lag_s": 3.0, "frequency_hz": 2.0}  # the same of a lag and a frequency, beside it
 
 
 def law_in_effect(effect: Effect) -> Law:
@@ -108,14 +110,14 @@ def _rest(effect: Effect) -> tuple[float, ...]:
 def by_promise(course: Linear, terms: Sequence[ActiveEffect]) -> list[ActiveEffect]:
     """Of each law the values that promise the largest drop of the misfit, the best first.
 
-    Each with `STRONGER` values than its initial ones, either way, and with `WEAKER` ones: what a
-    strong law that limits or cuts off changes is nothing like what a weak one does.
+    What a law changes near the recording is in proportion to its size, so that is what the look at
+    a weak one says; what it has beside its size is looked at in turn (`looks`).
     """
     firsts: dict[Law, ActiveEffect] = {}
     for term in terms:
         firsts.setdefault(law_in(term), term)
     tried = [look for term in firsts.values() for look in looks(term)]
-    promised = sorted(zip(course.promises(tried), tried, strict=True), key=lambda pair: -pair[0])
+    promised = sorted(course.sized(tried), key=lambda pair: -pair[0])
     best: dict[Law, ActiveEffect] = {}
     for _, term in promised:
         best.setdefault(law_in(term), term)
@@ -138,47 +140,31 @@ def _spread(ranked: Sequence[ActiveEffect]) -> list[ActiveEffect]:
 
 
 def looks(term: ActiveEffect) -> list[ActiveEffect]:
-    """A law several times as strong, so the other way where it can act so, and weaker.
+    """A law as weak as it is proportional to its size, with some values of what else it has.
 
-    Not as it is: that is seen well enough from these, and it is begun in any case. What is late or
-    oscillates is looked at as it is too, later and quicker.
+    What bends, bends early and late too; what is late, or oscillates, is looked at later and
+    quicker; what acts ahead of the centre of gravity, as far behind it.
     """
-    size, bounds = term.values[0], term.effect.parameters[0]
-    also = {LAGGED: "lag_s", OSCILLATING: "frequency_hz"}.get(law_in(term).response)
-    sizes = [STRONGER * size, WEAKER * size]
+    law = law_in(term)
+    found = [_with(term, {term.effect.parameters[0].name: WEAKER})]
+    if "bend" in term.as_dict():
+        bends = EARLY if law.shape in LIMITED else BENT
+        found = [_with(look, {"bend": times}) for look in found for times in bends]
+    also = {LAGGED: "lag_s", OSCILLATING: "frequency_hz"}.get(law.response)
     if also:
-        sizes.insert(0, size)
-    if bounds.low < 0.0 < bounds.high:
-        sizes.append(-STRONGER * size)
-    looks = [
-        replace(term, values=(min(max(x, bounds.low), bounds.high), *term.values[1:]))
-        for x in sizes
-    ]
-    looks += [_other(look, also) for look in looks[:2] if also]
-    looks += [_switching(look) for look in looks if law_in(look).shape in LIMITED]
-    return [*looks, *(_behind(look) for look in looks if law_in(look).place in ANYWHERE)]
+        found += [_with(look, {also: LATER[also]}) for look in found]
+    if law.place in ANYWHERE:
+        found += [_with(look, {"ahead_m": -1.0}) for look in found]
+    return found
 
 
-def _other(term: ActiveEffect, name: str) -> ActiveEffect:
-    """What is late several times as late, an oscillator twice as quick: no fit goes so far."""
-    p = next(p for p in term.effect.parameters if p.name == name)
-    values = term.as_dict()
-    values |= {name: min(LATER[name] * values[name], p.high)}
-    return replace(term, values=tuple(values[q.name] for q in term.effect.parameters))
-
-
-def _switching(term: ActiveEffect) -> ActiveEffect:
-    """What levels off, with the same limit from a tenth on: nearly of one size, as dry friction."""
-    gain, bend = term.effect.parameters[0], 0.1 * term.as_dict()["bend"]
-    size = min(max(10.0 * term.values[0], gain.low), gain.high)
-    values = term.as_dict() | {"gain": size, "bend": bend}
-    return replace(term, values=tuple(values[p.name] for p in term.effect.parameters))
-
-
-def _behind(term: ActiveEffect) -> ActiveEffect:
-    """What acts ahead of the centre of gravity as far behind it."""
-    values = term.as_dict() | {"ahead_m": -term.as_dict()["ahead_m"]}
-    return replace(term, values=tuple(values[p.name] for p in term.effect.parameters))
+def _with(term: ActiveEffect, times: Mapping[str, float]) -> ActiveEffect:
+    """Some values so many times as large, within their bounds."""
+    values = (
+        min(max(times.get(p.name, 1.0) * x, p.low), p.high)
+        for p, x in zip(term.effect.parameters, term.values, strict=True)
+    )
+    return replace(term, values=tuple(values))
 
 
 def in_other_forms(straight: ActiveEffect) -> list[ActiveEffect]:

@@ -1,7 +1,8 @@
-"""The parts of a long recording in which laws are begun: where the vehicle fits worst.
+"""Where laws are begun: near the recording, of a long one in the parts that fit worst.
 
 Which laws of many come near is seen from some tens of seconds. Those that do are then fitted to
-everything.
+everything. A strict observer keeps the motion close to the recorded one, so that what a law changes
+is nearly in proportion to it, however strong it is.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ Array = NDArray[np.float64]
 PARTS = 2  # of different runs where there are several: of two speeds, as a rule
 PART_S = 20.0
 WHOLE_S = 50.0  # up to this length of all runs together laws are begun in everything
+#: Pull of the yaw rates while laws are begun, 1/s: three times that of the search, which lets a
+#: motion that a law limits drift so far that its force is another one.
+STRICT = 6.0
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ class Excerpt:
     Attributes
     ----------
     fitter
-        Of the parts, or of the whole recording.
+        Of the parts, or of the whole recording, under a strict observer.
     offsets
         Steering offset of the run that each part is from, rad; empty for the whole recording.
     """
@@ -56,6 +60,11 @@ class Excerpt:
         return [replace(f, nuisance=near.nuisance) if self.offsets else f for f in fits]
 
 
+def everything(whole: Fitter) -> Excerpt:
+    """All of it, under a strict observer. O(1)."""
+    return Excerpt(Fitter(replace(whole.problem, observer=STRICT), fine=False))
+
+
 def excerpt_of(whole: Fitter, near: Fit) -> Excerpt:
     """The parts with the largest misfit of a fit, of as many runs as there are parts.
 
@@ -72,7 +81,7 @@ def excerpt_of(whole: Fitter, near: Fit) -> Excerpt:
     problem = whole.problem
     seconds = sum(run.time.size for run in problem.runs) / RATE_HZ
     if seconds <= WHOLE_S or not problem.free_start:
-        return Excerpt(whole)
+        return everything(whole)
     size = int(PART_S * RATE_HZ) // BLOCK
     found: list[tuple[int, int]] = []
     misfits = [
@@ -88,7 +97,8 @@ def excerpt_of(whole: Fitter, near: Fit) -> Excerpt:
     found.sort()
     parts = tuple(_part(problem.runs[r], first, size) for r, first in found)
     offsets = tuple(float(near.nuisance[r, 0]) for r, _ in found)
-    return Excerpt(Fitter(replace(problem, runs=parts), fine=False), offsets)
+    within = replace(problem, runs=parts, observer=STRICT)
+    return Excerpt(Fitter(within, fine=False), offsets)
 
 
 def _by_block(e: Array, run: Run) -> Array:

@@ -35,7 +35,7 @@ from swaywatch.discover.begin import (
     of_two_variables,
 )
 from swaywatch.discover.effect import ID, effect_of
-from swaywatch.discover.excerpt import Excerpt, excerpt_of
+from swaywatch.discover.excerpt import Excerpt, everything, excerpt_of
 from swaywatch.discover.free import free_curves
 from swaywatch.discover.grammar import (
     all_laws,
@@ -81,8 +81,8 @@ GONE_OVER = 2  # times that this is done
 #: variable is enough: a law that is not quite the right one leaves what is no noise, however
 #: little. Right ones leave 0.95 to 1.16, as well as noise is estimated, and 1.03 to 1.1.
 NOISE_CLOSE, WHITE = 1.2, 1.12
-SCREENED = 144  # laws that are begun, of those that a vehicle promises most of to first order
-SCREENED_WEAK = 40  # the same where the library leaves only noise
+SCREENED = 48  # laws that are begun, of those that a vehicle promises most of to first order
+SCREENED_WEAK = 24  # the same where the library leaves only noise
 RESHAPED = 2  # times that the form of a law is looked for
 BEGUN = 3  # iterations of their fits; the best of them are continued
 #: Of the budget of a diagnosis, what laws may spend beside the library, and what both: until then
@@ -188,23 +188,15 @@ class LawSearch:
             return lines_promise
         if not lines_promise and not self._at_first(course):
             return False
-        firsts = [initial(law)[0] for law in all_laws()]
-        # what may be missing is weak
-        weak = [
-            look for term in firsts for look in (term, *looks(term)) if _no_stronger(look, term)
-        ]
-        terms = self._sprung(weak)
-        gains = course.promises(terms)
-        best = sorted(zip(gains, terms, strict=True), key=lambda pair: -pair[0])
+        terms = [look for law in all_laws() for look in looks(initial(law)[0])]
+        best = sorted(course.sized(self._sprung(terms)), key=lambda pair: -pair[0])
         self.ranked = tuple(dict.fromkeys(law_in(term) for _, term in best))
         return lines_promise or any(self._enough_promised(t.effect, g) for g, t in best)
 
     def _at_first(self, course: Linear) -> bool:
         """A first look at every law that does not depend on the speed shows any of use."""
         terms = self._sprung([initial(law)[0] for law in all_laws() if law.power == 0])
-        gains = course.promises(terms)
-        promised = zip(terms, gains, strict=True)
-        return any(self._enough_promised(t.effect, g, AT_FIRST) for t, g in promised)
+        return any(self._enough_promised(t.effect, g, AT_FIRST) for g, t in course.sized(terms))
 
     def _enough_promised(self, effect: Effect, gain: float, share: float = PROMISED) -> bool:
         """Enough of the drop of chi2 from which a law is claimed."""
@@ -255,17 +247,13 @@ class LawSearch:
     def _begun_best(self, near: Fit, terms: Sequence[ActiveEffect]) -> tuple[list[Fit], list[Law]]:
         """A short list of fits of the laws that promise most, begun; all laws, ranked.
 
-        What a law promises is seen from two simulations of each run; a fit takes ten.
+        What a law promises is seen from one to twelve simulations of each run; a fit takes ten.
         """
         excerpt = self._excerpt(near)
         course = excerpt.course(near)
         ranked = by_promise(course, terms)
-        screened = SCREENED_WEAK if self.suffices else SCREENED
-        kept = {law_in(term): term for term in ranked[:screened]}
-        usual = [term for term in terms if law_in(term) in kept]
-        seen = {(law_in(term), term.values) for term in usual}
-        terms = usual + [term for law, term in kept.items() if (law, term.values) not in seen]
-        starts = [replace(course.fit, terms=(*course.fit.terms, term)) for term in terms]
+        kept = ranked[: SCREENED_WEAK if self.suffices else SCREENED]
+        starts = [replace(course.fit, terms=(*course.fit.terms, term)) for term in kept]
         parts, known = excerpt.fitter, course.background
         begun = parts.side_by_side(lambda f: parts.run(f, 1, frozen=known), starts)
         begun.sort(key=lambda f: f.chi2)
@@ -279,7 +267,7 @@ class LawSearch:
         """Where laws are begun: with effects beside them, that may act in windows, everywhere."""
         close = self.search.close
         if near.terms:
-            return Excerpt(close)
+            return everything(close)
         if self.excerpt is None:
             self.excerpt = excerpt_of(close, near)
         return self.excerpt
@@ -587,11 +575,6 @@ class LawSearch:
     def _clearly(self, fit: Fit) -> float:
         """Drop of chi2 from which another shape fits clearly better."""
         return max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * fit.chi2)
-
-
-def _no_stronger(look: ActiveEffect, term: ActiveEffect) -> bool:
-    """A look at a law with no more than its usual size."""
-    return abs(look.values[0]) <= abs(term.values[0])
 
 
 def laws_refuse(budget: Budget, what: str) -> bool:

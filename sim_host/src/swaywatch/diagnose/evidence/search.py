@@ -47,6 +47,7 @@ SHORT_LIST = 8  # candidates that are fitted
 POLISHED = 3  # of them to the end
 WINDOWED_LIST = 5
 AT_ONCE = 128  # effects whose residuals are in memory at a time
+LARGER = 64.0  # times a given size, up to which the size of an effect is estimated from it
 WEAK = 0.6  # of the gain of the best one in windows, below which another is not followed
 PROMISED = 0.5  # of what one more effect has to take away to be claimed; below it none is begun
 MORE_SHARE = 0.35  # of the usual amplitude that further windows must have; ...
@@ -182,17 +183,28 @@ class Linear:
         turns = [id(f[2]) for pair in zip(by_form, plain, strict=True) for f in pair]
         return [moved_too[name] for name in dict.fromkeys(turns)]
 
-    def promises(self, terms: Sequence[ActiveEffect]) -> list[float]:
-        """Drop of chi2 that each active effect promises along the course towards its values."""
-        found: list[float] = []
+    def sized(self, terms: Sequence[ActiveEffect]) -> list[tuple[float, ActiveEffect]]:
+        """Of each active effect the drop of chi2 that it promises with its best size, and with it.
+
+        Its size is its first value, and the drop what a change in proportion to it brings; at most
+        `LARGER` times the given size, and within its bounds.
+        """
+        found: list[tuple[float, ActiveEffect]] = []
         for at in range(0, len(terms), AT_ONCE):  # residuals of all at once would fill the memory
             some = terms[at : at + AT_ONCE]
             moved = self._moved([(term.effect, term.values) for term in some])
-            found += [
-                self._promise(term.effect, np.array(term.values), own)[0]
-                for term, own in zip(some, moved, strict=True)
-            ]
+            found += [self._sized(term, own) for term, own in zip(some, moved, strict=True)]
         return found
+
+    def _sized(self, term: ActiveEffect, moved: Array) -> tuple[float, ActiveEffect]:
+        """The same of one, with the residuals that it changes at its values."""
+        size, neutral = term.effect.parameters[0], term.effect.parameters[0].neutral
+        power, factor = self._along(self._column(moved))
+        best = neutral + min(max(factor, -LARGER), LARGER) * (term.values[0] - neutral)
+        best = min(max(best, size.low), size.high)
+        if power == 0.0 or best == neutral:
+            return 0.0, term  # against a bound
+        return power * factor**2, replace(term, values=(best, *term.values[1:]))
 
     def _moved(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> list[Array]:
         """Residuals of all runs with each effect at its values, one after the other."""
@@ -225,12 +237,9 @@ class Linear:
 
     def _promise(self, effect: Effect, values: Array, moved: Array) -> tuple[float, Array]:
         """Drop of chi2 along the course towards some values, and where on it to begin."""
-        column = self._column(moved)
-        with np.errstate(over="ignore", invalid="ignore"):  # a trial that has run away
-            power = float(np.dot(column, column))
-        if power < 1e-9 or not np.isfinite(power):
+        power, factor = self._along(self._column(moved))
+        if power == 0.0:
             return 0.0, values
-        factor = -float(np.dot(column, self.left)) / power
         neutral = np.array([p.neutral for p in effect.parameters])
         if np.any(np.abs(neutral) > FAR):
             return (power * factor**2, values) if factor > 0.0 else (0.0, values)
@@ -240,6 +249,14 @@ class Linear:
         if np.allclose(start, neutral):
             return 0.0, values  # against a bound
         return power * factor**2, start
+
+    def _along(self, column: Array) -> tuple[float, float]:
+        """Power of a change, and how much of it is missing; nothing of what ran away."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            power = float(np.dot(column, column))
+        if power < 1e-9 or not np.isfinite(power):
+            return 0.0, 0.0
+        return power, -float(np.dot(column, self.left)) / power
 
     def _column(self, moved: Array) -> Array:
         """What residuals changed by, everything else refitted."""
