@@ -120,7 +120,7 @@ def test_a_law_is_found_whose_straight_form_is_not_or_is_the_librarys(
 def test_the_law_that_acts_is_among_the_few_that_are_begun(
     law: Law, values: tuple[float, ...]
 ) -> None:
-    """By three simulations of each, more of late ones, from either vehicle (file, calibrated).
+    """By one to four simulations of most, from either vehicle (file, calibrated).
 
     Among a quarter of all laws, and so in the first quarter of those that are begun.
     """
