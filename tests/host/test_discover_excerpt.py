@@ -86,6 +86,11 @@ def test_a_short_recording_and_one_beside_a_simulation_are_searched_whole() -> N
         excerpt = excerpt_of(fitter, start)
         assert excerpt.fitter.problem.runs == fitter.problem.runs
         assert excerpt.of(start) is start
+        strict, stricter = (
+            [f.problem.observer for f in e.fitters] for e in (excerpt, excerpt.stricter())
+        )
+        assert fitter.problem.observer < strict[0] < stricter[0]
+        assert stricter[1:] == strict  # let go step by step
 
 
 def test_a_strict_observer_shows_what_a_strong_law_changes_in_proportion() -> None:

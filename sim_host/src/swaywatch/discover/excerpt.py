@@ -23,9 +23,11 @@ Array = NDArray[np.float64]
 PARTS = 2  # of different runs where there are several: of two speeds, as a rule
 PART_S = 20.0
 WHOLE_S = 50.0  # up to this length of all runs together laws are begun in everything
-#: Pull of the yaw rates while laws are begun, 1/s: three times that of the search, which lets a
-#: motion that a law limits drift so far that its force is another one.
-STRICT = 6.0
+#: Pull of the yaw rates while laws are begun, 1/s: more than that of the search, which lets a
+#: motion that a law limits drift so far that its force is another one. Beside the calibrated
+#: vehicle, and beside that of the file, which is farther from the recording.
+STRICT, STRICTER = 6.0, 20.0
+CALIBRATED = 6  # iterations of the vehicle under them
 
 
 @dataclass(frozen=True)
@@ -34,18 +36,29 @@ class Excerpt:
 
     Attributes
     ----------
-    fitter
-        Of the parts, or of the whole recording, under a strict observer.
+    fitters
+        Of the parts, or of the whole recording, under a strict observer, and under less strict ones
+        that follow.
     offsets
         Steering offset of the run that each part is from, rad; empty for the whole recording.
     """
 
-    fitter: Fitter
+    fitters: tuple[Fitter, ...]
     offsets: tuple[float, ...] = ()
 
-    def course(self, near: Fit) -> Linear:
-        """What laws promise in the parts, beside a fit to everything."""
-        return Linear(self.fitter, self.of(near))
+    @property
+    def fitter(self) -> Fitter:
+        """Under the strictest observer."""
+        return self.fitters[0]
+
+    def stricter(self) -> Excerpt:
+        """The same under a stricter observer, for a vehicle that is far from the recording."""
+        return replace(self, fitters=(_under(STRICTER, self.fitter), *self.fitters))
+
+    def course(self, near: Fit, *, calibrated: bool = False) -> Linear:
+        """What laws promise in the parts, beside a fit to everything; calibrated there as well."""
+        begun = self.of(near)
+        return Linear(self.fitter, self.fitter.run(begun, CALIBRATED) if calibrated else begun)
 
     def of(self, fit: Fit) -> Fit:
         """A fit to everything as a start in the parts."""
@@ -62,7 +75,11 @@ class Excerpt:
 
 def everything(whole: Fitter) -> Excerpt:
     """All of it, under a strict observer. O(1)."""
-    return Excerpt(Fitter(replace(whole.problem, observer=STRICT), fine=False))
+    return Excerpt((_under(STRICT, whole),))
+
+
+def _under(observer: float, fitter: Fitter) -> Fitter:
+    return Fitter(replace(fitter.problem, observer=observer), fine=False)
 
 
 def excerpt_of(whole: Fitter, near: Fit) -> Excerpt:
@@ -98,7 +115,7 @@ def excerpt_of(whole: Fitter, near: Fit) -> Excerpt:
     parts = tuple(_part(problem.runs[r], first, size) for r, first in found)
     offsets = tuple(float(near.nuisance[r, 0]) for r, _ in found)
     within = replace(problem, runs=parts, observer=STRICT)
-    return Excerpt(Fitter(within, fine=False), offsets)
+    return Excerpt((Fitter(within, fine=False),), offsets)
 
 
 def _by_block(e: Array, run: Run) -> Array:

@@ -18,7 +18,7 @@ from swaywatch.diagnose.evidence.evidence import (
 )
 from swaywatch.diagnose.evidence.search import Candidate, Linear, Search, reduced_chi_square
 from swaywatch.diagnose.fit.budget import Budget
-from swaywatch.diagnose.fit.fit import Fit
+from swaywatch.diagnose.fit.fit import Fit, Fitter
 from swaywatch.discover.begin import (
     SHORT_LIST,
     best_of_each_law,
@@ -85,6 +85,8 @@ SCREENED = 48  # laws that are begun, of those that a vehicle promises most of t
 SCREENED_WEAK = 24  # the same where the library leaves only noise
 RESHAPED = 2  # times that the form of a law is looked for
 BEGUN = 3  # iterations of their fits; the best of them are continued
+HELD = 8  # iterations of these under a strict observer
+SHARES = (1.0, 0.3, 0.1)  # of the size that a law promises, with which it is begun
 #: Of the budget of a diagnosis, what laws may spend beside the library, and what both: until then
 #: laws are begun.
 OF_LAWS, OF_BOTH = 1.0, 2.0
@@ -233,35 +235,59 @@ class LawSearch:
         close = self.search.close
         terms = [nonlinear for fit in straight for nonlinear in in_other_forms(fit.terms[-1])]
         terms += [term for law in without_a_line() for term in initial(law)]
-        begun = self._begun_best(course.fit, self._sprung(terms))[0]
+        begun = self._begun_best(course.fit, self._sprung(terms), self._excerpt(course.fit))[0]
         if not course.fit.terms:
             terms = [term for law in self.open() for term in initial(law)]
-            far, self.ranked = self._begun_best(close.start(), self._sprung(terms))
+            start = close.start()
+            stricter = self._excerpt(start).stricter()
+            far, self.ranked = self._begun_best(start, self._sprung(terms), stricter)
             # the vehicle of the file leaves a larger misfit: the best of each start are kept
-            begun = best_of_each_law([*begun, *far])
+            begun = best_of_each_law(close.side_by_side(lambda f: close.run(f, 0), [*begun, *far]))
         found = close.side_by_side(lambda f: close.run(f, 10), begun)
         if not course.fit.terms and not self._only_noise(found):
             found = self._gone_over(found)
         return self._shaped_for_a_reason(found, straight)
 
-    def _begun_best(self, near: Fit, terms: Sequence[ActiveEffect]) -> tuple[list[Fit], list[Law]]:
+    def _begun_best(
+        self, near: Fit, terms: Sequence[ActiveEffect], excerpt: Excerpt
+    ) -> tuple[list[Fit], list[Law]]:
         """A short list of fits of the laws that promise most, begun; all laws, ranked.
 
         What a law promises is seen from one to twelve simulations of each run; a fit takes ten.
         """
-        excerpt = self._excerpt(near)
-        course = excerpt.course(near)
+        course = excerpt.course(near, calibrated=near.count > 0)
         ranked = by_promise(course, terms)
         kept = ranked[: SCREENED_WEAK if self.suffices else SCREENED]
-        starts = [replace(course.fit, terms=(*course.fit.terms, term)) for term in kept]
         parts, known = excerpt.fitter, course.background
+        starts = self._not_too_strong(parts, course.fit, kept)
         begun = parts.side_by_side(lambda f: parts.run(f, 1, frozen=known), starts)
         begun.sort(key=lambda f: f.chi2)
         better = begun[: -(-len(begun) // 2)]  # which half is better is seen after one iteration
         better = parts.side_by_side(lambda f: parts.run(f, BEGUN - 1, frozen=known), better)
         first = [law_in(fit.terms[-1]) for fit in best_of_each_law([*better, *begun])]
-        found = excerpt.back(best_of_each_law(better)[:SHORT_LIST], near)
+        found = self._let_go(excerpt, best_of_each_law(better)[:SHORT_LIST], near)
         return found, [*first, *map(law_in, ranked[len(kept) :])]
+
+    def _not_too_strong(self, parts: Fitter, near: Fit, terms: Sequence[ActiveEffect]) -> list[Fit]:
+        """Starts of the size that each law promises or, where these run away, of a part of it."""
+        starts = [
+            replace(near, terms=(*near.terms, replace(t, values=(x * t.values[0], *t.values[1:]))))
+            for t in terms
+            for x in SHARES
+        ]
+        seen = parts.side_by_side(lambda f: parts.run(f, 0), starts)
+        each = [seen[i : i + len(SHARES)] for i in range(0, len(seen), len(SHARES))]
+        return [min(some, key=lambda f: f.chi2) for some in each]
+
+    def _let_go(self, excerpt: Excerpt, fits: Sequence[Fit], near: Fit) -> list[Fit]:
+        """Fits under a strict observer to the end, then under a less strict one, where they agree.
+
+        What has only been begun there runs away under the observer of the search.
+        """
+        for parts in excerpt.fitters:
+            fits = _held(parts, fits)
+        fits = excerpt.back(fits, near)
+        return _held(everything(self.search.close).fitter, fits) if excerpt.offsets else fits
 
     def _excerpt(self, near: Fit) -> Excerpt:
         """Where laws are begun: with effects beside them, that may act in windows, everywhere."""
@@ -400,9 +426,10 @@ class LawSearch:
         parts, near = excerpt.fitter, [excerpt.of(f) for f in starts]
         own = excerpt.of(of_file)
         alone = [replace(f, shift=own.shift, nuisance=own.nuisance) for f in near]
-        alone = parts.side_by_side(lambda f: parts.run(f, BEGUN, calibrate=False), alone)
+        strict = excerpt.stricter().fitter
+        alone = strict.side_by_side(lambda f: strict.run(f, BEGUN, calibrate=False), alone)
         begun = parts.side_by_side(lambda f: parts.run(f, BEGUN), [*near, *alone])
-        best = excerpt.back(best_of_each_law(begun)[:PAIRED_ON], of_file)
+        best = self._let_go(excerpt, best_of_each_law(begun)[:PAIRED_ON], of_file)
         return close.side_by_side(lambda f: close.run(f, 10), best)
 
     def _along_the_road(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
@@ -575,6 +602,11 @@ class LawSearch:
     def _clearly(self, fit: Fit) -> float:
         """Drop of chi2 from which another shape fits clearly better."""
         return max(2.0 * CLAIMED * self.search.noise, DISCREPANCY * fit.chi2)
+
+
+def _held(fitter: Fitter, fits: Sequence[Fit]) -> list[Fit]:
+    """Fits under a strict observer, gone on with."""
+    return fitter.side_by_side(lambda f: fitter.run(f, HELD), fits)
 
 
 def laws_refuse(budget: Budget, what: str) -> bool:
