@@ -194,6 +194,7 @@ DRIVE = (
 )  # fmt: skip
 ALL = tuple(range(len(OUTPUT)))
 STATES = int(lib.PLANT_STATES)
+_DOUBLES = ffi.typeof("double[]")
 _SCALARS = {name: index for index, name in enumerate(SCALARS)}
 _SERIES = {name: index for index, name in enumerate(SERIES)}
 _RELAXATION = [index for name, index in _SCALARS.items() if name.startswith("relaxation")]
@@ -398,13 +399,13 @@ def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
     held: list[object] = []  # what the lanes point to
 
     def pointer(value: Array) -> object:
-        buffer = ffi.from_buffer("double[]", np.ascontiguousarray(value, dtype=float))
+        buffer = ffi.from_buffer(_DOUBLES, np.ascontiguousarray(value, dtype=float))
         held.append(buffer)
         return buffer
 
     def room(rows: int, columns: int) -> tuple[Array, object]:
         array = np.zeros((rows, columns))
-        buffer = ffi.from_buffer("double[]", array, require_writable=True)
+        buffer = ffi.from_buffer(_DOUBLES, array, require_writable=True)
         held.append(buffer)
         return array, buffer
 
@@ -422,7 +423,8 @@ def _run(jobs: Sequence[Job], stride: int) -> list[Outcome]:
         if plant.axles is not None:
             lane.axles = pointer(plant.axles)
         for name, value in plant.series.items():
-            lane.series[_SERIES[name]] = pointer(np.broadcast_to(value, (n,)))
+            whole = value if np.shape(value) == (n,) else np.broadcast_to(value, (n,))
+            lane.series[_SERIES[name]] = pointer(whole)
         state = np.zeros(STATES)
         state[:4] = plant.initial
         lane.state = (state if job.state is None else job.state).tolist()

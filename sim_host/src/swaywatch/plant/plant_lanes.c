@@ -24,21 +24,32 @@
 #define TRAILER_AREA 5.0
 #define SHORTEST_LAG_M 0.15
 #define LIMIT 1e6
-#define LAW_STICKS 6.0       // shape "hysteretic" of discover/grammar.py; the next one: "rubbing"
+#define MAGIC 6755399441055744.0 // 1.5 * 2^52: in a sum with it, the last bits are an integer
 #define LAW_SLOW 0.01        // rad/s, below which friction that grows with a deflection is not full
 #define LAW_SPEED 25.0       // m/s, at which the gain of a law is said
 #define SHORTEST_LAW_S 0.01  // lag of a law
 #define SHORTEST_FELT_S 0.02 // lag of what is felt
 #define FELT 3.0             // slot `law_transient` where what a law depends on is felt
 #define OSCILLATES 4.0       // slot `law_transient` of a law that an oscillator of its own follows
-#define WAITS 4.0            // shape "waiting", after `LAW_STICKS`
 #define BEHIND_S 0.03        // over which the rate is taken of what has none as a state
-#define HURRIES 6.0          // shape "limited rate"
+// Shapes as numbered in discover/law.py: saturating, hysteretic, rubbing, waiting, limited rate,
+// lost motion, falling, switched, free curve.
+#define SATURATES 1.0
+#define STICKS 6.0
+#define RUBS 7.0
+#define WAITS 10.0
+#define HURRIES 12.0
+#define PLAYS 14.0
+#define FALLS 15.0
+#define SWITCHES 18.0
+#define CURVE 19.0
+#define BIT(shape) (1u << (uint32_t)(shape))
+#define BENT (~(BIT(0.0) | BIT(CURVE)))
+#define LEVELS (BIT(SATURATES) | BIT(RUBS) | BIT(WAITS) | BIT(FALLS) | BIT(SWITCHES))
+#define KEEP (BIT(STICKS) | BIT(WAITS) | BIT(HURRIES) | BIT(PLAYS))
 #define HURRY_S 0.05         // within which what may go as fast as it likes follows
-#define PLAYS 8.0            // shape "lost motion"
 #define PLAYED_S 0.02        // within which what is beyond the play is followed
-#define CURVE 19.0           // shape "free curve"
-#define PIECES 5             // of it on each side, beside the first
+#define PIECES 5             // of a free curve on each side, beside the first
 #define STEEP 8.0            // times as fast as it falls, friction that falls with the rate rises
 #define SWING_SEEN_S 0.05    // within which a law that waits notices how far something swings, ...
 #define SWING_KEPT_S 1.0     // and forgets it: a swing of 1 Hz has two peaks a second

@@ -1,31 +1,46 @@
 // Laws that no named effect has: a force that one motion makes, a mass that swings in a body, a
 // drawbar that gives way; included by plant_step.h. What the slots are is said by plant/lanes.py.
 
+/// The hyperbolic tangent that a shape is made of, `per` one over its bend: of what saturates or
+/// falls, is switched, or waits for a `swing`; of friction that grows with a deflection.
+INLINE V NAME(level)(V z, V swing, V rate, V shape, V per)
+{
+    const V beyond = z * per;
+    V of = NAME(choose)(shape == FALLS, STEEP * beyond, beyond);
+    of = NAME(choose)(shape == RUBS, rate * (1.0 / LAW_SLOW), of);
+    of = NAME(choose)(shape == WAITS, (swing * per - 1.0) * (1.0 / WAITING_SHARE), of);
+    const V switched = (NAME(absolute)(beyond) - 1.0) * (1.0 / SWITCHED_SHARE);
+    return NAME(hyperbolic_tangent)(NAME(choose)(shape == SWITCHES, switched, of));
+}
+
 /// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; of one
 /// side only, or `at` times as steep on the other one; a line with `at` times the cube; friction
-/// that falls to half of it at `at`; of one side only, beyond `at`; of one size beyond it.
-INLINE V NAME(bent)(V z, V shape, V at)
+/// that falls to half of it at `at`; of one side only, beyond `at`; of one size beyond it; a size
+/// with the sign of its rate; all of it once what waits does no longer. `state`: what has one.
+INLINE V NAME(bent)(V z, V shape, V at, V level, V state)
 {
-    const V some = NAME(most)(at, NAME(all)(1e-9));
-    V found = z;
-    found = NAME(choose)(shape == 1.0, some * NAME(hyperbolic_tangent)(z / some), found);
+    const V some = NAME(most)(at, NAME(all)(1e-9)), none = {0};
+    const V size = NAME(absolute)(z), square = z * z;
+    V found = NAME(choose)(shape == SATURATES, some * level, z);
     const V within = NAME(most)(NAME(least)(z, some), -some);
     found = NAME(choose)(shape == 2.0, z - within, found);
-    found = NAME(choose)(shape == 3.0, z * z * z, found);
-    found = NAME(choose)(shape == 4.0, z * NAME(absolute)(z), found);
-    const V above = NAME(most)(z, NAME(all)(0.0)), below = NAME(least)(z, NAME(all)(0.0));
+    found = NAME(choose)(shape == 3.0, square * z, found);
+    found = NAME(choose)(shape == 4.0, z * size, found);
+    found = NAME(choose)(shape == 5.0, square, found);
+    found = NAME(choose)(shape == RUBS, size * level, found);
+    const V above = NAME(most)(z, none), below = NAME(least)(z, none);
     found = NAME(choose)(shape == 8.0, above, found);
     found = NAME(choose)(shape == 9.0, below, found);
+    found = NAME(choose)(shape == WAITS, 0.5 * z * (1.0 + level), found);
     found = NAME(choose)(shape == 11.0, above + at * below, found);
-    found = NAME(choose)(shape == 13.0, z * (1.0 + at * z * z), found);
-    const V beyond = z / some, rises = NAME(hyperbolic_tangent)(STEEP * beyond);
-    found = NAME(choose)(shape == 15.0, some * rises / (1.0 + beyond * beyond), found);
-    found = NAME(choose)(shape == 16.0, NAME(most)(z - some, NAME(all)(0.0)), found);
-    found = NAME(choose)(shape == 17.0, NAME(least)(z + some, NAME(all)(0.0)), found);
-    const V on = (NAME(absolute)(z) - some) / (SWITCHED_SHARE * some);
-    const V size = 0.5 * some * (1.0 + NAME(hyperbolic_tangent)(on));
-    found = NAME(choose)(shape == 18.0, NAME(choose)(z < 0.0, -size, size), found);
-    return NAME(choose)(shape == 5.0, z * z, found);
+    found = NAME(choose)(shape == 13.0, z * (1.0 + at * square), found);
+    found = NAME(choose)(shape == FALLS, some * level / (1.0 + square / (some * some)), found);
+    found = NAME(choose)(shape == 16.0, NAME(most)(z - some, none), found);
+    found = NAME(choose)(shape == 17.0, NAME(least)(z + some, none), found);
+    const V on = 0.5 * some * (1.0 + level);
+    found = NAME(choose)(shape == SWITCHES, NAME(choose)(z < 0.0, -on, on), found);
+    const M keeps = (shape == STICKS) | (shape == HURRIES) | (shape == PLAYS);
+    return NAME(choose)(keeps, state, found);
 }
 
 /// A curve of straight pieces through nothing; its slope changes at fifths of the bend.
@@ -52,11 +67,10 @@ INLINE V NAME(rubbing)(const V *x, const V *of, const V *turning, const V *e, V 
     return NAME(choose)(known, rate, (z - x[X_BEHIND]) * (1.0 / BEHIND_S));
 }
 
-/// Dry friction behind an elastic part (Dahl): slips at a bend.
-INLINE V NAME(dragged)(const V *x, V rate, const V *e)
+/// Dry friction behind an elastic part (Dahl): slips at a bend, `per` one over it.
+INLINE V NAME(dragged)(V state, V rate, V per)
 {
-    const V some = NAME(most)(e[E_LAW_BEND], NAME(all)(1e-9));
-    return rate - NAME(absolute)(rate) * x[X_LAW] / some;
+    return rate - NAME(absolute)(rate) * state * per;
 }
 
 /// How far `z` swings: what it was at the most, forgotten within a while.
@@ -67,24 +81,25 @@ INLINE V NAME(followed_swing)(V swing, V z)
     return NAME(choose)(beyond > 0.0, grows, fades);
 }
 
-/// Nothing while the swing is small, `z` once it is larger than `at`.
-INLINE V NAME(waiting)(V z, V swing, V at)
-{
-    const V some = NAME(most)(at, NAME(all)(1e-9));
-    return 0.5 * z * (1.0 + NAME(hyperbolic_tangent)((swing - some) / (WAITING_SHARE * some)));
-}
-
 /// What follows `z` no faster than `at` a second.
 INLINE V NAME(hurrying)(V behind, V at)
 {
-    const V some = NAME(most)(at, NAME(all)(1e-9));
-    return NAME(most)(NAME(least)(behind * (1.0 / HURRY_S), some), -some);
+    return NAME(most)(NAME(least)(behind * (1.0 / HURRY_S), at), -at);
 }
 
 /// What follows `z` once that is farther away than the play `at`.
 INLINE V NAME(played)(V behind, V at)
 {
     return (behind - NAME(most)(NAME(least)(behind, at), -at)) * (1.0 / PLAYED_S);
+}
+
+/// How the state of a shape that has one goes on; of others `otherwise`.
+INLINE V NAME(kept)(V z, V state, V rate, V shape, V some, V per, V otherwise)
+{
+    V found = NAME(choose)(shape == STICKS, NAME(dragged)(state, rate, per), otherwise);
+    found = NAME(choose)(shape == WAITS, NAME(followed_swing)(state, z), found);
+    found = NAME(choose)(shape == HURRIES, NAME(hurrying)(z - state, some), found);
+    return NAME(choose)(shape == PLAYS, NAME(played)(z - state, some), found);
 }
 
 /// What multiplies a law: the size of a motion, or of what is felt.
@@ -98,53 +113,62 @@ INLINE V NAME(times)(const V *x, const V *of, const V *e)
     return found;
 }
 
+/// A power of the speed: -1 to 2.
+INLINE V NAME(of_speed)(V speed, V power)
+{
+    const V faster = speed * (1.0 / LAW_SPEED), one = NAME(all)(1.0);
+    const V square = NAME(choose)(power > 1.0, faster * faster, faster);
+    return NAME(choose)(power > 0.0, square, NAME(choose)(power < 0.0, 1.0 / faster, one));
+}
+
 /// Value of the law: its gain, the shape of what it depends on, a power of the speed, a lag; or of
 /// what has changed within that lag, or of what is felt; or what an oscillator makes of it.
 /// `factor`: less one, of what is not the motion.
-INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, V speed, V factor, V *dx)
+INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, const FEATURES *has,
+                   V speed, V factor, V *dx)
 {
+    const V state = x[X_LAW], shape = e[E_LAW_SHAPE], lag = e[E_LAW_LAG];
+    const V some = NAME(most)(e[E_LAW_BEND], NAME(all)(1e-9)), per = 1.0 / some;
     V z = {0};
     for (int j = 0; j < PLANT_LAW_STATES; j++) {
         z += e[E_LAW_OF_ARTICULATION + j] * of[j];
     }
     const V rate = NAME(rubbing)(x, of, turning, e, z);
     dx[X_BEHIND] = (z - x[X_BEHIND]) * (1.0 / BEHIND_S);
-    const V lag = e[E_LAW_LAG], passing = e[E_LAW_TRANSIENT];
+    const V passing = e[E_LAW_TRANSIENT];
     const M follows = passing == OSCILLATES;
-    z = NAME(choose)((passing > 0.0) & ~follows, z - x[X_LAW], z);
-    z = NAME(choose)(passing == FELT, x[X_LAW], z);
-    const V faster = speed * (1.0 / LAW_SPEED), power = e[E_LAW_SPEED_POWER];
-    const V sticks = e[E_LAW_SHAPE] - LAW_STICKS;
-    V bent = NAME(choose)(sticks == 0.0, x[X_LAW], NAME(bent)(z, e[E_LAW_SHAPE], e[E_LAW_BEND]));
-    bent = NAME(choose)(e[E_LAW_SHAPE] == CURVE, NAME(in_pieces)(z, e), bent);
-    const V against = NAME(hyperbolic_tangent)(rate * (1.0 / LAW_SLOW));
-    bent = NAME(choose)(sticks == 1.0, NAME(absolute)(z) * against, bent);
-    const V waits = sticks - WAITS;
-    bent = NAME(choose)(waits == 0.0, NAME(waiting)(z, x[X_LAW], e[E_LAW_BEND]), bent);
-    const V hurries = sticks - HURRIES, plays = sticks - PLAYS;
-    bent = NAME(choose)((hurries == 0.0) | (plays == 0.0), x[X_LAW], bent);
-    V value = e[E_LAW_GAIN] * bent * (1.0 + factor) * NAME(times)(x, of, e);
-    value *= NAME(choose)(power > 0.0, faster, NAME(all)(1.0));
-    value *= NAME(choose)(power > 1.0, faster, NAME(all)(1.0));
-    value /= NAME(choose)(power < 0.0, faster, NAME(all)(1.0));
+    z = NAME(choose)((passing > 0.0) & ~follows, z - state, z);
+    z = NAME(choose)(passing == FELT, state, z);
+    V bent = z, level = {0};
+    if (has->shapes & LEVELS) {
+        level = NAME(level)(z, state, rate, shape, per);
+    }
+    if (has->shapes & BENT) {
+        bent = NAME(bent)(z, shape, e[E_LAW_BEND], level, state);
+    }
+    if (has->shapes & BIT(CURVE)) {
+        bent = NAME(choose)(shape == CURVE, NAME(in_pieces)(z, e), bent);
+    }
+    V value = e[E_LAW_GAIN] * bent * (1.0 + factor);
+    if (has->times) {
+        value *= NAME(times)(x, of, e);
+    }
+    value *= NAME(of_speed)(speed, e[E_LAW_SPEED_POWER]);
     // what is transient is a damper in series with a spring, which may have play or give way
-    V pulls = NAME(choose)(passing > 0.0, z, value - x[X_LAW]);
+    V pulls = NAME(choose)(passing > 0.0, z, value - state);
     pulls = NAME(choose)(passing > 1.0, bent, pulls);
-    const V late = pulls / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
-    dx[X_LAW] = NAME(choose)(sticks == 0.0, NAME(dragged)(x, rate, e), NAME(where)(lag, late));
-    dx[X_LAW] = NAME(choose)(waits == 0.0, NAME(followed_swing)(x[X_LAW], z), dx[X_LAW]);
-    const V hurried = NAME(hurrying)(z - x[X_LAW], e[E_LAW_BEND]);
-    dx[X_LAW] = NAME(choose)(hurries == 0.0, hurried, dx[X_LAW]);
-    const V played = NAME(played)(z - x[X_LAW], e[E_LAW_BEND]);
-    dx[X_LAW] = NAME(choose)(plays == 0.0, played, dx[X_LAW]);
-    // one state: what goes with the heading has neither lag nor friction, nor does it wait
-    dx[X_LAW] = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], dx[X_LAW]);
     const V omega = 1.0 / NAME(most)(lag, NAME(all)(SHORTEST_LAW_S));
-    const V back = value - x[X_LAW] - 2.0 * e[E_LAW_BEND] * x[X_BEHIND] / omega;
-    dx[X_LAW] = NAME(choose)(follows, x[X_BEHIND], dx[X_LAW]);
-    dx[X_BEHIND] = NAME(choose)(follows, omega * omega * back, dx[X_BEHIND]);
+    V goes = NAME(where)(lag, pulls * omega);
+    if (has->shapes & KEEP) {
+        goes = NAME(kept)(z, state, rate, shape, some, per, goes);
+    }
+    // one state: what goes with the heading has neither lag nor friction, nor does it wait
+    goes = NAME(choose)(e[E_LAW_OF_HEADING] > 0.0, of[3], goes);
+    const V back = (value - state) * omega - 2.0 * e[E_LAW_BEND] * x[X_BEHIND];
+    dx[X_LAW] = NAME(choose)(follows, x[X_BEHIND], goes);
+    dx[X_BEHIND] = NAME(choose)(follows, omega * back, dx[X_BEHIND]);
     const M at_once = (lag <= 0.0) | ((passing > 0.0) & ~follows);
-    return NAME(choose)(at_once, value, x[X_LAW]);
+    return NAME(choose)(at_once, value, state);
 }
 
 /// How what is felt goes on behind its lag: accelerations of both bodies, and the trailer's force
@@ -168,7 +192,7 @@ INLINE V NAME(pressing)(const V *x, const V *e, const V *felt, V force)
 
 /// Deceleration of the mass that swings in a body: free within a gap in the middle, or held by
 /// friction on the floor. `factor`: less one, of what holds it.
-INLINE V NAME(pulled_back)(const V *x, const V *e, int body, V factor)
+INLINE V NAME(pulled_back)(const V *x, const V *e, const FEATURES *has, int body, V factor)
 {
     const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
     const V gap = e[E_MODE_GAP_CAR + body], q = x[X_MODE + body];
@@ -177,21 +201,25 @@ INLINE V NAME(pulled_back)(const V *x, const V *e, int body, V factor)
     const V held = free * (1.0 + right) * (1.0 + factor);
     const V rate = x[X_MODE_RATE + body];
     const V drag = e[E_MODE_DRAG_CAR + body] * NAME(absolute)(rate);
-    const V rubs =
-        e[E_MODE_FRICTION_CAR + body] * NAME(hyperbolic_tangent)(rate * (1.0 / MODE_SLOW));
-    return omega * (omega * held + 2.0 * zeta * rate) + drag * rate + rubs;
+    V back = omega * (omega * held + 2.0 * zeta * rate) + drag * rate;
+    if (has->rubs) {
+        const V turned = NAME(hyperbolic_tangent)(rate * (1.0 / MODE_SLOW));
+        back += e[E_MODE_FRICTION_CAR + body] * turned;
+    }
+    return back;
 }
 
 /// Its side force on the body.
-INLINE V NAME(swinging)(const V *x, const V *e, int body, V factor)
+INLINE V NAME(swinging)(const V *x, const V *e, const FEATURES *has, int body, V factor)
 {
-    return e[E_MODE_MASS_CAR + body] * NAME(pulled_back)(x, e, body, factor);
+    return e[E_MODE_MASS_CAR + body] * NAME(pulled_back)(x, e, has, body, factor);
 }
 
 /// How it goes on where its place has the acceleration `base` sideways.
-INLINE void NAME(swing)(const V *x, const V *e, int body, V base, V factor, V *dx)
+INLINE void NAME(swing)(const V *x, const V *e, const FEATURES *has, int body, V base, V factor,
+                        V *dx)
 {
-    const V back = NAME(pulled_back)(x, e, body, factor);
+    const V back = NAME(pulled_back)(x, e, has, body, factor);
     dx[X_MODE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], x[X_MODE_RATE + body]);
     dx[X_MODE_RATE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], -base - back);
 }

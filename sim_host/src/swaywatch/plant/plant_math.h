@@ -46,10 +46,7 @@ INLINE V NAME(absolute)(V x)
 
 INLINE V NAME(nearest)(V x)
 {
-    const double magic = 6755399441055744.0; // 1.5 * 2^52
-    V shifted = x + magic;
-    __asm__("" : "+m"(shifted)); // the sum must not be undone
-    return shifted - magic;
+    return (x + MAGIC) - MAGIC;
 }
 
 /// Sine of an angle of at most a quarter turn, by its series; `q` is its square.
@@ -126,13 +123,31 @@ INLINE V NAME(slip)(V x)
     return y;
 }
 
+/// Hyperbolic tangent, e / (e + 2) with e = exp(2 |x|) - 1, that by its series within half a
+/// doubling: relative error 4e-16, and the same to the bit on any machine, which that of a C
+/// library is not.
 INLINE V NAME(hyperbolic_tangent)(V x)
 {
-    V y = {0};
-    for (int i = 0; i < WIDTH; i++) {
-        y[i] = tanh(x[i]);
-    }
-    return y;
+    const V size = NAME(absolute)(x);
+    const V twice = 2.0 * NAME(choose)(size > 22.0, NAME(all)(22.0), size); // from there on 1
+    const V shifted = twice * 1.44269504088896338700 + MAGIC;
+    const V n = shifted - MAGIC;
+    const V r = (twice - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10;
+    const V q = r * r;
+    V odd = q * (1.0 / 6227020800.0) + 1.0 / 39916800.0;
+    V even = q * (1.0 / 479001600.0) + 1.0 / 3628800.0;
+    odd = odd * q + 1.0 / 362880.0;
+    even = even * q + 1.0 / 40320.0;
+    odd = odd * q + 1.0 / 5040.0;
+    even = even * q + 1.0 / 720.0;
+    odd = odd * q + 1.0 / 120.0;
+    even = even * q + 1.0 / 24.0;
+    odd = odd * q + 1.0 / 6.0;
+    even = even * q + 0.5;
+    const V less = r + q * (even + r * odd); // exp(r) - 1
+    const V power = (V)(((M)shifted << 52) + (1023LL << 52));
+    const V e = power * less + (power - 1.0);
+    return (V)((M)(e / (e + 2.0)) | ((M)x & INT64_MIN));
 }
 
 /// Sine of zero to a quarter turn: a polynomial with Chebyshev nodes, error 8e-14.

@@ -18,10 +18,11 @@
 typedef struct {
     bool relaxed, saturated, softens, aligning, rolls, sprung, flexible, playing, aero, sticking,
         banked;
-    bool law, swings, bends; // plant_law.h
+    bool law, swings, bends, times, rubs; // plant_law.h
+    uint32_t shapes;                      // of laws, by their bits
     bool alone, blocks, full;
-    bool whole, heaves; // with what a simulator needs beyond a fit: plant_whole.h
-    int states;         // that move
+    bool whole, heaves;               // with what a simulator needs beyond a fit: plant_whole.h
+    int moving[PLANT_STATES], states; // those that move, and how many
 } FEATURES;
 
 typedef struct {
@@ -135,7 +136,7 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     }
     V swung[2] = {{0}, {0}}; // roll moment of the weight of what swings
     for (int body = 0; body < 2 && has->swings; body++) {
-        const V force = NAME(swinging)(x, e, body, ser[T_LAW]);
+        const V force = NAME(swinging)(x, e, has, body, ser[T_LAW]);
         wind[body] += force;
         moment[body] = force * e[E_MODE_PLACE_CAR + body];
         swung[body] = -GRAVITY * e[E_MODE_MASS_CAR + body] * x[X_MODE + body];
@@ -414,7 +415,7 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
         if (has->sprung) {
             base += GRAVITY * x[X_ROLL + body] - k->height[body] * rates.roll[body];
         }
-        NAME(swing)(x, e, body, base, ser[T_LAW], dx);
+        NAME(swing)(x, e, has, body, base, ser[T_LAW], dx);
     }
     if (has->whole) {
         NAME(travel)(x, now, p, k, &slips, &rates, dx);
@@ -541,15 +542,39 @@ INLINE void NAME(features)(const plant_lane_t *lane, const double *axles, FEATUR
     has->law |= s[E_LAW_GAIN] != 0.0;
     has->rolls |= s[E_LAW_OF_ROLL_CAR] != 0.0 || s[E_LAW_OF_ROLL_TRAILER] != 0.0;
     has->swings |= s[E_MODE_MASS_CAR] > 0.0 || s[E_MODE_MASS_TRAILER] > 0.0;
-    has->states = has->heaves ? PLANT_STATES_OF_HEAVE : PLANT_STATES_OF_A_FIT;
     has->bends |= s[E_DRAWBAR_COMPLIANCE] > 0.0;
-    has->states = has->law || has->swings || has->bends ? PLANT_STATES_OF_A_LAW : has->states;
-    has->states = has->whole ? PLANT_STATES : has->states;
+    has->shapes |= s[E_LAW_GAIN] != 0.0 ? BIT(s[E_LAW_SHAPE]) : 0;
+    has->times |= s[E_LAW_BY] > 0.0;
+    has->rubs |= s[E_MODE_FRICTION_CAR] != 0.0 || s[E_MODE_FRICTION_TRAILER] != 0.0;
     has->sprung |= s[E_SPRUNG_MASS_CAR] > 0.0 || s[E_SPRUNG_MASS_TRAILER] > 0.0;
     has->alone |= !(lane->body[P_TRAILER_MASS] > 0.0);
     has->banked |= lane->series[T_BANK] != NULL;
     has->blocks |= lane->blocks != NULL;
     has->full |= lane->output != NULL;
+}
+
+INLINE void NAME(move)(FEATURES *has, bool moves, int first, int count)
+{
+    for (int j = first; moves && j < first + count; j++) {
+        has->moving[has->states++] = j;
+    }
+}
+
+/// The states that move: a step leaves the others alone.
+INLINE void NAME(states)(FEATURES *has)
+{
+    has->states = 0;
+    NAME(move)(has, true, X_SIDE, 4);
+    NAME(move)(has, !has->sprung, X_TRANSFER, 2);
+    NAME(move)(has, has->relaxed, X_SLIP, 4);
+    NAME(move)(has, !has->sprung, X_TRANSFER_RATE, 2);
+    NAME(move)(has, has->sprung || has->rolls, X_ROLL, 4);
+    NAME(move)(has, has->heaves, X_HEAVE, 8);
+    NAME(move)(has, has->law, X_LAW, 1);
+    NAME(move)(has, has->swings, X_MODE, 4);
+    NAME(move)(has, has->bends, X_DRAWBAR, 2);
+    NAME(move)(has, has->law, X_BEHIND, 2);
+    NAME(move)(has, has->whole, X_LAG, PLANT_STATES - X_LAG);
 }
 
 /// Constants of the lanes, and what follows from them.
@@ -573,6 +598,7 @@ INLINE void NAME(constants)(plant_lane_t *const *lane, V *p, V *e, CONSTANTS *k,
         }
         NAME(features)(lane[l], axles, has);
     }
+    NAME(states)(has);
     k->free = k->drive[D_FREE_SPEED];
     for (int a = 0; a < 4; a++) {
         const V load = p[P_CAR_FRONT_AXLE_LOAD + a];
@@ -712,7 +738,8 @@ typedef struct {
     int32_t count;
     V p[PLANT_BODY], e[PLANT_SCALARS];
     CONSTANTS k;
-    V x[PLANT_STATES], dx[PLANT_STATES], out[PLANT_OUTPUTS], sums[PLANT_SUMS];
+    V x[PLANT_STATES], dx[PLANT_STATES], tried[PLANT_STATES]; // those of a stage
+    V out[PLANT_OUTPUTS], sums[PLANT_SUMS];
     M alive;
     FEATURES has;
     INPUTS in;
@@ -726,7 +753,7 @@ INLINE void NAME(begin)(plant_lane_t *const *given, int32_t count, STATE *now)
     for (int l = 0; l < WIDTH; l++) {
         now->lane[l] = given[l < count ? l : 0];
         for (int j = 0; j < PLANT_STATES; j++) {
-            now->x[j][l] = now->lane[l]->state[j];
+            now->x[j][l] = now->tried[j][l] = now->lane[l]->state[j];
         }
         for (int j = 0; j < PLANT_SUMS; j++) {
             now->sums[j][l] = now->lane[l]->sums[j];
@@ -795,10 +822,11 @@ INLINE void NAME(remember)(STATE *now, double step)
 /// The four stages of a step from sample `i`, and the new states. Without a stride only the first.
 INLINE void NAME(step)(STATE *now, double step, int32_t stride, int64_t i)
 {
-    V tmp[PLANT_STATES], total[PLANT_STATES];
-    for (int j = 0; j < now->has.states; j++) {
-        tmp[j] = now->x[j];
-        total[j] = (V){0};
+    const int *moving = now->has.moving;
+    V *tmp = now->tried, total[PLANT_STATES];
+    for (int n = 0; n < now->has.states; n++) {
+        tmp[moving[n]] = now->x[moving[n]];
+        total[n] = (V){0};
     }
     if (now->has.whole) {
         NAME(generate)(now, step, i);
@@ -821,19 +849,21 @@ INLINE void NAME(step)(STATE *now, double step, int32_t stride, int64_t i)
         }
         const double weight = stage == 0 || stage == 3 ? 1.0 : 2.0;
         const double ahead = stage == 2 ? step : 0.5 * step;
-        for (int j = 0; j < now->has.states; j++) {
-            total[j] += weight * now->dx[j];
+        for (int n = 0; n < now->has.states; n++) {
+            const int j = moving[n];
+            total[n] += weight * now->dx[j];
             tmp[j] = now->x[j] + ahead * now->dx[j];
         }
     }
     M bad = {0};
-    for (int j = 0; j < now->has.states; j++) {
-        now->x[j] += step / 6.0 * total[j];
+    for (int n = 0; n < now->has.states; n++) {
+        const int j = moving[n];
+        now->x[j] += step / 6.0 * total[n];
         bad |= ~(NAME(absolute)(now->x[j]) < LIMIT);
     }
     now->alive &= ~bad;
-    for (int j = 0; j < now->has.states; j++) {
-        now->x[j] = (V)((M)now->x[j] & now->alive);
+    for (int n = 0; n < now->has.states; n++) {
+        now->x[moving[n]] = (V)((M)now->x[moving[n]] & now->alive);
     }
 }
 

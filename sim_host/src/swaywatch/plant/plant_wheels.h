@@ -266,7 +266,7 @@ INLINE void NAME(slips)(const V *x, const SAMPLE *now, const V *p, const V *e, c
                                         angle[0],
                                         angle[1],
                                         NAME(middle_slip)(angle, p)};
-        to->law = NAME(law)(x, of, turning, e, vx, ser[T_LAW], dx);
+        to->law = NAME(law)(x, of, turning, e, has, vx, ser[T_LAW], dx);
     }
     for (int a = 0; a < 4; a++) {
         angle[a] += ser[T_SLIP_CAR_FRONT + a];

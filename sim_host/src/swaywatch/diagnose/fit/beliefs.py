@@ -52,6 +52,7 @@ TYPICAL_TRAILER: dict[str, tuple[float, str]] = {
     "roll_frequency_trailer": (0.35, "1 to 2.5 Hz"),
     "roll_damping_trailer": (0.7, "0.1 to 0.4, entered on a low typical value"),
 }
+SENSORS = ("gain", "delay")  # kinds of beliefs about each channel
 _INDEX = {name: index for index, name in enumerate(BODY)}
 #: A shift of a centre of gravity ahead, and what it does to the distances from it.
 _COG = {
@@ -219,13 +220,26 @@ class Beliefs:
 
     def all_sensed(self, channels: Sequence[str], values: Array, step_s: float, z: Array) -> Array:
         """`sensed` of several channels at once. Shape (n, channels)."""
-        gains = np.array([self.amount("gain", name, z) for name in channels])
-        delays = np.array([self.amount("delay", name, z) for name in channels])
-        if np.any(gains):
-            values = values * (1.0 + gains)
-        if np.any(delays):
-            values = values - delays / step_s * np.gradient(values, axis=0)
+        moves = self.amounts(tuple(channels), z)
+        if moves[0].any():
+            values = values * (1.0 + moves[0])
+        if moves[1].any():
+            values = values - moves[1] / step_s * np.gradient(values, axis=0)
         return values
+
+    def amounts(self, channels: tuple[str, ...], z: Array) -> Array:
+        """`amount` of the gain, then of the delay, of each channel. Shape (2, channels)."""
+        if channels not in self._places:
+            places = np.array([[self.at.get((k, c), -1) for c in channels] for k in SENSORS])
+            tolerances = np.array([*(b.tolerance for b in self.items), 0.0])
+            self._places[channels] = places, tolerances[places]
+        places, tolerances = self._places[channels]
+        return np.asarray(np.append(z, 0.0)[places] * tolerances)
+
+    @cached_property
+    def _places(self) -> dict[tuple[str, ...], tuple[NDArray[np.intp], Array]]:
+        """Of channels once asked for: places of their beliefs, the last one for none; tolerances."""
+        return {}
 
     def value(self, index: int, body: Array, ratio: float, z: float) -> float:
         """Calibrated value of a belief about the vehicle, SI."""

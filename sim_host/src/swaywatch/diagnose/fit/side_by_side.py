@@ -19,7 +19,7 @@ class _Asked(Generic[Request, Answer]):
     requests: Sequence[Request]
     answers: list[Answer] = field(default_factory=list)
     error: BaseException | None = None
-    done: bool = False
+    done: threading.Event = field(default_factory=threading.Event)
 
 
 class SideBySide(Generic[Request, Answer]):
@@ -31,7 +31,7 @@ class SideBySide(Generic[Request, Answer]):
 
     def __init__(self, answer: Callable[[Sequence[Request]], list[Answer]]) -> None:
         self._answer = answer
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
         self._running = 0
         self._waiting: list[_Asked[Request, Answer]] = []
         self._own = threading.local()
@@ -48,49 +48,52 @@ class SideBySide(Generic[Request, Answer]):
 
     def _one(self, calculate: Callable[[Item], Result], item: Item) -> Result:
         self._own.inside = True
-        with self._changed:
+        with self._lock:
             self._running += 1
         try:
             return calculate(item)
         finally:
-            with self._changed:
+            with self._lock:
                 self._running -= 1
-                self._changed.notify_all()
+                together = self._all_that_wait()
+            self._serve(together)
 
     def ask(self, requests: Sequence[Request]) -> list[Answer]:
         """Answers in the order of the requests."""
         if not getattr(self._own, "inside", False):
             return self._answer(requests)
         own: _Asked[Request, Answer] = _Asked(requests)
-        with self._changed:
+        with self._lock:
             self._waiting.append(own)
-            self._changed.notify_all()
-            self._changed.wait_for(lambda: own.done or self._leads(own))
-            together = [] if own.done else self._waiting
-            if together:
-                self._waiting = []
-        if together:
-            self._serve(together)
+            together = self._all_that_wait()
+        self._serve(together)
+        own.done.wait()
         if own.error is not None:
             raise own.error
         return own.answers
 
-    def _leads(self, own: _Asked[Request, Answer]) -> bool:
-        """The first of those that wait answers, once nobody is left who does not."""
-        waiting = self._waiting
-        return bool(waiting) and waiting[0] is own and len(waiting) == self._running
+    def _all_that_wait(self) -> list[_Asked[Request, Answer]]:
+        """Those that wait, to be served, if nobody is left who does not; under the lock.
 
-    def _serve(self, together: list[_Asked[Request, Answer]]) -> None:
+        The last one that asks or ends serves: nobody is woken before his answers are there.
+        """
+        if len(self._waiting) < self._running:
+            return []
+        together, self._waiting = self._waiting, []
+        return together
+
+    def _serve(self, together: Sequence[_Asked[Request, Answer]]) -> None:
+        if not together:
+            return
         error: BaseException | None = None
         answers: list[Answer] = []
         try:
             answers = self._answer([r for asked in together for r in asked.requests])
         except BaseException as problem:  # every thread must hear of it
             error = problem
-        with self._changed:
-            at = 0
-            for asked in together:
-                asked.answers = answers[at : at + len(asked.requests)]
-                at += len(asked.requests)
-                asked.error, asked.done = error, True
-            self._changed.notify_all()
+        at = 0
+        for asked in together:
+            asked.answers = answers[at : at + len(asked.requests)]
+            at += len(asked.requests)
+            asked.error = error
+            asked.done.set()
