@@ -28,6 +28,7 @@ from swaywatch.discover.law import (
     LINE_AND_CUBE,
     LOST_MOTION,
     MOTIONS,
+    NOTCHED,
     OSCILLATING,
     PERIODIC,
     PIECES,
@@ -50,7 +51,7 @@ from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
 
 ID = "law"
 OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
-BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17, 18, 19)  # shapes with a bend
+BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17, 18, 19, 20, 21)  # shapes with a bend
 #: Shortest lag of what is felt, and of a rate; neutral, so that a law may have it.
 AT_ONCE_S = 0.02
 RATE_S = 0.05  # over which the rate of steering is taken, to begin with
@@ -273,7 +274,7 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         parameters=parameters,
         act=act,
         report=_with_limit
-        if law.shape in (*LIMITED, FALLING, SWITCHED) and not law.swings
+        if law.shape in (*LIMITED, FALLING, SWITCHED, NOTCHED) and not law.swings
         else dict,
         plausibility=0.0 if (law.place, law.motion) in KNOWN else UNHEARD_OF,
         decided_by="the same manoeuvre at another speed and another amplitude",
@@ -394,7 +395,9 @@ def _of_shape(law: Law) -> list[Parameter]:
         return [Parameter("per_square", f"1/({motion.unit})^2", 0.0, *bounds, 0.1 * most, 1e9)]
     if SHAPES.index(law.shape) not in BENDS:
         return []
-    share = {"saturating": 0.5, LIMITED_RATE: 2.0, LOST_MOTION: 0.1, CURVE: 1.0}.get(law.shape, 0.3)
+    share = {"saturating": 0.5, LIMITED_RATE: 2.0, LOST_MOTION: 0.1, CURVE: 1.0, NOTCHED: 0.05}.get(
+        law.shape, 0.3
+    )
     bend, per_s = share * motion.usual, "/s" if law.shape == LIMITED_RATE else ""
     bounds = 0.02 * bend, 20.0 * bend, (bend,)
     found = [Parameter("bend", motion.unit + per_s, 1e3, *bounds, 0.1 * bend, 1e9)]

@@ -21,11 +21,13 @@ from swaywatch.discover.law import (
     LINE_AND_CUBE,
     LOST_MOTION,
     MOTIONS,
+    NOTCHED,
     OSCILLATING,
     PERIODIC,
     PLACES,
     SHAPES,
     SPEED_M_S,
+    STEPPED,
     STOPS,
     SWITCHED,
     TRANSIENT,
@@ -42,7 +44,7 @@ Array = NDArray[np.float64]
 
 SWING_SEEN_S, SWING_KEPT_S, WAITING_SHARE = 0.05, 1.0, 0.1  # as in plant_lanes.c
 HURRY_S, PLAYED_S, STEEP = 0.05, 0.02, 8.0  # as in plant_lanes.c
-SWITCHED_SHARE = 0.1  # as in plant_lanes.c
+SWITCHED_SHARE = STEP_SHARE = 0.1  # as in plant_lanes.c
 
 
 def rubs_at_hitch(law: Law) -> bool:
@@ -110,6 +112,14 @@ def _switched(z: Array, bend: float) -> Array:
     return np.asarray(np.where(z < 0.0, -on, on))
 
 
+def _stepped(z: Array, bend: float) -> Array:
+    """Steps as high as they are wide, the first half a step from nothing, shape (n,)."""
+    steps = z / bend - 0.5
+    within = steps - np.round(steps)
+    rise = np.tanh(within / STEP_SHARE) / math.tanh(0.5 / STEP_SHARE)
+    return np.asarray(bend * (np.round(steps) + 0.5 + 0.5 * rise))
+
+
 _CURVES: dict[str, Callable[[Array, float], Array]] = {
     "straight": lambda z, _: z,
     "saturating": lambda z, bend: bend * np.tanh(z / bend),
@@ -130,6 +140,8 @@ _CURVES: dict[str, Callable[[Array, float], Array]] = {
     LOST_MOTION: played,
     FALLING: lambda z, bend: bend * np.tanh(STEEP * z / bend) / (1.0 + (z / bend) ** 2),
     SWITCHED: _switched,
+    STEPPED: _stepped,
+    NOTCHED: lambda z, bend: bend * np.sin(z / bend),
 }
 assert {*_CURVES, CURVE} == set(SHAPES)
 
@@ -179,6 +191,8 @@ def formula(law: Law) -> str:
         LOST_MOTION: f"({symbol}, followed with a play of +-bend)",
         FALLING: f"bend tanh({STEEP:g} {symbol} / bend) / (1 + ({symbol} / bend)^2)",
         SWITCHED: f"bend sign({symbol}) beyond +-bend",
+        STEPPED: f"{symbol} in steps of bend",
+        NOTCHED: f"bend sin({symbol} / bend)",
         CURVE: f"{symbol} in straight pieces, with other slopes beyond each fifth of +-bend",
         LIMITED_RATE: f"({symbol}, followed no faster than bend a second)",
     }[law.shape]

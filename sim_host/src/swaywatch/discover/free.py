@@ -14,7 +14,16 @@ from swaywatch.diagnose.evidence.search import Linear
 from swaywatch.discover.effect import effect_of
 from swaywatch.discover.forms import curve, in_pieces
 from swaywatch.discover.grammar import curves
-from swaywatch.discover.law import KEEPING, LINE_AND_CUBE, MOTIONS, PIECES, UNEVEN, Law
+from swaywatch.discover.law import (
+    KEEPING,
+    LINE_AND_CUBE,
+    MOTIONS,
+    NOTCHED,
+    PIECES,
+    STEPPED,
+    UNEVEN,
+    Law,
+)
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect, Values
 
@@ -27,6 +36,7 @@ BEGUN_CURVES = 12  # that are begun, of all places and motions
 #: to stays at nothing.
 BELIEVED = 10.0
 TRIED_BENDS = (0.1, 0.2, 0.35, 0.6, 1.0)  # over that of the curve, for a form instead of it
+FINER_BENDS = tuple(0.03 * 1.1**n for n in range(37))  # for one that comes again and again
 
 
 def free_curves(course: Linear) -> list[ActiveEffect]:
@@ -65,7 +75,7 @@ def form_of(values: Values, law: Law) -> dict[str, float]:
     if law.shape in (*KEEPING, UNEVEN, LINE_AND_CUBE):
         return {"gain": float(np.copysign(np.max(np.abs(whole)), whole[-1])) / values["bend"]}
     best = (np.inf, {"gain": values["gain"]})
-    for share in TRIED_BENDS:
+    for share in FINER_BENDS if law.shape in (STEPPED, NOTCHED) else TRIED_BENDS:
         bend = share * values["bend"]
         one = curve(law.shape, z, bend)
         power = float(one @ one)

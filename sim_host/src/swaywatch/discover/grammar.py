@@ -25,6 +25,7 @@ from swaywatch.discover.law import (
     KEEPING,
     LAGGED,
     MOTIONS,
+    NOTCHED,
     ONLY_REFINED,
     OSCILLATING,
     PERIODIC,
@@ -34,6 +35,7 @@ from swaywatch.discover.law import (
     SIDES,
     SLIDING,
     SLIPS,
+    STEPPED,
     STOPS,
     SWINGS,
     THERE,
@@ -222,6 +224,8 @@ def refined(law: Law) -> list[Law]:
 
     alone = replace(law, second="", by="")
     pool = [other for other in _forms(law.place, law.motion) if other != alone and near(other)]
+    if law.shape == CURVE:  # only a curve says how wide they are
+        pool += [replace(alone, shape=shape) for shape in (STEPPED, NOTCHED)]
     return [replace(other, second=law.second, by=law.by) for other in pool]
 
 
@@ -263,7 +267,8 @@ def _forms(place: str, motion: str) -> tuple[Law, ...]:
     closed = (SLIDING,) if place == "hitch" else ()
     closed = closed if motion in DEFLECTIONS else (*closed, "rubbing")
     closed = (*closed, SLIDING) if motion in RATES else closed
-    closed = (*closed, CURVE)  # any form is one: looked for where no form fits (`free_curves`)
+    # any form is one: looked for where no form fits (`free_curves`); two only beside one
+    closed = (*closed, CURVE, STEPPED, NOTCHED)
     single = motion in ALONE
     if single:
         closed = (*closed, *KEEPING)

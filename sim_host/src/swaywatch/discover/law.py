@@ -19,7 +19,7 @@ SHAPES = (
     "straight", "saturating", "dead zone", "cube", "odd square", "even square", "hysteretic",
     "rubbing", "positive side", "negative side", "waiting", "uneven", "limited rate",
     "line and cube", "lost motion", "falling", "positive stop", "negative stop", "switched",
-    "free curve",
+    "free curve", "stepped", "notched",
 )  # fmt: skip
 #: Of another slope on the other side: what one side's tyres make, or two unlike springs.
 UNEVEN = "uneven"
@@ -33,6 +33,8 @@ LIMITED_RATE = "limited rate"
 LOST_MOTION, FALLING = "lost motion", "falling"
 #: What is off or on: brakes that a sensor applies.
 SWITCHED = "switched"
+#: What a motor makes that moves in steps, and dents that something snaps into.
+STEPPED, NOTCHED = "stepped", "notched"
 #: What no other form is: straight pieces through nothing, with the numbers of `PIECES`.
 CURVE = "free curve"
 #: Slope at nothing, what is added to it on the right and taken from it on the left, and what the
@@ -44,7 +46,17 @@ SIDES = ("positive side", "negative side")
 #: The same with slack: only once that is beyond it.
 STOPS = ("positive stop", "negative stop")
 #: Shapes that are looked for only where a form near them was found, with its values to begin with.
-ONLY_REFINED = (UNEVEN, LINE_AND_CUBE, LOST_MOTION, FALLING, *STOPS, SWITCHED, CURVE)
+ONLY_REFINED = (
+    UNEVEN,
+    LINE_AND_CUBE,
+    LOST_MOTION,
+    FALLING,
+    *STOPS,
+    SWITCHED,
+    CURVE,
+    STEPPED,
+    NOTCHED,
+)
 SLIDING = "hysteretic"
 FRICTION = (SLIDING, "rubbing")  # these follow a deflection whose rate is a state too
 ROLLS = ("roll_car", "roll_trailer")

@@ -24,6 +24,7 @@ from swaywatch.discover.law import (
     LINE_AND_CUBE,
     LOST_MOTION,
     MOTIONS,
+    NOTCHED,
     OSCILLATING,
     PERIODIC,
     PLACES,
@@ -31,6 +32,7 @@ from swaywatch.discover.law import (
     SIDES,
     SLIDING,
     SPEED_M_S,
+    STEPPED,
     STOPS,
     SWITCHED,
     THERE,
@@ -94,6 +96,8 @@ def _of_form(law: Law, gain: float) -> str:
         WAITING: "a controller that waits for a swing to grow",
         LOST_MOTION: "a link with play",
         SWITCHED: "something that is switched on and off",
+        STEPPED: "an actuator that moves in steps",
+        NOTCHED: "something that snaps from notch to notch",
     }
     if law.motion == law.place and law.response in _OF_SLIP:
         return _OF_SLIP[law.response]
@@ -288,6 +292,7 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     at = f"{abs(parameters['bend']['value']):.3g} {unit}" if "bend" in parameters else ""
     limit = _limit(parameters, PLACES[law.place]) if "limit" in parameters else ""
     limit += f" per {MOTIONS[law.by].unit}" if law.by else ""
+    again = f"{2.0 * math.pi * float(parameters.get('bend', {'value': 0.0})['value']):.3g}"
     if law.shape == UNEVEN:
         return f", {_range(parameters['other_side'])} times as much while that is negative"
     if law.shape == LINE_AND_CUBE:
@@ -303,6 +308,8 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         LOST_MOTION: f", following it with a play of {at} either way",
         FALLING: f", {limit} where that is small, half of it at {at}",
         SWITCHED: f", nothing within {at}, {limit} beyond it",
+        STEPPED: f", in steps of {at}",
+        NOTCHED: f", up to {limit} to and fro, again every {again} {unit}",
     }.get(law.shape, _MORE.get(law.shape, ""))
 
 

@@ -33,7 +33,7 @@
 #define OSCILLATES 4.0       // slot `law_transient` of a law that an oscillator of its own follows
 #define BEHIND_S 0.03        // over which the rate is taken of what has none as a state
 // Shapes as numbered in discover/law.py: saturating, hysteretic, rubbing, waiting, limited rate,
-// lost motion, falling, switched, free curve.
+// lost motion, falling, switched, free curve, stepped, notched.
 #define SATURATES 1.0
 #define STICKS 6.0
 #define RUBS 7.0
@@ -43,20 +43,24 @@
 #define FALLS 15.0
 #define SWITCHES 18.0
 #define CURVE 19.0
+#define STEPS 20.0
+#define NOTCHES 21.0
 #define BIT(shape) (1u << (uint32_t)(shape))
 #define BENT (~(BIT(0.0) | BIT(CURVE)))
-#define LEVELS (BIT(SATURATES) | BIT(RUBS) | BIT(WAITS) | BIT(FALLS) | BIT(SWITCHES))
+#define LEVELS (BIT(SATURATES) | BIT(RUBS) | BIT(WAITS) | BIT(FALLS) | BIT(SWITCHES) | BIT(STEPS))
 #define KEEP (BIT(STICKS) | BIT(WAITS) | BIT(HURRIES) | BIT(PLAYS))
-#define HURRY_S 0.05         // within which what may go as fast as it likes follows
-#define PLAYED_S 0.02        // within which what is beyond the play is followed
-#define PIECES 5             // of a free curve on each side, beside the first
-#define STEEP 8.0            // times as fast as it falls, friction that falls with the rate rises
-#define SWING_SEEN_S 0.05    // within which a law that waits notices how far something swings, ...
-#define SWING_KEPT_S 1.0     // and forgets it: a swing of 1 Hz has two peaks a second
-#define WAITING_SHARE 0.1    // of the swing at which it begins to act, over which it does
-#define SWITCHED_SHARE 0.1   // of what it switches at, over which it does
-#define MODE_SLOW 0.01       // m/s, below which friction on a floor is not full
-#define DRAWBAR_LOSS_S 0.005 // damping over stiffness of a drawbar: steel with its joints
+#define HURRY_S 0.05      // within which what may go as fast as it likes follows
+#define PLAYED_S 0.02     // within which what is beyond the play is followed
+#define PIECES 5          // of a free curve on each side, beside the first
+#define STEEP 8.0         // times as fast as it falls, friction that falls with the rate rises
+#define SWING_SEEN_S 0.05 // within which a law that waits notices how far something swings, ...
+#define SWING_KEPT_S 1.0  // and forgets it: a swing of 1 Hz has two peaks a second
+#define WAITING_SHARE 0.1 // of the swing at which it begins to act, over which it does
+#define STEP_SHARE 0.1    // of a step, over which it rises
+#define STEP_WHOLE 0.99990920426259513 // tanh(0.5 / STEP_SHARE)
+#define SWITCHED_SHARE 0.1             // of what it switches at, over which it does
+#define MODE_SLOW 0.01                 // m/s, below which friction on a floor is not full
+#define DRAWBAR_LOSS_S 0.005           // damping over stiffness of a drawbar: steel with its joints
 #define LEAST_DRAWBAR 2e-6 // m/N, below which the motion of this one is scaled down: steps of 20 ms
 #define RESOLVED 2         // trials of the drawbar's acceleration, and which one is the last
 

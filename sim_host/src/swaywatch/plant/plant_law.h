@@ -2,7 +2,8 @@
 // drawbar that gives way; included by plant_step.h. What the slots are is said by plant/lanes.py.
 
 /// The hyperbolic tangent that a shape is made of, `per` one over its bend: of what saturates or
-/// falls, is switched, or waits for a `swing`; of friction that grows with a deflection.
+/// falls, is switched, goes in steps, or waits for a `swing`; of friction that grows with a
+/// deflection.
 INLINE V NAME(level)(V z, V swing, V rate, V shape, V per)
 {
     const V beyond = z * per;
@@ -10,14 +11,17 @@ INLINE V NAME(level)(V z, V swing, V rate, V shape, V per)
     of = NAME(choose)(shape == RUBS, rate * (1.0 / LAW_SLOW), of);
     of = NAME(choose)(shape == WAITS, (swing * per - 1.0) * (1.0 / WAITING_SHARE), of);
     const V switched = (NAME(absolute)(beyond) - 1.0) * (1.0 / SWITCHED_SHARE);
-    return NAME(hyperbolic_tangent)(NAME(choose)(shape == SWITCHES, switched, of));
+    of = NAME(choose)(shape == SWITCHES, switched, of);
+    const V within = beyond - 0.5 - NAME(nearest)(beyond - 0.5);
+    return NAME(hyperbolic_tangent)(NAME(choose)(shape == STEPS, within * (1.0 / STEP_SHARE), of));
 }
 
 /// A straight line, or bent at `at`: saturating, dead within it; cube, odd and even square; of one
 /// side only, or `at` times as steep on the other one; a line with `at` times the cube; friction
 /// that falls to half of it at `at`; of one side only, beyond `at`; of one size beyond it; a size
-/// with the sign of its rate; all of it once what waits does no longer. `state`: what has one.
-INLINE V NAME(bent)(V z, V shape, V at, V level, V state)
+/// with the sign of its rate; all of it once what waits does no longer; steps; waves. `state`: what
+/// has one.
+INLINE V NAME(bent)(V z, V shape, V at, V level, V state, const FEATURES *has)
 {
     const V some = NAME(most)(at, NAME(all)(1e-9)), none = {0};
     const V size = NAME(absolute)(z), square = z * z;
@@ -39,6 +43,13 @@ INLINE V NAME(bent)(V z, V shape, V at, V level, V state)
     found = NAME(choose)(shape == 17.0, NAME(least)(z + some, none), found);
     const V on = 0.5 * some * (1.0 + level);
     found = NAME(choose)(shape == SWITCHES, NAME(choose)(z < 0.0, -on, on), found);
+    if (has->shapes & (BIT(STEPS) | BIT(NOTCHES))) {
+        const V whole = NAME(nearest)(z / some - 0.5) + 0.5 + level * (0.5 / STEP_WHOLE);
+        found = NAME(choose)(shape == STEPS, some * whole, found);
+        V wave, unused;
+        NAME(turn)(z / some, &wave, &unused);
+        found = NAME(choose)(shape == NOTCHES, some * wave, found);
+    }
     const M keeps = (shape == STICKS) | (shape == HURRIES) | (shape == PLAYS);
     return NAME(choose)(keeps, state, found);
 }
@@ -144,7 +155,7 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, const 
         level = NAME(level)(z, state, rate, shape, per);
     }
     if (has->shapes & BENT) {
-        bent = NAME(bent)(z, shape, e[E_LAW_BEND], level, state);
+        bent = NAME(bent)(z, shape, e[E_LAW_BEND], level, state, has);
     }
     if (has->shapes & BIT(CURVE)) {
         bent = NAME(choose)(shape == CURVE, NAME(in_pieces)(z, e), bent);

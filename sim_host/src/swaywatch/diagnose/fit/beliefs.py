@@ -238,7 +238,7 @@ class Beliefs:
 
     @cached_property
     def _places(self) -> dict[tuple[str, ...], tuple[NDArray[np.intp], Array]]:
-        """Of channels once asked for: places of their beliefs, the last one for none; tolerances."""
+        """Of channels once asked for: places of their beliefs (-1: none), and tolerances."""
         return {}
 
     def value(self, index: int, body: Array, ratio: float, z: float) -> float:
