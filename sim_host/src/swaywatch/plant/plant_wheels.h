@@ -35,6 +35,12 @@ INLINE V NAME(softened)(V linear, V load, V softening)
     return linear / root;
 }
 
+/// Where a tyre saturates: one comparison, as GCC takes two that are joined lane by lane.
+INLINE M NAME(held)(const TYRES *t, V fz)
+{
+    return fz > NAME(choose)(t->friction > 0.0, NAME(all)(1.0), NAME(all)(1e300));
+}
+
 /// Lateral force of an axle from its two wheels.
 INLINE V NAME(axle)(const TYRES *t, const FEATURES *has, AXLE *out)
 {
@@ -52,7 +58,7 @@ INLINE V NAME(axle)(const TYRES *t, const FEATURES *has, AXLE *out)
         V force = linear, share = {0};
         if (has->saturated) {
             const V peak = fz * t->friction;
-            const M held = (t->friction > 0.0) & (fz > 1.0);
+            const M held = NAME(held)(t, fz);
             force = NAME(choose)(held, NAME(saturation)(linear, peak, t->shape), linear);
             if (has->aligning) {
                 share = NAME(choose)(held, linear / peak, share);
@@ -81,8 +87,8 @@ INLINE V NAME(even)(const TYRES *t, const FEATURES *has)
         return linear;
     }
     const V peak = fz * t->friction;
-    return NAME(choose)((t->friction > 0.0) & (fz > 1.0), NAME(saturation)(linear, peak, t->shape),
-                        linear);
+    const M held = NAME(held)(t, fz);
+    return NAME(choose)(held, NAME(saturation)(linear, peak, t->shape), linear);
 }
 
 /// Share of the slip that lags behind by the relaxation length; the rest acts at once.
