@@ -73,11 +73,63 @@ def test_a_form_begins_as_the_curve_that_it_takes_the_place_of(
         assert found["bend"] == pytest.approx(bend, rel=0.1)
 
 
+@pytest.mark.parametrize(("shape", "wide"), [("stepped", 0.01), ("notched", 0.0025)])
+def test_what_comes_again_and_again_begins_as_wide_as_the_curve_says(
+    shape: str, wide: float
+) -> None:
+    effect = effect_of(STEERED)
+    knots = 0.02 * np.arange(-5, 6) / 5.0
+    slopes = np.diff(3e4 * curve(shape, knots, wide)) / np.diff(knots)
+    left, right = slopes[4::-1], slopes[5:]
+    values = values_of(gain=0.5 * (right[0] + left[0]), of_size=0.5 * (right[0] - left[0]))
+    values |= {f"right_{n}": float(right[n] - right[n - 1]) for n in range(1, 5)}
+    values |= {f"left_{n}": float(left[n] - left[n - 1]) for n in range(1, 5)}
+    term = ActiveEffect(effect, tuple(values[p.name] for p in effect.parameters))
+    found = in_form(term, Law("moment_car", "steer", shape)).as_dict()
+    assert found["bend"] == pytest.approx(wide, rel=0.15)
+    assert found["gain"] == pytest.approx(3e4, rel=0.4)
+
+
+@pytest.mark.parametrize(("shape", "number"), [("stepped", 20.0), ("notched", 21.0)])
+def test_steps_and_notches(shape: str, number: float) -> None:
+    """The same in the plant as a moment that is prescribed."""
+    z = np.array([-0.016, -0.004, 0.004, 0.016, 0.026])
+    steps = {"stepped": [-0.02, 0.0, 0.0, 0.02, 0.03], "notched": 0.01 * np.sin(z / 0.01)}[shape]
+    assert curve(shape, z, 0.01) == pytest.approx(steps, abs=2e-3)
+    pushed = plant()
+    pushed.add_series("moment_car", 5e4 * curve(shape, pushed.steer, 0.005))
+    law = plant(
+        law_gain=5e4, law_of_steer=1.0, law_to_moment_car=1.0, law_shape=number, law_bend=0.005
+    )  # fmt: skip
+    assert difference(simulate(pushed), simulate(law)) < 5e-3
+    assert difference(simulate(plant()), simulate(law)) > 0.02
+
+
+def test_steps_and_notches_in_words() -> None:
+    values = {"gain": 2e5, "bend": 0.00142, "limit": 284.0}
+    rows = {k: {"value": v, "low": 0.99 * v, "high": 1.01 * v} for k, v in values.items()}
+    notched = Law("hitch", "articulation", "notched")
+    assert sentence(notched, rows).endswith(
+        "up to 284.0 +- 2.8 Nm to and fro, again every 0.00892 rad, independent of speed"
+    )
+    assert energy(notched, 2e5).endswith("passive")
+    assert suggestion(notched, 2e5) == "something that snaps from notch to notch"
+    stepped = Law("slip_car_rear", "yaw_rate_car", "stepped", response="lagged")
+    words = sentence(stepped, rows | {"lag_s": {"value": 0.05}})
+    assert ", in steps of 0.00142 rad/s, independent of speed, 50 ms lag" in words
+    assert suggestion(stepped, 0.1) == "an actuator that moves in steps"
+
+
 def test_curves_are_looked_for_by_themselves() -> None:
     """Any form is one, so they stand beside no other form of a law."""
     assert not any(law.shape == CURVE for law in all_laws())
     assert not any(law.shape == CURVE for law in refined(Law("hitch", "articulation")))
     assert Law("hitch", "articulation", CURVE) in curves()
+    for shape in ("stepped", "notched"):  # only a curve says how wide they are
+        other = Law("hitch", "articulation", shape)
+        assert other not in all_laws()
+        assert other in refined(Law("hitch", "articulation", CURVE))
+        assert other not in refined(Law("hitch", "articulation"))
     late = Law("slip_car_rear", "yaw_rate_car", CURVE, response="lagged")
     assert plainer(late) == Law("slip_car_rear", "yaw_rate_car", CURVE)
     assert law_of(late.spec) == late

@@ -156,6 +156,24 @@ def test_saturated_forces(steer: float) -> None:
             )
 
 
+def test_what_levels_off_is_a_hyperbolic_tangent() -> None:
+    """Made of sums and products alone, so that it is the same to the bit on any machine."""
+    at = np.concatenate([-np.geomspace(1e-9, 40.0, 60), [0.0], np.geomspace(1e-9, 40.0, 60)])
+    force = OUTPUT.index("car_yaw_acceleration")
+
+    def turned(x: float, gain: float) -> float:
+        given = plant(20, 1, law_gain=gain)
+        given.steer = np.full(20, 0.001 * x)
+        for slot, value in (("shape", 1.0), ("bend", 0.001), ("of_steer", 1.0)):
+            given.scalar(f"law_{slot}", value)
+        given.scalar("law_to_moment_car", 1.0)
+        return float(simulate(given)[0, force])
+
+    with_law = np.array([turned(x, 1e12) for x in at])
+    found = with_law - np.array([turned(x, 0.0) for x in at])
+    np.testing.assert_allclose(found / found[-1], np.tanh(at), rtol=2e-13)
+
+
 def test_requests_of_threads_are_answered_together() -> None:
     sizes: list[int] = []
 
