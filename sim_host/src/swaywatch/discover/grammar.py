@@ -224,9 +224,16 @@ def refined(law: Law) -> list[Law]:
 
     alone = replace(law, second="", by="")
     pool = [other for other in _forms(law.place, law.motion) if other != alone and near(other)]
-    if law.shape == CURVE:  # only a curve says how wide they are
-        pool += [replace(alone, shape=shape) for shape in (STEPPED, NOTCHED)]
+    pool += repeating(alone)
     return [replace(other, second=law.second, by=law.by) for other in pool]
+
+
+def repeating(law: Law) -> list[Law]:
+    """Forms that come again and again: only a curve says how wide they are. At once too."""
+    if law.shape != CURVE:
+        return []
+    responses = dict.fromkeys((law.response, INSTANT))
+    return [replace(law, shape=s, response=r) for s in (STEPPED, NOTCHED) for r in responses]
 
 
 def elsewhere(law: Law) -> list[Law]:

@@ -43,6 +43,7 @@ from swaywatch.discover.grammar import (
     grammar,
     plainer,
     refined,
+    repeating,
     without_a_line,
 )
 from swaywatch.discover.law import (
@@ -359,7 +360,19 @@ class LawSearch:
             if (law := replace(law_in(fit.terms[-1]), response=LAGGED)).motion not in ALONE
         ]
         found += close.side_by_side(lambda f: close.run(f, 10), late)
+        found += self._repeating(found)
         return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
+
+    def _repeating(self, curves: Sequence[Fit]) -> list[Fit]:
+        """Steps or notches in the place of the best curves, from the vehicle of the file too."""
+        best = sorted(curves, key=lambda f: f.chi2)[:LATE_CURVES]
+        return self._gone_on(
+            [
+                replace(fit, terms=tuple(self._sprung([in_form(fit.terms[-1], law)])))
+                for fit in best
+                for law in repeating(law_in(fit.terms[-1]))
+            ]
+        )
 
     def _spent(self, what: str) -> bool:
         """What the diagnosis may simulate is spent; it names then what was not tried."""
