@@ -44,7 +44,7 @@ Array = NDArray[np.float64]
 
 SWING_SEEN_S, SWING_KEPT_S, WAITING_SHARE = 0.05, 1.0, 0.1  # as in plant_lanes.c
 HURRY_S, PLAYED_S, STEEP = 0.05, 0.02, 8.0  # as in plant_lanes.c
-SWITCHED_SHARE = STEP_SHARE = 0.1  # as in plant_lanes.c
+SWITCHED_SHARE, STEP_SHARE = 0.1, 0.03  # as in plant_lanes.c
 
 
 def rubs_at_hitch(law: Law) -> bool:

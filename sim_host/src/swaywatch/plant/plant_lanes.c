@@ -56,8 +56,8 @@
 #define SWING_SEEN_S 0.05 // within which a law that waits notices how far something swings, ...
 #define SWING_KEPT_S 1.0  // and forgets it: a swing of 1 Hz has two peaks a second
 #define WAITING_SHARE 0.1 // of the swing at which it begins to act, over which it does
-#define STEP_SHARE 0.1    // of a step, over which it rises
-#define STEP_WHOLE 0.99990920426259513 // tanh(0.5 / STEP_SHARE)
+#define STEP_SHARE 0.03   // of a step, over which it rises
+#define STEP_WHOLE 0.99999999999999334 // tanh(0.5 / STEP_SHARE)
 #define SWITCHED_SHARE 0.1             // of what it switches at, over which it does
 #define MODE_SLOW 0.01                 // m/s, below which friction on a floor is not full
 #define DRAWBAR_LOSS_S 0.005           // damping over stiffness of a drawbar: steel with its joints
