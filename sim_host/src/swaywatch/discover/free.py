@@ -36,7 +36,11 @@ BEGUN_CURVES = 12  # that are begun, of all places and motions
 #: to stays at nothing.
 BELIEVED = 10.0
 TRIED_BENDS = (0.1, 0.2, 0.35, 0.6, 1.0)  # over that of the curve, for a form instead of it
-FINER_BENDS = tuple(0.03 * 1.1**n for n in range(37))  # for one that comes again and again
+#: The same of what comes again and again, from what pieces of a fifth can show.
+FINER_BENDS = {
+    STEPPED: tuple(0.15 * 1.1**n for n in range(20)),
+    NOTCHED: tuple(0.03 * 1.1**n for n in range(37)),
+}
 
 
 def free_curves(course: Linear) -> list[ActiveEffect]:
@@ -75,7 +79,7 @@ def form_of(values: Values, law: Law) -> dict[str, float]:
     if law.shape in (*KEEPING, UNEVEN, LINE_AND_CUBE):
         return {"gain": float(np.copysign(np.max(np.abs(whole)), whole[-1])) / values["bend"]}
     best = (np.inf, {"gain": values["gain"]})
-    for share in FINER_BENDS if law.shape in (STEPPED, NOTCHED) else TRIED_BENDS:
+    for share in FINER_BENDS.get(law.shape, TRIED_BENDS):
         bend = share * values["bend"]
         one = curve(law.shape, z, bend)
         power = float(one @ one)
