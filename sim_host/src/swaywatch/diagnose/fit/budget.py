@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-#: Simulated seconds of one diagnosis: three to seven minutes (15,000 to 38,000 of them took a second
-#: on two cores, another diagnosis beside it).
+#: Simulated seconds of one diagnosis: three to seven minutes (15,000 to 38,000 of them took a
+#: second on two cores, another diagnosis beside it).
 MOST_S = 6e6
 
 
