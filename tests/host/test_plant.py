@@ -36,6 +36,8 @@ FEATURES = [
     {"observer_car": 2.0, "observer_trailer": 2.0},
     {"law_gain": 3e3, "law_of_articulation": 1.0, "law_to_hitch": 1.0, "law_shape": 1.0,
      "law_bend": 0.01},
+    *({"law_gain": 3e3, "law_of_articulation": 1.0, "law_to_hitch": 1.0, "law_shape": shape,
+       "law_bend": 0.01} for shape in (0.0, 7.0, 10.0, 19.0, 20.0, 21.0)),
     {"hitch_friction": 300.0, "aero_side": 1.0, "steering_flexibility": 1e-6},
     {"sprung_mass_car": 1400.0, "trail_car_front": 0.03},
     {"sprung_mass_car": 1400.0, "sprung_mass_trailer": 1300.0, "peak_friction_inverse": 1.2},
@@ -73,8 +75,11 @@ def test_alone_and_beside_others(fine: bool) -> None:
     """Bit by bit the same, whatever the lengths and the physics of the others are."""
     plants = [
         plant(samples, seed, **FEATURES[seed % len(FEATURES)])
-        for seed, samples in enumerate((401, 300, 402, 57, 400, 400, 399, 310, 20, 11, 1, 401))
+        for seed, samples in enumerate(
+            (401, 300, 402, 57, 400, 400, 399, 310, 20, 11, 1, 401, 400, 333, 402, 12, 77, 401)
+        )
     ]
+    assert len(plants) > len(FEATURES)
     together = run_jobs([Job(p, columns=ALL) for p in plants], fine=fine)
     for one, among in zip(plants, together, strict=True):
         assert among.output is not None

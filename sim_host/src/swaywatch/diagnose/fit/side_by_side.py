@@ -75,7 +75,7 @@ class SideBySide(Generic[Request, Answer]):
     def _all_that_wait(self) -> list[_Asked[Request, Answer]]:
         """Those that wait, to be served, if nobody is left who does not; under the lock.
 
-        The last one that asks or ends serves: nobody is woken before his answers are there.
+        The last one that asks or ends serves: no thread is woken before its answers are there.
         """
         if len(self._waiting) < self._running:
             return []
