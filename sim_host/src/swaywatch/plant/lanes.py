@@ -18,8 +18,9 @@ trailer of mass 0 is none: the car is alone. An axle without load is not there.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cache
 
@@ -39,6 +40,7 @@ GRAVITY = 9.81
 SHAPE = 1.35  # of the saturating characteristic, Pacejka's C
 BLOCK = int(lib.PLANT_BLOCK)  # samples of one sum of the outputs
 LANES = int(lib.PLANT_LANES)  # simulations side by side
+AHEAD = 6  # rows of lanes that are begun before their outcomes are taken
 
 #: Constants of the combination, in the order the kernel reads them.
 BODY = (
@@ -292,6 +294,9 @@ class PlantInput:
         self.series[name] = self.series.get(name, 0.0) + value
 
 
+_Kind = tuple[int, bool, bytes]  # stride, and what the kernel must calculate
+
+
 @cache
 def _cores(process: int) -> ThreadPoolExecutor:
     """Two rows of lanes at a time run without the interpreter's lock; no thread outlives a fork."""
@@ -353,35 +358,59 @@ def simulate(plant: PlantInput, *, fine: bool = True) -> Array:
     return found.output
 
 
+_Row = list[tuple[int, Job]]
+
+
 def run_jobs(jobs: Sequence[Job], *, fine: bool = True) -> list[Outcome]:
     """Run several simulations side by side; the results are in the order of the jobs.
 
     What a simulation gives does not depend on the others.
     """
-    groups: dict[tuple[int, bool, bytes], list[int]] = {}
-    for index, job in enumerate(jobs):
-        groups.setdefault(_kind(job, fine), []).append(index)
-    parts: list[tuple[int, list[int]]] = []
-    for kind, members in groups.items():
-        members.sort(key=lambda i: -_length(jobs[i]))
-        parts += [(kind[0], members[at : at + LANES]) for at in range(0, len(members), LANES)]
-
-    def part(given: tuple[int, list[int]]) -> list[Outcome]:
-        stride, members = given
-        return _run([jobs[i] for i in members], stride)
-
-    outcomes = list(_cores(os.getpid()).map(part, parts) if len(parts) > 1 else map(part, parts))
-    found: dict[int, Outcome] = {}
-    for (_, members), some in zip(parts, outcomes, strict=True):
-        found.update(zip(members, some, strict=True))
+    found = dict(run_along(jobs, fine=fine))
     return [found[index] for index in range(len(jobs))]
 
 
+def run_along(jobs: Iterable[Job], *, fine: bool = True) -> Iterator[tuple[int, Outcome]]:
+    """Run simulations while further ones are being put together.
+
+    Place and outcome of each, as they end: whoever makes the jobs and uses the outcomes does so
+    while others run. `AHEAD` rows of lanes at the most are begun before their outcomes are taken.
+    """
+    rows: dict[tuple[int, _Kind], _Row] = {}
+    begun: deque[tuple[_Row, Future[list[Outcome]]]] = deque()
+    pool = _cores(os.getpid())
+
+    def begin(stride: int, row: _Row) -> None:
+        begun.append((row, pool.submit(_run, [job for _, job in row], stride)))
+
+    def ended() -> Iterator[tuple[int, Outcome]]:
+        row, outcomes = begun.popleft()
+        yield from zip((index for index, _ in row), outcomes.result(), strict=True)
+
+    for index, job in enumerate(jobs):
+        kind = (_length(job), _kind(job, fine))
+        row = rows.setdefault(kind, [])
+        row.append((index, job))
+        if len(row) == LANES:
+            begin(kind[1][0], rows.pop(kind))
+        if len(begun) > AHEAD:
+            yield from ended()
+    left: dict[_Kind, _Row] = {}
+    for (_, kind_of_it), row in sorted(rows.items(), key=lambda item: -item[0][0]):
+        left.setdefault(kind_of_it, []).extend(row)  # of unlike lengths, the longest together
+    for kind_of_it, row in left.items():
+        for at in range(0, len(row), LANES):
+            begin(kind_of_it[0], row[at : at + LANES])
+    while begun:
+        yield from ended()
+
+
 def _length(job: Job) -> int:
+    """Samples."""
     return job.plant.speed.size if job.span is None else job.span[1] - job.span[0]
 
 
-def _kind(job: Job, fine: bool) -> tuple[int, bool, bytes]:
+def _kind(job: Job, fine: bool) -> _Kind:
     """Stride, and what the kernel must calculate: jobs of one kind share its lanes."""
     scalars = job.plant.scalars
     axles = job.plant.axles

@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from swaywatch.effects.runs import per_sample
 from swaywatch.plant.lanes import BODY, PlantInput
 
 Array = NDArray[np.float64]
@@ -52,6 +53,7 @@ TYPICAL_TRAILER: dict[str, tuple[float, str]] = {
     "roll_frequency_trailer": (0.35, "1 to 2.5 Hz"),
     "roll_damping_trailer": (0.7, "0.1 to 0.4, entered on a low typical value"),
 }
+LEAST_SHARE = 0.05  # of a value of the file, below which none is moved
 SENSORS = ("gain", "delay")  # kinds of beliefs about each channel
 _INDEX = {name: index for index, name in enumerate(BODY)}
 #: A shift of a centre of gravity ahead, and what it does to the distances from it.
@@ -179,25 +181,57 @@ class Beliefs:
 
     def act(self, plant: PlantInput, z: Array) -> None:
         """Move the constants of the plant by z."""
-        for belief, value in zip(self.items, z, strict=True):
-            if value == 0.0:
-                continue
-            move = float(value) * belief.tolerance
-            if belief.signed:
-                plant.scalar(belief.name, plant.get(belief.name) + move)
-            elif belief.kind == "typical":
+        moves = z * self._tolerances
+        body, shares, lengths = self._of_the_file
+        plant.body += lengths @ z
+        plant.body[body] *= np.maximum(1.0 + moves[shares], LEAST_SHARE)
+        for index, name, signed in self._typical:
+            move = float(moves[index])
+            if signed:
+                plant.scalar(name, plant.get(name) + move)
+            elif move:
                 # falls towards zero and never below
                 factor = 1.0 + move if move > 0.0 else math.exp(move)
-                plant.scalar(belief.name, plant.get(belief.name) * factor)
-            elif belief.name == "car.steering_ratio":
-                plant.steer = plant.steer / (1.0 + move)
-            elif belief.kind == "vehicle":
-                moved(plant.body, belief.name, move)
-            elif belief.name == "speed":
-                plant.speed = plant.speed / (1.0 + move)
-                plant.acceleration = plant.acceleration / (1.0 + move)
-            elif belief.name == "steering_wheel_angle":
-                plant.steer = plant.steer + move / plant.period_s * np.gradient(plant.steer)
+                plant.scalar(name, plant.get(name) * factor)
+        if ratio := self.amount("vehicle", "car.steering_ratio", z):
+            plant.steer = plant.steer / (1.0 + ratio)
+        if gain := self.amount("gain", "speed", z):
+            plant.speed = plant.speed / (1.0 + gain)
+            plant.acceleration = plant.acceleration / (1.0 + gain)
+        if delay := self.amount("delay", "steering_wheel_angle", z):
+            plant.steer = plant.steer + delay / plant.period_s * per_sample(plant.steer)
+
+    @cached_property
+    def _tolerances(self) -> Array:
+        """Of each belief, shape (beliefs,)."""
+        return np.array([b.tolerance for b in self.items])
+
+    @cached_property
+    def _of_the_file(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+        """Constants of the plant that beliefs move by a share, these; and what moves lengths.
+
+        The last of shape (constants, beliefs), in m.
+        """
+        lengths = np.zeros((len(BODY), len(self)))
+        shares = []
+        for i, belief in enumerate(self.items):
+            if belief.kind != "vehicle" or belief.name == "car.steering_ratio":
+                continue
+            if belief.name in _INDEX and not _is_length(belief.name):
+                shares.append((_INDEX[belief.name], i))
+            else:
+                moved(lengths[:, i], belief.name, belief.tolerance)
+        places = np.array(shares, dtype=np.intp).reshape(-1, 2)
+        return places[:, 0], places[:, 1], lengths
+
+    @cached_property
+    def _typical(self) -> list[tuple[int, str, bool]]:
+        """Beliefs about typical values: place, slot of the plant, whether it may be negative."""
+        return [
+            (i, b.name, b.signed)
+            for i, b in enumerate(self.items)
+            if b.signed or b.kind == "typical"
+        ]
 
     @cached_property
     def at(self) -> dict[tuple[str, str], int]:
@@ -224,7 +258,7 @@ class Beliefs:
         if moves[0].any():
             values = values * (1.0 + moves[0])
         if moves[1].any():
-            values = values - moves[1] / step_s * np.gradient(values, axis=0)
+            values = values - moves[1] / step_s * per_sample(values)
         return values
 
     def amounts(self, channels: tuple[str, ...], z: Array) -> Array:
@@ -268,7 +302,7 @@ def moved(body: Array, name: str, move: float) -> None:
     elif _is_length(key):
         body[_INDEX[name]] += move
     else:
-        body[_INDEX[name]] *= max(1.0 + move, 0.05)
+        body[_INDEX[name]] *= max(1.0 + move, LEAST_SHARE)
 
 
 def wheels_of_trailer(channels: Sequence[str]) -> bool:

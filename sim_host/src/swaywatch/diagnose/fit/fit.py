@@ -15,16 +15,15 @@ from swaywatch.diagnose.fit.budget import Budget
 from swaywatch.diagnose.fit.side_by_side import Item, Result, SideBySide
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Parameter, no_observation
-from swaywatch.effects.runs import BLOCK, RATE_HZ, Run, block_mean
+from swaywatch.effects.runs import BLOCK, RATE_HZ, Run, block_mean, per_sample
 from swaywatch.plant.lanes import (
-    LANES,
     OUTPUT,
     SCALARS,
     Job,
     Outcome,
     PlantInput,
     neutral,
-    run_jobs,
+    run_along,
     simulate,
 )  # fmt: skip
 
@@ -59,7 +58,6 @@ COMPARED = (
 #: Compared only with a simulation that has them: the planar plant does not.
 _VERTICAL = ("trailer_wheel_vertical", "hitch_vertical")
 WORKERS = 16  # calculations whose trials share the lanes
-_AT_ONCE = 8 * LANES  # trials in memory at a time
 NUISANCES = 5  # steering offset and four initial states, for each run
 _NUISANCE_STEP = np.array([2e-4, 2e-2, 2e-3, 1e-3, 2e-3])
 FRESH = 5  # iterations after which derivatives to what hardly moves are calculated anew
@@ -357,8 +355,9 @@ class RunComparison:
         rows = [run.kept_blocks(name) for name in self.names]
         self.kept = np.stack(rows, axis=1).astype(float)
         self.kept[: run.settling // BLOCK] *= WHILE_SETTLING
-        self.at = [i for i, name in enumerate(self.names) if _MADE_OF[name]]
-        self.columns = [_MADE_OF[self.names[i]][0] for i in self.at]
+        self.kept_of_each = self.kept.sum(axis=0), np.sqrt((self.kept**2).mean(axis=0))
+        self.columns = [(*_MADE_OF[name], 0)[0] for name in self.names]
+        self.unmade = [i for i, name in enumerate(self.names) if not _MADE_OF[name]]
         self.read: dict[Callable[..., None], tuple[int, ...]] = {}
         self.turning = [
             (i, _MADE_OF[name][1], run.positions.get(name, 0.0))
@@ -394,13 +393,14 @@ class RunComparison:
 
         The outcome has the columns that are `wanted` for the active effects.
         """
-        blocks = outcome.blocks[: self.measured.shape[0]] / BLOCK
-        means = np.zeros_like(self.measured)
-        means[:, self.at] = blocks[:, self.columns]
+        sums = outcome.blocks[: self.measured.shape[0]]
+        means = np.take(sums, self.columns, axis=1)
+        means[:, self.unmade] = 0.0
         beliefs = self.problem.beliefs
         for i, column, position in self.turning:
             ahead = position + beliefs.position(self.names[i], shift)
-            means[:, i] += ahead * blocks[:, column]
+            means[:, i] += ahead * sums[:, column]
+        means /= BLOCK
         means += self.correction
         active = [term for term in terms if term.effect.observe is not no_observation]
         if active:
@@ -418,7 +418,7 @@ class RunComparison:
                 if name in channels.changed:
                     means[:, i] = block_mean(channels[name])
         means = beliefs.all_sensed(self.names, means, BLOCK / RATE_HZ, shift)
-        loads = [blocks[:, left] + blocks[:, right] for left, right in _LOADS]
+        loads = [(sums[:, left] + sums[:, right]) / BLOCK for left, right in _LOADS]
         return self.normalised(means, loads)
 
     def sensors(self, e: Array) -> Array:
@@ -434,7 +434,7 @@ class RunComparison:
         for i, name in enumerate(self.names):
             for kind, column in (
                 ("gain", shown[:, i]),
-                ("delay", -np.gradient(shown[:, i]) / step),
+                ("delay", -per_sample(shown[:, i]) / step),
             ):
                 at = beliefs.at.get((kind, name))
                 if at is not None:
@@ -450,8 +450,8 @@ class RunComparison:
             e = _without_heave(self.names, loads, e)
         if not self.run.kept and not self.run.settling:
             return np.asarray((e - e.mean(axis=0)) / self.scales)
-        mean = (e * self.kept).sum(axis=0) / self.kept.sum(axis=0)
-        size = np.sqrt((self.kept**2).mean(axis=0))
+        count, size = self.kept_of_each
+        mean = (e * self.kept).sum(axis=0) / count
         return np.asarray((e - mean) / self.scales * self.kept / size)
 
 
@@ -514,22 +514,22 @@ class Fitter:
         return self._threads.map(calculate, items, WORKERS)
 
     def _evaluated(self, trials: Sequence[Trial]) -> list[Array]:
-        found: list[Array] = []
-        for at in range(0, len(trials), _AT_ONCE):
-            some = trials[at : at + _AT_ONCE]
-            jobs = [
-                Job(
-                    plant_of(self.problem, t.run, t.terms, t.nuisance, t.shift),
-                    columns=self.comparison(t.run).wanted(t.terms),
-                )
-                for t in some
-            ]
-            self.problem.budget.spend(sum(job.plant.speed.size for job in jobs) / RATE_HZ)
-            for trial, outcome in zip(some, run_jobs(jobs, fine=self.fine), strict=True):
-                with np.errstate(over="ignore", invalid="ignore"):  # a trial that has run away
-                    e = self.comparison(trial.run).residual(outcome, trial.terms, trial.shift)
-                found.append(np.asarray(e.ravel()))
-        return found
+        runs = self.problem.runs
+        self.problem.budget.spend(sum(runs[t.run].speed.size for t in trials) / RATE_HZ)
+        jobs = (
+            Job(
+                plant_of(self.problem, t.run, t.terms, t.nuisance, t.shift),
+                columns=self.comparison(t.run).wanted(t.terms),
+            )
+            for t in trials
+        )
+        found: dict[int, Array] = {}
+        for index, outcome in run_along(jobs, fine=self.fine):
+            trial = trials[index]
+            with np.errstate(over="ignore", invalid="ignore"):  # a trial that has run away
+                e = self.comparison(trial.run).residual(outcome, trial.terms, trial.shift)
+            found[index] = np.asarray(e.ravel())
+        return [found[index] for index in range(len(trials))]
 
     def background_trials(self, index: int, fit: Fit) -> list[Trial]:
         """What `background` needs: each belief moved that must be simulated, each nuisance."""
