@@ -351,10 +351,21 @@ UNLISTED = {
     "creeping_clamp": (2.0, 0.002),
     "rag_joint": (0.8, 0.0),
     "curve_brake": (1500.0, 0.5),
+    "locker_corner": (5e4, 0.01),
+    "hanging_load": (300.0, 0.05),
+    "bump_steer": (200.0, 0.0),
+    "working_frame": (8e-6, 600.0),
+    "late_rear_steering": (0.1, 0.2),
+    "slack_tarpaulin": (80.0, 0.005),
+    "tilted_head": (2e4, 0.0),
+    "puddles": (0.5, 40.0),
+    "roll_protection": (600.0, 0.5),
+    "subframe_rubber": (0.3, 0.2),
 }
 CARGO = (
     "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
     "stepping_horse", "slack_lashing", "loosening_straps", "rocking_hull",
+    "hanging_load",
 )  # fmt: skip
 
 
@@ -384,7 +395,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         in (
             "tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake",
             "late_air", "loose_curtain", "galloping", "jockey_wheel", "leaking_load",
-            "lingering_flow", "tearing_canvas",
+            "lingering_flow", "tearing_canvas", "slack_tarpaulin",
         )
     )  # fmt: skip
     turns = (
@@ -395,7 +406,8 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         "one_way_damper", "unlocked_slew", "damper_play", "jockey_wheel", "aligning_torque",
         "binding_ball", "spring_bars", "lingering_flow", "torn_cable", "hub_drives",
         "squealing_pads", "outward_damper", "tearing_canvas", "cocked_overrun",
-        "brinelled_ring", "solenoid_brakes", "servo_ball",
+        "brinelled_ring", "solenoid_brakes", "servo_ball", "locker_corner", "tilted_head",
+        "roll_protection", "slack_tarpaulin",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 
@@ -410,7 +422,7 @@ def _with(kind):
 
 PASSIVE = (
     "stabiliser_windup", "cam_centring", "gyro_stabiliser", "one_way_damper", "glazing_pads",
-    "damper_play", "squealing_pads", "outward_damper",
+    "damper_play", "squealing_pads", "outward_damper", "tilted_head",
 )  # fmt: skip
 
 

@@ -531,3 +531,127 @@ def test_hull_between_rollers_is_held_by_no_more_than_they_can(planar):
     assert push.max() < 1.1 * most
     assert push.min() > -1.1 * most
     assert (np.abs(push) > 0.9 * most).mean() > 0.3
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_corner_of_a_locker_is_touched_on_one_side(planar, sense):
+    size, at = sense * UNLISTED["locker_corner"][0], UNLISTED["locker_corner"][1]
+    physics = Physics(more="locker_corner", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 90.0, 20.0)
+    turned = sense * (motion.trailer_yaw_rad - motion.yaw_rad)
+    said = -size * np.clip(turned - at, 0.0, None)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    assert np.abs(said).max() > 200.0
+    assert turned.min() < -at
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_hanging_load_is_a_pendulum_between_walls(planar):
+    """Free of its walls it is a load on a spring; one that touches them is pushed harder."""
+    mass, at = UNLISTED["hanging_load"]
+
+    def run(more, wall=1e3):
+        physics = Physics(more=more, more_size=mass, more_at=wall, slosh_mass_kg=mass,
+                          slosh_frequency_hz=0.6)  # fmt: skip
+        return impulse(Multibody(planar.combination, physics), 90.0, 20.0)
+
+    free, load = run("hanging_load"), run("")
+    assert np.abs(free.trailer_yaw_rate_rad_s - load.trailer_yaw_rate_rad_s).max() < 1e-9
+    pushes = []
+    for motion in (free, run("hanging_load", at)):
+        side, _ = _rest_of_the_trailer(planar.combination.trailer, motion)
+        pushes.append(np.abs(mass * motion.trailer_acceleration_m_s2 - side)[50:-50].max())
+    assert pushes[1] > 1.3 * pushes[0]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_bump_steer_grows_with_the_cube_of_a_lean(planar, sense):
+    size = sense * UNLISTED["bump_steer"][0]
+    plant = Multibody(planar.combination, Physics(more="bump_steer", more_size=size))
+    motion = impulse(plant, 80.0, 25.0)
+    said = size * motion.roll_rad**3
+    angle = _steered(motion, planar.combination.car, 0)
+    assert np.abs(said).max() > 5e-4
+    assert np.abs(angle - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_joints_of_a_frame_work_with_dry_friction(planar, sense):
+    size, at = sense * UNLISTED["working_frame"][0], UNLISTED["working_frame"][1]
+    whole = planar.combination
+    physics = Physics(more="working_frame", more_size=size, more_at=at)
+    motion = impulse(Multibody(whole, physics), 80.0, 20.0)
+    said = size * _dry(-motion.hitch_y_n, at, 0.03)
+    assert 0.7 * abs(size) * at < np.abs(said).max() < 1.01 * abs(size) * at
+    for wheel, axle in ((4, whole.trailer.front), (6, whole.trailer.rear)):
+        angle = _travel_of_the_trailers_axle(motion, whole, axle) - motion.wheel_slip_rad[wheel]
+        assert np.abs(angle - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_rear_wheels_are_steered_after_the_front_ones(planar, sense):
+    size, at = sense * UNLISTED["late_rear_steering"][0], UNLISTED["late_rear_steering"][1]
+    physics = Physics(more="late_rear_steering", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 80.0, 20.0)
+    said = size * _late(motion.road_wheel_rad, at)
+    angle = _steered(motion, planar.combination.car, 2)
+    assert np.abs(said).max() > 5e-4
+    assert np.abs(angle - said)[50:-50].max() < 0.05 * np.abs(said).max()
+
+
+def test_tarpaulin_is_slack_before_the_wind_fills_it(planar):
+    size, at = UNLISTED["slack_tarpaulin"]
+    motion = _with("slack_tarpaulin")
+    side, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    beta = _sideslip_of_the_trailer(motion, planar.combination)
+    full = np.sign(beta) * np.clip(np.abs(beta) - at, 0.0, None)
+    said = -size * 0.6 * motion.speed_m_s**2 * full
+    assert np.abs(said).max() > 150.0
+    assert (said == 0.0).mean() > 0.2
+    assert np.abs(side - said)[50:-50].max() < 0.15 * np.abs(said).max()
+    assert np.abs(moment + said)[50:-50].max() < 0.15 * np.abs(said).max()
+
+
+def test_tilted_head_jams_as_the_trailer_leans(planar):
+    size, _ = UNLISTED["tilted_head"]
+    motion = _with("tilted_head")
+    rate = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    said = -size * np.abs(motion.trailer_roll_rad) * np.tanh(rate / 0.005)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    assert np.abs(said).max() > 200.0
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+def test_front_tyres_float_on_puddles_along_the_road(planar):
+    size, at = UNLISTED["puddles"]
+    motion, car = _with("puddles"), planar.combination.car
+    travel = motion.wheel_slip_rad[:2].mean(axis=0) + _steered(motion, car, 0)
+    grip = 1.0 - 0.5 * size * (1.0 + np.sin(2.0 * np.pi * _way(motion) / at))
+    said = -car.front.cornering_stiffness_n_rad * travel * grip
+    force = motion.wheel_fy_n[:2].sum(axis=0)
+    assert grip.min() < 1.01 - size
+    assert grip.max() > 0.99
+    assert np.abs(force - said)[50:-50].max() < 0.03 * np.abs(force).max()
+
+
+def test_roll_protection_brakes_the_outer_wheels(planar):
+    """Against the turn, whichever way it is, and later than that."""
+    size, at = UNLISTED["roll_protection"]
+    motion, trailer = _with("roll_protection"), planar.combination.trailer
+    across = motion.trailer_roll_rad / trailer.roll_gain_rad_m_s2
+    drag = 2.0 * size * _late(np.sign(across) * np.clip(np.abs(across) - at, 0.0, None), 0.15)
+    said = -0.5 * trailer.front.track_m * drag
+    _, moment = _rest_of_the_trailer(trailer, motion)
+    assert min(said.max(), -said.min()) > 200.0
+    assert np.abs(moment - said)[50:-50].max() < 0.15 * np.abs(said).max()
+
+
+def test_subframe_in_rubber_gives_way_late(planar):
+    size, at = UNLISTED["subframe_rubber"]
+    motion = _with("subframe_rubber")
+    angle = _steered(motion, planar.combination.car, 2)
+    said = size * _late(motion.wheel_slip_rad[2:4].mean(axis=0) + angle, at)
+    assert np.abs(said).max() > 5e-4
+    assert np.abs(angle - said)[50:-50].max() < 0.05 * np.abs(said).max()
+    at_once = size * (motion.wheel_slip_rad[2:4].mean(axis=0) + angle)
+    assert np.abs(angle - at_once)[50:-50].max() > 0.2 * np.abs(said).max()

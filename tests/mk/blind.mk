@@ -36,8 +36,9 @@ proof-springs: setup
 # Physics that no library lists, six kinds to build on (build), four sets of six that were opened
 # once (opened-once, opened-second, opened-third, opened-fourth), sixteen (opened-fifth, seed 8209),
 # twelve (opened-sixth, seed 9103), ten (opened-seventh, seed 9304, N=10), twelve (opened-eighth,
-# seed 9401, N=12), twelve (opened-ninth, seed 9502, N=12), twelve (opened-tenth, seed 9605, N=12)
-# and twelve to open once (opened-eleventh, seed 9707, N=12): what law is found, where, of what.
+# seed 9401, N=12), twelve (opened-ninth, seed 9502, N=12), twelve (opened-tenth, seed 9605, N=12),
+# twelve (opened-eleventh, seed 9707, N=12) and ten to open once (opened-twelfth, seed 20812, N=10):
+# what law is found, where, of what.
 .PHONY: proof-unlisted
 UNLISTED ?= build
 UNLISTED_SEED ?= 4001

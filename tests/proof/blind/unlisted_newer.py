@@ -394,6 +394,89 @@ def rocking_hull(rng: Generator, u: float) -> Draw:
     )  # fmt: skip
 
 
+def locker_corner(rng: Generator, u: float) -> Draw:
+    """The corner of a gas locker that a tow bar touches as the drawbar turns to one side."""
+    at = round(float(rng.uniform(0.008, 0.02)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(8e3, 6e4, u)
+    return named("locker_corner", size, "hitch", "articulation", more_at=at)
+
+
+def tilted_head(rng: Generator, u: float) -> Draw:
+    """A coupling head that jams on its ball as the trailer leans: dry friction that grows so.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    variables = "articulation_rate roll_trailer lateral_acceleration_trailer"
+    return named("tilted_head", log_between(1e4, 6e4, u), "hitch", variables)
+
+
+def bump_steer(rng: Generator, u: float) -> Draw:
+    """Track rods at a wrong height: front wheels steer little at a small lean, much at a large one.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    size = float(rng.choice((-1.0, 1.0))) * log_between(100.0, 400.0, u)
+    return named("bump_steer", size, "slip_car_front", "roll_car lateral_acceleration_car")
+
+
+def puddles(rng: Generator, u: float) -> Draw:
+    """Water that lies here and there: the car's front tyres float on it and clear it for others."""
+    at = round(float(rng.uniform(25.0, 80.0)), 1)
+    variables = "slip_car_front distance"
+    return named("puddles", log_between(0.2, 0.8, u), "slip_car_front", variables, more_at=at)
+
+
+def subframe_rubber(rng: Generator, u: float) -> Draw:
+    """A rear subframe in soft rubber: its wheels give way to a side force, late."""
+    at = round(float(rng.uniform(0.08, 0.3)), 3)
+    size = log_between(0.12, 0.35, u)
+    return named("subframe_rubber", size, "slip_car_rear", "slip_car_rear", more_at=at)
+
+
+def late_rear_steering(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that a motor steers after the front ones, late."""
+    at = round(float(rng.uniform(0.1, 0.3)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.2, 0.6, u)
+    return named("late_rear_steering", size, "slip_car_rear", "steer", more_at=at)
+
+
+def working_frame(rng: Generator, u: float) -> Draw:
+    """A riveted frame whose joints work: the ball racks the axles, with dry friction."""
+    at = round(float(rng.uniform(700.0, 1500.0)), 1)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(8e-6, 2e-5, u)
+    return named("working_frame", size, "slip_trailer", "side_force", more_at=at)
+
+
+def roll_protection(rng: Generator, u: float) -> Draw:
+    """Roll protection of a trailer: it brakes the outer wheels beyond a lateral acceleration.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.4, 1.0)), 3)
+    variables = "lateral_acceleration_trailer roll_trailer"
+    size = log_between(100.0, 500.0, u)
+    return named("roll_protection", size, "moment_trailer drag_trailer", variables, more_at=at)
+
+
+def hanging_load(rng: Generator, u: float) -> Draw:
+    """Sides of beef on rails: they swing as a pendulum until they touch the walls."""
+    at = round(float(rng.uniform(0.05, 0.12)), 3)
+    mass = round(log_between(280.0, 500.0, u), 2)
+    return named(
+        "hanging_load", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=round(float(rng.uniform(0.45, 0.65)), 3),
+        slosh_damping=round(float(rng.uniform(0.03, 0.08)), 3),
+    )  # fmt: skip
+
+
+def slack_tarpaulin(rng: Generator, u: float) -> Draw:
+    """A tarpaulin that is not stretched: slack up to some side-slip, then the wind fills it."""
+    at = round(float(rng.uniform(0.002, 0.006)), 4)
+    places = "force_trailer moment_trailer"
+    return named("slack_tarpaulin", log_between(60.0, 250.0, u), places, "sideslip_trailer",
+                 more_at=at)  # fmt: skip
+
+
 EIGHTH = (
     damper_play, towbar_twist, galloping, rear_rack, slow_actuator, sideslip_limiter, jockey_wheel,
     counter_steer, concrete_slabs, leaking_load, worn_shoulders, aligning_torque,
@@ -409,4 +492,8 @@ TENTH = (
 ELEVENTH = (
     brinelled_ring, stepper_rear, gap_pump, leaky_link, bent_arm, solenoid_brakes, servo_ball,
     rocking_hull, quick_rear, creeping_clamp, rag_joint, curve_brake,
+)  # fmt: skip
+TWELFTH = (
+    locker_corner, hanging_load, bump_steer, working_frame, late_rear_steering, slack_tarpaulin,
+    tilted_head, puddles, roll_protection, subframe_rubber,
 )  # fmt: skip

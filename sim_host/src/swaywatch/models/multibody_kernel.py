@@ -40,17 +40,19 @@ from swaywatch.models.multibody_more import (
     ROOF_LOAD,
     ROOF_TENT,
     SLOW_RAD_S,
-    TOWBAR_S,
+    SUBFRAME_RUBBER,
     TOWBAR_TWIST,
     TURNING_LOAD,
     TWO_TANKS,
     TYRE_WARMING,
     UNLOCKED_SLEW,
+    WORKING_FRAME,
     acts_ahead,
     baffled,
     more_drag,
     more_lag,
     more_moments,
+    more_of_pull,
     more_of_slip,
     more_side,
     more_steer,
@@ -184,7 +186,7 @@ from swaywatch.models.multibody_tables import (
 #: Contents (SHA-1, first twelve digits) of the files that this one is compiled with. Numba keeps
 #: compiled code until the file of a function changes, whatever else it is made of: a change of
 #: those has to change this file too (tests/host/test_multibody.py says what to write).
-MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "c2f7da68c7bf"}
+MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "830aa526c471"}
 
 
 class View(NamedTuple):
@@ -432,6 +434,8 @@ def _tyres(
     if g[G_MORE] == HYDRO_BUSH:
         middle = 0.5 * (work[0, TRAVEL] + work[1, TRAVEL]) - out[O_STEER]
         more_of_slip(g, z, zdot, middle)
+    if g[G_MORE] == SUBFRAME_RUBBER:
+        more_of_slip(g, z, zdot, 0.5 * (work[2, TRAVEL] + work[3, TRAVEL]))
     for i in range(8):
         w = wheels[i]
         roll = out[O_ROLL1] if i < 4 else out[O_ROLL2]
@@ -620,10 +624,10 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - yaw2
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
-    if g[G_MORE] in (TOWBAR_TWIST, BINDING_BALL, RACKED_FRAME, COCKED_OVERRUN):
+    if g[G_MORE] in (TOWBAR_TWIST, BINDING_BALL, RACKED_FRAME, COCKED_OVERRUN, WORKING_FRAME):
         # across these trailers nothing else acts than their tyres
         pull = g[G_TRAILER_MASS] * across2 - np.sum(out[O_FY + 4 : O_FY + 8])
-        zdot[Z_MORE] = (pull - z[Z_MORE]) / TOWBAR_S
+        more_of_pull(g, z, zdot, pull)
     if g[G_MORE] == UNLOCKED_SLEW:  # its yaw rate less the trailer's
         zdot[Z_MORE] = -yaw2
         zdot[Z_MORE] -= g[G_MORE_AT] / g[G_MORE_SIZE] * math.tanh(z[Z_MORE] / SLOW_RAD_S)

@@ -61,7 +61,9 @@ MADE_OF = {"multibody_tables": "7e6a397047d3"}
     LINK_STEERING, BROKEN_LEAF, SNOW_TRACKS, HUNTING_VECTORING, ROOF_TENT, TEARING_CANVAS,
     COCKED_OVERRUN, LOOSENING_STRAPS, BRINELLED_RING, STEPPER_REAR, GAP_PUMP, LEAKY_LINK, BENT_ARM,
     SOLENOID_BRAKES, SERVO_BALL, ROCKING_HULL, QUICK_REAR, CREEPING_CLAMP, RAG_JOINT, CURVE_BRAKE,
-) = range(1, 117)  # fmt: skip
+    LOCKER_CORNER, HANGING_LOAD, BUMP_STEER, WORKING_FRAME, LATE_REAR_STEERING, SLACK_TARPAULIN,
+    TILTED_HEAD, PUDDLES, ROLL_PROTECTION, SUBFRAME_RUBBER,
+) = range(1, 127)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -80,6 +82,7 @@ BALL_N_M, BALL_S_M = 4e5, 4.0  # of the ball in its head, after Hunt and Crossle
 FLUTTER_DAMPING = 0.15
 TENT_BEHIND_M, LOOSENED = 1.0, 0.85  # of straps: the share of their stiffness that they lose
 SERVO_S, RELEASE_S, SWITCH_RAD_S = 0.05, 0.3, 0.001  # lags of motors, of solenoids that let go
+WALL = 10.0  # stiffness of a wall over that of a pendulum
 GAP_M = 2.0  # half the width of what presses air out of a gap, and so on its edge
 
 
@@ -145,6 +148,10 @@ def _more_of_front_parts(g: Any, z: Any, slip: float, out: Any) -> float:
         angle = z[Z_MORE] - out[O_STEER]
     elif kind == BENT_ARM:
         angle = abs(out[O_ROLL1])
+    elif kind == BUMP_STEER:
+        angle = out[O_ROLL1] ** 3
+    elif kind == PUDDLES:
+        angle = 0.5 * (1.0 + math.sin(TURN * z[Z_MORE] / g[G_MORE_AT])) * slip
     return float(angle)
 
 
@@ -154,7 +161,10 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
     kind, angle = g[G_MORE], 0.0
     if kind == REAR_STEERS:
         angle = out[O_STEER]
-    elif kind in (REAR_CONTROL, TOWBAR_TWIST, LEVELLING_PUMP, LINK_STEERING, STEPPER_REAR):
+    elif kind in (
+        REAR_CONTROL, TOWBAR_TWIST, LEVELLING_PUMP, LINK_STEERING, STEPPER_REAR,
+        LATE_REAR_STEERING, SUBFRAME_RUBBER,
+    ):  # fmt: skip
         angle = z[Z_MORE]
     elif kind == QUICK_REAR:
         angle = g[G_MORE_AT] * math.tanh((out[O_STEER] - z[Z_MORE]) / (RATE_S * g[G_MORE_AT]))
@@ -209,6 +219,8 @@ def _more_of_trailer_frame(g: Any, z: Any, slip: float, out: Any) -> float:
         angle = size * (out[O_YAW2] - out[O_YAW1] - z[Z_MORE])
     elif kind == CREEPING_CLAMP:
         angle = z[Z_MORE]
+    elif kind == WORKING_FRAME:
+        angle = size * z[Z_MORE + 1]
     return float(angle)
 
 
@@ -262,7 +274,7 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
 def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
     """The same over its size: of what presses or leans on the ball, what is damp, what lets go.
 
-    And of dents, or of a motor.
+    And of dents, of a motor, of what is touched on one side.
     """
     kind, at, moment = g[G_MORE], g[G_MORE_AT], 0.0
     if kind == BINDING_BALL:
@@ -277,6 +289,11 @@ def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = math.sin(TURN * (out[O_YAW2] - out[O_YAW1]) / at)
     elif kind == SERVO_BALL:
         moment = math.tanh(z[Z_MORE] / at)
+    elif kind == TILTED_HEAD:
+        moment = abs(out[O_ROLL2]) * math.tanh(rate / SLOW_RAD_S)
+    elif kind == LOCKER_CORNER:
+        side = math.copysign(1.0, g[G_MORE_SIZE])
+        moment = max(side * (out[O_YAW2] - out[O_YAW1]) - at, 0.0)
     return float(moment)
 
 
@@ -351,7 +368,7 @@ def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     kind, at = g[G_MORE], g[G_MORE_AT]
     if kind in (
         REAR_CONTROL, LATE_ASSIST, RUBBER_COUPLING, WIRE_STEERING, GYRO_STABILISER, HUB_DRIVES,
-        LEVELLING_PUMP, LEAKY_LINK,
+        LEVELLING_PUMP, LEAKY_LINK, LATE_REAR_STEERING,
     ):  # fmt: skip
         zdot[Z_MORE] = (_followed(kind, out) - z[Z_MORE]) / at
     elif kind in (AXLE_HYSTERESIS, STABILISER_WINDUP):
@@ -420,7 +437,7 @@ def _more_of_motors(g: Any, z: Any, zdot: Any, out: Any) -> None:
 def _more_of_way(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     """What grows with the distance, or with what pads have rubbed."""
     kind = g[G_MORE]
-    if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS):
+    if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS, PUDDLES):
         zdot[Z_MORE] = out[O_SPEED]
     elif kind in (
         PUNCTURE, BINDING_BRAKE, LEAKING_LOAD, CLAY_TREAD, TEARING_CANVAS, LOOSENING_STRAPS,
@@ -437,7 +454,7 @@ def _followed(kind: float, out: Any) -> float:
         return float(out[O_RATE1])
     if kind == GYRO_STABILISER:
         return float(out[O_RATE2])
-    if kind in (WIRE_STEERING, HUB_DRIVES):
+    if kind in (WIRE_STEERING, HUB_DRIVES, LATE_REAR_STEERING):
         return float(out[O_STEER])
     if kind == LEVELLING_PUMP:
         return float(out[O_ROLL1])
@@ -453,6 +470,8 @@ def _more_of_sway(g: Any, z: Any, zdot: Any, out: Any) -> None:
     lateral = z[Z_ROLL + 2] / g[G_TRAILER_ROLL_GAIN]
     if g[G_MORE] in (SWAY_BRAKE, TORN_CABLE):
         zdot[Z_MORE] = (max(abs(lateral) - g[G_MORE_AT], 0.0) - z[Z_MORE]) / BRAKE_S
+    if g[G_MORE] == ROLL_PROTECTION:
+        zdot[Z_MORE] = (_beyond(lateral, g[G_MORE_AT]) - z[Z_MORE]) / BRAKE_S
     if g[G_MORE] == STEPPING_HORSE:
         zdot[Z_MORE] = (STEP_M * math.tanh(lateral / STEP_M_S2) - z[Z_MORE]) / g[G_MORE_AT]
     if g[G_MORE] != WAKE_SHEDDING:
@@ -530,7 +549,7 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
 def _more_of_canvas(g: Any, z: Any, beta: float) -> float:
     """The same of what the air fills."""
     kind, angle = g[G_MORE], 0.0
-    if kind == ROOF_TENT:
+    if kind in (ROOF_TENT, SLACK_TARPAULIN):
         angle = _beyond(beta, g[G_MORE_AT])
     elif kind == TEARING_CANVAS:
         angle = z[Z_MORE] * beta
@@ -576,6 +595,14 @@ def more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
 
 
 @njit(cache=True)
+def more_of_pull(g: Any, z: Any, zdot: Any, pull: float) -> None:
+    """State of what follows the pull of the ball, and of dry friction that it moves."""
+    zdot[Z_MORE] = (pull - z[Z_MORE]) / TOWBAR_S
+    if g[G_MORE] == WORKING_FRAME:
+        zdot[Z_MORE + 1] = zdot[Z_MORE] - abs(zdot[Z_MORE]) * z[Z_MORE + 1] / g[G_MORE_AT]
+
+
+@njit(cache=True)
 def _stays_behind(g: Any, z: Any, zdot: Any, value: float) -> None:
     """State of dry friction that a value moves, by its rate."""
     change = (value - z[Z_MORE + 1]) / RATE_S
@@ -586,20 +613,21 @@ def _stays_behind(g: Any, z: Any, zdot: Any, value: float) -> None:
 @njit(cache=True)
 def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
     """Drag of one wheel of the trailer, N."""
-    size = g[G_MORE_SIZE]
-    if g[G_MORE] == SWAY_BRAKE:
-        return float(0.25 * size * z[Z_MORE])
-    if g[G_MORE] == BRAKE_CABLE and wheel[W_SIDE] < 0.0:
+    kind, size, drag = g[G_MORE], g[G_MORE_SIZE], 0.0
+    if kind == SWAY_BRAKE:
+        drag = 0.25 * size * z[Z_MORE]
+    elif kind == ROLL_PROTECTION:
+        drag = size * max(-wheel[W_SIDE] * z[Z_MORE], 0.0)
+    elif kind == BRAKE_CABLE and wheel[W_SIDE] < 0.0:
         turned = (out[O_YAW2] - out[O_YAW1]) * math.copysign(1.0, size)
-        return float(0.5 * abs(size) * max(turned, 0.0))
-    if g[G_MORE] == BINDING_BRAKE and wheel[W_SIDE] < 0.0:
-        return float(0.5 * size * z[Z_MORE])
-    if g[G_MORE] == TORN_CABLE and wheel[W_SIDE] < 0.0:
-        return float(size * z[Z_MORE])
-    if g[G_MORE] == COCKED_OVERRUN and wheel[W_SIDE] > 0.0:
-        cocks = math.copysign(1.0, size) * z[Z_MORE]
-        return float(abs(size) * max(cocks - g[G_MORE_AT], 0.0))
-    return 0.0
+        drag = 0.5 * abs(size) * max(turned, 0.0)
+    elif kind == BINDING_BRAKE and wheel[W_SIDE] < 0.0:
+        drag = 0.5 * size * z[Z_MORE]
+    elif kind == TORN_CABLE and wheel[W_SIDE] < 0.0:
+        drag = size * z[Z_MORE]
+    elif kind == COCKED_OVERRUN and wheel[W_SIDE] > 0.0:
+        drag = abs(size) * max(math.copysign(1.0, size) * z[Z_MORE] - g[G_MORE_AT], 0.0)
+    return float(drag)
 
 
 @njit(cache=True)
@@ -608,6 +636,7 @@ def stretch(g: Any, z: Any) -> float:
 
     Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step;
     slack straps hold less to their side, others less with the way; a hull rocks between rollers.
+    What hangs meets walls.
     """
     kind, at, q = g[G_MORE], g[G_MORE_AT], z[Z_SLOSH]
     held = q
@@ -623,6 +652,8 @@ def stretch(g: Any, z: Any) -> float:
         held = q * (1.0 - LOOSENED * z[Z_MORE])
     elif kind == ROCKING_HULL:
         held = at * math.tanh(q / at)
+    elif kind == HANGING_LOAD:
+        held = q + WALL * _beyond(q, at)
     elif kind == SLIDING_CRATE:
         held = 0.0
     return float(held)
@@ -657,7 +688,7 @@ def acts_ahead(g: Any) -> float:
         ahead = NOSE_AHEAD_M
     elif kind == ROOF_TENT:
         ahead = -TENT_BEHIND_M
-    elif kind in (LOOSE_CURTAIN, TEARING_CANVAS):
+    elif kind in (LOOSE_CURTAIN, TEARING_CANVAS, SLACK_TARPAULIN):
         ahead = -CURTAIN_BEHIND_M
     elif kind in (LATE_AIR, LINGERING_FLOW):
         ahead = AIR_AHEAD_M

@@ -126,6 +126,8 @@ MORE = (
     "hunting_vectoring", "roof_tent", "tearing_canvas", "cocked_overrun", "loosening_straps",
     "brinelled_ring", "stepper_rear", "gap_pump", "leaky_link", "bent_arm", "solenoid_brakes",
     "servo_ball", "rocking_hull", "quick_rear", "creeping_clamp", "rag_joint", "curve_brake",
+    "locker_corner", "hanging_load", "bump_steer", "working_frame", "late_rear_steering",
+    "slack_tarpaulin", "tilted_head", "puddles", "roll_protection", "subframe_rubber",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -294,6 +296,20 @@ MORE = (
   damped by 0.15 (Hz)
 - yaw moment on the car with its lateral acceleration a, planar bodies only: k z,
   (0.15 s) dz/dt = (|a| - a0) sign a - z, beyond a0, else -z, N s2 (m/s2)
+- moment about the ball with the articulation g to one side: k max(g sign k - g0, 0), N m/rad (rad)
+- nothing of its own: the cargo's spring is 11 times as stiff beyond q0, as walls (m)
+- angle of the car's front wheels with the roll p of the car: k p^3, 1/rad2
+- angle of the trailer's axles, planar bodies only, with the side force F of the car on the trailer,
+  30 ms late, by dry friction: k z, dz/dt = dF/dt - |dF/dt| z/F0, rad/N (N at which it slides)
+- angle of the car's rear wheels with the angle d of the front ones: k z, T dz/dt = d - z (s)
+- area times the slope of the trailer's air force over a side-slip b beyond b0, 1 m behind its COG:
+  F = k p (|b| - b0) sign b, m2/rad (rad)
+- dry friction at the ball per roll of the trailer, N m/rad
+- share of the slip that the car's front tyres lose and regain after a distance s:
+  k (1 + sin(2 pi s/L))/2 (m)
+- drag of each wheel of the trailer on the outer side, planar bodies only, with its lateral
+  acceleration a beyond a0: k (|a| - a0), 0.15 s late, N s2/m (m/s2)
+- angle of the car's rear wheels with their slip a: k z, T dz/dt = a - z (s)
 """
 
 
