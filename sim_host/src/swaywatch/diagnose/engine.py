@@ -31,6 +31,7 @@ from swaywatch.diagnose.report.page import page, write_page
 from swaywatch.diagnose.report.stability import stability
 from swaywatch.diagnose.report.unexplained import locate_rest
 from swaywatch.discover.find import Discovery, Laws
+from swaywatch.discover.nearest import nearest
 from swaywatch.discover.report import take_law, with_law
 from swaywatch.effects.effect import Effect, library
 from swaywatch.errors import RecordingError
@@ -252,9 +253,10 @@ def _say_what_is_left(loaded: Loaded, verdict: Verdict, failures: Failures) -> N
     """Notes on the misfit that remains, and on stretches that contradict the verdict."""
     if reduced_chi_square(verdict.fit) > UNEXPLAINED_ABOVE:
         watched = Fitter(replace(verdict.problem, observer=OBSERVER))
-        verdict.notes = failures.part(
+        rest = failures.part(
             "where the rest acts", lambda: locate_rest(watched, verdict.fit), verdict.notes
         )
+        verdict.notes = [*verdict.near, *rest]
     if loaded.stretches is not None:
         bad = loaded.stretches.contradictions(reduced_chi_square(verdict.fit))
         verdict.notes = [*verdict.notes, *({"reason": text} for text in bad)]
@@ -301,6 +303,8 @@ def _searched(
             search.beyond = None
         verdict = decide(planar, springs, progress)
         law = discovered()
+    if law is None:
+        verdict.near = nearest(laws.tried(), verdict.fit)
     return (verdict if law is None else with_law(verdict, law)), law, right
 
 

@@ -1,0 +1,83 @@
+"""The law that came nearest where none is claimed: where to look first.
+
+A law of the right place and variable often leaves more than noise because its form is missing in
+the grammar. It is no finding then, and still the best hint that there is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from swaywatch.diagnose.evidence.evidence import UNEXPLAINED_ABOVE
+from swaywatch.diagnose.evidence.search import reduced_chi_square
+from swaywatch.diagnose.fit.fit import Fit
+from swaywatch.discover.effect import ID
+from swaywatch.discover.law import Law
+from swaywatch.discover.report import location, variables
+from swaywatch.effects.active import ActiveEffect
+
+WORTH_A_HINT = 0.5  # of the misfit above noise: a law that leaves more of it is no hint
+AS_NEAR = 1.5  # times what the nearest law leaves above noise, up to which another one is named
+MOST_NAMED = 3
+
+
+def nearest(fits: Iterable[Fit], so_far: Fit) -> list[dict[str, Any]]:
+    """Laws that leave least, each of another place or variable; none where they explain little.
+
+    Parameters
+    ----------
+    fits
+        Free simulations with a law each.
+    so_far
+        The verdict's own, without one.
+    """
+    best: dict[tuple[str, str, str, str], tuple[float, Fit]] = {}
+    for fit in fits:
+        law = _law(fit)
+        left = reduced_chi_square(fit)
+        key = (law.place, law.motion, law.second, law.by)
+        if left < best.get(key, (float("inf"),))[0]:
+            best[key] = left, fit
+    ranked = sorted(best.values(), key=lambda row: row[0])
+    before = reduced_chi_square(so_far)
+    if not ranked or ranked[0][0] - 1.0 > WORTH_A_HINT * (before - 1.0):
+        return []
+    near = [row for row in ranked if row[0] - 1.0 <= AS_NEAR * (ranked[0][0] - 1.0)]
+    return [_entry(fit, left, before, i) for i, (left, fit) in enumerate(near[:MOST_NAMED])]
+
+
+def _term(fit: Fit) -> ActiveEffect:
+    return next(t for t in fit.terms if t.effect.id == ID)
+
+
+def _law(fit: Fit) -> Law:
+    found = _term(fit).effect.extra["law"]
+    assert isinstance(found, Law)
+    return found
+
+
+def _entry(fit: Fit, left: float, before: float, rank: int) -> dict[str, Any]:
+    law, term = _law(fit), _term(fit)
+    depends_on = variables(law)
+    words = f"{location(law)}, with the {' and the '.join(depends_on)} ({term.effect.equation})"
+    if rank == 0:
+        reason = (
+            f"the law that comes nearest is not claimed: {words}. It leaves {left:.2g} times the "
+            f"noise, {before:.3g} times without it; a claim leaves at most {UNEXPLAINED_ABOVE:g}. "
+            "Look there first"
+        )
+    else:
+        reason = f"nearly as near: {words}, {left:.2g} times the noise"
+    return {
+        "reason": reason,
+        "location": location(law),
+        "place": law.place,
+        "variables": depends_on,
+        "depends_on": law.motion,
+        "depends_on_too": law.second or law.by,
+        "spec": law.spec,
+        "values": term.as_dict(),
+        "beside": [t.effect.name for t in fit.terms if t is not term],
+        "reduced_chi_square": left,
+    }

@@ -1,0 +1,84 @@
+"""What is said of laws that come near where none is claimed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from swaywatch.diagnose.fit.fit import Fit
+from swaywatch.diagnose.report.labels import what_is_left
+from swaywatch.discover.begin import initial
+from swaywatch.discover.find import _only_form_left
+from swaywatch.discover.law import Law
+from swaywatch.discover.nearest import nearest
+from swaywatch.discover.trial import LawSearch
+from swaywatch.effects.active import ActiveEffect
+
+COUNT = 1000
+NOTHING = Fit((), np.zeros((1, 5)), np.zeros(0), 100.0 * COUNT, COUNT)
+SPRING = Law("hitch", "articulation")
+ROLLS = Law("slip_car_front", "lateral_acceleration_car", "positive side")
+
+
+def with_law(law: Law, left: float, *more: ActiveEffect) -> Fit:
+    return replace(NOTHING, terms=(*more, initial(law)[0]), chi2=left * COUNT)
+
+
+def test_the_nearest_law_says_where_to_look_first() -> None:
+    (only,) = nearest([with_law(SPRING, 40.0), with_law(ROLLS, 2.7)], NOTHING)
+    assert (only["place"], only["depends_on"]) == ("slip_car_front", "lateral_acceleration_car")
+    assert only["reduced_chi_square"] == pytest.approx(2.7)
+    text = what_is_left(only)
+    assert "steering angle of the front axle" in text
+    assert "lateral acceleration of the car" in text
+    assert "2.7 times the noise, 100 times without it" in text
+    assert text.endswith("Look there first")
+
+
+def test_laws_as_near_are_named_too_each_place_and_variable_once() -> None:
+    bent = replace(SPRING, shape="saturating")
+    found = nearest(
+        [with_law(SPRING, 3.0), with_law(bent, 2.0), with_law(ROLLS, 2.4), with_law(ROLLS, 9.0)],
+        NOTHING,
+    )
+    assert [row["spec"] for row in found] == [bent.spec, ROLLS.spec]
+    assert found[1]["reason"].startswith("nearly as near: ")
+
+
+@pytest.mark.parametrize("left", [60.0, float("inf")])
+def test_a_law_that_explains_little_is_no_hint(left: float) -> None:
+    assert nearest([with_law(SPRING, left)], NOTHING) == []
+    assert nearest([], NOTHING) == []
+
+
+def test_what_a_law_stands_beside_is_said() -> None:
+    beside = initial(Law("tyres", "side_force"))[0]
+    (found,) = nearest(
+        [with_law(SPRING, 2.0, replace(beside, effect=replace(beside.effect, id="x")))], NOTHING
+    )
+    assert found["beside"] == [f"x:{beside.effect.component}"]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "free", "claimed"),
+    [
+        (2500.0, 1.85, 2.67, True),  # one side of what is a size
+        (2500.0, 14.0, 2.67, False),  # a wrong law
+        (2500.0, 1.85, 3.5, False),  # near in the motion held, not in the free one
+        (20.0, 1.85, 2.0, False),  # so much may be anything
+    ],
+)
+def test_a_law_whose_form_is_not_exact_is_claimed_where_hardly_anything_is_left(
+    before: float, after: float, free: float, claimed: bool
+) -> None:
+    law = with_law(ROLLS, free)
+    held = {id(NOTHING): before, id(law): after}
+    close = SimpleNamespace(run=lambda fit, _: replace(fit, chi2=held[id(fit)] * COUNT))
+    search = SimpleNamespace(
+        search=SimpleNamespace(close=close), path=SimpleNamespace(base=SimpleNamespace(fit=NOTHING))
+    )
+    assert _only_form_left(cast(LawSearch, search), law) == claimed
