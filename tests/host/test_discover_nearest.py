@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -12,10 +10,8 @@ import pytest
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.report.labels import what_is_left
 from swaywatch.discover.begin import initial
-from swaywatch.discover.find import _only_form_left
 from swaywatch.discover.law import Law
 from swaywatch.discover.nearest import nearest
-from swaywatch.discover.trial import LawSearch
 from swaywatch.effects.active import ActiveEffect
 
 COUNT = 1000
@@ -61,24 +57,3 @@ def test_what_a_law_stands_beside_is_said() -> None:
         [with_law(SPRING, 2.0, replace(beside, effect=replace(beside.effect, id="x")))], NOTHING
     )
     assert found["beside"] == [f"x:{beside.effect.component}"]
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "free", "claimed"),
-    [
-        (2500.0, 1.85, 2.67, True),  # one side of what is a size
-        (2500.0, 14.0, 2.67, False),  # a wrong law
-        (2500.0, 1.85, 3.5, False),  # near in the motion held, not in the free one
-        (20.0, 1.85, 2.0, False),  # so much may be anything
-    ],
-)
-def test_a_law_whose_form_is_not_exact_is_claimed_where_hardly_anything_is_left(
-    before: float, after: float, free: float, claimed: bool
-) -> None:
-    law = with_law(ROLLS, free)
-    held = {id(NOTHING): before, id(law): after}
-    close = SimpleNamespace(run=lambda fit, _: replace(fit, chi2=held[id(fit)] * COUNT))
-    search = SimpleNamespace(
-        search=SimpleNamespace(close=close), path=SimpleNamespace(base=SimpleNamespace(fit=NOTHING))
-    )
-    assert _only_form_left(cast(LawSearch, search), law) == claimed

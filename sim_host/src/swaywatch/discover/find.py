@@ -51,10 +51,6 @@ MOST_OPEN = 40  # laws that are started in another search than the quickest one
 POLISHED = 2  # of them in free simulation, beside each parent, ...
 MOST_POLISHED = 4  # ... and of all
 NEAR = 1.15  # misfit under the observer, over the smallest, up to which a law is kept
-#: Of the misfit above noise of the calibrated vehicle, what a law may leave under the observer if
-#: its form is not exact (wrong laws left 0.5 % and more), and the reduced chi-square that it leaves
-#: at most in free simulation.
-FORM_LEFT, FORM_ROUGH = 0.001, 3.0
 BESIDE = "laws beside effects of the library"  # in words, for what was left untried
 
 
@@ -389,9 +385,9 @@ def _claimed(
         return None
     if _beside_what_suffices(library.fit, candidate.fit):
         return None
-    if reduced_chi_square(candidate.fit) > UNEXPLAINED_ABOVE and not _only_form_left(
-        law_search, candidate.fit
-    ):
+    if (
+        reduced_chi_square(candidate.fit) > UNEXPLAINED_ABOVE
+    ):  # distorted vehicle values that fit a wrong law: a share of the misfit does not count
         return None
     likelier = _likelier(
         _left_out_evidence(law_search, candidate.fit), _left_out_evidence(from_, library.fit)
@@ -411,22 +407,6 @@ def _claimed(
         law_search.search, base, library.fit, candidate.fit, candidate.evidence - library.evidence,
         _others(law_searches, candidate), rows, likelier,
     )  # fmt: skip
-
-
-def _only_form_left(law_search: LawSearch, fit: Fit) -> bool:
-    """What is left is so little of what was found that only the form can be inexact.
-
-    Asked under the observer, where nothing drifts away: in free simulation near the critical speed
-    a wrong law, too, takes away nearly all of what the calibrated vehicle leaves, with distorted
-    values of the vehicle.
-    """
-    if reduced_chi_square(fit) > FORM_ROUGH:
-        return False
-    close = law_search.search.close
-    before, after = (
-        reduced_chi_square(close.run(f, 10)) - 1.0 for f in (law_search.path.base.fit, fit)
-    )
-    return after <= FORM_LEFT * before
 
 
 def _likelier(one: Sequence[float], other: Sequence[float]) -> list[float]:

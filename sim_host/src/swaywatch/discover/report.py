@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from swaywatch.diagnose.evidence.evidence import UNEXPLAINED_ABOVE, explained
+from swaywatch.diagnose.evidence.evidence import explained
 from swaywatch.diagnose.evidence.search import reduced_chi_square
 from swaywatch.diagnose.evidence.verdict import SUREST, Verdict
 from swaywatch.diagnose.fit.holdout import typical
@@ -73,13 +73,6 @@ def variables(law: Law) -> list[str]:
     return [*found, "speed"] if law.power else found
 
 
-def _inexact(left: float) -> str:
-    """What to add where the form of a law leaves more than noise."""
-    if left <= UNEXPLAINED_ABOVE:
-        return ""
-    return f"; its form is not exact: {left:.1f} times the noise is left"
-
-
 def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> dict[str, Any]:
     """One entry of `discovered`.
 
@@ -110,7 +103,7 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
         "power_of_speed": law.power,
         "law": term.effect.equation,
         "spec": law.spec,
-        "text": sentence(law, parameters) + _inexact(after),
+        "text": sentence(law, parameters),
         "perhaps": suggestion(law, main),
         "energy": energy(law, main),
         "parameters": parameters,
