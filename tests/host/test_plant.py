@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from swaywatch.diagnose.fit.side_by_side import SideBySide
 from swaywatch.plant._plant import lib
 from swaywatch.plant.lanes import (
+    AHEAD,
     ALL,
     BLOCK,
+    LANES,
     OUTPUT,
     SCALARS,
     SERIES,
     SHAPE,
     Job,
     PlantInput,
+    run_along,
     run_jobs,
     simulate,
 )
+
+Array = NDArray[np.float64]
 
 BODY = np.array(
     [
@@ -86,6 +93,32 @@ def test_alone_and_beside_others(fine: bool) -> None:
         np.testing.assert_array_equal(simulate(one, fine=fine), among.output)
         (alone,) = run_jobs([Job(one, columns=ALL)], fine=fine)
         np.testing.assert_array_equal(alone.blocks, among.blocks)
+
+
+def test_simulations_begin_while_others_are_put_together() -> None:
+    """Of two lengths and kinds: each once, as alone, and never many in memory."""
+    count = (AHEAD + 3) * LANES + 3
+    plants = [
+        plant(200 + 50 * (i % 2), i, **({"hitch_friction": 90.0} if i % 3 else {}))
+        for i in range(count)
+    ]
+    made: list[PlantInput] = []
+
+    def jobs() -> Iterator[Job]:
+        for one in plants:
+            made.append(one)
+            yield Job(one, columns=ALL)
+
+    found: dict[int, Array] = {}
+    for index, outcome in run_along(jobs()):
+        assert index not in found
+        assert outcome.output is not None
+        found[index] = outcome.output
+        # begun and not taken, and a row of each length and kind that is not full yet
+        assert len(made) - len(found) <= (AHEAD + 1 + 4) * LANES
+    assert len(found) == count
+    for index in (0, 1, 2, count - 1):
+        assert np.array_equal(found[index], simulate(plants[index]))
 
 
 def test_blocks_are_sums_of_the_samples() -> None:
