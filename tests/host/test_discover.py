@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -524,7 +525,14 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
         (
             Physics(more="rolling_load", more_size=140.0, more_at=0.02, slosh_mass_kg=140.0,
                     slosh_frequency_hz=0.9, slosh_damping=0.05, slosh_position_m=0.0),
-            Law("trailer", "swing", "dead zone"), (140.0, 0.9, 0.05, 0.0, 0.02),
+            Law("trailer", "swing", "dead zone"), (140.0, 0.9, 0.05, 0.0, 0.0, 0.02),
+        ),
+        (
+            # a pendulum of 0.5 Hz between walls that are ten times as stiff
+            Physics(more="hanging_load", more_size=300.0, more_at=0.06, slosh_mass_kg=300.0,
+                    slosh_frequency_hz=0.5, slosh_damping=0.05, slosh_position_m=0.0),
+            Law("trailer", "swing", "dead zone"),
+            (300.0, 0.5 * math.sqrt(11.0), 0.05 / math.sqrt(11.0), 0.0, 1.0 / 11.0, 0.06),
         ),
         (
             Physics(more="baffled_liquid", more_size=140.0, more_at=0.1, slosh_mass_kg=140.0,

@@ -173,6 +173,7 @@ def _swings(law: Law) -> Act:
         plant.scalar(f"mode_frequency_{body}", 2.0 * math.pi * values.get("frequency_hz", 0.0))
         plant.scalar(f"mode_damping_{body}", values.get("damping_ratio", 0.0))
         plant.scalar(f"mode_gap_{body}", abs(values.get("gap_m", 0.0)))
+        plant.scalar(f"mode_within_{body}", values.get("held_within", 0.0))
         plant.scalar(f"mode_other_side_{body}", values.get("other_side", 1.0) - 1.0)
         plant.scalar(f"mode_drag_{body}", max(values.get("drag_per_m", 0.0), 0.0))
         plant.scalar(f"mode_friction_{body}", max(values.get("friction_m_s2", 0.0), 0.0))
@@ -321,8 +322,9 @@ def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], 
     found: tuple[Parameter, ...] = (mass, *swings, place)
     held, drag = "q", ""
     if law.shape == "dead zone":
-        found = (*found, Parameter("gap_m", "m", 0.01, 0.0, 0.3, (0.01,), 0.003, 1e9))
-        held = "(q beyond +-gap)"
+        within = Parameter("held_within", "1", 0.0, 0.0, 1.0, (0.1,), 0.02, 1e9)
+        found = (*found, within, Parameter("gap_m", "m", 0.01, 0.0, 0.3, (0.01,), 0.003, 1e9))
+        held = "(q beyond +-gap, by held_within of it within)"
     if law.shape == "odd square":
         found = (*found, Parameter("drag_per_m", "1/m", 0.0, 0.0, 100.0, (3.0,), 0.3, 1e9))
         drag = " + drag |q'| q'"

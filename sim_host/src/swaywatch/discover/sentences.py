@@ -337,7 +337,9 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     mass, where = parameters["mass_kg"], _where(parameters)
     if "gap_m" in parameters:
         gap = 1000.0 * abs(parameters["gap_m"]["value"])
-        where += f", free within {gap:.0f} mm either way"
+        share = parameters["held_within"]["value"]
+        less = f"held {100.0 * share:.2g} % as stiffly" if share >= 0.005 else "free"
+        where += f", {less} within {gap:.0f} mm either way"
     if "drag_per_m" in parameters:
         drag = max(parameters["drag_per_m"]["value"], 0.0)
         where += f", decelerated by {drag:.2g} 1/m times the square of its rate"

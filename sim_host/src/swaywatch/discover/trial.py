@@ -216,13 +216,13 @@ class LawSearch:
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         if not self._plain:
             fits = [*fits, *self._in_other_shapes(course, fits)]
+            fits = [*fits, *self._swinging(parent)]  # cheaper than what follows
             fits = [*fits, *self._in_curves(fits, parent)]
             fits = [*fits, *self._of_two(fits, parent)]
             fits = [*fits, *self._along_the_road(fits, parent)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
         least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
-        found = [Candidate(f, parent) for f in fits if f.chi2 < least]
-        return found if parent.terms else [*found, *self._swinging(parent, least)]
+        return [Candidate(f, parent) for f in fits if f.chi2 < least]
 
     def _in_other_shapes(self, course: Linear, straight: Sequence[Fit]) -> list[Fit]:
         """The linear laws in other shapes: a linear law hardly imitates a stop or a cubic law.
@@ -496,13 +496,13 @@ class LawSearch:
             found.append((gain, ActiveEffect(effect, (size, rate, *phase))))
         return found
 
-    def _swinging(self, parent: Fit, least: float) -> list[Candidate]:
+    def _swinging(self, parent: Fit) -> list[Fit]:
         """Oscillating masses in the vehicle of the file, where the library alone does not suffice.
 
         Near the frequency of the sway such a mass changes the whole motion; a vehicle whose values
         compensate for it is too far from the true one for the mass to be found from there.
         """
-        if self._plain:
+        if parent.terms:
             return []
         close = self.search.close
         start = close.start()
@@ -516,8 +516,7 @@ class LawSearch:
         begun = parts.side_by_side(lambda f: parts.run(f, SET_GOING), map(excerpt.of, starts))
         best = excerpt.back(best_of_each_law(begun)[:GOING_ON], start)
         fits = close.side_by_side(lambda f: close.run(f, 10), best)
-        fits = self._shaped_for_a_reason(fits, ())
-        return [Candidate(f, parent) for f in fits if f.chi2 < least]
+        return self._shaped_for_a_reason(fits, ())
 
     def _whole(self, law: Law) -> float:
         """Mass, or yaw inertia, of the body that contains the oscillating mass."""

@@ -125,7 +125,8 @@ SCALARS = (
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass
     "mode_frequency_car", "mode_frequency_trailer",  # rad/s, the body held
     "mode_damping_car", "mode_damping_trailer",  # 1
-    "mode_gap_car", "mode_gap_trailer",  # m either way, within which nothing but damping holds it
+    "mode_gap_car", "mode_gap_trailer",  # m either way, within which it is held less, ...
+    "mode_within_car", "mode_within_trailer",  # by this share of the stiffness beyond; 0: free
     # stiffness to the right over that to the left, less one
     "mode_other_side_car", "mode_other_side_trailer",
     "mode_drag_car", "mode_drag_trailer",  # 1/m, its deceleration over the square of its rate

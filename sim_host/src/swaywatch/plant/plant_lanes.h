@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 139
+#define PLANT_SCALARS 141
 #define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -157,6 +157,8 @@ enum plant_scalar {
     E_MODE_DAMPING_TRAILER,
     E_MODE_GAP_CAR,
     E_MODE_GAP_TRAILER,
+    E_MODE_WITHIN_CAR,
+    E_MODE_WITHIN_TRAILER,
     E_MODE_OTHER_SIDE_CAR,
     E_MODE_OTHER_SIDE_TRAILER,
     E_MODE_DRAG_CAR,

@@ -201,15 +201,16 @@ INLINE V NAME(pressing)(const V *x, const V *e, const V *felt, V force)
     return NAME(where)(by, (found - x[X_PRESSED]) * (1.0 / SHORTEST_FELT_S));
 }
 
-/// Deceleration of the mass that swings in a body: free within a gap in the middle, or held by
-/// friction on the floor. `factor`: less one, of what holds it.
+/// Deceleration of the mass that swings in a body: free, or less held, within a gap in the middle,
+/// or held by friction on the floor. `factor`: less one, of what holds it.
 INLINE V NAME(pulled_back)(const V *x, const V *e, const FEATURES *has, int body, V factor)
 {
     const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
     const V gap = e[E_MODE_GAP_CAR + body], q = x[X_MODE + body];
     const V free = q - NAME(most)(NAME(least)(q, gap), -gap);
     const V right = NAME(choose)(free < 0.0, e[E_MODE_OTHER_SIDE_CAR + body], NAME(all)(0.0));
-    const V held = free * (1.0 + right) * (1.0 + factor);
+    const V within = e[E_MODE_WITHIN_CAR + body] * (q - free);
+    const V held = (free * (1.0 + right) + within) * (1.0 + factor);
     const V rate = x[X_MODE_RATE + body];
     const V drag = e[E_MODE_DRAG_CAR + body] * NAME(absolute)(rate);
     V back = omega * (omega * held + 2.0 * zeta * rate) + drag * rate;
