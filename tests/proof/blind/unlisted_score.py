@@ -58,6 +58,9 @@ def _where(law: Mapping[str, Any]) -> str:
 def _is_right(law: Mapping[str, Any], concealed: Mapping[str, Any]) -> bool:
     """Place and variables."""
     places = AXLES if law["place"] == "axles" else {law["place"]}
+    at, _, body = str(law["place"]).partition("_")
+    if at == "at":  # a force that has a lever: both
+        places = {f"force_{body}", f"moment_{body}"}
     return places <= {*concealed["places"]} and {*_of(law)} <= {*concealed["variables"]}
 
 

@@ -263,8 +263,9 @@ def _polish_best(law_searches: Sequence[LawSearch]) -> None:
             near += [(law_search, candidate) for candidate in law_search.beside(parent)]
     if not near:
         return
-    near.sort(key=lambda pair: pair[1].fit.chi2)
-    near = [pair for pair in near if pair[1].fit.chi2 < NEAR * near[0][1].fit.chi2]
+    least = min(candidate.fit.chi2 for _, candidate in near)
+    near = [pair for pair in near if pair[1].fit.chi2 < NEAR * least]
+    near.sort(key=lambda pair: _priced(*pair))
     fewest: list[tuple[LawSearch, Candidate]] = []
     for law_search, candidate in near:
         alone = sum(
@@ -276,6 +277,12 @@ def _polish_best(law_searches: Sequence[LawSearch]) -> None:
         own = [c for h, c in fewest if h is law_search]
         if own:
             law_search.polish(own)
+
+
+def _priced(law_search: LawSearch, candidate: Candidate) -> float:
+    """Misfit, and a price for each number of the law: one that it does not need fits, too."""
+    fit = candidate.fit
+    return fit.chi2 + 2.0 * CLAIMED * law_search.search.noise * len(fit.terms[-1].values)
 
 
 def _ahead(law_searches: Sequence[LawSearch], candidate: Candidate) -> bool:
