@@ -11,7 +11,7 @@ from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.report.labels import what_is_left
 from swaywatch.discover.begin import initial
 from swaywatch.discover.law import Law
-from swaywatch.discover.nearest import nearest
+from swaywatch.discover.nearest import instead, nearest
 from swaywatch.effects.active import ActiveEffect
 
 COUNT = 1000
@@ -57,3 +57,22 @@ def test_what_a_law_stands_beside_is_said() -> None:
         [with_law(SPRING, 2.0, replace(beside, effect=replace(beside.effect, id="x")))], NOTHING
     )
     assert found["beside"] == [f"x:{beside.effect.component}"]
+
+
+@pytest.mark.parametrize(
+    ("findings", "they_leave", "law_leaves", "said"),
+    [(2, 1.1, 1.15, True), (1, 1.1, 1.0, False), (3, 1.0, 1.15, False), (3, 1.4, 1.35, False)],
+)
+def test_one_law_that_does_what_several_findings_do_is_said_beside_them(
+    findings: int, they_leave: float, law_leaves: float, said: bool
+) -> None:
+    term = initial(Law("tyres", "side_force"))[0]
+    found = replace(NOTHING, terms=(term,) * findings, chi2=they_leave * COUNT)
+    beside = with_law(SPRING, 0.9, term)  # not alone
+    text = instead([with_law(ROLLS, law_leaves), beside], found)
+    assert bool(text) == said
+    if said:
+        assert "instead of the 2 findings" in text[0]
+        assert "steering angle of the front axle" in text[0]
+        assert "1.15 times the noise, they leave 1.10" in text[0]
+    assert instead([], found) == []

@@ -31,7 +31,7 @@ from swaywatch.diagnose.report.page import page, write_page
 from swaywatch.diagnose.report.stability import stability
 from swaywatch.diagnose.report.unexplained import locate_rest
 from swaywatch.discover.find import Discovery, Laws
-from swaywatch.discover.nearest import nearest
+from swaywatch.discover.nearest import instead, nearest
 from swaywatch.discover.report import take_law, with_law
 from swaywatch.effects.effect import Effect, library
 from swaywatch.errors import RecordingError
@@ -305,6 +305,7 @@ def _searched(
         law = discovered()
     if law is None:
         verdict.near = nearest(laws.tried(), verdict.fit)
+        verdict.remarks = instead(laws.tried(), verdict.fit)
     return (verdict if law is None else with_law(verdict, law)), law, right
 
 
@@ -410,6 +411,7 @@ def _result(loaded: Loaded, verdict: Verdict, effects: Sequence[Effect]) -> dict
             *_untestable(problem, effects),
             *_unseen(verdict),
             *too_small(verdict),
+            *verdict.remarks,
         ],
         "evidence": {
             "reduced_chi_square_as_written": (

@@ -1,7 +1,8 @@
 """The law that came nearest where none is claimed: where to look first.
 
 A law of the right place and variable often leaves more than noise because its form is missing in
-the grammar. It is no finding then, and still the best hint that there is.
+the grammar. It is no finding then, and still the best hint that there is. And where several effects
+together explain what one law alone would, both are said.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from swaywatch.effects.active import ActiveEffect
 WORTH_A_HINT = 0.5  # of the misfit above noise: a law that leaves more of it is no hint
 AS_NEAR = 1.5  # times what the nearest law leaves above noise, up to which another one is named
 MOST_NAMED = 3
+SEVERAL = 2  # findings from which on one law in their place is worth a sentence
+ALIKE = 1.1  # times what they leave, up to which it explains as much
 
 
 def nearest(fits: Iterable[Fit], so_far: Fit) -> list[dict[str, Any]]:
@@ -47,6 +50,29 @@ def nearest(fits: Iterable[Fit], so_far: Fit) -> list[dict[str, Any]]:
     return [_entry(fit, left, before, i) for i, (left, fit) in enumerate(near[:MOST_NAMED])]
 
 
+def instead(fits: Iterable[Fit], found: Fit) -> list[str]:
+    """A sentence on one law alone that leaves hardly more than several findings, if there is one.
+
+    Parameters
+    ----------
+    fits
+        Free simulations with a law each.
+    found
+        The verdict's own.
+    """
+    alone = [fit for fit in fits if len(fit.terms) == 1]
+    if len(found.terms) < SEVERAL or not alone:
+        return []
+    best = min(alone, key=reduced_chi_square)
+    left, theirs = reduced_chi_square(best), reduced_chi_square(found)
+    if left > min(UNEXPLAINED_ABOVE, ALIKE * theirs):
+        return []
+    return [
+        f"instead of the {len(found.terms)} findings one law that is in no library would do: "
+        f"{_words(best)}; it leaves {left:.2f} times the noise, they leave {theirs:.2f}"
+    ]
+
+
 def _term(fit: Fit) -> ActiveEffect:
     return next(t for t in fit.terms if t.effect.id == ID)
 
@@ -57,10 +83,16 @@ def _law(fit: Fit) -> Law:
     return found
 
 
+def _words(fit: Fit) -> str:
+    """Where a law acts, on what it depends, and the law."""
+    law = _law(fit)
+    depends_on = " and the ".join(variables(law))
+    return f"{location(law)}, with the {depends_on} ({_term(fit).effect.equation})"
+
+
 def _entry(fit: Fit, left: float, before: float, rank: int) -> dict[str, Any]:
     law, term = _law(fit), _term(fit)
-    depends_on = variables(law)
-    words = f"{location(law)}, with the {' and the '.join(depends_on)} ({term.effect.equation})"
+    words = _words(fit)
     if rank == 0:
         reason = (
             f"the law that comes nearest is not claimed: {words}. It leaves {left:.2g} times the "
@@ -73,7 +105,7 @@ def _entry(fit: Fit, left: float, before: float, rank: int) -> dict[str, Any]:
         "reason": reason,
         "location": location(law),
         "place": law.place,
-        "variables": depends_on,
+        "variables": variables(law),
         "depends_on": law.motion,
         "depends_on_too": law.second or law.by,
         "spec": law.spec,

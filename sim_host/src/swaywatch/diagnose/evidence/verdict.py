@@ -107,6 +107,8 @@ class Verdict:
         Where nothing is claimed: what explains more than nothing does but is too small for a claim.
     notes
         What no effect explains, for `unexplained`.
+    remarks
+        Other explanations that leave as little, for `checks`.
     near
         Laws that come nearest where none is claimed, for `unexplained` too.
     paths
@@ -129,6 +131,7 @@ class Verdict:
     hidden: list[dict[str, Any]] = field(default_factory=list)
     slight: Candidate | None = None
     notes: list[dict[str, Any]] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
     near: list[dict[str, Any]] = field(default_factory=list)
     paths: Sequence[Path] = ()
     written: Fit | None = None
