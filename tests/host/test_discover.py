@@ -42,13 +42,16 @@ from swaywatch.errors import SwaywatchError
 from swaywatch.models.multibody import Multibody
 from swaywatch.models.multibody_vehicle import Inputs, Physics, reference_combination
 from swaywatch.plant.lanes import (
+    ALL,
     BODY,
     LAW_OF,
     LAW_TO,
     OUTPUT,
     SCALARS,
+    Job,
     PlantInput,
     neutral,
+    run_jobs,
     simulate,
 )  # fmt: skip
 from swaywatch.plant.sprung import defaults
@@ -307,6 +310,20 @@ def test_the_size_of_another_motion_multiplies_a_law() -> None:
         found.append(simulate(slots))
     assert difference(*found) < 1e-9
     assert difference(found[0], simulate(plant())) > 0.03
+
+
+@pytest.mark.parametrize("body", ["car", "trailer"])
+def test_the_roll_of_a_rigid_body_multiplies_a_law_too(body: str) -> None:
+    law = Law("hitch", "articulation_rate", by=f"roll_{body}")
+    run = Run("r", np.zeros(1), {}, {}, 15.0)
+    slots, other = plant(), plant()
+    effect_of(law).act(slots, run, {"gain": 2e6}, ())
+    effect_of(replace(law, by="steer")).act(other, run, {"gain": 2e6}, ())
+    found = simulate(slots)
+    assert difference(found, simulate(plant())) > 0.03
+    together = run_jobs([Job(one, columns=ALL) for one in (other, slots, other)])
+    assert np.array_equal(together[1].output, found)
+    assert np.array_equal(together[0].output, simulate(other))
 
 
 def test_a_line_with_its_cube() -> None:

@@ -333,7 +333,9 @@ class LawSearch:
             return []
         close = self.search.close
         calibrated, of_file = close.run(parent, 6), close.start()
-        course, far = (self._excerpt(fit).course(fit) for fit in (calibrated, of_file))
+        course = self._excerpt(calibrated).course(calibrated)
+        # far from the recording a product says little: its factor is not what it was
+        far = self._excerpt(of_file).stricter().course(of_file)
         begun = [(calibrated, term) for term in of_two_variables(course)]
         # products take many simulations, so in the vehicle of the file alone
         begun += [(of_file, term) for term in (*of_two_variables(far), *of_a_product(far))]

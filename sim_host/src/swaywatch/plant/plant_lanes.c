@@ -32,6 +32,7 @@
 #define FELT 3.0             // slot `law_transient` where what a law depends on is felt
 #define OSCILLATES 4.0       // slot `law_transient` of a law that an oscillator of its own follows
 #define BEHIND_S 0.03        // over which the rate is taken of what has none as a state
+#define BY_ROLL(body) (1.0 + E_LAW_OF_ROLL_##body - E_LAW_OF_ARTICULATION) // slot `law_by` of it
 // Shapes as numbered in discover/law.py: saturating, hysteretic, rubbing, waiting, limited rate,
 // lost motion, falling, switched, free curve, stepped, notched.
 #define SATURATES 1.0

@@ -62,7 +62,8 @@ INLINE void NAME(lags)(const V *x, const V *e, const CONSTANTS *k, const FEATURE
         if (has->rolls && !has->whole) {
             const M mask = (e[E_ROLL_STEER_CAR_FRONT] != 0.0) | (e[E_ROLL_STEER_CAR_REAR] != 0.0) |
                            (e[E_ROLL_STEER_TRAILER] != 0.0) | (e[E_LAW_OF_ROLL_CAR] != 0.0) |
-                           (e[E_LAW_OF_ROLL_TRAILER] != 0.0);
+                           (e[E_LAW_OF_ROLL_TRAILER] != 0.0) | (e[E_LAW_BY] == BY_ROLL(CAR)) |
+                           (e[E_LAW_BY] == BY_ROLL(TRAILER));
             const int roll = X_ROLL + body, turn = X_ROLL_RATE + body;
             const V follow = ws * (ws * (felt[body] - x[roll]) - 2.0 * zs * x[turn]);
             dx[roll] = (V)((M)x[turn] & mask);
@@ -541,6 +542,7 @@ INLINE void NAME(features)(const plant_lane_t *lane, const double *axles, FEATUR
     has->whole |= lane->whole != NULL;
     has->law |= s[E_LAW_GAIN] != 0.0;
     has->rolls |= s[E_LAW_OF_ROLL_CAR] != 0.0 || s[E_LAW_OF_ROLL_TRAILER] != 0.0;
+    has->rolls |= s[E_LAW_BY] == BY_ROLL(CAR) || s[E_LAW_BY] == BY_ROLL(TRAILER);
     has->swings |= s[E_MODE_MASS_CAR] > 0.0 || s[E_MODE_MASS_TRAILER] > 0.0;
     has->bends |= s[E_DRAWBAR_COMPLIANCE] > 0.0;
     has->shapes |= s[E_LAW_GAIN] != 0.0 ? BIT(s[E_LAW_SHAPE]) : 0;
