@@ -35,6 +35,13 @@ def test_the_nearest_law_says_where_to_look_first() -> None:
     assert text.endswith("Look there first")
 
 
+def test_a_law_that_leaves_less_than_the_noise_is_named_too() -> None:
+    (only,) = nearest([with_law(SPRING, 0.9), with_law(ROLLS, 2.7)], NOTHING)
+    assert only["spec"] == SPRING.spec
+    assert "not clearly likelier than the findings" in only["reason"]
+    assert "at most" not in only["reason"]
+
+
 def test_laws_as_near_are_named_too_each_place_and_variable_once() -> None:
     bent = replace(SPRING, shape="saturating")
     found = nearest(

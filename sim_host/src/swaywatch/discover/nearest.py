@@ -13,6 +13,7 @@ from typing import Any
 from swaywatch.diagnose.evidence.evidence import UNEXPLAINED_ABOVE
 from swaywatch.diagnose.evidence.search import reduced_chi_square
 from swaywatch.diagnose.fit.fit import Fit
+from swaywatch.discover.begin import law_in
 from swaywatch.discover.effect import ID
 from swaywatch.discover.law import Law
 from swaywatch.discover.report import location, variables
@@ -44,9 +45,9 @@ def nearest(fits: Iterable[Fit], so_far: Fit) -> list[dict[str, Any]]:
             best[key] = left, fit
     ranked = sorted(best.values(), key=lambda row: row[0])
     before = reduced_chi_square(so_far)
-    if not ranked or ranked[0][0] - 1.0 > WORTH_A_HINT * (before - 1.0):
+    if not ranked or _above(ranked[0][0]) > WORTH_A_HINT * _above(before):
         return []
-    near = [row for row in ranked if row[0] - 1.0 <= AS_NEAR * (ranked[0][0] - 1.0)]
+    near = [row for row in ranked if _above(row[0]) <= AS_NEAR * _above(ranked[0][0])]
     return [_entry(fit, left, before, i) for i, (left, fit) in enumerate(near[:MOST_NAMED])]
 
 
@@ -78,9 +79,12 @@ def _term(fit: Fit) -> ActiveEffect:
 
 
 def _law(fit: Fit) -> Law:
-    found = _term(fit).effect.extra["law"]
-    assert isinstance(found, Law)
-    return found
+    return law_in(_term(fit))
+
+
+def _above(left: float) -> float:
+    """What is left above noise: of the best laws it is less than noise is estimated."""
+    return max(left - 1.0, 0.0)
 
 
 def _words(fit: Fit) -> str:
@@ -90,14 +94,20 @@ def _words(fit: Fit) -> str:
     return f"{location(law)}, with the {depends_on} ({_term(fit).effect.equation})"
 
 
+def _why_not(left: float) -> str:
+    """Why a law is not claimed."""
+    if left > UNEXPLAINED_ABOVE:
+        return f"a claim leaves at most {UNEXPLAINED_ABOVE:g}"
+    return "it is not clearly likelier than the findings, or not in the runs left out"
+
+
 def _entry(fit: Fit, left: float, before: float, rank: int) -> dict[str, Any]:
     law, term = _law(fit), _term(fit)
     words = _words(fit)
     if rank == 0:
         reason = (
             f"the law that comes nearest is not claimed: {words}. It leaves {left:.2g} times the "
-            f"noise, {before:.3g} times without it; a claim leaves at most {UNEXPLAINED_ABOVE:g}. "
-            "Look there first"
+            f"noise, {before:.3g} times without it; {_why_not(left)}. Look there first"
         )
     else:
         reason = f"nearly as near: {words}, {left:.2g} times the noise"

@@ -126,7 +126,7 @@ def _moving_load(law: Law) -> str:
     named = {
         SLIDING: f"a load that slides on the floor of the {law.place}",
         "odd square": "a liquid between baffles" if in_trailer else "a liquid in the car",
-        "dead zone": "a load that rolls or slides between stops",
+        "dead zone": "a load that rolls, slides or swings between stops",
         UNEVEN: "a load that is lashed on one side only",
     }
     if law.response == FADING:
