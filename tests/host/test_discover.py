@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+from scipy.signal import bilinear, lfilter
 from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, synthetic
 
@@ -30,7 +30,7 @@ from swaywatch.discover.forms import curve
 from swaywatch.discover.grammar import all_laws, grammar, plainer, products, refined
 from swaywatch.discover.inputs import followed, missing_inputs
 from swaywatch.discover.known import KNOWN
-from swaywatch.discover.law import MOTIONS, ROLLS, Law, law_of
+from swaywatch.discover.law import MOTIONS, ROLLS, SHAPES, Law, law_of
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
 from swaywatch.discover.trial import SWINGING, LawSearch
@@ -279,6 +279,22 @@ def test_friction_follows_what_has_no_rate_of_its_own() -> None:
     dragged.add_series("slip_car_front", 0.3 * curve("hysteretic", dragged.steer, 0.008))
     assert difference(simulate(plant()), simulate(dragged)) > 0.1
     assert difference(simulate(dragged), simulate(plant(**sticks, law_bend=0.008))) < 0.05
+
+
+@pytest.mark.parametrize("shape", ["hysteretic", "lost motion", "limited rate", "waiting"])
+def test_what_keeps_something_follows_what_is_felt(shape: str) -> None:
+    """What the law felt in one simulation, as a force of time, gives the same simulation."""
+    felt = {"law_of_hitch_force": 1.0, "law_lag": 0.05, "law_transient": 3.0}
+    bend = 900.0 if shape == "limited rate" else 300.0
+    kept = {"law_shape": float(SHAPES.index(shape)), "law_bend": bend}
+    found = simulate(plant(law_gain=3e-6, law_to_slip_car_rear=1.0, **felt, **kept))
+    ahead, back = bilinear([1.0], [0.05, 1.0], 100.0)
+    late = np.asarray(lfilter(ahead, back, found[:, OUTPUT.index("hitch_y")]))
+    series = plant()
+    series.add_series("slip_car_rear", 3e-6 * curve(shape, late, bend))
+    acted = difference(found, simulate(plant()))
+    assert acted > 0.04
+    assert difference(found, simulate(series)) < 0.15 * acted
 
 
 def test_an_oscillator_that_follows_a_motion_overshoots_as_one_does() -> None:
@@ -608,6 +624,11 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
         (
             Physics(more="hedge_wind", more_size=900.0, more_at=60.0),
             Law("force_trailer", "distance", response="periodic"), (900.0, 1000.0 / 60.0, 0.0),
+        ),
+        (
+            # the two axles of the bogie are one law here
+            Physics(more="working_frame", more_size=8e-6, more_at=600.0),
+            Law("slip_trailer", "hitch_force", "hysteretic"), (-8e-6, 600.0, 0.02),
         ),
         (
             Physics(more="binding_ball", more_size=0.4),

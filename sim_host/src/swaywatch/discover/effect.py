@@ -382,8 +382,10 @@ def _gain(law: Law) -> Parameter:
         }.get(law.response, (-1.0, 0.0, -0.5, 0.1, 0.1))
         low, high, start, step, noticed = (most * x for x in (low, high, start, step, noticed))
         return Parameter("gain", unit, 0.0, low, high, (start,), step, noticed)
-    high = 100.0 * start
-    return Parameter("gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start)
+    high, levels_off = 100.0 * start, law.shape in (*LIMITED, FALLING)
+    return Parameter(
+        "gain", unit, 0.0, -high, high, (start,), 0.2 * start, 0.02 * start, levels_off
+    )
 
 
 def _of_shape(law: Law) -> list[Parameter]:

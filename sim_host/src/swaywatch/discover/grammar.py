@@ -45,6 +45,7 @@ from swaywatch.discover.law import (
 )
 from swaywatch.discover.way import DISTANCE
 from swaywatch.effects.effect import Effect
+from swaywatch.plant.lanes import LAW_FELT
 
 #: Motions that something at any place can sense, follow or give way to.
 SENSED = (
@@ -277,7 +278,7 @@ def _forms(place: str, motion: str) -> tuple[Law, ...]:
     # any form is one: looked for where no form fits (`free_curves`); two only beside one
     closed = (*closed, CURVE, STEPPED, NOTCHED)
     single = motion in ALONE
-    if single:
+    if single and motion not in LAW_FELT:
         closed = (*closed, *KEEPING)
     if (place, motion) in LINE_KNOWN:
         closed = (*closed, UNEVEN)

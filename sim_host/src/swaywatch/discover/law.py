@@ -151,7 +151,7 @@ MOTIONS = {
     )
 }
 HEADINGS = ("heading", "heading_car")
-ALONE = (*HEADINGS, "steer_rate", *LAW_FELT)  # these take the one state that a law has
+ALONE = (*HEADINGS, "steer_rate", *LAW_FELT)  # these take the state that a lag has
 SLIPS = ("slip_car_front", "slip_car_rear", "slip_trailer")
 BODIES = ("car", "trailer")
 SWINGS = ("swing", "turn")

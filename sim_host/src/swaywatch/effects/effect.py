@@ -91,6 +91,9 @@ class Parameter:
         Typical size of a noticeable change.
     minimum
         Smallest distance from `neutral` that is worth a claim.
+    steepness
+        Whether it says how steeply something rises to what it levels off at: a value at a bound is
+        one that is too steep to be seen, not one that is none.
     """
 
     name: str
@@ -101,6 +104,7 @@ class Parameter:
     starts: tuple[float, ...]
     scale: float
     minimum: float = 0.0
+    steepness: bool = False
 
     @property
     def shapes(self) -> bool:

@@ -339,7 +339,7 @@ enum plant_state {
     X_DRAWBAR = 29,   ///< m, of the trailer past the ball, to the left
     X_DRAWBAR_RATE,   ///< m/s
     X_BEHIND,         ///< what a law depends on, a moment ago: how fast it goes is seen from it;
-                      ///< the rate of an oscillator
+                      ///< the rate of an oscillator; what a shape that follows what is felt keeps
     X_PRESSED,        ///< what is felt and multiplies a law, late
     X_LAG,            ///< N, Nm: the car's side force and moment behind the suspension's lag
     X_SPEED = 35,     ///< m/s

@@ -150,12 +150,13 @@ INLINE V NAME(law)(const V *x, const V *of, const V *turning, const V *e, const 
     const M follows = passing == OSCILLATES;
     z = NAME(choose)((passing > 0.0) & ~follows, z - state, z);
     z = NAME(choose)(passing == FELT, state, z);
+    const V memory = NAME(choose)(passing == FELT, x[X_BEHIND], state);
     V bent = z, level = {0};
     if (has->shapes & LEVELS) {
-        level = NAME(level)(z, state, rate, shape, per);
+        level = NAME(level)(z, memory, rate, shape, per);
     }
     if (has->shapes & BENT) {
-        bent = NAME(bent)(z, shape, e[E_LAW_BEND], level, state, has);
+        bent = NAME(bent)(z, shape, e[E_LAW_BEND], level, memory, has);
     }
     if (has->shapes & BIT(CURVE)) {
         bent = NAME(choose)(shape == CURVE, NAME(in_pieces)(z, e), bent);
@@ -190,6 +191,16 @@ INLINE V NAME(felt)(const V *x, const V *e, const V *felt, V force, V late)
     const V sum = of[0] * felt[0] + of[1] * felt[1] + of[2] * force;
     const V lag = NAME(most)(e[E_LAW_LAG], NAME(all)(SHORTEST_FELT_S));
     return NAME(choose)(e[E_LAW_TRANSIENT] == FELT, (sum - x[X_LAW]) / lag, late);
+}
+
+/// How the memory of a shape goes on that follows what is felt: it has the second state, as the lag
+/// has the first one. `rate`: of what is felt; of other laws `otherwise`.
+INLINE V NAME(remembered)(const V *x, const V *e, V rate, V otherwise)
+{
+    const V some = NAME(most)(e[E_LAW_BEND], NAME(all)(1e-9));
+    const V goes =
+        NAME(kept)(x[X_LAW], x[X_BEHIND], rate, e[E_LAW_SHAPE], some, 1.0 / some, otherwise);
+    return NAME(choose)(e[E_LAW_TRANSIENT] == FELT, goes, otherwise);
 }
 
 /// How that which is felt and multiplies a law goes on.

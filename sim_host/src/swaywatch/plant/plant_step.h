@@ -409,6 +409,9 @@ INLINE void NAME(derivative)(const V *x, const SAMPLE *now, const V *p, const V 
     if (has->law) {
         const V on_ball = by.side[1] - m2 * a2y + k->lever[1] * rates.roll[1];
         dx[X_LAW] = NAME(felt)(x, e, felt, on_ball, dx[X_LAW]);
+        if (has->shapes & KEEP) {
+            dx[X_BEHIND] = NAME(remembered)(x, e, dx[X_LAW], dx[X_BEHIND]);
+        }
         dx[X_PRESSED] = NAME(pressing)(x, e, felt, on_ball);
     }
     for (int body = 0; body < 2 && has->swings; body++) {

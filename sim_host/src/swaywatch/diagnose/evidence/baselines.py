@@ -474,7 +474,8 @@ def _inside(term: ActiveEffect) -> bool:
         return False
     for index, value in enumerate(term.values):
         p = term.parameter(index)
-        if p.minimum > 0.0 and not p.shapes and p.neutral not in (p.low, p.high):
+        bounded = p.neutral not in (p.low, p.high) and not p.steepness
+        if p.minimum > 0.0 and not p.shapes and bounded:
             room = 1e-3 * (p.high - p.low)
             if not p.low + room < value < p.high - room:
                 return False
