@@ -14,6 +14,7 @@ from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, synthetic
 
 from swaywatch.diagnose.evidence.baselines import Path as Tried
+from swaywatch.diagnose.evidence.baselines import noticeable
 from swaywatch.diagnose.evidence.search import Candidate, Search
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.holdout import typical
@@ -777,6 +778,27 @@ def test_words_of_a_product() -> None:
     assert "articulation rate and per N of the size of the side force of the trailer" in found
     assert "saturating at 0.390 +- 0.039 Nm per N" in found
     assert "coupling without grease" in suggestion(law, 65.0)
+
+
+def test_words_of_what_rises_as_steeply_as_a_fit_allows() -> None:
+    """Its size is known, and how steeply it gets there is not: no number says so."""
+    law = Law("hitch", "articulation_rate", "saturating", by="roll_trailer")
+    steepest = effect_of(law).parameters[0].high
+    sizes = {"gain": steepest, "bend": 0.006, "limit": 0.006 * steepest}
+    rows = {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in sizes.items()}
+    found = sentence(law, rows)
+    assert "per rad of the size of the roll of the trailer, with the sign of" in found
+    assert "all of it from 0.012 rad/s on" in found
+    assert "saturating" not in found
+    assert "jams on its ball" in suggestion(law, steepest)
+    assert "dry friction" in suggestion(replace(law, by=""), steepest)
+    rows["gain"]["value"] = 0.5 * steepest
+    assert "saturating at" in sentence(law, rows)
+    term = ActiveEffect(
+        effect_of(law), (steepest, 0.006, 13.0, 0.1)[: len(effect_of(law).parameters)]
+    )
+    assert noticeable(term)
+    assert not noticeable(replace(term, effect=effect_of(replace(law, shape="straight"))))
 
 
 def test_a_law_is_saved_and_taken_as_an_effect(tmp_path: Path) -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from swaywatch.discover.effect import effect_of
 from swaywatch.discover.forms import in_pieces
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
@@ -71,10 +73,22 @@ _AT_HITCH = {
     FADING: "friction or a damper that fades: pads that glaze, oil that grows hot",
     GROWING: "friction or a damper that works itself in",
 }
+_RUBS = {
+    ("slip_car_front", "steer"): "friction in the steering: a strut mount or a joint that binds",
+    ("slip_trailer", "hitch_force"):
+        "a frame whose joints work: the ball twists it, with friction",
+}  # fmt: skip
+_DRY = Law("hitch", "articulation_rate", "saturating")
 _PRESSED = {
     ("hitch", "articulation_rate", "hitch_force"):
         "friction that the force on the ball presses: a coupling without grease",
+    **dict.fromkeys(
+        (("hitch", "articulation_rate", motion)
+         for motion in ("roll_trailer", "lateral_acceleration_trailer")),
+        "friction that grows as the trailer leans: a coupling that jams on its ball",
+    ),
 }  # fmt: skip
+STEEP = 0.98  # of the steepest that a fit allows: as good as that
 _UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
 
 
@@ -105,19 +119,20 @@ def _of_form(law: Law, gain: float) -> str:
         return "a load that is lost on the way" if gain > 0.0 else "a load that is taken up"
     if (law.place, law.response) == ("moment_trailer", TRANSIENT):
         return "a gyroscope, or a controller that leaves a steady turn alone"
-    return _of_friction(law) or kinds.get(law.shape, "")
+    return _of_friction(law, gain) or kinds.get(law.shape, "")
 
 
-def _of_friction(law: Law) -> str:
+def _of_friction(law: Law, gain: float) -> str:
     """What rubs there."""
+    if replace(law, by="") == _DRY and gain > 0.0:
+        return "dry friction: of a ball, a stabiliser, a slewing ring"
     if law.shape == FALLING and law.motion in RATES:
         return "dry friction that falls as it slides faster"
     if law.shape not in FRICTION:
         return ""
-    if (law.place, law.motion) == ("slip_car_front", "steer"):
-        return "friction in the steering: a strut mount or a joint that binds"
     trailer = law.place == "slip_trailer"
-    return "axle compliance with friction: worn bushes" if trailer else ""
+    bushes = "axle compliance with friction: worn bushes" if trailer else ""
+    return _RUBS.get((law.place, law.motion), bushes)
 
 
 def _moving_load(law: Law) -> str:
@@ -204,9 +219,11 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         words += f", a curve of the {motion.words}: {_pieces(law, parameters, unit, factor)}"
     elif law.motion == DISTANCE:
         words += f": {_range(gain, factor)} {unit}, whatever the motion and the speed"
+    elif _steep(law, gain["value"]):
+        words += f": {_of_one_size(law, parameters)}"
     else:
         words += f": {_range(gain, factor)} {unit} per {per} of the {motion.words}"
-    words += _second(law, parameters) + shape
+        words += _second(law, parameters) + shape
     words += _shape(law, parameters)
     if law.motion == DISTANCE:
         return words + _response(law, parameters)
@@ -217,6 +234,22 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         2: f", at {SPEED_M_S:g} m/s, proportional to the square of the speed",
     }[law.power]
     return words + _response(law, parameters)
+
+
+def _steep(law: Law, gain: float) -> bool:
+    """Whether it rises as steeply as the fit allows to a size: how steeply is not known."""
+    known = effect_of(law).parameters[0]
+    return law.shape == "saturating" and known.steepness and abs(gain) > STEEP * known.high
+
+
+def _of_one_size(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """The size of what is steep, and with the sign of what it goes."""
+    size, motion = _limit(parameters, PLACES[law.place]), MOTIONS[law.motion]
+    goes = motion.words + ("" if law.by else _second(law, parameters))
+    size += _second(law, parameters).removeprefix(" and") if law.by else ""
+    sign = "with" if parameters["gain"]["value"] > 0.0 else "against"
+    whole = 2.0 * float(parameters["bend"]["value"])
+    return f"{size}, {sign} the sign of the {goes}, all of it from {whole:.2g} {motion.unit} on"
 
 
 def _pieces(law: Law, parameters: Mapping[str, Mapping[str, Any]], unit: str, factor: float) -> str:
@@ -298,7 +331,9 @@ def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.shape == LINE_AND_CUBE:
         return _line_and_cube(law, parameters)
     return {
-        "saturating": f", saturating at {limit}",
+        "saturating": ""
+        if _steep(law, parameters["gain"]["value"])
+        else f", saturating at {limit}",
         "dead zone": f", only beyond {at}",
         WAITING: f", only while it swings beyond {at}",
         "hysteretic": f", sliding after {at} at {limit} (dry friction)",
