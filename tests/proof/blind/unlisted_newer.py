@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from effects import Draw, log_between
 from numpy.random import Generator
 from unlisted_kind import named
@@ -477,6 +479,97 @@ def slack_tarpaulin(rng: Generator, u: float) -> Draw:
                  more_at=at)  # fmt: skip
 
 
+def greasy_ball(rng: Generator, u: float) -> Draw:
+    """Grease on one side of the ball: pads of a stabiliser hold as long as they turn on the other.
+
+    The articulation says which side that is.
+    """
+    at = round(float(rng.uniform(0.001, 0.005)), 5)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(150.0, 1500.0, u)
+    variables = "articulation_rate articulation"
+    return named("greasy_ball", size, "hitch", variables, more_at=at)
+
+
+def slipping_neck(rng: Generator, u: float) -> Draw:
+    """A detachable ball neck that is not locked: it slips sideways in its seat, with friction."""
+    at = round(float(rng.uniform(150.0, 500.0)), 1)
+    return named("slipping_neck", log_between(2e-6, 3e-5, u), "hitch", "side_force", more_at=at)
+
+
+def broken_link(rng: Generator, u: float) -> Draw:
+    """A link of the car's rear axle that breaks at the first hard lean: then it steers by leaning.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.01, 0.018)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.03, 0.5, u)
+    variables = "roll_car lateral_acceleration_car"
+    return named("broken_link", size, "slip_car_rear", variables, more_at=at)
+
+
+def shimmy(rng: Generator, u: float) -> Draw:
+    """Worn kingpins: the front wheels shimmy by themselves, to and fro, once they are touched."""
+    hz = round(float(rng.uniform(2.0, 4.5)), 3)
+    drawn = named("shimmy", log_between(1e-3, 1e-2, u), "slip_car_front", "swing slip_car_front",
+                  more_frequency_hz=hz)  # fmt: skip
+    return replace(drawn, restless=True)
+
+
+def soft_tyre(rng: Generator, u: float) -> Draw:
+    """Tyres with too little air on one side of the trailer: it holds less as it leans on them.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.005, 0.015)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 0.7, u)
+    variables = "slip_trailer sideslip_trailer roll_trailer lateral_acceleration_trailer"
+    return named("soft_tyre", size, "slip_trailer force_trailer", variables, more_at=at)
+
+
+def crooked_joint(rng: Generator, u: float) -> Draw:
+    """A joint of the steering column put together a quarter turn wrong: it favours one side."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(5e-3, 8e-2, u)
+    return named("crooked_joint", size, "slip_car_front", "steer")
+
+
+def leaning_stack(rng: Generator, u: float) -> Draw:
+    """Sacks that are stacked high: the stack leans, and comes back late for their friction.
+
+    This friction is a part of what holds the stack.
+    """
+    at = round(float(rng.uniform(0.01, 0.04)), 4)
+    mass = round(log_between(150.0, 500.0, u), 2)
+    return named(
+        "leaning_stack", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=round(float(rng.uniform(0.8, 1.3)), 3),
+        slosh_damping=round(float(rng.uniform(0.03, 0.07)), 3),
+    )  # fmt: skip
+
+
+def loose_hub(rng: Generator, u: float) -> Draw:
+    """A front hub of the car that is loose: side forces tilt its disc, which drags on its pads."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1e4, 2e5, u)
+    return named("loose_hub", size, "moment_car", "slip_car_front")
+
+
+def open_door(rng: Generator, u: float) -> Draw:
+    """A back door that has come open: a rudder which the air turns into its flow, with a swing.
+
+    As a vane's, its swing takes a length of road, not a time.
+    """
+    at = round(float(rng.uniform(16.0, 32.0)), 2)
+    places, variables = "force_trailer moment_trailer", "sideslip_trailer yaw_rate_trailer swing"
+    return named("open_door", log_between(5.0, 80.0, u), places, variables, more_at=at)
+
+
+def soft_verge(rng: Generator, u: float) -> Draw:
+    """A verge that is soft in stretches: it drags on the right wheels of the wider trailer."""
+    at = round(float(rng.uniform(50.0, 150.0)), 1)
+    size = log_between(60.0, 1000.0, u)
+    drawn = named("soft_verge", size, "moment_trailer drag_trailer", "distance", more_at=at)
+    return replace(drawn, restless=True)
+
+
 EIGHTH = (
     damper_play, towbar_twist, galloping, rear_rack, slow_actuator, sideslip_limiter, jockey_wheel,
     counter_steer, concrete_slabs, leaking_load, worn_shoulders, aligning_torque,
@@ -496,4 +589,8 @@ ELEVENTH = (
 TWELFTH = (
     locker_corner, hanging_load, bump_steer, working_frame, late_rear_steering, slack_tarpaulin,
     tilted_head, puddles, roll_protection, subframe_rubber,
+)  # fmt: skip
+THIRTEENTH = (
+    soft_tyre, greasy_ball, crooked_joint, soft_verge, leaning_stack, loose_hub, broken_link,
+    slipping_neck, open_door, shimmy,
 )  # fmt: skip
