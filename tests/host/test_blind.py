@@ -166,12 +166,16 @@ def test_shares_of_the_eighth_set_leave_something():
             "opened-twelfth", {"hanging_load"}, {"puddles", "subframe_rubber"},
             {"locker_corner", "bump_steer", "working_frame", "late_rear_steering"},
         ),
+        (
+            "opened-thirteenth", {"leaning_stack"}, set(),
+            {"soft_tyre", "greasy_ball", "crooked_joint", "loose_hub", "broken_link"},
+        ),
     ],
 )  # fmt: skip
 def test_newer_sets_stay_within_what_can_be(which, loads, shares, either_way):
     """Shares leave something, loads are their size, and kinds with two signs have both."""
     kinds = {kind.__name__: kind for kind in unlisted.SETS[which]}
-    assert len(kinds) == (10 if which == "opened-twelfth" else 12)
+    assert len(kinds) == (10 if which in ("opened-twelfth", "opened-thirteenth") else 12)
     signs = {name: set() for name in kinds}
     for seed in range(12):
         for strength in (0.4, 1.0):
@@ -183,6 +187,8 @@ def test_newer_sets_stay_within_what_can_be(which, loads, shares, either_way):
                     assert physics.slosh_mass_kg == drawn.value <= 500.0
                 if name == "slack_lashing":
                     assert 0.1 <= abs(physics.more_at) <= 0.4
+                if name == "soft_tyre":
+                    assert 0.05 < abs(drawn.value) <= 0.9
                 if name in shares:
                     assert 0.05 < drawn.value <= 0.9
     assert {name for name, found in signs.items() if found == {1.0, -1.0}} == either_way

@@ -361,11 +361,21 @@ UNLISTED = {
     "puddles": (0.5, 40.0),
     "roll_protection": (600.0, 0.5),
     "subframe_rubber": (0.3, 0.2),
+    "soft_tyre": (0.4, 0.01),
+    "greasy_ball": (800.0, 0.003),
+    "crooked_joint": (0.03, 0.0),
+    "soft_verge": (800.0, 80.0),
+    "leaning_stack": (300.0, 0.02),
+    "loose_hub": (1e5, 0.0),
+    "broken_link": (0.2, 0.012),
+    "slipping_neck": (1e-5, 300.0),
+    "open_door": (40.0, 24.0),
+    "shimmy": (0.005, 0.0),
 }
 CARGO = (
     "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
     "stepping_horse", "slack_lashing", "loosening_straps", "rocking_hull",
-    "hanging_load",
+    "hanging_load", "leaning_stack",
 )  # fmt: skip
 
 
@@ -395,7 +405,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         in (
             "tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake",
             "late_air", "loose_curtain", "galloping", "jockey_wheel", "leaking_load",
-            "lingering_flow", "tearing_canvas", "slack_tarpaulin",
+            "lingering_flow", "tearing_canvas", "slack_tarpaulin", "open_door",
         )
     )  # fmt: skip
     turns = (
@@ -407,7 +417,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         "binding_ball", "spring_bars", "lingering_flow", "torn_cable", "hub_drives",
         "squealing_pads", "outward_damper", "tearing_canvas", "cocked_overrun",
         "brinelled_ring", "solenoid_brakes", "servo_ball", "locker_corner", "tilted_head",
-        "roll_protection", "slack_tarpaulin",
+        "roll_protection", "slack_tarpaulin", "greasy_ball", "soft_verge", "open_door",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 
@@ -423,6 +433,7 @@ def _with(kind):
 PASSIVE = (
     "stabiliser_windup", "cam_centring", "gyro_stabiliser", "one_way_damper", "glazing_pads",
     "damper_play", "squealing_pads", "outward_damper", "tilted_head",
+    "greasy_ball",
 )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from test_multibody import (
 )
 
 from swaywatch.models.multibody import Multibody
-from swaywatch.models.multibody_vehicle import Physics, reference_combination
+from swaywatch.models.multibody_vehicle import Inputs, Physics, reference_combination
 
 
 @pytest.fixture(scope="module")
@@ -655,3 +655,190 @@ def test_subframe_in_rubber_gives_way_late(planar):
     assert np.abs(angle - said)[50:-50].max() < 0.05 * np.abs(said).max()
     at_once = size * (motion.wheel_slip_rad[2:4].mean(axis=0) + angle)
     assert np.abs(angle - at_once)[50:-50].max() > 0.2 * np.abs(said).max()
+
+
+THIRTEENTH = (
+    "soft_tyre", "greasy_ball", "crooked_joint", "soft_verge", "leaning_stack", "loose_hub",
+    "broken_link", "slipping_neck", "open_door", "shimmy",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", THIRTEENTH)
+def test_of_no_size_it_changes_nothing(planar, kind):
+    """A ball neck that gives way by a micrometre for ten newtons does nearly nothing."""
+    stiff = kind == "slipping_neck"
+    size, at = (1e-7 if stiff else 0.0), UNLISTED[kind][1]
+    change = np.abs(_changed(planar, more=kind, more_size=size, more_at=at)).max()
+    assert change < (2e-4 if stiff else 1e-12)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_soft_tyres_hold_less_as_the_trailer_leans_on_them(planar, sense):
+    size, at = sense * UNLISTED["soft_tyre"][0], UNLISTED["soft_tyre"][1]
+    whole = planar.combination
+    motion = impulse(
+        Multibody(whole, Physics(more="soft_tyre", more_size=size, more_at=at)), 90.0, 20.0
+    )
+    travel = _travel_of_the_trailers_axle(motion, whole, whole.trailer.front)
+    lost = abs(size) * np.tanh(np.clip(sense * motion.trailer_roll_rad, 0.0, None) / at)
+    said = -whole.trailer.front.cornering_stiffness_n_rad * travel * (1.0 - lost)
+    force = motion.wheel_fy_n[4:6].sum(axis=0)
+    assert lost.max() > 0.7 * abs(size)
+    assert (lost == 0.0).mean() > 0.2
+    assert np.abs(force - said)[50:-50].max() < 0.05 * np.abs(force).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_greased_side_of_a_ball_does_not_hold(planar, sense):
+    size, at = sense * UNLISTED["greasy_ball"][0], UNLISTED["greasy_ball"][1]
+    physics = Physics(more="greasy_ball", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 100.0, 20.0)
+    turned = sense * (motion.trailer_yaw_rad - motion.yaw_rad)
+    rate = motion.trailer_yaw_rate_rad_s - motion.yaw_rate_rad_s
+    said = -abs(size) * 0.5 * (1.0 + np.tanh(turned / at)) * np.tanh(rate / 0.005)
+    _, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+    assert np.abs(said).max() > 0.9 * abs(size)
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * abs(size)
+    greased = turned < -2.0 * at
+    assert greased.mean() > 0.04
+    assert np.abs(moment[greased][50:-50]).max() < 0.15 * abs(size)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_crooked_joint_favours_one_side(planar, sense):
+    size = sense * UNLISTED["crooked_joint"][0]
+    plant = Multibody(planar.combination, Physics(more="crooked_joint", more_size=size))
+    time = np.arange(0.0, 8.0, 0.01)
+    motion = plant.run(
+        Inputs(time, np.radians(20.0) * np.sin(3.0 * time), np.full(time.size, 20.0))
+    )
+    said = size * np.sin(motion.steering_wheel_rad) ** 2
+    angle = _steered(motion, planar.combination.car, 0)
+    assert np.abs(said).max() > 0.002
+    assert np.abs(angle - said)[50:-50].max() < 0.05 * np.abs(said).max()
+
+
+def test_soft_verge_drags_in_stretches_of_the_road(planar):
+    size, at = UNLISTED["soft_verge"]
+    motion, trailer = _with("soft_verge"), planar.combination.trailer
+    drag = 2.0 * size * np.clip(np.sin(2.0 * np.pi * _way(motion) / at), 0.0, None)
+    said = -0.5 * trailer.front.track_m * drag
+    _, moment = _rest_of_the_trailer(trailer, motion)
+    assert said.min() < -1.9 * size * 0.5 * trailer.front.track_m
+    assert np.abs(moment - said)[50:-50].max() < 0.15 * np.abs(said).max()
+
+
+def test_stack_leans_with_friction_in_it(planar):
+    """Held by its friction it is a load on a spring; else by what is left of the spring."""
+    mass, at = UNLISTED["leaning_stack"]
+
+    def run(hz=1.3, **settings):
+        physics = Physics(slosh_mass_kg=mass, slosh_frequency_hz=hz, slosh_damping=0.0, **settings)
+        return impulse(Multibody(planar.combination, physics), 70.0, 20.0)
+
+    def stack(slides):
+        return run(more="leaning_stack", more_size=mass, more_at=slides)
+
+    held, load = stack(1e6).trailer_yaw_rate_rad_s, run().trailer_yaw_rate_rad_s
+    assert np.abs(held - load).max() < 1e-6
+    loose, soft = stack(5e-4), run(1.3 * np.sqrt(0.4))
+    apart = np.abs(soft.trailer_yaw_rate_rad_s - load).max()
+    assert np.abs(loose.trailer_yaw_rate_rad_s - soft.trailer_yaw_rate_rad_s).max() < 0.1 * apart
+    motion, omega = stack(at), 2.0 * np.pi * 1.3
+    place = rate = rubs = lost = 0.0
+    said = np.zeros_like(motion.time_s)
+    for i, pushed in enumerate(motion.trailer_acceleration_m_s2):
+        said[i] = mass * omega**2 * (0.4 * place + 0.6 * rubs)
+        lost += 0.002 * mass * omega**2 * 0.6 * rubs * rate
+        rate -= 0.002 * (omega**2 * (0.4 * place + 0.6 * rubs) + pushed)
+        rubs += 0.002 * (rate - abs(rate) * rubs / at)
+        place += 0.002 * rate
+    side, _ = _rest_of_the_trailer(planar.combination.trailer, motion)
+    pull = side - mass * motion.trailer_acceleration_m_s2
+    assert np.abs(pull - said)[50:-50].max() < 0.1 * np.abs(said).max()
+    assert lost > 10.0
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_loose_hub_drags_on_its_pads_at_either_side_force(planar, sense):
+    size = sense * UNLISTED["loose_hub"][0]
+    plant = Multibody(planar.combination, Physics(more="loose_hub", more_size=size))
+    motion = impulse(plant, 80.0, 20.0)
+    slips = motion.wheel_slip_rad[:2].mean(axis=0)
+    said = size * np.abs(slips)
+    moment = _rest_of_the_car(planar.combination.car, motion)
+    assert np.abs(said).max() > 300.0
+    assert np.ptp(np.sign(slips)) == 2.0
+    assert np.abs(moment - said)[50:-50].max() < 0.1 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_link_breaks_at_the_first_hard_lean(planar, sense):
+    """Nothing before, then steering by leaning; nothing at all where it never leans so far."""
+    size, at = sense * UNLISTED["broken_link"][0], UNLISTED["broken_link"][1]
+    physics = Physics(more="broken_link", more_size=size, more_at=at)
+    motion = impulse(Multibody(planar.combination, physics), 80.0, 20.0)
+    hard = int(np.argmax(np.abs(motion.roll_rad) > at))
+    angle = _steered(motion, planar.combination.car, 2)
+    said = size * motion.roll_rad
+    largest = np.abs(said).max()
+    assert hard > 300
+    assert np.abs(angle[50:hard]).max() < 0.02 * largest
+    assert np.abs(angle - said)[hard + 150 : -50].max() < 0.05 * largest
+    assert np.abs(motion.roll_rad[hard + 150 :]).min() < 0.1 * at
+    gentle = _changed(planar, 2.0, more="broken_link", more_size=size, more_at=at)
+    assert np.abs(gentle).max() < 1e-12
+
+
+def test_neck_slips_in_its_seat_beyond_its_friction(planar):
+    """Without friction it is an elastic drawbar; with enough of it nothing moves."""
+    size, at = UNLISTED["slipping_neck"]
+
+    def changes(size_deg, friction):
+        return np.abs(
+            _changed(planar, size_deg, more="slipping_neck", more_size=size, more_at=friction)
+        ).max()
+
+    free = _changed(planar, more="slipping_neck", more_size=size, more_at=0.0)
+    elastic = _changed(planar, more="elastic_drawbar", more_size=1.0 / size)
+    assert np.abs(free - elastic).max() < 1e-9
+    largest = np.abs(elastic).max()
+    assert changes(20.0, 1e4) < 0.1 * largest
+    assert 0.2 * largest < changes(20.0, at)
+    assert changes(1.0, at) < 0.2 * changes(1.0, 0.0)
+
+
+def test_open_door_turns_into_the_flow_as_a_vane(planar):
+    """Its swing takes a length of the road; its force acts at the trailer's rear."""
+    size, at = UNLISTED["open_door"]
+    for speed in (70.0, 100.0):
+        plant = Multibody(planar.combination, Physics(more="open_door", more_size=size, more_at=at))
+        motion = impulse(plant, speed, 20.0)
+        flow = _sideslip_of_the_trailer(motion, planar.combination)
+        flow = flow - 2.5 * motion.trailer_yaw_rate_rad_s / motion.speed_m_s
+        omega, change, door = 2.0 * np.pi * motion.speed_m_s / at, 0.0, np.zeros_like(flow)
+        for i in range(1, door.size):
+            pull = omega[i] ** 2 * (flow[i] - door[i - 1]) - 0.4 * omega[i] * change
+            change += 0.002 * pull
+            door[i] = door[i - 1] + 0.002 * change
+        said = -size * 0.6 * motion.speed_m_s**2 * (flow - door)
+        side, moment = _rest_of_the_trailer(planar.combination.trailer, motion)
+        assert np.abs(said).max() > 100.0
+        assert np.abs(side - said)[50:-50].max() < 0.15 * np.abs(said).max()
+        assert np.abs(moment + 2.5 * said)[50:-50].max() < 0.15 * 2.5 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("hz", [2.0, 4.0])
+def test_front_wheels_shimmy_by_themselves(planar, hz):
+    """Once they are touched; never larger than its size, and not before."""
+    size = UNLISTED["shimmy"][0]
+    plant = Multibody(
+        planar.combination, Physics(more="shimmy", more_size=size, more_frequency_hz=hz)
+    )
+    motion = impulse(plant, 70.0, 0.5, until=20.0)
+    angle = _steered(motion, planar.combination.car, 0)
+    late = angle[motion.time_s > 12.0][:-50]
+    spectrum = np.abs(np.fft.rfft(late * np.hanning(late.size), 1 << 16))
+    assert np.argmax(spectrum) / ((1 << 16) * 0.002) == pytest.approx(hz, rel=0.05)
+    assert np.abs(late).max() == pytest.approx(size, rel=0.1)
+    assert np.abs(angle[motion.time_s < 0.5]).max() < 1e-9

@@ -231,7 +231,8 @@ class Multibody:
             combination,
             full=self.physics.full,
             slosh_kg=self.physics.slosh_mass_kg,
-            elastic_drawbar=self.physics.more in ("elastic_drawbar", "ball_rattle"),
+            elastic_drawbar=self.physics.more
+            in ("elastic_drawbar", "ball_rattle", "slipping_neck"),
         )
         self._model = mujoco.MjModel.from_xml_string(text)
         self._data = mujoco.MjData(self._model)

@@ -39,6 +39,8 @@ from swaywatch.models.multibody_more import (
     REAR_RACK,
     ROOF_LOAD,
     ROOF_TENT,
+    SHIMMY,
+    SLIPPING_NECK,
     SLOW_RAD_S,
     SUBFRAME_RUBBER,
     TOWBAR_TWIST,
@@ -58,6 +60,7 @@ from swaywatch.models.multibody_more import (
     more_steer,
     pull_behind,
     pull_of_rack,
+    slips_in_seat,
     stretch,
 )
 from swaywatch.models.multibody_tables import (
@@ -186,7 +189,7 @@ from swaywatch.models.multibody_tables import (
 #: Contents (SHA-1, first twelve digits) of the files that this one is compiled with. Numba keeps
 #: compiled code until the file of a function changes, whatever else it is made of: a change of
 #: those has to change this file too (tests/host/test_multibody.py says what to write).
-MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "830aa526c471"}
+MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "69c3ceb1cbfc"}
 
 
 class View(NamedTuple):
@@ -431,7 +434,7 @@ def _tyres(
     if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS, CASTER_FLUTTER, CREEPING_CLAMP):
         middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
         more_of_slip(g, z, zdot, middle)
-    if g[G_MORE] == HYDRO_BUSH:
+    if g[G_MORE] in (HYDRO_BUSH, SHIMMY):
         middle = 0.5 * (work[0, TRAVEL] + work[1, TRAVEL]) - out[O_STEER]
         more_of_slip(g, z, zdot, middle)
     if g[G_MORE] == SUBFRAME_RUBBER:
@@ -592,7 +595,7 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
     ball_y = a[1] + lever * (-yaw1 * c1 + r1 * r1 * s1)
     ball = -s2 * ball_x + c2 * ball_y
     across2 = ball - g[G_TRAILER_LEVER] * yaw2
-    if g[G_MORE] in (ELASTIC_DRAWBAR, BALL_RATTLE):
+    if g[G_MORE] in (ELASTIC_DRAWBAR, BALL_RATTLE, SLIPPING_NECK):
         across2 += a[int(g[G_HITCH_DOF]) + 1]
     for body in range(2):
         gain = g[G_CAR_ROLL_GAIN + 3 * body]
@@ -667,6 +670,7 @@ def _evaluate(
     _call2(calls.acceleration, calls.model, calls.data)
     _call2(calls.constraint, calls.model, calls.data)
     _state_rates(g, u, z, zdot, view, out)
+    slips_in_seat(g, z, zdot, view)
 
 
 @njit(cache=True)

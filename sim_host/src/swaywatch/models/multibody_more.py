@@ -18,6 +18,7 @@ from swaywatch.models.multibody_tables import (
     G_MORE_HZ,
     G_MORE_SIZE,
     G_RADIUS,
+    G_RATIO,
     G_SLOSH_ZETA,
     G_TRAILER_LEVER,
     G_TRAILER_MASS,
@@ -62,8 +63,9 @@ MADE_OF = {"multibody_tables": "7e6a397047d3"}
     COCKED_OVERRUN, LOOSENING_STRAPS, BRINELLED_RING, STEPPER_REAR, GAP_PUMP, LEAKY_LINK, BENT_ARM,
     SOLENOID_BRAKES, SERVO_BALL, ROCKING_HULL, QUICK_REAR, CREEPING_CLAMP, RAG_JOINT, CURVE_BRAKE,
     LOCKER_CORNER, HANGING_LOAD, BUMP_STEER, WORKING_FRAME, LATE_REAR_STEERING, SLACK_TARPAULIN,
-    TILTED_HEAD, PUDDLES, ROLL_PROTECTION, SUBFRAME_RUBBER,
-) = range(1, 127)  # fmt: skip
+    TILTED_HEAD, PUDDLES, ROLL_PROTECTION, SUBFRAME_RUBBER, SOFT_TYRE, GREASY_BALL, CROOKED_JOINT,
+    SOFT_VERGE, LEANING_STACK, LOOSE_HUB, BROKEN_LINK, SLIPPING_NECK, OPEN_DOOR, SHIMMY,
+) = range(1, 137)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -83,6 +85,11 @@ FLUTTER_DAMPING = 0.15
 TENT_BEHIND_M, LOOSENED = 1.0, 0.85  # of straps: the share of their stiffness that they lose
 SERVO_S, RELEASE_S, SWITCH_RAD_S = 0.05, 0.3, 0.001  # lags of motors, of solenoids that let go
 WALL = 10.0  # stiffness of a wall over that of a pendulum
+SEAT_M = 2e-4  # of a ball neck: how far it gives way before it slips
+STACK = 0.6  # share of what holds a stack that is friction
+BREAKS_S = 0.05
+DOOR_BEHIND_M, DOOR_DAMPING = 2.5, 0.2
+SHIMMY_GROWTH, SHIMMY_COUPLING = 0.3, 5.0  # the latter 1/rad, of the tyres' slip
 GAP_M = 2.0  # half the width of what presses air out of a gap, and so on its edge
 
 
@@ -136,7 +143,7 @@ def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> f
 
 @njit(cache=True)
 def _more_of_front_parts(g: Any, z: Any, slip: float, out: Any) -> float:
-    """The same of what is soft, bent or soiled there."""
+    """The same of what is soft, bent, soiled or worn there, or put together wrongly."""
     kind, angle = g[G_MORE], 0.0
     if kind == WISHBONE_BUSH:
         angle = _beyond(slip, g[G_MORE_AT])
@@ -152,6 +159,10 @@ def _more_of_front_parts(g: Any, z: Any, slip: float, out: Any) -> float:
         angle = out[O_ROLL1] ** 3
     elif kind == PUDDLES:
         angle = 0.5 * (1.0 + math.sin(TURN * z[Z_MORE] / g[G_MORE_AT])) * slip
+    elif kind == CROOKED_JOINT:
+        angle = math.sin(out[O_STEER] * g[G_RATIO]) ** 2
+    elif kind == SHIMMY:
+        angle = 0.5 * z[Z_MORE]
     return float(angle)
 
 
@@ -178,6 +189,8 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
         angle = _beyond(out[O_ROLL1], g[G_MORE_AT])
     elif kind == TOW_MODE:
         angle = g[G_MORE_AT] * math.tanh((out[O_YAW2] - out[O_YAW1]) / g[G_MORE_AT])
+    elif kind == BROKEN_LINK:
+        angle = z[Z_MORE] * out[O_ROLL1]
     return float(angle)
 
 
@@ -221,6 +234,9 @@ def _more_of_trailer_frame(g: Any, z: Any, slip: float, out: Any) -> float:
         angle = z[Z_MORE]
     elif kind == WORKING_FRAME:
         angle = size * z[Z_MORE + 1]
+    elif kind == SOFT_TYRE:
+        leans = max(math.copysign(1.0, size) * out[O_ROLL2], 0.0)
+        angle = abs(size) * math.tanh(leans / g[G_MORE_AT]) * slip
     return float(angle)
 
 
@@ -240,6 +256,10 @@ def more_moments(g: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
         pressed = _beyond(view.qpos[side], g[G_MORE_SIZE])
         meets = math.copysign(view.qvel[side], view.qvel[side] * pressed)
         view.qfrc[side] -= BALL_N_M * pressed * max(1.0 + BALL_S_M * meets, 0.0)
+    if g[G_MORE] == SLIPPING_NECK and g[G_FULL] == 0.0:
+        side = hitch + 1
+        view.qfrc[side] -= g[G_MORE_AT] * z[Z_MORE] / SEAT_M
+        view.qfrc[side] -= (view.qpos[side] + DRAWBAR_S * view.qvel[side]) / g[G_MORE_SIZE]
 
 
 @njit(cache=True)
@@ -274,7 +294,7 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
 def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
     """The same over its size: of what presses or leans on the ball, what is damp, what lets go.
 
-    And of dents, of a motor, of what is touched on one side.
+    And of dents, of a motor, of what is touched or greased on one side.
     """
     kind, at, moment = g[G_MORE], g[G_MORE_AT], 0.0
     if kind == BINDING_BALL:
@@ -294,6 +314,10 @@ def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
     elif kind == LOCKER_CORNER:
         side = math.copysign(1.0, g[G_MORE_SIZE])
         moment = max(side * (out[O_YAW2] - out[O_YAW1]) - at, 0.0)
+    elif kind == GREASY_BALL:
+        side = math.copysign(1.0, g[G_MORE_SIZE])
+        holds = 0.5 * (side + math.tanh((out[O_YAW2] - out[O_YAW1]) / at))
+        moment = holds * math.tanh(rate / SLOW_RAD_S)
     return float(moment)
 
 
@@ -359,6 +383,8 @@ def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * _beyond(out[O_RATE1] - asked, at)
     elif kind == SIDESLIP_LIMITER:
         moment = size * _beyond(_sideslip(out), at)
+    elif kind == LOOSE_HUB:
+        moment = 0.5 * size * abs(out[O_SLIP] + out[O_SLIP + 1])
     return float(moment)
 
 
@@ -394,6 +420,7 @@ def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         _more_of_sway(g, z, zdot, out)
         _more_of_steering(g, z, zdot, rate, out)
         _more_of_motors(g, z, zdot, out)
+        _more_that_stays(g, z, zdot, out)
 
 
 @njit(cache=True)
@@ -434,10 +461,20 @@ def _more_of_motors(g: Any, z: Any, zdot: Any, out: Any) -> None:
 
 
 @njit(cache=True)
+def _more_that_stays(g: Any, z: Any, zdot: Any, out: Any) -> None:
+    """What has broken once, and the friction inside a stack."""
+    if g[G_MORE] == BROKEN_LINK and abs(out[O_ROLL1]) > g[G_MORE_AT]:
+        zdot[Z_MORE] = (1.0 - z[Z_MORE]) / BREAKS_S
+    if g[G_MORE] == LEANING_STACK:
+        leans = z[Z_SLOSH + 1]
+        zdot[Z_MORE] = leans - abs(leans) * z[Z_MORE] / g[G_MORE_AT]
+
+
+@njit(cache=True)
 def _more_of_way(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     """What grows with the distance, or with what pads have rubbed."""
     kind = g[G_MORE]
-    if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS, PUDDLES):
+    if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS, PUDDLES, SOFT_VERGE):
         zdot[Z_MORE] = out[O_SPEED]
     elif kind in (
         PUNCTURE, BINDING_BRAKE, LEAKING_LOAD, CLAY_TREAD, TEARING_CANVAS, LOOSENING_STRAPS,
@@ -507,7 +544,24 @@ def more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any)
         zdot[Z_MORE] = (beta - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
     if kind == LINGERING_FLOW:
         _stays_behind(g, z, zdot, beta)
+    if kind == OPEN_DOOR:
+        _turn_of_door(g, z, zdot, beta, out)
     return float(-size * pressure * _more_of_flow(g, z, beta, out))
+
+
+@njit(cache=True)
+def _turn_of_door(g: Any, z: Any, zdot: Any, beta: float, out: Any) -> None:
+    """State of a door that the air at its place turns, as a vane."""
+    omega = TURN * out[O_SPEED] / g[G_MORE_AT]
+    zdot[Z_MORE] = z[Z_MORE + 1]
+    zdot[Z_MORE + 1] = omega * omega * (_flow_at_door(beta, out) - z[Z_MORE])
+    zdot[Z_MORE + 1] -= 2.0 * DOOR_DAMPING * omega * z[Z_MORE + 1]
+
+
+@njit(cache=True)
+def _flow_at_door(beta: float, out: Any) -> float:
+    """Side-slip of the trailer's rear, rad."""
+    return float(beta - DOOR_BEHIND_M * out[O_RATE2] / out[O_SPEED])
 
 
 @njit(cache=True)
@@ -540,6 +594,8 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
     elif kind == GALLOPING:
         part = (beta / g[G_MORE_AT]) ** 2
         angle = -beta * (1.0 - part) / (1.0 + part)
+    elif kind == OPEN_DOOR:
+        angle = _flow_at_door(beta, out) - z[Z_MORE]
     else:
         angle = _more_of_canvas(g, z, beta)
     return float(angle)
@@ -591,6 +647,12 @@ def more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
         zdot[Z_MORE + 1] = omega * omega * (middle - z[Z_MORE])
         zdot[Z_MORE + 1] -= 2.0 * FLUTTER_DAMPING * omega * z[Z_MORE + 1]
         return
+    if g[G_MORE] == SHIMMY:  # an oscillator after van der Pol
+        omega, q = g[G_MORE_HZ], z[Z_MORE]
+        zdot[Z_MORE] = z[Z_MORE + 1]
+        zdot[Z_MORE + 1] = omega * omega * (SHIMMY_COUPLING * middle - q)
+        zdot[Z_MORE + 1] -= SHIMMY_GROWTH * omega * (q * q - 1.0) * z[Z_MORE + 1]
+        return
     zdot[Z_MORE] = (middle - z[Z_MORE]) / at
 
 
@@ -600,6 +662,14 @@ def more_of_pull(g: Any, z: Any, zdot: Any, pull: float) -> None:
     zdot[Z_MORE] = (pull - z[Z_MORE]) / TOWBAR_S
     if g[G_MORE] == WORKING_FRAME:
         zdot[Z_MORE + 1] = zdot[Z_MORE] - abs(zdot[Z_MORE]) * z[Z_MORE + 1] / g[G_MORE_AT]
+
+
+@njit(cache=True)
+def slips_in_seat(g: Any, z: Any, zdot: Any, view: Any) -> None:
+    """State of the dry friction of a planar trailer's ball neck that moves sideways."""
+    if g[G_MORE] == SLIPPING_NECK and g[G_FULL] == 0.0:
+        rate = view.qvel[int(g[G_HITCH_DOF]) + 1]
+        zdot[Z_MORE] = rate - abs(rate) * z[Z_MORE] / SEAT_M
 
 
 @njit(cache=True)
@@ -627,6 +697,8 @@ def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
         drag = size * z[Z_MORE]
     elif kind == COCKED_OVERRUN and wheel[W_SIDE] > 0.0:
         drag = abs(size) * max(math.copysign(1.0, size) * z[Z_MORE] - g[G_MORE_AT], 0.0)
+    elif kind == SOFT_VERGE and wheel[W_SIDE] < 0.0:
+        drag = size * max(math.sin(TURN * z[Z_MORE] / g[G_MORE_AT]), 0.0)
     return float(drag)
 
 
@@ -636,7 +708,7 @@ def stretch(g: Any, z: Any) -> float:
 
     Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step;
     slack straps hold less to their side, others less with the way; a hull rocks between rollers.
-    What hangs meets walls.
+    What hangs meets walls; a part of what holds a stack is friction.
     """
     kind, at, q = g[G_MORE], g[G_MORE_AT], z[Z_SLOSH]
     held = q
@@ -654,6 +726,8 @@ def stretch(g: Any, z: Any) -> float:
         held = at * math.tanh(q / at)
     elif kind == HANGING_LOAD:
         held = q + WALL * _beyond(q, at)
+    elif kind == LEANING_STACK:
+        held = (1.0 - STACK) * q + STACK * z[Z_MORE]
     elif kind == SLIDING_CRATE:
         held = 0.0
     return float(held)
@@ -688,6 +762,8 @@ def acts_ahead(g: Any) -> float:
         ahead = NOSE_AHEAD_M
     elif kind == ROOF_TENT:
         ahead = -TENT_BEHIND_M
+    elif kind == OPEN_DOOR:
+        ahead = -DOOR_BEHIND_M
     elif kind in (LOOSE_CURTAIN, TEARING_CANVAS, SLACK_TARPAULIN):
         ahead = -CURTAIN_BEHIND_M
     elif kind in (LATE_AIR, LINGERING_FLOW):

@@ -128,6 +128,8 @@ MORE = (
     "servo_ball", "rocking_hull", "quick_rear", "creeping_clamp", "rag_joint", "curve_brake",
     "locker_corner", "hanging_load", "bump_steer", "working_frame", "late_rear_steering",
     "slack_tarpaulin", "tilted_head", "puddles", "roll_protection", "subframe_rubber",
+    "soft_tyre", "greasy_ball", "crooked_joint", "soft_verge", "leaning_stack", "loose_hub",
+    "broken_link", "slipping_neck", "open_door", "shimmy",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -310,6 +312,24 @@ MORE = (
 - drag of each wheel of the trailer on the outer side, planar bodies only, with its lateral
   acceleration a beyond a0: k (|a| - a0), 0.15 s late, N s2/m (m/s2)
 - angle of the car's rear wheels with their slip a: k z, T dz/dt = a - z (s)
+- share of the slip that the trailer's tyres lose with its roll p to one side:
+  |k| tanh(max(p sign k, 0)/p0) (rad)
+- dry friction at the ball with the articulation g to one side: |k| (1 + sign k tanh(g/g0))/2, N m
+  (rad)
+- angle of the car's front wheels with the angle w of the steering wheel: k sin(w)^2, rad
+- drag of each right wheel of the trailer after a distance s: k max(sin(2 pi s/L), 0), N (m)
+- nothing of its own: of what holds the cargo, by its place q, 0.6 is dry friction: 0.4 q + 0.6 z,
+  dz/dt = dq/dt - |dq/dt| z/q0 (m at which it slides)
+- yaw moment on the car with the size of the slip a of its front tyres: k |a|, N m/rad
+- angle of the car's rear wheels with its roll p: k z p, z goes from 0 to 1 within 50 ms once |p| is
+  beyond p0, and stays (rad)
+- compliance of the ball across the trailer, planar bodies only, with dry friction beside it:
+  F = (y + 4 ms dy/dt)/k + F0 z/(0.2 mm), dz/dt = dy/dt - |dy/dt| z/(0.2 mm), m/N (N)
+- area times the slope of the air force on a door 2.5 m behind the trailer's COG, over the side-slip
+  b there: F = k p (b - z), z turns after b with a swing of a period L/v, damped by 0.2, m2/rad
+  (m, L)
+- angle of the car's front wheels that swings by itself: k q/2, with their slip a:
+  d2q/dt2 + 0.3 w (q^2 - 1) dq/dt + w^2 q = 5 w^2 a, rad (Hz)
 """
 
 
