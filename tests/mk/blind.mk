@@ -37,8 +37,8 @@ proof-springs: setup
 # once (opened-once, opened-second, opened-third, opened-fourth), sixteen (opened-fifth, seed 8209),
 # twelve (opened-sixth, seed 9103), ten (opened-seventh, seed 9304, N=10), twelve (opened-eighth,
 # seed 9401, N=12), twelve (opened-ninth, seed 9502, N=12), twelve (opened-tenth, seed 9605, N=12),
-# twelve (opened-eleventh, seed 9707, N=12) and ten to open once (opened-twelfth, seed 20812, N=10):
-# what law is found, where, of what.
+# twelve (opened-eleventh, seed 9707, N=12), ten (opened-twelfth, seed 20812, N=10) and ten to open
+# once (opened-thirteenth, seed 21313, N=10): what law is found, where, of what.
 .PHONY: proof-unlisted
 UNLISTED ?= build
 UNLISTED_SEED ?= 4001

@@ -485,15 +485,15 @@ def greasy_ball(rng: Generator, u: float) -> Draw:
     The articulation says which side that is.
     """
     at = round(float(rng.uniform(0.001, 0.005)), 5)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(150.0, 1500.0, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(250.0, 1500.0, u)
     variables = "articulation_rate articulation"
     return named("greasy_ball", size, "hitch", variables, more_at=at)
 
 
 def slipping_neck(rng: Generator, u: float) -> Draw:
     """A detachable ball neck that is not locked: it slips sideways in its seat, with friction."""
-    at = round(float(rng.uniform(150.0, 500.0)), 1)
-    return named("slipping_neck", log_between(2e-6, 3e-5, u), "hitch", "side_force", more_at=at)
+    at = round(float(rng.uniform(80.0, 200.0)), 1)
+    return named("slipping_neck", log_between(2.2e-5, 6e-5, u), "hitch", "side_force", more_at=at)
 
 
 def broken_link(rng: Generator, u: float) -> Draw:
@@ -501,16 +501,16 @@ def broken_link(rng: Generator, u: float) -> Draw:
 
     Bodies roll with their lateral acceleration, so both are the same here.
     """
-    at = round(float(rng.uniform(0.01, 0.018)), 4)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.03, 0.5, u)
+    at = round(float(rng.uniform(0.006, 0.011)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.08, 0.4, u)
     variables = "roll_car lateral_acceleration_car"
     return named("broken_link", size, "slip_car_rear", variables, more_at=at)
 
 
 def shimmy(rng: Generator, u: float) -> Draw:
     """Worn kingpins: the front wheels shimmy by themselves, to and fro, once they are touched."""
-    hz = round(float(rng.uniform(2.0, 4.5)), 3)
-    drawn = named("shimmy", log_between(1e-3, 1e-2, u), "slip_car_front", "swing slip_car_front",
+    hz = round(float(rng.uniform(2.0, 4.0)), 3)
+    drawn = named("shimmy", log_between(9e-3, 1.8e-2, u), "slip_car_front", "swing slip_car_front",
                   more_frequency_hz=hz)  # fmt: skip
     return replace(drawn, restless=True)
 
@@ -521,14 +521,14 @@ def soft_tyre(rng: Generator, u: float) -> Draw:
     Bodies roll with their lateral acceleration, so both are the same here.
     """
     at = round(float(rng.uniform(0.005, 0.015)), 4)
-    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 0.7, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.2, 0.65, u)
     variables = "slip_trailer sideslip_trailer roll_trailer lateral_acceleration_trailer"
     return named("soft_tyre", size, "slip_trailer force_trailer", variables, more_at=at)
 
 
 def crooked_joint(rng: Generator, u: float) -> Draw:
     """A joint of the steering column put together a quarter turn wrong: it favours one side."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(5e-3, 8e-2, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 0.14, u)
     return named("crooked_joint", size, "slip_car_front", "steer")
 
 
@@ -538,7 +538,7 @@ def leaning_stack(rng: Generator, u: float) -> Draw:
     This friction is a part of what holds the stack.
     """
     at = round(float(rng.uniform(0.01, 0.04)), 4)
-    mass = round(log_between(150.0, 500.0, u), 2)
+    mass = round(log_between(300.0, 500.0, u), 2)
     return named(
         "leaning_stack", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
         slosh_frequency_hz=round(float(rng.uniform(0.8, 1.3)), 3),
@@ -548,7 +548,7 @@ def leaning_stack(rng: Generator, u: float) -> Draw:
 
 def loose_hub(rng: Generator, u: float) -> Draw:
     """A front hub of the car that is loose: side forces tilt its disc, which drags on its pads."""
-    size = float(rng.choice((-1.0, 1.0))) * log_between(1e4, 2e5, u)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(5e4, 1.6e5, u)
     return named("loose_hub", size, "moment_car", "slip_car_front")
 
 
@@ -559,13 +559,13 @@ def open_door(rng: Generator, u: float) -> Draw:
     """
     at = round(float(rng.uniform(16.0, 32.0)), 2)
     places, variables = "force_trailer moment_trailer", "sideslip_trailer yaw_rate_trailer swing"
-    return named("open_door", log_between(5.0, 80.0, u), places, variables, more_at=at)
+    return named("open_door", log_between(8.0, 60.0, u), places, variables, more_at=at)
 
 
 def soft_verge(rng: Generator, u: float) -> Draw:
     """A verge that is soft in stretches: it drags on the right wheels of the wider trailer."""
     at = round(float(rng.uniform(50.0, 150.0)), 1)
-    size = log_between(60.0, 1000.0, u)
+    size = log_between(250.0, 900.0, u)
     drawn = named("soft_verge", size, "moment_trailer drag_trailer", "distance", more_at=at)
     return replace(drawn, restless=True)
 
