@@ -183,6 +183,29 @@ def test_what_comes_and_goes_along_the_road_is_found_with_a_phase_for_each_run()
         named("ruts", law.spec, {})
 
 
+def test_what_pulls_one_way_along_the_road_is_no_sine() -> None:
+    """A verge drags in stretches, and never pushes."""
+    law = Law("moment_trailer", "distance", "positive side", response="periodic")
+    runs = tuple(map(stretch, searched(()).problem.runs))
+    effect = effect_of(law, runs=runs)
+    acts = ActiveEffect(effect, (-1500.0, 17.3, *np.linspace(0.4, 2.0, len(runs))))
+    search = searched((acts,))
+    found = Laws([search]).discover([], silent)
+    assert found is not None
+    assert found.law == law
+    values = found.term.as_dict()
+    assert values["repetitions_per_km"] == pytest.approx(17.3, abs=0.05)
+    assert values["gain"] == pytest.approx(-1500.0, rel=0.05)
+    rows = {name: {"value": v, "low": v - 0.1, "high": v + 0.1} for name, v in values.items()}
+    assert "one way only, with nothing between, 17.3" in sentence(law, rows)
+    assert "max(sin(" in effect.equation
+    run, slots = search.problem.runs[0], plant()
+    slots.speed = run.speed
+    effect.act(slots, run, acts.as_dict(), ())
+    assert np.max(slots.series["moment_trailer"]) <= 0.0
+    assert np.mean(slots.series["moment_trailer"] == 0.0) > 0.3
+
+
 SPRING, LOAD = Law("hitch", "articulation"), Law("trailer", "swing")
 
 

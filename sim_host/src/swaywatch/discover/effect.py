@@ -43,6 +43,7 @@ from swaywatch.discover.law import (
     UNEVEN,
     Law,
     law_of,
+    one_way,
 )
 from swaywatch.discover.way import DISTANCE, SLOTS, comes_and_goes, left, phases
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
@@ -261,7 +262,7 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         parameters = _numbers(law)
         if law.response == PERIODIC:
             grip = law.motion != DISTANCE
-            act = comes_and_goes(law.place, runs, grip=grip)
+            act = comes_and_goes(law.place, runs, grip=grip, half=one_way(law))
             parameters = (*parameters, *phases(runs))
         if law.motion in ROLLS and not sprung:
             parameters = (*parameters, *OWN_ROLL[law.motion])

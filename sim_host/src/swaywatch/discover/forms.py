@@ -34,6 +34,7 @@ from swaywatch.discover.law import (
     UNEVEN,
     WAITING,
     Law,
+    one_way,
 )
 from swaywatch.discover.way import DISTANCE, left
 from swaywatch.effects.effect import Values
@@ -205,6 +206,7 @@ def formula(law: Law) -> str:
     }[law.power]
     when = (_AT_HITCH if rubs_at_hitch(law) else _WHEN)[law.response]
     if law.motion == DISTANCE:
+        when = _ONE_WAY if one_way(law) else when
         return f"{left} = gain{speed}{when}"
     if law.motion in (*LAW_FELT, "steer_rate"):
         when = f"{_WHEN[LAGGED]}{when}"
@@ -221,6 +223,7 @@ _WHEN = {
     OSCILLATING: ", as an oscillator of its own follows it",
     PERIODIC: " x sin(2 pi repetitions x way + phase)",
 }
+_ONE_WAY = " x max(sin(2 pi repetitions x way + phase), 0)"
 _AT_HITCH = {
     GROWING: " x (1 - 1 / (1 + angle worked / over))",
     FADING: " / (1 + angle worked / over)",

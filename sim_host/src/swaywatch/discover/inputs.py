@@ -35,6 +35,7 @@ from swaywatch.discover.law import (
     THERE,
     TRANSIENT,
     Law,
+    one_way,
 )
 from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, course, driven, stretch
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
@@ -232,7 +233,7 @@ def valued(found: Discovery, z: Array, run: Run, times: Array | None = None) -> 
     values = found.term.as_dict()
     if law.response == PERIODIC:
         names = [stretch(each) for each in found.search.problem.runs]
-        share = values["gain"] * course(run, values, names)
+        share = values["gain"] * course(run, values, names, half=one_way(law))
         return np.asarray(share if law.motion == DISTANCE else share * z)
     if law.motion == DISTANCE:
         return np.asarray(values["gain"] * share_by_the_way(law, run, values))

@@ -206,6 +206,11 @@ class Law:
         return self.motion == "swing" and self.shape == SLIDING
 
 
+def one_way(law: Law) -> bool:
+    """Whether it comes and goes along the road in one direction only."""
+    return law.response == PERIODIC and law.shape == SIDES[0]
+
+
 def law_of(spec: str) -> Law:
     """The law of a string written by `Law.spec`."""
     try:

@@ -43,6 +43,7 @@ from swaywatch.discover.law import (
     WAITING,
     Law,
     Place,
+    one_way,
 )
 from swaywatch.discover.way import DISTANCE
 
@@ -304,7 +305,9 @@ def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         return f", {'two thirds of it' if growing else 'a third of it left'} after the first {over}"
     if law.response == PERIODIC:
         often = parameters["repetitions_per_km"]
-        return f", {_range(often)} times for each kilometre, every {1000.0 / often['value']:.1f} m"
+        only = ", one way only, with nothing between" if one_way(law) else ""
+        every = f"every {1000.0 / often['value']:.1f} m"
+        return f"{only}, {_range(often)} times for each kilometre, {every}"
     if law.response == OSCILLATING:
         hz, ratio = parameters["frequency_hz"], max(parameters["damping_ratio"]["value"], 0.0)
         of = f"{_range(hz)} Hz with a damping ratio of {100.0 * ratio:.0f} %"

@@ -58,6 +58,7 @@ from swaywatch.discover.law import (
     RESPONSES,
     ROLLS,
     SHAPES,
+    SIDES,
     SLIDING,
     UNEVEN,
     Law,
@@ -216,10 +217,10 @@ class LawSearch:
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         if not self._plain:
             fits = [*fits, *self._in_other_shapes(course, fits)]
-            fits = [*fits, *self._swinging(parent)]  # cheaper than what follows
+            fits = [*fits, *self._swinging(parent)]  # cheaper than what follows, as is the road
+            fits = [*fits, *self._along_the_road(fits, parent)]
             fits = [*fits, *self._in_curves(fits, parent)]
             fits = [*fits, *self._of_two(fits, parent)]
-            fits = [*fits, *self._along_the_road(fits, parent)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
         least -= 2.0 * (CLAIMED + math.log(len(grammar()))) * self.search.noise
         return [Candidate(f, parent) for f in fits if f.chi2 < least]
@@ -472,7 +473,10 @@ class LawSearch:
                 for _, term in sorted(some, key=lambda wave: -wave[0])[:PAIRED_ON]
             ]
             found += close.side_by_side(lambda f: close.run(f, 10), starts)
-        return best_of_each_law(found)
+        best = best_of_each_law(found)
+        names = tuple(map(stretch, close.problem.runs))
+        halves = [half for fit in best[:PAIRED_ON] for half in _halves(fit, names)]
+        return [*best, *best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))]
 
     def _waves(
         self, near: Linear, rate: float, laws: Sequence[Law]
@@ -621,6 +625,25 @@ class LawSearch:
 def _held(fitter: Fitter, fits: Sequence[Fit]) -> list[Fit]:
     """Fits under a strict observer, gone on with."""
     return fitter.side_by_side(lambda f: fitter.run(f, HELD), fits)
+
+
+def _halves(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
+    """A force that comes and goes, begun in one direction only: in either, with the same sine."""
+    term = fit.terms[-1]
+    law = law_in(term)
+    if law.motion != DISTANCE:
+        return []
+    effect = effect_of(replace(law, shape=SIDES[0]), runs=runs)
+    size, often, *phases = term.values
+    most = effect.parameters[0].high
+    found = []
+    for sign in (1.0, -1.0):  # half a sine contains half of its size as a sine
+        turned = [p if sign > 0.0 else p - math.copysign(math.pi, p) for p in phases]
+        gain = min(max(2.0 * sign * size, -most), most)
+        found.append(
+            replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, (gain, often, *turned))))
+        )
+    return found
 
 
 def laws_refuse(budget: Budget, what: str) -> bool:

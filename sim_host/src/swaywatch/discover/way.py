@@ -86,23 +86,34 @@ def phases(names: Sequence[str]) -> tuple[Parameter, ...]:
     return (often, *(Parameter(p, "rad", 0.0, -20.0, 20.0, (0.0,), 0.2, 1e9) for p in each))
 
 
-def course(run: Run, values: Values, names: Sequence[str], behind_m: float = 0.0) -> Array:
-    """A sine along the road, as what is so far behind the car meets it; 0 in an unknown run."""
+def course(
+    run: Run, values: Values, names: Sequence[str], behind_m: float = 0.0, *, half: bool = False
+) -> Array:
+    """A sine along the road, or its positive half alone, as what is so far behind the car meets it.
+
+    0 in an unknown run.
+    """
     if stretch(run) not in names:
         return np.zeros(run.time.size)
     phase = values[f"phase_{names.index(stretch(run)) + 1}_rad"]
     turns = values["repetitions_per_km"] * (driven(run) - behind_m) / 1000.0
-    return np.asarray(np.sin(2.0 * np.pi * turns + phase))
+    sine = np.sin(2.0 * np.pi * turns + phase)
+    return np.asarray(np.maximum(sine, 0.0) if half else sine)
 
 
-def comes_and_goes(place: str, names: Sequence[str], *, grip: bool = False) -> Act:
-    """What a place of the road does each time: it adds a force, or to the stiffness of tyres."""
+def comes_and_goes(
+    place: str, names: Sequence[str], *, grip: bool = False, half: bool = False
+) -> Act:
+    """What a place of the road does each time: it adds a force, or to the stiffness of tyres.
+
+    `half`: only in one direction, as what lies beside a part of the road does.
+    """
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         for slot, sign in SLOTS[place]:
             behind = _behind(plant, slot) if place == AXLES else 0.0
-            sine = course(run, values, names, behind)
+            sine = course(run, values, names, behind, half=half)
             name = slot.replace("slip_", "stiffness_") if grip else slot
             plant.add_series(name, sign * values["gain"] * sine)
 
