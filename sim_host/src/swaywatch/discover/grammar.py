@@ -131,7 +131,8 @@ OTHERS = (
         for slip in SLIPS
         for response in (LAGGED, GROWING, FADING, OSCILLATING)
     ),
-    # tyres whose aligning moment has a limit; something that scrubs or drags over the road
+    # tyres whose aligning moment has a limit, a disc that drags on its pads; what scrubs over the
+    # road
     *(
         Law(place, slip, nonlinear)
         for place, slip in (
@@ -139,7 +140,7 @@ OTHERS = (
             ("moment_car", "slip_car_rear"),
             ("moment_trailer", "slip_trailer"),
         )
-        for nonlinear in ("saturating", "dead zone", "cube", *SIDES)
+        for nonlinear in ("saturating", "dead zone", "cube", "even square", *SIDES, UNEVEN)
     ),
     *(
         Law(place, THERE, nonlinear)
