@@ -35,7 +35,7 @@ from swaywatch.discover.law import MOTIONS, ROLLS, SHAPES, Law, law_of
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
 from swaywatch.discover.trial import SWINGING, LawSearch
-from swaywatch.discover.way import driven, stretch
+from swaywatch.discover.way import HALF_TRACK_M, driven, stretch
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
 from swaywatch.effects.runs import Run
@@ -313,6 +313,38 @@ def test_an_oscillator_that_creeps_is_a_lag_and_a_pressed_library_law_is_no_plai
     assert plainer(creeps) == replace(creeps, response="lagged")
     assert plainer(Law("moment_car", "steer", by="hitch_force")) == Law("moment_car", "steer")
     assert plainer(Law("hitch", "articulation_rate", "saturating", by="hitch_force")) is None
+
+
+def test_wheels_that_drag_on_one_side_hold_the_trailer_back() -> None:
+    """The same moment, and a pull at the ball, which is not across the car in a bend."""
+    moment = Law("moment_trailer", "yaw_rate_trailer", "dead zone")
+    drags = replace(moment, place="drag_trailer")
+    assert drags in refined(moment)
+    assert drags not in all_laws()
+    assert replace(moment, place="drag_trailer", shape="saturating") in refined(drags)
+    run = Run("r", np.zeros(1), {}, {}, 15.0)
+    found = []
+    for law in (moment, drags):
+        slots = plant()
+        effect_of(law).act(slots, run, {"gain": -3e4, "bend": 0.01}, ())
+        found.append(simulate(slots))
+    assert difference(simulate(plant()), found[0]) > 0.03
+    assert difference(*found) > 1e-3
+    along = OUTPUT.index("hitch_x")
+    pull = found[1][:, along] - found[0][:, along]
+    yaw = found[1][:, OUTPUT.index("trailer_yaw_rate")]
+    said = 3e4 * np.maximum(np.abs(yaw) - 0.01, 0.0) / HALF_TRACK_M
+    assert np.max(said) > 500.0
+    assert np.max(np.abs(np.abs(pull) - said)) < 0.1 * np.max(said)
+    assert "side" in sentence(drags, _rows(drags))
+    assert "forward motion" in energy(drags, -3e4)
+    assert "brakes" in suggestion(drags, -3e4)
+
+
+def _rows(law: Law) -> dict[str, dict[str, float]]:
+    """Values as a report has them."""
+    starts = {p.name: p.starts[0] for p in effect_of(law).parameters}
+    return {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in starts.items()}
 
 
 def test_the_size_of_another_motion_multiplies_a_law() -> None:
@@ -625,6 +657,11 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
         (
             Physics(more="hedge_wind", more_size=900.0, more_at=60.0),
             Law("force_trailer", "distance", response="periodic"), (900.0, 1000.0 / 60.0, 0.0),
+        ),
+        (
+            Physics(more="soft_verge", more_size=800.0, more_at=76.0),
+            Law("drag_trailer", "distance", "positive side", response="periodic"),
+            (-800.0 * reference_combination().trailer.front.track_m, 1000.0 / 76.0, 0.0),
         ),
         (
             # the two axles of the bogie are one law here

@@ -183,9 +183,10 @@ def test_what_comes_and_goes_along_the_road_is_found_with_a_phase_for_each_run()
         named("ruts", law.spec, {})
 
 
-def test_what_pulls_one_way_along_the_road_is_no_sine() -> None:
-    """A verge drags in stretches, and never pushes."""
-    law = Law("moment_trailer", "distance", "positive side", response="periodic")
+@pytest.mark.parametrize("place", ["moment_trailer", "drag_trailer"])
+def test_what_pulls_one_way_along_the_road_is_no_sine(place: str) -> None:
+    """A verge drags in stretches, and never pushes; air does not hold the trailer back."""
+    law = Law(place, "distance", "positive side", response="periodic")
     runs = tuple(map(stretch, searched(()).problem.runs))
     effect = effect_of(law, runs=runs)
     acts = ActiveEffect(effect, (-1500.0, 17.3, *np.linspace(0.4, 2.0, len(runs))))

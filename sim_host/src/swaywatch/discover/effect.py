@@ -18,6 +18,7 @@ from swaywatch.discover.law import (
     ANYWHERE,
     BY_THE_WAY,
     CURVE,
+    DRAG,
     FADING,
     FALLING,
     GROWING,
@@ -27,6 +28,7 @@ from swaywatch.discover.law import (
     LIMITED_RATE,
     LINE_AND_CUBE,
     LOST_MOTION,
+    MOMENT,
     MOTIONS,
     NOTCHED,
     OSCILLATING,
@@ -45,7 +47,7 @@ from swaywatch.discover.law import (
     law_of,
     one_way,
 )
-from swaywatch.discover.way import DISTANCE, SLOTS, comes_and_goes, left, phases
+from swaywatch.discover.way import DISTANCE, SLOTS, comes_and_goes, left, phases, set_drag
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
@@ -86,6 +88,7 @@ def _comes(law: Law) -> Act:
         del windows
         course = values["gain"] * share_by_the_way(law, run, values)
         course *= (run.speed / SPEED_M_S) ** law.power
+        set_drag(plant, law.place)
         for slot, sign in SLOTS[law.place]:
             plant.add_series(slot, sign * course)
 
@@ -111,7 +114,7 @@ def made_of(law: Law, run: Run, values: Values) -> dict[str, float]:
 def acts_at(place: str, values: Values) -> dict[str, float]:
     """Places in the plant at which a law acts, with their weights (of moments: levers, m)."""
     if place not in ANYWHERE:
-        return {place: 1.0}
+        return {MOMENT if place == DRAG else place: 1.0}
     body = ANYWHERE[place]
     return {f"force_{body}": 1.0, f"moment_{body}": values["ahead_m"]}
 
@@ -147,6 +150,7 @@ def _moves(law: Law) -> Act:
             plant.scalar(f"law_of_{law.second}", values["second_share"])
         if law.by:
             plant.scalar("law_by", 1.0 + (*LAW_OF, *LAW_FELT).index(law.by))
+        set_drag(plant, law.place)
         for place, share in acts_at(law.place, values).items():
             plant.scalar(f"law_to_{place}", share)
         if "roll_frequency_rad_s" in values:

@@ -17,6 +17,7 @@ from swaywatch.discover.law import (
     BY_THE_WAY,
     CURVE,
     DEFLECTIONS,
+    DRAG,
     FADING,
     GROWING,
     HEADINGS,
@@ -24,6 +25,7 @@ from swaywatch.discover.law import (
     INSTANT,
     KEEPING,
     LAGGED,
+    MOMENT,
     MOTIONS,
     NOTCHED,
     ONLY_REFINED,
@@ -224,10 +226,12 @@ def refined(law: Law) -> list[Law]:
         alike = (other.shape, other.power) == (law.shape, law.power)
         return alike or other.response in (law.response, INSTANT)
 
-    alone = replace(law, second="", by="")
-    pool = [other for other in _forms(law.place, law.motion) if other != alone and near(other)]
+    home = MOMENT if law.place == DRAG else law.place
+    alone = replace(law, place=home, second="", by="")
+    pool = [other for other in _forms(home, law.motion) if other != alone and near(other)]
     pool += repeating(alone)
-    return [replace(other, second=law.second, by=law.by) for other in pool]
+    found = [replace(other, place=law.place, second=law.second, by=law.by) for other in pool]
+    return [*found, replace(law, place=DRAG)] if law.place == MOMENT else found
 
 
 def repeating(law: Law) -> list[Law]:
@@ -363,5 +367,5 @@ def all_laws() -> tuple[Law, ...]:
     nonlinear = [law for one in straight for law in refined(one)]
     straight = [law for law in straight if (law.place, law.motion) not in LINE_KNOWN]
     listed = (*straight, *nonlinear, *OTHERS, *STRUTS)
-    begun = (law for law in listed if law.shape not in ONLY_REFINED)
+    begun = (law for law in listed if law.shape not in ONLY_REFINED and law.place != DRAG)
     return tuple(dict.fromkeys(begun))

@@ -25,8 +25,10 @@ from swaywatch.discover.forms import amount, curve, share_by_the_way
 from swaywatch.discover.law import (
     ANYWHERE,
     BODIES,
+    DRAG,
     HEADINGS,
     LAGGED,
+    MOMENT,
     MOTIONS,
     OSCILLATING,
     PERIODIC,
@@ -80,7 +82,7 @@ def place_of(law: Law) -> str:
     """The place at which an unknown input shows a law best."""
     if law.place in BODIES:
         return f"{'moment' if law.motion == 'turn' else 'force'}_{law.place}"
-    return "moment_car" if law.place == "tyres" else law.place
+    return {"tyres": "moment_car", DRAG: MOMENT}.get(law.place, law.place)
 
 
 def missing_inputs(found: Discovery) -> dict[str, Any]:

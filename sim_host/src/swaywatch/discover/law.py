@@ -100,6 +100,8 @@ class Dependence:
 THERE = "sideslip_there"
 #: Places with a lever of their own, and the bodies that they are on.
 ANYWHERE = {"at_car": "car", "at_trailer": "trailer"}
+#: Wheels of one side of the trailer: a yaw moment by their drag, which the ball has to pull.
+DRAG, MOMENT = "drag_trailer", "moment_trailer"
 PLACES = {
     p.slot: p
     for p in (
@@ -109,7 +111,8 @@ PLACES = {
         Place("at_car", "side force at a place of the car", "N", 200.0),
         Place("at_trailer", "side force at a place of the trailer", "N", 200.0),
         Place("moment_car", "yaw moment on the car", "Nm", 300.0),
-        Place("moment_trailer", "yaw moment on the trailer", "Nm", 300.0),
+        Place(MOMENT, "yaw moment on the trailer", "Nm", 300.0),
+        Place(DRAG, "yaw moment on the trailer by the drag of wheels on one side", "Nm", 300.0),
         Place("slip_car_front", "steering angle of the front axle", "rad", 0.002),
         Place("slip_car_rear", "steering angle of the car's rear axle", "rad", 0.002),
         Place("slip_trailer", "steering angle of the trailer's axles", "rad", 0.002),
@@ -229,4 +232,4 @@ def law_of(spec: str) -> Law:
     return found
 
 
-assert set(PLACES) == {*LAW_TO, AXLES, *ANYWHERE}
+assert set(PLACES) == {*LAW_TO, AXLES, DRAG, *ANYWHERE}

@@ -20,6 +20,7 @@ PLACES = {
     "at_trailer": "side force at a place of the trailer",
     "moment_car": "yaw moment on the car",
     "moment_trailer": "yaw moment on the trailer",
+    "drag_trailer": "yaw moment on the trailer",
     "slip_car_front": "steering angle of the front axle",
     "slip_car_rear": "steering angle of the car's rear axle",
     "slip_trailer": "steering angle of the trailer's axles",

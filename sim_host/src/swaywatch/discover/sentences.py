@@ -15,6 +15,7 @@ from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
     BY_THE_WAY,
     CURVE,
+    DRAG,
     FADING,
     FALLING,
     FIFTHS,
@@ -25,6 +26,7 @@ from swaywatch.discover.law import (
     LIMITED_RATE,
     LINE_AND_CUBE,
     LOST_MOTION,
+    MOMENT,
     MOTIONS,
     NOTCHED,
     OSCILLATING,
@@ -99,7 +101,8 @@ def suggestion(law: Law, gain: float) -> str:
         return ""
     pressed = _PRESSED.get((law.place, law.motion, law.by), "")
     special = pressed or _of_form(law, gain) or _at_hitch(law, gain)
-    return special or KNOWN.get((law.place, law.motion), ("", ""))[gain < 0.0]
+    place = MOMENT if law.place == DRAG else law.place
+    return special or KNOWN.get((place, law.motion), ("", ""))[gain < 0.0]
 
 
 def _of_form(law: Law, gain: float) -> str:
@@ -120,6 +123,9 @@ def _of_form(law: Law, gain: float) -> str:
         return "a load that is lost on the way" if gain > 0.0 else "a load that is taken up"
     if (law.place, law.response) == ("moment_trailer", TRANSIENT):
         return "a gyroscope, or a controller that leaves a steady turn alone"
+    if law.place == DRAG and law.motion == DISTANCE:
+        soft = "a soft verge, or brakes that come and go"
+        return soft if law.response == PERIODIC else "brakes on one side that bind"
     return _of_friction(law, gain) or kinds.get(law.shape, "")
 
 
@@ -169,8 +175,9 @@ def _at_hitch(law: Law, gain: float) -> str:
 
 def energy(law: Law, gain: float) -> str:
     """Whether the law can supply energy to the motion."""
-    if law.swings:
-        return "stores energy and dissipates it by its own damping: passive"
+    if law.swings or law.place == DRAG:
+        swings = "stores energy and dissipates it by its own damping: passive"
+        return swings if law.swings else "brakes the trailer: takes energy from the forward motion"
     if law.motion in (DISTANCE, law.place):
         grips = law.response == PERIODIC
         return {

@@ -50,9 +50,11 @@ from swaywatch.discover.law import (
     ALONE,
     BODIES,
     CURVE,
+    DRAG,
     FADING,
     INSTANT,
     LAGGED,
+    MOMENT,
     MOTIONS,
     PERIODIC,
     RESPONSES,
@@ -313,6 +315,8 @@ class LawSearch:
             return []
         # what the vehicle alone leaves is far from white where a strong law is missing
         noise = min(self.search.noise, inflation(residuals(self.search.close, best)))
+        plain = {law_in(f.terms[-1]): f.chi2 for f in fits}
+        fits = [f for f in fits if _drags_for_a_reason(f, plain, noise)]
         return [f for f in fits if self._fits_better(f, lines, noise)]
 
     def _fits_better(self, fit: Fit, lines: Mapping[str, float], noise: float) -> bool:
@@ -476,7 +480,12 @@ class LawSearch:
         best = best_of_each_law(found)
         names = tuple(map(stretch, close.problem.runs))
         halves = [half for fit in best[:PAIRED_ON] for half in _halves(fit, names)]
-        return [*best, *best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))]
+        best += best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))
+        drags = [drag for fit in best for drag in _dragging(fit, names)]
+        drags = close.side_by_side(lambda f: close.run(f, 10), drags)
+        plain = {law_in(f.terms[-1]): f.chi2 for f in best}
+        noise = self.search.noise
+        return [*best, *(f for f in drags if _drags_for_a_reason(f, plain, noise))]
 
     def _waves(
         self, near: Linear, rate: float, laws: Sequence[Law]
@@ -625,6 +634,25 @@ class LawSearch:
 def _held(fitter: Fitter, fits: Sequence[Fit]) -> list[Fit]:
     """Fits under a strict observer, gone on with."""
     return fitter.side_by_side(lambda f: fitter.run(f, HELD), fits)
+
+
+def _drags_for_a_reason(fit: Fit, plain: Mapping[Law, float], noise: float) -> bool:
+    """No drag of wheels, or one that fits clearly better than the moment that it makes."""
+    law = law_in(fit.terms[-1])
+    if law.place != DRAG:
+        return True
+    moment = plain.get(replace(law, place=MOMENT), math.inf)
+    return fit.chi2 < moment - max(2.0 * CLAIMED * noise, DISCREPANCY * moment)
+
+
+def _dragging(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
+    """A moment on the trailer that comes and goes, begun as one of wheels that drag."""
+    term = fit.terms[-1]
+    law = law_in(term)
+    if law.place != MOMENT or law.motion != DISTANCE:
+        return []
+    effect = effect_of(replace(law, place=DRAG), runs=runs)
+    return [replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, term.values)))]
 
 
 def _halves(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 DISTANCE = "distance"  # the variable of what does not depend on the motion
 AXLES = "axles"
+HALF_TRACK_M = 0.95  # of a trailer
 #: Series slots that represent a force at a place, with their sign.
 SLOTS: dict[str, tuple[tuple[str, float], ...]] = {
     "hitch": (("moment_car", 1.0), ("moment_trailer", -1.0)),
@@ -27,6 +28,7 @@ SLOTS: dict[str, tuple[tuple[str, float], ...]] = {
     "force_trailer": (("force_trailer", 1.0),),
     "moment_car": (("moment_car", 1.0),),
     "moment_trailer": (("moment_trailer", 1.0),),
+    "drag_trailer": (("moment_trailer", 1.0),),
     "slip_car_front": (("slip_car_front", 1.0),),
     "slip_car_rear": (("slip_car_rear", 1.0),),
     "slip_trailer": (("slip_trailer_front", 1.0), ("slip_trailer_rear", 1.0)),
@@ -101,6 +103,12 @@ def course(
     return np.asarray(np.maximum(sine, 0.0) if half else sine)
 
 
+def set_drag(plant: PlantInput, place: str) -> None:
+    """Wheels of one side that make a moment by their drag, which the ball has to pull."""
+    if place == "drag_trailer":
+        plant.scalar("law_drag_trailer", 1.0 / HALF_TRACK_M)
+
+
 def comes_and_goes(
     place: str, names: Sequence[str], *, grip: bool = False, half: bool = False
 ) -> Act:
@@ -111,6 +119,7 @@ def comes_and_goes(
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
+        set_drag(plant, place)
         for slot, sign in SLOTS[place]:
             behind = _behind(plant, slot) if place == AXLES else 0.0
             sine = course(run, values, names, behind, half=half)

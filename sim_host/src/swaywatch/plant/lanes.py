@@ -122,6 +122,7 @@ SCALARS = (
     *(f"law_of_{name}" for name in (*LAW_OF, *LAW_FELT)),  # weights of what it depends on
     "law_by",  # place, from 1 on, among all these of what multiplies it by its size; 0: nothing
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
+    "law_drag_trailer",  # 1/m, drag of the trailer's wheels for each Nm of a moment on it; 0: none
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass
     "mode_frequency_car", "mode_frequency_trailer",  # rad/s, the body held
     "mode_damping_car", "mode_damping_trailer",  # 1

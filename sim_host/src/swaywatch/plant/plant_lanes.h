@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 141
+#define PLANT_SCALARS 142
 #define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -149,6 +149,7 @@ enum plant_scalar {
     E_LAW_TO_SLIP_CAR_FRONT,
     E_LAW_TO_SLIP_CAR_REAR,
     E_LAW_TO_SLIP_TRAILER,
+    E_LAW_DRAG_TRAILER,
     E_MODE_MASS_CAR,
     E_MODE_MASS_TRAILER,
     E_MODE_FREQUENCY_CAR,

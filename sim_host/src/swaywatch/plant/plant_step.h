@@ -129,7 +129,9 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
     if (has->sticking) {
         to->hitch += e[E_HITCH_FRICTION] * NAME(hyperbolic_tangent)(rate / e[E_HITCH_STICKING]);
     }
+    V braking = ser[T_MOMENT_TRAILER]; // what wheels of one side make by their drag
     if (has->law) {
+        braking += e[E_LAW_TO_MOMENT_TRAILER] * slips->law;
         to->hitch += e[E_LAW_TO_HITCH] * slips->law;
         wind[0] += e[E_LAW_TO_FORCE_CAR] * slips->law;
         wind[1] += e[E_LAW_TO_FORCE_TRAILER] * slips->law;
@@ -146,10 +148,11 @@ INLINE void NAME(loads)(const V *x, const SAMPLE *now, const V *p, const V *e, c
         to->hitch *= k->towed;
     }
     const V fc = f[0] * cosine;
-    const V driven = has->whole ? fc : fc + e[E_FRONT_DRIVE] * slips->drive * sine;
+    const V drag = e[E_LAW_DRAG_TRAILER] * NAME(absolute)(braking);
+    const V driven = has->whole ? fc : fc + e[E_FRONT_DRIVE] * (slips->drive + drag) * sine;
     to->side[0] = driven + f[1];
     to->yaw[0] = p[P_CAR_FRONT_AXLE_TO_COG] * driven - p[P_CAR_REAR_AXLE_TO_COG] * f[1];
-    to->along[0] = (V){0}, to->along[1] = m2 * slips->sine * to->tilt - slips->drag[1];
+    to->along[0] = (V){0}, to->along[1] = m2 * slips->sine * to->tilt - slips->drag[1] - drag;
     if (has->whole) {
         NAME(along)(x, ser, k, slips, w, sine, to);
         NAME(lag_forces)(x, k, &to->side[0], &to->yaw[0], dx);
