@@ -313,11 +313,21 @@ class LawSearch:
         best = min(fits, key=lambda f: f.chi2, default=None)
         if best is None:
             return []
-        # what the vehicle alone leaves is far from white where a strong law is missing
-        noise = min(self.search.noise, inflation(residuals(self.search.close, best)))
+        noise = self._least_noise(best)
+        dragging = self._with_drag_for_a_reason(fits)
+        return [f for f in dragging if self._fits_better(f, lines, noise)]
+
+    def _least_noise(self, best: Fit) -> float:
+        """Of the best fit: what the vehicle alone leaves is far from white without a strong law."""
+        return min(self.search.noise, inflation(residuals(self.search.close, best)))
+
+    def _with_drag_for_a_reason(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Without drags of wheels that fit no better than the moments that they make."""
+        if not any(law_in(fit.terms[-1]).place == DRAG for fit in fits):
+            return list(fits)
+        noise = self._least_noise(min(fits, key=lambda f: f.chi2))
         plain = {law_in(f.terms[-1]): f.chi2 for f in fits}
-        fits = [f for f in fits if _drags_for_a_reason(f, plain, noise)]
-        return [f for f in fits if self._fits_better(f, lines, noise)]
+        return [f for f in fits if _drags_for_a_reason(f, plain, noise)]
 
     def _fits_better(self, fit: Fit, lines: Mapping[str, float], noise: float) -> bool:
         """A linear law, or clearly better than the same law in linear form."""
@@ -483,9 +493,7 @@ class LawSearch:
         best += best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))
         drags = [drag for fit in best for drag in _dragging(fit, names)]
         drags = close.side_by_side(lambda f: close.run(f, 10), drags)
-        plain = {law_in(f.terms[-1]): f.chi2 for f in best}
-        noise = self.search.noise
-        return [*best, *(f for f in drags if _drags_for_a_reason(f, plain, noise))]
+        return self._with_drag_for_a_reason([*best, *drags])
 
     def _waves(
         self, near: Linear, rate: float, laws: Sequence[Law]
