@@ -199,6 +199,7 @@ def test_what_pulls_one_way_along_the_road_is_no_sine(place: str) -> None:
     assert values["gain"] == pytest.approx(-1500.0, rel=0.05)
     rows = {name: {"value": v, "low": v - 0.1, "high": v + 0.1} for name, v in values.items()}
     assert "one way only, with nothing between, 17.3" in sentence(law, rows)
+    assert "positive" not in sentence(law, rows)
     assert "max(sin(" in effect.equation
     run, slots = search.problem.runs[0], plant()
     slots.speed = run.speed

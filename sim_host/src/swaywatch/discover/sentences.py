@@ -232,9 +232,9 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     else:
         words += f": {_range(gain, factor)} {unit} per {per} of the {motion.words}"
         words += _second(law, parameters) + shape
-    words += _shape(law, parameters)
     if law.motion == DISTANCE:
         return words + _response(law, parameters)
+    words += _shape(law, parameters)
     words += {
         -1: f", at {SPEED_M_S:g} m/s, inversely proportional to the speed",
         0: ", independent of speed",
