@@ -1,4 +1,4 @@
-"""Laws beyond the library: slots of the plant, the search for them, what is said of them."""
+"""Laws beyond the library: slots of the plant and the search for them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from sprung_pairs import SPACING, constants, manoeuvre
 from test_diagnose import BODY_VALUES, synthetic
 
 from swaywatch.diagnose.evidence.baselines import Path as Tried
-from swaywatch.diagnose.evidence.baselines import noticeable
 from swaywatch.diagnose.evidence.search import Candidate, Search
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.holdout import typical
@@ -28,9 +27,8 @@ from swaywatch.discover.find import (
     _likelier,
 )
 from swaywatch.discover.forms import curve
-from swaywatch.discover.grammar import all_laws, grammar, plainer, products, refined
+from swaywatch.discover.grammar import all_laws, plainer, products, refined
 from swaywatch.discover.inputs import followed, missing_inputs
-from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import MOTIONS, ROLLS, SHAPES, Law, law_of
 from swaywatch.discover.save import named, read_physics, save_law
 from swaywatch.discover.sentences import energy, sentence, suggestion
@@ -751,93 +749,6 @@ def test_a_law_of_roll_has_a_roll_only_where_the_vehicle_has_none() -> None:
         assert more == ({"roll_frequency_rad_s", "roll_damping"} if rolls else set())
 
 
-def test_every_law_has_a_word_and_its_word_is_read_back() -> None:
-    for one in grammar():
-        law = one.extra["law"]
-        assert isinstance(law, Law)
-        assert law_of(str(one.extra["form"])) == law
-        rows = {p.name: {"value": 1.0, "low": 0.9, "high": 1.1} for p in one.parameters}
-        assert sentence(law, rows)
-        assert energy(law, 1.0)
-    for place, motion in KNOWN:
-        assert law_of(Law(place, motion).spec)
-    for wrong in (
-        "hitch",
-        "hitch/articulation/round/0/instant",
-        "nose/articulation/straight/0/instant",
-    ):
-        with pytest.raises(SwaywatchError, match="no"):
-            law_of(wrong)
-
-
-def test_words() -> None:
-    spring = Law("hitch", "articulation")
-    row = {"gain": {"value": 3100.0, "low": 2900.0, "high": 3300.0}}
-    assert "3.10 +- 0.20 kNm per rad of the articulation" in sentence(spring, row)
-    assert "spring" in suggestion(spring, 3100.0)
-    scrub = Law("moment_trailer", "yaw_rate_trailer", "saturating")
-    limit = {"value": 188.0, "low": 184.0, "high": 192.0}
-    row = {"gain": row["gain"], "bend": {"value": 0.005}, "limit": limit}
-    assert "saturating at 188.0 +- 4.0 Nm" in sentence(scrub, row)
-    wind = Law("force_trailer", "heading")
-    assert "kN per rad of the heading of the trailer" in sentence(wind, row)
-    assert "wind" in suggestion(wind, 9000.0)
-    assert "stores" in energy(spring, 3100.0)
-    assert "dissipates" in energy(Law("moment_trailer", "yaw_rate_trailer"), -500.0)
-    assert "dissipates" in energy(Law("at_trailer", "sideslip_there", "saturating"), -2e4)
-    assert "can supply" in energy(Law("moment_trailer", "yaw_rate_trailer"), 500.0)
-    assert "stop" in suggestion(replace(spring, shape="dead zone"), 3100.0)
-    damper = Law("hitch", "articulation_rate", "negative side")
-    assert "only while that is negative" in sentence(damper, {"gain": row["gain"]})
-    assert "one way only" in suggestion(damper, 3100.0)
-    assert "chain" in suggestion(replace(spring, shape="positive side"), 3100.0)
-    rubs = replace(spring, shape="rubbing")
-    assert "eyes are worn" in suggestion(
-        replace(spring, shape="dead zone", response="transient"), 3100.0
-    )
-    fades = Law("hitch", "articulation_rate", "saturating", response="fading")
-    assert effect_of(fades).equation.endswith("/ (1 + angle worked / over)")
-    assert "against its rate" in sentence(rubs, {"gain": row["gain"]})
-    assert "worn coupling" in suggestion(rubs, 3100.0)
-    assert "dissipates" in energy(rubs, 3100.0)
-    assert "supplies" in energy(rubs, -3100.0)
-    liquid = Law("trailer", "swing", "odd square")
-    rows = {p.name: {"value": 2.0, "low": 1.9, "high": 2.1} for p in effect_of(liquid).parameters}
-    assert "2 1/m times the square of its rate" in sentence(liquid, rows)
-    assert "liquid" in suggestion(liquid, 2.0)
-
-
-def test_words_of_a_product() -> None:
-    law = Law("hitch", "articulation_rate", "saturating", by="hitch_force")
-    sizes = {"gain": 65.0, "bend": 0.006, "limit": 0.39}
-    rows = {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in sizes.items()}
-    found = sentence(law, rows)
-    assert "articulation rate and per N of the size of the side force of the trailer" in found
-    assert "saturating at 0.390 +- 0.039 Nm per N" in found
-    assert "coupling without grease" in suggestion(law, 65.0)
-
-
-def test_words_of_what_rises_as_steeply_as_a_fit_allows() -> None:
-    """Its size is known, and how steeply it gets there is not: no number says so."""
-    law = Law("hitch", "articulation_rate", "saturating", by="roll_trailer")
-    steepest = effect_of(law).parameters[0].high
-    sizes = {"gain": steepest, "bend": 0.006, "limit": 0.006 * steepest}
-    rows = {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in sizes.items()}
-    found = sentence(law, rows)
-    assert "per rad of the size of the roll of the trailer, with the sign of" in found
-    assert "all of it from 0.012 rad/s on" in found
-    assert "saturating" not in found
-    assert "jams on its ball" in suggestion(law, steepest)
-    assert "dry friction" in suggestion(replace(law, by=""), steepest)
-    rows["gain"]["value"] = 0.5 * steepest
-    assert "saturating at" in sentence(law, rows)
-    term = ActiveEffect(
-        effect_of(law), (steepest, 0.006, 13.0, 0.1)[: len(effect_of(law).parameters)]
-    )
-    assert noticeable(term)
-    assert not noticeable(replace(term, effect=effect_of(replace(law, shape="straight"))))
-
-
 def test_a_law_is_saved_and_taken_as_an_effect(tmp_path: Path) -> None:
     law = Law("hitch", "articulation")
     result = {
@@ -998,13 +909,3 @@ def test_what_comes_at_once_or_never_fades_is_reported_as_a_law_that_always_acts
     assert plainer(Law("force_trailer", "distance", response="growing")) is None
     late = Law("at_trailer", "sideslip_trailer", "straight", 2, "lagged")
     assert plainer(late) == replace(late, place="force_trailer")  # where its lever says nothing
-
-
-def test_friction_that_falls_is_said_in_newton_metres() -> None:
-    law = Law("hitch", "articulation_rate", "falling")
-    values = effect_of(law).report({"gain": 17000.0, "bend": 0.04})
-    assert values["limit"] == pytest.approx(680.0)
-    rows = {name: {"value": x, "low": 0.9 * x, "high": 1.1 * x} for name, x in values.items()}
-    said = sentence(law, rows)
-    assert "0.680 +- 0.068 kNm where that is small, half of it at 0.04 rad/s" in said
-    assert suggestion(law, 17000.0) == "dry friction that falls as it slides faster"

@@ -18,7 +18,6 @@ from swaywatch.discover.law import (
     ANYWHERE,
     BY_THE_WAY,
     CURVE,
-    DRAG,
     FADING,
     FALLING,
     GROWING,
@@ -47,7 +46,7 @@ from swaywatch.discover.law import (
     law_of,
     one_way,
 )
-from swaywatch.discover.way import DISTANCE, SLOTS, comes_and_goes, left, phases, set_drag
+from swaywatch.discover.way import DISTANCE, DRAG, SLOTS, comes_and_goes, left, phases, set_drag
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput

@@ -17,7 +17,6 @@ from swaywatch.discover.law import (
     BY_THE_WAY,
     CURVE,
     DEFLECTIONS,
-    DRAG,
     FADING,
     GROWING,
     HEADINGS,
@@ -45,7 +44,7 @@ from swaywatch.discover.law import (
     UNEVEN,
     Law,
 )
-from swaywatch.discover.way import DISTANCE
+from swaywatch.discover.way import DISTANCE, DRAG
 from swaywatch.effects.effect import Effect
 from swaywatch.plant.lanes import LAW_FELT
 

@@ -25,7 +25,6 @@ from swaywatch.discover.forms import amount, curve, share_by_the_way
 from swaywatch.discover.law import (
     ANYWHERE,
     BODIES,
-    DRAG,
     HEADINGS,
     LAGGED,
     MOMENT,
@@ -39,7 +38,7 @@ from swaywatch.discover.law import (
     Law,
     one_way,
 )
-from swaywatch.discover.way import AXLES, DISTANCE, SLOTS, course, driven, stretch
+from swaywatch.discover.way import AXLES, DISTANCE, DRAG, SLOTS, course, driven, stretch
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, OUTPUT, PlantInput, simulate

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from swaywatch.discover.way import AXLES, DISTANCE
+from swaywatch.discover.way import AXLES, DISTANCE, DRAG
 from swaywatch.errors import SwaywatchError
 from swaywatch.plant.lanes import LAW_FELT, LAW_OF, LAW_TO
 
@@ -100,8 +100,7 @@ class Dependence:
 THERE = "sideslip_there"
 #: Places with a lever of their own, and the bodies that they are on.
 ANYWHERE = {"at_car": "car", "at_trailer": "trailer"}
-#: Wheels of one side of the trailer: a yaw moment by their drag, which the ball has to pull.
-DRAG, MOMENT = "drag_trailer", "moment_trailer"
+MOMENT = "moment_trailer"
 PLACES = {
     p.slot: p
     for p in (

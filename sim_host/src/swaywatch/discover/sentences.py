@@ -15,7 +15,6 @@ from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
     BY_THE_WAY,
     CURVE,
-    DRAG,
     FADING,
     FALLING,
     FIFTHS,
@@ -47,7 +46,7 @@ from swaywatch.discover.law import (
     Place,
     one_way,
 )
-from swaywatch.discover.way import DISTANCE
+from swaywatch.discover.way import DISTANCE, DRAG
 
 #: Motions that a place works against: their product is power.
 _WORKS = {
@@ -91,7 +90,7 @@ _PRESSED = {
         "friction that grows as the trailer leans: a coupling that jams on its ball",
     ),
 }  # fmt: skip
-STEEP = 0.98  # of the steepest that a fit allows: as good as that
+AS_STEEP = 0.98  # of the steepest that a fit allows: as good as that
 _UNITS = {"Nm": ("kNm", 1e-3), "N": ("kN", 1e-3), "rad": ("rad", 1.0)}
 
 
@@ -247,7 +246,7 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
 def _steep(law: Law, gain: float) -> bool:
     """Whether it rises as steeply as the fit allows to a size: how steeply is not known."""
     known = effect_of(law).parameters[0]
-    return law.shape == "saturating" and known.steepness and abs(gain) > STEEP * known.high
+    return law.shape == "saturating" and known.steepness and abs(gain) > AS_STEEP * known.high
 
 
 def _of_one_size(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:

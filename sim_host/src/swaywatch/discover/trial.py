@@ -50,7 +50,6 @@ from swaywatch.discover.law import (
     ALONE,
     BODIES,
     CURVE,
-    DRAG,
     FADING,
     INSTANT,
     LAGGED,
@@ -67,6 +66,7 @@ from swaywatch.discover.law import (
 )
 from swaywatch.discover.way import (
     DISTANCE,
+    DRAG,
     GRIP_PLACES,
     ROAD_PLACES,
     grip_rates,

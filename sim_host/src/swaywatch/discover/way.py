@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 DISTANCE = "distance"  # the variable of what does not depend on the motion
 AXLES = "axles"
+#: Wheels of one side of the trailer: a yaw moment by their drag, which the ball has to pull.
+DRAG = "drag_trailer"
 HALF_TRACK_M = 0.95  # of a trailer
 #: Series slots that represent a force at a place, with their sign.
 SLOTS: dict[str, tuple[tuple[str, float], ...]] = {
@@ -28,7 +30,7 @@ SLOTS: dict[str, tuple[tuple[str, float], ...]] = {
     "force_trailer": (("force_trailer", 1.0),),
     "moment_car": (("moment_car", 1.0),),
     "moment_trailer": (("moment_trailer", 1.0),),
-    "drag_trailer": (("moment_trailer", 1.0),),
+    DRAG: (("moment_trailer", 1.0),),
     "slip_car_front": (("slip_car_front", 1.0),),
     "slip_car_rear": (("slip_car_rear", 1.0),),
     "slip_trailer": (("slip_trailer_front", 1.0), ("slip_trailer_rear", 1.0)),
@@ -105,7 +107,7 @@ def course(
 
 def set_drag(plant: PlantInput, place: str) -> None:
     """Wheels of one side that make a moment by their drag, which the ball has to pull."""
-    if place == "drag_trailer":
+    if place == DRAG:
         plant.scalar("law_drag_trailer", 1.0 / HALF_TRACK_M)
 
 

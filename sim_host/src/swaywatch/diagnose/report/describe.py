@@ -254,11 +254,10 @@ def too_small(verdict: Verdict) -> list[str]:
     if verdict.slight is None:
         return []
     parts = [f"{labels.named(t.effect.name)}, {_largest(t)}" for t in verdict.slight.fit.terms]
-    what = (
-        "is too small to report" if len(parts) == 1 else "not all of it is large enough to report"
-    )
-    together = "" if len(parts) == 1 else ", together"
-    return [f"would explain part of what is left{together}, but {what}: {'; '.join(parts)}"]
+    but = ", but is too small to report"
+    if len(parts) > 1:
+        but = ", together, but not all of it is large enough to report"
+    return [f"would explain part of what is left{but}: {'; '.join(parts)}"]
 
 
 def _largest(term: ActiveEffect) -> str:
