@@ -468,3 +468,6 @@ def test_what_is_too_small_to_report_is_said_where_nothing_is_claimed() -> None:
     assert f"crosswind gust (car), force {-0.6 * least:.4g} N" in text
     assert f"reported from a change of {least:.4g} on" in text
     assert too_small(replace(said, slight=None)) == []
+    assert "but is too small to report: " in text
+    (both,) = too_small(replace(said, slight=Candidate(_fit(1.05, term, TERM), _fit(1.2))))
+    assert "together, but not all of it is large enough to report: " in both
