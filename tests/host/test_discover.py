@@ -662,6 +662,19 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             (-800.0 * reference_combination().trailer.front.track_m, 1000.0 / 76.0, 0.0),
         ),
         (
+            Physics(more="ball_rattle", more_size=0.004),
+            Law("ball", "hitch_force", "lost motion"), (0.004, 2.5e-6),
+        ),
+        (
+            Physics(more="slipping_neck", more_size=1e-5, more_at=120.0),
+            Law("ball", "hitch_force", "hysteretic"), (1e-5, 120.0),
+        ),
+        (
+            Physics(more="greasy_ball", more_size=900.0, more_at=0.002),
+            Law("hitch", "articulation_rate", "saturating", by="articulation",
+                side="positive side"), (900.0 / 0.005, 0.005),
+        ),
+        (
             # the two axles of the bogie are one law here
             Physics(more="working_frame", more_size=8e-6, more_at=600.0),
             Law("slip_trailer", "hitch_force", "hysteretic"), (-8e-6, 600.0, 0.02),

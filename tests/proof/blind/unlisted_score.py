@@ -18,6 +18,8 @@ SEEN = 20.0
 """Largest RMS change of a signal over its noise from which a kind is to be found."""
 AXLES = {"slip_car_front", "slip_car_rear", "slip_trailer"}
 """Places of a law that acts on every axle in turn."""
+SAME = {"hitch_force": "side_force", "ball": "hitch"}
+"""Words of a law for what the kinds call otherwise: the force on the ball, the ball's own place."""
 
 
 def row(answer: Mapping[str, Any], result: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -57,11 +59,12 @@ def _where(law: Mapping[str, Any]) -> str:
 
 def _is_right(law: Mapping[str, Any], concealed: Mapping[str, Any]) -> bool:
     """Place and variables."""
-    places = AXLES if law["place"] == "axles" else {law["place"]}
+    places = AXLES if law["place"] == "axles" else {SAME.get(law["place"], law["place"])}
     at, _, body = str(law["place"]).partition("_")
     if at == "at":  # a force that has a lever: both
         places = {f"force_{body}", f"moment_{body}"}
-    return places <= {*concealed["places"]} and {*_of(law)} <= {*concealed["variables"]}
+    variables = {SAME.get(name, name) for name in _of(law)}
+    return places <= {*concealed["places"]} and variables <= {*concealed["variables"]}
 
 
 def _is_run(name: str, value: Any) -> bool:

@@ -19,6 +19,7 @@ from swaywatch.discover.law import (
     LAGGED,
     LIMITED,
     MOTIONS,
+    OF_EACH_RUN,
     OSCILLATING,
     PLACES,
     Law,
@@ -45,6 +46,13 @@ def law_in_effect(effect: Effect) -> Law:
 def law_in(term: ActiveEffect) -> Law:
     """The law of a term of one."""
     return law_in_effect(term.effect)
+
+
+def runs_of(term: ActiveEffect, law: Law) -> tuple[str, ...]:
+    """The runs that another form of a term's law has numbers for."""
+    runs = term.effect.extra["runs"]
+    assert isinstance(runs, tuple)
+    return runs if law.response in OF_EACH_RUN else ()
 
 
 def linear_laws(course: Linear) -> list[ActiveEffect]:
@@ -192,7 +200,7 @@ def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:
     At the usual amplitude of the variable (beyond a dead zone) both are of one size: a law that is
     many times stronger than the usual initial values of its shape is not found from those.
     """
-    own, known, effect = law_in(term), term.as_dict(), effect_of(law)
+    own, known, effect = law_in(term), term.as_dict(), effect_of(law, runs=runs_of(term, law))
     values = {p.name: known.get(p.name, p.starts[0]) for p in effect.parameters}
     if own.shape == CURVE and law.shape != CURVE:
         like = form_of(known, law)

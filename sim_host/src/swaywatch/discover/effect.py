@@ -12,10 +12,12 @@ from functools import cache
 
 import numpy as np
 
+from swaywatch.discover.ball import NO_STIFFNESS, moves_in_coupling
 from swaywatch.discover.forms import formula, rubs_at_hitch, share_by_the_way
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
     ANYWHERE,
+    BALL,
     BY_THE_WAY,
     CURVE,
     FADING,
@@ -30,14 +32,17 @@ from swaywatch.discover.law import (
     MOMENT,
     MOTIONS,
     NOTCHED,
+    OF_EACH_RUN,
     OSCILLATING,
     PERIODIC,
     PIECES,
     PLACES,
     ROLLS,
     SHAPES,
+    SIDES,
     SLIPS,
     SPEED_M_S,
+    SUDDEN,
     SWITCHED,
     THERE,
     TRANSIENT,
@@ -46,7 +51,17 @@ from swaywatch.discover.law import (
     law_of,
     one_way,
 )
-from swaywatch.discover.way import DISTANCE, DRAG, SLOTS, comes_and_goes, left, phases, set_drag
+from swaywatch.discover.way import (
+    DISTANCE,
+    DRAG,
+    SLOTS,
+    begins,
+    comes_and_goes,
+    left,
+    phases,
+    set_drag,
+    since,
+)
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
@@ -57,6 +72,7 @@ BENDS = (1, 2, 6, 10, 12, 14, 15, 16, 17, 18, 19, 20, 21)  # shapes with a bend
 #: Shortest lag of what is felt, and of a rate; neutral, so that a law may have it.
 AT_ONCE_S = 0.02
 RATE_S = 0.05  # over which the rate of steering is taken, to begin with
+ON_A_SIDE = 0.05  # of its usual size, from which on a motion is on one side
 #: Half the log prior weight of a law without a known cause, see `Effect.plausibility`.
 UNHEARD_OF = -1.0
 #: Plant slots of motions that have none of their own.
@@ -76,16 +92,17 @@ def effect_of_form(form: str) -> Effect:
     """
     law, _, tail = form.partition("@")
     found = law_of(law)
-    unknown = int(tail) if found.response == PERIODIC and tail else 0
+    unknown = int(tail) if found.response in OF_EACH_RUN and tail else 0
     return effect_of(found, runs=tuple(f"?{i}" for i in range(unknown)))
 
 
-def _comes(law: Law) -> Act:
+def _comes(law: Law, runs: tuple[str, ...] = ()) -> Act:
     """What does not depend on the motion enters where unknown forces do."""
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         course = values["gain"] * share_by_the_way(law, run, values)
+        course *= since(run, values, runs) if law.response == SUDDEN else 1.0
         course *= (run.speed / SPEED_M_S) ** law.power
         set_drag(plant, law.place)
         for slot, sign in SLOTS[law.place]:
@@ -97,6 +114,12 @@ def _comes(law: Law) -> Act:
 def bend_of(values: Values) -> float:
     """The number that a shape has beside its gain; 0 without one."""
     return next((values[name] for name in OF_A_SHAPE if name in values), 0.0)
+
+
+def side_of(law: Law) -> float:
+    """One over what it takes to be on the side on which a law acts, with its sign; 0: on both."""
+    sign = {"": 0.0, SIDES[0]: 1.0, SIDES[1]: -1.0}[law.side]
+    return sign / (ON_A_SIDE * MOTIONS[law.by].usual) if law.side else 0.0
 
 
 def made_of(law: Law, run: Run, values: Values) -> dict[str, float]:
@@ -128,7 +151,7 @@ def _set_shape(plant: PlantInput, shape: str, values: Values) -> None:
             plant.scalar(f"law_{'line' if name == 'gain' else name}", values[name])
 
 
-def _moves(law: Law) -> Act:
+def _moves(law: Law, runs: tuple[str, ...] = ()) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
         _set_shape(plant, law.shape, values)
@@ -143,12 +166,15 @@ def _moves(law: Law) -> Act:
             plant.scalar("law_bend", values["damping_ratio"])
         if law.response in BY_THE_WAY:
             plant.add_series("law", share_by_the_way(law, run, values) - 1.0)
+        if law.response == SUDDEN:
+            plant.add_series("law", since(run, values, runs) - 1.0)
         for motion, share in made_of(law, run, values).items():
             plant.scalar(f"law_of_{motion}", share)
         if law.second:
             plant.scalar(f"law_of_{law.second}", values["second_share"])
         if law.by:
             plant.scalar("law_by", 1.0 + (*LAW_OF, *LAW_FELT).index(law.by))
+            plant.scalar("law_by_side", side_of(law))
         set_drag(plant, law.place)
         for place, share in acts_at(law.place, values).items():
             plant.scalar(f"law_to_{place}", share)
@@ -244,8 +270,8 @@ def effect_of(
     sprung
         Whether the vehicle rolls on springs; one without has a roll of its own for a law of it.
     runs
-        Names of the runs, for what comes and goes along the road: each has a phase of its own. It
-        does nothing in others.
+        Names of the runs, for what comes and goes along the road, or begins on the way: each has a
+        phase or a moment of its own. The one does nothing in others, the other one all the time.
     """
     return _effect(law, start_hz, sprung, runs)
 
@@ -256,13 +282,17 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
     parameters: tuple[Parameter, ...]
     if law.swings:
         act, parameters, equation = _with_a_frequency(law, start_hz or 0.8)
+    elif law.place == BALL:
+        act, parameters, equation = moves_in_coupling(law)
     elif law.motion == "side_force":
         act = _lever
         parameters = (Parameter("lever_m", "m", 0.0, -0.15, 0.15, (0.03,), 0.005, 0.003),)
         equation = "M = -lever x side force, of each tyre"
     else:
-        act = _comes(law) if law.motion == DISTANCE else _moves(law)
+        act = _comes(law, runs) if law.motion == DISTANCE else _moves(law, runs)
         parameters = _numbers(law)
+        if law.response == SUDDEN:
+            parameters = (*parameters, *begins(runs))
         if law.response == PERIODIC:
             grip = law.motion != DISTANCE
             act = comes_and_goes(law.place, runs, grip=grip, half=one_way(law))
@@ -279,13 +309,14 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         parameters=parameters,
         act=act,
         report=_with_limit
-        if law.shape in (*LIMITED, FALLING, SWITCHED, NOTCHED) and not law.swings
+        if law.shape in (*LIMITED, FALLING, SWITCHED, NOTCHED) and law.has_gain
         else dict,
         plausibility=0.0 if (law.place, law.motion) in KNOWN else UNHEARD_OF,
         decided_by="the same manoeuvre at another speed and another amplitude",
         extra={
             "form": law.spec + (f"@{start_hz:g}" if start_hz else f"@{len(runs)}" if runs else ""),
             "law": law,
+            "runs": runs,
             "start_hz": start_hz,
             "imitated_on_springs": True,
         }
@@ -298,11 +329,13 @@ def _costs(law: Law) -> dict[str, object]:
     """What the cost of a law is asked with: what acts at its largest, or why it has none."""
     if law.response == PERIODIC:
         return {"no_cost": ALONG_THE_ROAD}
+    if law.place == BALL and law.shape == LOST_MOTION:
+        return {"no_cost": NO_STIFFNESS}
     if law.motion == DISTANCE:
         return {"from_outside": True}
     if law.swings and law.response == FADING:
         return {"at_its_largest": _loose(law)}
-    if law.response in BY_THE_WAY:
+    if law.response in (*BY_THE_WAY, SUDDEN):
         return {"at_its_largest": _moves(replace(law, response=INSTANT))}
     return {}
 
@@ -375,11 +408,11 @@ def _gain(law: Law) -> Parameter:
     start = place.level / motion.usual**curve
     unit = f"{place.unit} per {motion.unit}" + (f"^{curve}" if curve > 1 else "")
     unit = place.unit if law.motion == DISTANCE else unit
-    if law.by:
-        start /= MOTIONS[law.by].usual
-        unit += f" per {MOTIONS[law.by].unit}"
+    if law.times:
+        start /= MOTIONS[law.times].usual
+        unit += f" per {MOTIONS[law.times].unit}"
     if law.motion == law.place:  # the compliance of a wheel is at most its slip
-        most = 1.0 / MOTIONS[law.by].usual if law.by else 1.0
+        most = 1.0 / MOTIONS[law.times].usual if law.times else 1.0
         low, high, start, step, noticed = {
             GROWING: (-0.9, 1.0, -0.2, 0.05, 0.02),
             PERIODIC: (0.0, 0.95, 0.2, 0.05, 0.02),

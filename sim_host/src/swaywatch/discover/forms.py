@@ -26,9 +26,11 @@ from swaywatch.discover.law import (
     PERIODIC,
     PLACES,
     SHAPES,
+    SIDES,
     SPEED_M_S,
     STEPPED,
     STOPS,
+    SUDDEN,
     SWITCHED,
     TRANSIENT,
     UNEVEN,
@@ -211,6 +213,8 @@ def formula(law: Law) -> str:
     if law.motion in (*LAW_FELT, "steer_rate"):
         when = f"{_WHEN[LAGGED]}{when}"
     size = f" x |{MOTIONS[law.by].symbol}|" if law.by else ""
+    if law.side:
+        size = f" where {MOTIONS[law.by].symbol} {'>' if law.side == SIDES[0] else '<'} 0"
     return f"{left} = gain x {nonlinear}{size}{speed}{when}"
 
 
@@ -221,6 +225,7 @@ _WHEN = {
     GROWING: " x (1 - exp(-way / over))",
     FADING: " x exp(-way / over)",
     OSCILLATING: ", as an oscillator of its own follows it",
+    SUDDEN: " from a moment of each run on",
     PERIODIC: " x sin(2 pi repetitions x way + phase)",
 }
 _ONE_WAY = " x max(sin(2 pi repetitions x way + phase), 0)"

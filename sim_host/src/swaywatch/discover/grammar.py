@@ -13,6 +13,7 @@ from swaywatch.discover.effect import effect_of
 from swaywatch.discover.law import (
     ALONE,
     ANYWHERE,
+    BALL,
     BODIES,
     BY_THE_WAY,
     CURVE,
@@ -24,9 +25,11 @@ from swaywatch.discover.law import (
     INSTANT,
     KEEPING,
     LAGGED,
+    LOST_MOTION,
     MOMENT,
     MOTIONS,
     NOTCHED,
+    OF_EACH_RUN,
     ONLY_REFINED,
     OSCILLATING,
     PERIODIC,
@@ -38,6 +41,7 @@ from swaywatch.discover.law import (
     SLIPS,
     STEPPED,
     STOPS,
+    SUDDEN,
     SWINGS,
     THERE,
     TRANSIENT,
@@ -159,6 +163,8 @@ OTHERS = (
     ),
     *(Law(axle, DISTANCE, response=GROWING) for axle in SLIPS),
 )
+#: A ball that has play in its coupling, or that slips in its seat with friction.
+IN_COUPLING = tuple(Law(BALL, "hitch_force", shape) for shape in (LOST_MOTION, SLIDING))
 #: Dampers beside the drawbar whose eyes or valves have play or give way.
 STRUTS = tuple(Law("hitch", "articulation", s, response=TRANSIENT) for s in IN_SERIES)
 
@@ -196,15 +202,27 @@ def of_two(law: Law) -> list[Law]:
 
 
 @cache
+def breaking() -> tuple[Law, ...]:
+    """What may begin on the way: lines, those of the library too, friction, a force that stays."""
+    lines = [Law(*pair, power=power) for pair, powers in PAIRS.items() for power in powers]
+    lines += [Law(slip, slip) for slip in SLIPS]
+    lines += [Law("hitch", "articulation_rate", "saturating")]
+    lines += [law for law in OTHERS if law.motion == DISTANCE]
+    begun = (replace(law, response=SUDDEN) for law in lines if law.place not in ANYWHERE)
+    return tuple(dict.fromkeys(begun))
+
+
+@cache
 def products() -> tuple[Law, ...]:
-    """Laws that the size of another motion multiplies: a force presses what rubs."""
+    """Laws that the size of another motion multiplies: a force presses what rubs; or its sign."""
     lines = [law for law in _straight() if law.motion not in HEADINGS and not law.power]
     friction = Law("hitch", "articulation_rate", "saturating")
     return tuple(
-        replace(law, by=motion)
+        replace(law, by=motion, side=side)
         for law in (friction, *lines)
         for motion in SENSED
-        if motion not in (law.motion, "steer_rate")
+        for side in ("", *SIDES)
+        if motion not in (law.motion, "steer_rate") and (not side or motion not in LAW_FELT)
     )
 
 
@@ -218,19 +236,31 @@ def refined(law: Law) -> list[Law]:
             return []
         shapes = [Law(law.place, "swing", shape) for shape in SWINGING_SHAPES]
         return [*shapes, replace(law, response=FADING)]
-    if law.swings or law.motion == "side_force" or law.response == PERIODIC:
+    if (not law.has_gain and law.place != BALL) or law.response == PERIODIC:
         return []
+
+    if law.response == SUDDEN:
+        others = (one for one in _forms(law.place, law.motion) if _alike(one, law))
+        return [replace(one, response=SUDDEN) for one in others]
 
     def near(other: Law) -> bool:
         alike = (other.shape, other.power) == (law.shape, law.power)
         return alike or other.response in (law.response, INSTANT)
 
     home = MOMENT if law.place == DRAG else law.place
-    alone = replace(law, place=home, second="", by="")
+    alone = replace(law, place=home, second="", by="", side="")
     pool = [other for other in _forms(home, law.motion) if other != alone and near(other)]
     pool += repeating(alone)
-    found = [replace(other, place=law.place, second=law.second, by=law.by) for other in pool]
+    found = [
+        replace(other, place=law.place, second=law.second, by=law.by, side=law.side)
+        for other in pool
+    ]
     return [*found, replace(law, place=DRAG)] if law.place == MOMENT else found
+
+
+def _alike(other: Law, law: Law) -> bool:
+    """Another shape that acts at once, with the same power of the speed."""
+    return other.response == INSTANT and other.power == law.power and other.shape != law.shape
 
 
 def repeating(law: Law) -> list[Law]:
@@ -258,7 +288,7 @@ def elsewhere(law: Law) -> list[Law]:
         if powers and other != law:
             power = law.power if law.power in powers else powers[0]
             found.append(replace(other, power=power))
-    return [law for law in found if _tried(replace(law, second="", by=""))]
+    return [law for law in found if _tried(replace(law, second="", by="", side=""))]
 
 
 def _tried(law: Law) -> bool:
@@ -272,6 +302,8 @@ def _tried(law: Law) -> bool:
 def _forms(place: str, motion: str) -> tuple[Law, ...]:
     """All laws of a place and a motion."""
     if (place, motion) not in PAIRS:
+        if place == BALL:
+            return IN_COUPLING
         listed = [law for law in OTHERS if (law.place, law.motion) == (place, motion)]
         later = [replace(law, response=GROWING) for law in listed if law.response == INSTANT]
         return tuple(dict.fromkeys((*listed, *later)))
@@ -311,7 +343,7 @@ def plainer(law: Law) -> Law | None:
     if law.by and (law.place, law.motion) in LINE_KNOWN:
         return None  # without the other motion it is the library's
     if law.second or law.by:
-        return replace(law, second="", by="")
+        return replace(law, second="", by="", side="")
     return _next_to(law) or _line_of(law)
 
 
@@ -322,7 +354,7 @@ def _next_to(law: Law) -> Law | None:
     if law.shape == CURVE and law.response == LAGGED:
         return replace(law, response=INSTANT)
     fewer = []
-    if law.response in BY_THE_WAY:
+    if law.response in (*BY_THE_WAY, SUDDEN):
         fewer.append(replace(law, response=INSTANT))
     if law.place in ANYWHERE:  # without a lever
         fewer.append(replace(law, place=f"force_{ANYWHERE[law.place]}"))
@@ -337,9 +369,9 @@ def _next_to(law: Law) -> Law | None:
 def _line_of(law: Law) -> Law | None:
     """The law as a line that acts at once."""
     plain = replace(law, shape=SHAPES[0], response=INSTANT)
-    lasting = law.slides or law.response in (TRANSIENT, PERIODIC, *BY_THE_WAY)
+    lasting = law.slides or law.response in (TRANSIENT, *OF_EACH_RUN, *BY_THE_WAY)
     lasting = lasting and not (law.swings and law.response == FADING)
-    known = (law.place, law.motion) in LINE_KNOWN
+    known = (law.place, law.motion) in LINE_KNOWN or law.place == BALL
     if law == plain or known or law in OTHERS or lasting:
         return None
     fewer = len(effect_of(plain).parameters) < len(effect_of(law).parameters)

@@ -19,11 +19,12 @@ from scipy.signal import bilinear, lfilter
 
 from swaywatch.diagnose.evidence.locate import Locator
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
-from swaywatch.discover.effect import ID, RATE_S, bend_of, made_of
+from swaywatch.discover.effect import ID, RATE_S, bend_of, made_of, side_of
 from swaywatch.discover.find import Discovery
 from swaywatch.discover.forms import amount, curve, share_by_the_way
 from swaywatch.discover.law import (
     ANYWHERE,
+    BALL,
     BODIES,
     HEADINGS,
     LAGGED,
@@ -33,12 +34,13 @@ from swaywatch.discover.law import (
     PERIODIC,
     PLACES,
     SPEED_M_S,
+    SUDDEN,
     THERE,
     TRANSIENT,
     Law,
     one_way,
 )
-from swaywatch.discover.way import AXLES, DISTANCE, DRAG, SLOTS, course, driven, stretch
+from swaywatch.discover.way import AXLES, DISTANCE, DRAG, SLOTS, course, driven, since, stretch
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, OUTPUT, PlantInput, simulate
@@ -81,7 +83,7 @@ def place_of(law: Law) -> str:
     """The place at which an unknown input shows a law best."""
     if law.place in BODIES:
         return f"{'moment' if law.motion == 'turn' else 'force'}_{law.place}"
-    return {"tyres": "moment_car", DRAG: MOMENT}.get(law.place, law.place)
+    return {"tyres": "moment_car", DRAG: MOMENT, BALL: "force_trailer"}.get(law.place, law.place)
 
 
 def missing_inputs(found: Discovery) -> dict[str, Any]:
@@ -109,7 +111,9 @@ def missing_inputs(found: Discovery) -> dict[str, Any]:
             return list((np.bincount(bins, values, size) / count).astype(float))
 
         times = (
-            motion(found, index, replace(law, motion=law.by, second="", by="")) if law.by else None
+            motion(found, index, replace(law, motion=law.by, second="", by="", side=""))
+            if law.by
+            else None
         )
         law_there = None if moved is None else mean(valued(found, moved, run, times))
         value = missing.amplitude[index][:, 0]
@@ -138,7 +142,7 @@ _COLUMNS = {
 
 def motion(found: Discovery, index: int, law: Law) -> Array | None:
     """The variable of a law in a run of the model, shape (n,); None: a state of its own."""
-    if law.swings or law.motion == "side_force":
+    if not law.has_gain:
         return None
     if law.second:
         each = [replace(law, motion=m, second="") for m in (law.motion, law.second)]
@@ -232,21 +236,24 @@ def valued(found: Discovery, z: Array, run: Run, times: Array | None = None) -> 
     """The law over the course of its variable, and of what multiplies it, shape (n,)."""
     law = found.law
     values = found.term.as_dict()
+    names = [stretch(each) for each in found.search.problem.runs]
     if law.response == PERIODIC:
-        names = [stretch(each) for each in found.search.problem.runs]
         share = values["gain"] * course(run, values, names, half=one_way(law))
         return np.asarray(share if law.motion == DISTANCE else share * z)
+    begun = since(run, values, names) if law.response == SUDDEN else np.ones(run.time.size)
     if law.motion == DISTANCE:
-        return np.asarray(values["gain"] * share_by_the_way(law, run, values))
+        return np.asarray(begun * values["gain"] * share_by_the_way(law, run, values))
     bend = bend_of(values)
     if law.motion in LAW_FELT:
         z = z - changed(z, values["lag_s"])
     if law.response == TRANSIENT:
         z = stretched(law.shape, z, bend, values["lag_s"])
     bent = amount(law.shape, z, values, bend)
-    share = share_by_the_way(law, run, values)
+    share = begun * share_by_the_way(law, run, values)
     force = bent * (run.speed / SPEED_M_S) ** law.power * share
-    force = force if times is None else force * np.abs(times)
+    if times is not None:
+        on = 0.5 + 0.5 * np.tanh(side_of(law) * times)
+        force = force * (on if law.side else np.abs(times))
     if law.response == LAGGED and values["lag_s"] > 0.0:
         force = force - changed(force, values["lag_s"])
     if law.response == OSCILLATING:

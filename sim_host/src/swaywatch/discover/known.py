@@ -84,6 +84,7 @@ KNOWN: dict[tuple[str, str], tuple[str, str]] = {
     * 2,
     ("at_trailer", "sideslip_car"): ("the car's wake over the trailer",) * 2,
     ("axles", "distance"): ("ruts or tracks that wander from side to side",) * 2,
+    ("ball", "hitch_force"): ("a ball that moves in a worn or unlocked coupling",) * 2,
     ("force_trailer", "distance"): ("wind beside the road, between houses or hedges",) * 2,
     ("force_car", "distance"): ("wind beside the road, between houses or hedges",) * 2,
     ("moment_trailer", "distance"): ("brakes on one side that bind",) * 2,

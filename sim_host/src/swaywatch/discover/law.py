@@ -43,6 +43,7 @@ FIFTHS = (1, 2, 3, 4, 5)
 PIECES = ("gain", "of_size", *(f"{side}_{n}" for side in ("right", "left") for n in FIFTHS))
 #: What acts to one side only: a rope, a chain, a valve, a stop.
 SIDES = ("positive side", "negative side")
+_SIGN = {"": "", SIDES[0]: ">0", SIDES[1]: "<0"}  # in a law's string
 #: The same with slack: only once that is beyond it.
 STOPS = ("positive stop", "negative stop")
 #: Shapes that are looked for only where a form near them was found, with its values to begin with.
@@ -68,11 +69,12 @@ LIMITED = ("saturating", "hysteretic")  # shapes that level off at gain times be
 #: When a law acts: at once, behind a lag, only while its variable changes (a washout: what has
 #: lasted longer than the lag is forgotten), or the more the farther the recording has gone, until
 #: it does so wholly; or the less; or again and again along the road; or behind an oscillator of its
-#: own, which overshoots.
-RESPONSES = INSTANT, LAGGED, TRANSIENT, GROWING, FADING, PERIODIC, OSCILLATING = (
-    "instant", "lagged", "transient", "growing", "fading", "periodic", "oscillating",
+#: own, which overshoots; or from a moment of each run on, as what has broken does.
+RESPONSES = INSTANT, LAGGED, TRANSIENT, GROWING, FADING, PERIODIC, OSCILLATING, SUDDEN = (
+    "instant", "lagged", "transient", "growing", "fading", "periodic", "oscillating", "sudden",
 )  # fmt: skip
 BY_THE_WAY = (GROWING, FADING)
+OF_EACH_RUN = (PERIODIC, SUDDEN)  # with a number for each run
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,8 @@ class Dependence:
 
 #: The side-slip of the place itself at which something acts.
 THERE = "sideslip_there"
+#: Where the ball is across the trailer: a displacement, no force.
+BALL = "ball"
 #: Places with a lever of their own, and the bodies that they are on.
 ANYWHERE = {"at_car": "car", "at_trailer": "trailer"}
 MOMENT = "moment_trailer"
@@ -105,6 +109,7 @@ PLACES = {
     p.slot: p
     for p in (
         Place("hitch", "moment at the hitch on the car, its opposite on the trailer", "Nm", 300.0),
+        Place(BALL, "place of the ball across its coupling", "m", 0.002),
         Place("force_car", "side force on the car", "N", 200.0),
         Place("force_trailer", "side force on the trailer", "N", 200.0),
         Place("at_car", "side force at a place of the car", "N", 200.0),
@@ -180,6 +185,9 @@ class Law:
         Another motion that it depends on: on the sum of both, weighted; empty: on the first alone.
     by
         Another motion whose size multiplies it (friction that a force presses); empty: none.
+    side
+        One of `SIDES`: that motion does not multiply it, but it acts on this side of it only (pads
+        that hold while the drawbar is turned one way); empty: it multiplies.
     """
 
     place: str
@@ -189,18 +197,29 @@ class Law:
     response: str = INSTANT
     second: str = ""
     by: str = ""
+    side: str = ""
 
     @property
     def spec(self) -> str:
         """The law as one string, as stored in a model block."""
         of = "+".join(filter(None, (self.motion, self.second)))
-        of += f"*{self.by}" * bool(self.by)
+        of += f"*{self.by}{_SIGN[self.side]}" * bool(self.by)
         return "/".join((self.place, of, self.shape, str(self.power), self.response))
+
+    @property
+    def times(self) -> str:
+        """The motion whose size multiplies it; empty: none."""
+        return "" if self.side else self.by
 
     @property
     def swings(self) -> bool:
         """A mass that moves in its body: it oscillates, or slides."""
         return self.motion in SWINGS
+
+    @property
+    def has_gain(self) -> bool:
+        """It is a gain times what it depends on; other laws are made of other numbers."""
+        return not self.swings and self.motion != "side_force" and self.place != BALL
 
     @property
     def slides(self) -> bool:
@@ -218,8 +237,10 @@ def law_of(spec: str) -> Law:
     try:
         place, of, shape, power, response = spec.partition("@")[0].split("/")
         of, _, by = of.partition("*")
+        side = next((side for side, sign in _SIGN.items() if sign and by.endswith(sign)), "")
+        by = by.removesuffix(_SIGN[side])
         motion, _, second = of.partition("+")
-        found = Law(place, motion, shape, int(power), response, second, by)
+        found = Law(place, motion, shape, int(power), response, second, by, side)
     except ValueError:
         raise SwaywatchError(f"{spec!r} is no law (place/motion/shape/power/response)") from None
     known = motion in MOTIONS and place in PLACES
@@ -231,4 +252,4 @@ def law_of(spec: str) -> Law:
     return found
 
 
-assert set(PLACES) == {*LAW_TO, AXLES, DRAG, *ANYWHERE}
+assert set(PLACES) == {*LAW_TO, AXLES, BALL, DRAG, *ANYWHERE}

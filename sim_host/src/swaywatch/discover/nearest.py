@@ -40,7 +40,7 @@ def nearest(fits: Iterable[Fit], so_far: Fit) -> list[dict[str, Any]]:
     for fit in fits:
         law = _law(fit)
         left = reduced_chi_square(fit)
-        key = (law.place, law.motion, law.second, law.by)
+        key = (law.place, law.motion, law.second, law.by + law.side)
         if left < best.get(key, (float("inf"),))[0]:
             best[key] = left, fit
     ranked = sorted(best.values(), key=lambda row: row[0])

@@ -14,6 +14,7 @@ NINETY = 1.645
 #: Places of `law.PLACES` as short as a diagram needs them.
 PLACES = {
     "hitch": "yaw moment at the hitch",
+    "ball": "place of the ball across its coupling",
     "force_car": "side force on the car",
     "force_trailer": "side force on the trailer",
     "at_car": "side force at a place of the car",

@@ -87,7 +87,7 @@ def entry(found: Discovery, parameters: dict[str, Any], fit: dict[str, Any]) -> 
     for p in term.effect.parameters:
         parameters[p.name]["unit"] = p.unit
     if "limit" in parameters:
-        per = f" per {MOTIONS[law.by].unit}" if law.by else ""
+        per = f" per {MOTIONS[law.times].unit}" if law.times else ""
         parameters["limit"]["unit"] = PLACES[law.place].unit + per
     main = term.values[0]
     before, after = reduced_chi_square(found.base), reduced_chi_square(found.fit)

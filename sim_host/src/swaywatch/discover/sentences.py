@@ -13,6 +13,7 @@ from swaywatch.discover.effect import effect_of
 from swaywatch.discover.forms import in_pieces
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import (
+    BALL,
     BY_THE_WAY,
     CURVE,
     FADING,
@@ -37,6 +38,7 @@ from swaywatch.discover.law import (
     SPEED_M_S,
     STEPPED,
     STOPS,
+    SUDDEN,
     SWITCHED,
     THERE,
     TRANSIENT,
@@ -98,7 +100,9 @@ def suggestion(law: Law, gain: float) -> str:
     """What is known to act in this way; empty if nothing is, or where no form tells."""
     if law.shape == CURVE:
         return ""
-    pressed = _PRESSED.get((law.place, law.motion, law.by), "")
+    if law.place == BALL:
+        return KNOWN[law.place, law.motion][0]
+    pressed = _PRESSED.get((law.place, law.motion, law.times), "")
     special = pressed or _of_form(law, gain) or _at_hitch(law, gain)
     place = MOMENT if law.place == DRAG else law.place
     return special or KNOWN.get((place, law.motion), ("", ""))[gain < 0.0]
@@ -130,7 +134,7 @@ def _of_form(law: Law, gain: float) -> str:
 
 def _of_friction(law: Law, gain: float) -> str:
     """What rubs there."""
-    if replace(law, by="") == _DRY and gain > 0.0:
+    if replace(law, by="", side="") == _DRY and gain > 0.0:
         return "dry friction: of a ball, a stabiliser, a slewing ring"
     if law.shape == FALLING and law.motion in RATES:
         return "dry friction that falls as it slides faster"
@@ -174,9 +178,11 @@ def _at_hitch(law: Law, gain: float) -> str:
 
 def energy(law: Law, gain: float) -> str:
     """Whether the law can supply energy to the motion."""
-    if law.swings or law.place == DRAG:
-        swings = "stores energy and dissipates it by its own damping: passive"
-        return swings if law.swings else "brakes the trailer: takes energy from the forward motion"
+    if law.swings or law.place in (DRAG, BALL):
+        own = "friction" if law.place == BALL else "its own damping"
+        held = f"stores energy and dissipates it by {own}: passive"
+        drags = "brakes the trailer: takes energy from the forward motion"
+        return drags if law.place == DRAG else held
     if law.motion in (DISTANCE, law.place):
         grips = law.response == PERIODIC
         return {
@@ -212,6 +218,8 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         return f"the tyre side forces act {_range(lever, 1000.0)} mm {side} the wheel centres"
     if law.response == PERIODIC and law.motion == law.place:
         return _grip(law, parameters)
+    if law.place == BALL:
+        return _in_coupling(law, parameters)
     place, motion = PLACES[law.place], MOTIONS[law.motion]
     gain = parameters["gain"]
     unit, factor = _UNITS[place.unit]
@@ -289,6 +297,8 @@ def _grip(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
 
 def _second(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What a second variable adds to a sentence."""
+    if law.side:
+        return f", only while the {MOTIONS[law.by].words} is {law.side.removesuffix(' side')}"
     if law.by:
         return f" and per {MOTIONS[law.by].unit} of the size of the {MOTIONS[law.by].words}"
     if not law.second:
@@ -302,18 +312,14 @@ def _second(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
 def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What a lag adds to a sentence, or a washout, or the way."""
     if law.response in BY_THE_WAY:
-        growing = law.response == GROWING
-        if "over_rad" in parameters:
-            over = f"{parameters['over_rad']['value']:.2g} rad"
-            half = "half of it" if growing else "half of it left"
-            return f", {half} once the hitch has worked through {over}"
-        over = f"{parameters['over_m']['value']:.0f} m"
-        return f", {'two thirds of it' if growing else 'a third of it left'} after the first {over}"
+        return _by_the_way(law, parameters)
     if law.response == PERIODIC:
         often = parameters["repetitions_per_km"]
         only = ", one way only, with nothing between" if one_way(law) else ""
         every = f"every {1000.0 / often['value']:.1f} m"
         return f"{only}, {_range(often)} times for each kilometre, {every}"
+    if law.response == SUDDEN:
+        return _from_then_on(parameters)
     if law.response == OSCILLATING:
         hz, ratio = parameters["frequency_hz"], max(parameters["damping_ratio"]["value"], 0.0)
         of = f"{_range(hz)} Hz with a damping ratio of {100.0 * ratio:.0f} %"
@@ -328,12 +334,30 @@ def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     )
 
 
+def _by_the_way(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """How far, or through which angle, what comes or fades takes."""
+    growing = law.response == GROWING
+    if "over_rad" in parameters:
+        over = f"{parameters['over_rad']['value']:.2g} rad"
+        half = "half of it" if growing else "half of it left"
+        return f", {half} once the hitch has worked through {over}"
+    over = f"{parameters['over_m']['value']:.0f} m"
+    return f", {'two thirds of it' if growing else 'a third of it left'} after the first {over}"
+
+
+def _from_then_on(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """From which moment of each run on."""
+    each = [row for name, row in parameters.items() if name.startswith("begins_")]
+    at = [f"from {_range(row)} s of run {i + 1} on" for i, row in enumerate(each)]
+    return f", {' and '.join(at)}" if at else ", from some moment on"
+
+
 def _shape(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What a shape adds to a sentence."""
     unit = MOTIONS[law.motion].unit
     at = f"{abs(parameters['bend']['value']):.3g} {unit}" if "bend" in parameters else ""
     limit = _limit(parameters, PLACES[law.place]) if "limit" in parameters else ""
-    limit += f" per {MOTIONS[law.by].unit}" if law.by else ""
+    limit += f" per {MOTIONS[law.times].unit}" if law.times else ""
     again = f"{2.0 * math.pi * float(parameters.get('bend', {'value': 0.0})['value']):.3g}"
     if law.shape == UNEVEN:
         return f", {_range(parameters['other_side'])} times as much while that is negative"
@@ -408,6 +432,18 @@ def _comes_loose(parameters: Mapping[str, Mapping[str, Any]]) -> str:
     how = "less" if lost >= 0.0 else "more"
     share = f"{100.0 * abs(lost):.0f} % {how} stiffly in the end"
     return f", held {share}, two thirds of that after the first {over:.0f} m"
+
+
+def _in_coupling(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """A ball that moves across its coupling, in one sentence."""
+    soft = parameters["compliance"]
+    if law.shape == LOST_MOTION:
+        play = _range(parameters["play_m"], 1000.0)
+        return f"the ball moves freely across its coupling by {play} mm either way"
+    return (
+        f"the ball gives way across its coupling by {_range(soft, 1e6)} mm per kN, with a dry "
+        f"friction of {_range(parameters['friction_n'])} N"
+    )
 
 
 def _where(parameters: Mapping[str, Mapping[str, Any]]) -> str:

@@ -19,6 +19,7 @@ from swaywatch.diagnose.evidence.evidence import (
 from swaywatch.diagnose.evidence.search import Candidate, Linear, Search, reduced_chi_square
 from swaywatch.diagnose.fit.budget import Budget
 from swaywatch.diagnose.fit.fit import Fit, Fitter
+from swaywatch.discover import sudden
 from swaywatch.discover.begin import (
     SHORT_LIST,
     best_of_each_law,
@@ -33,11 +34,13 @@ from swaywatch.discover.begin import (
     looks,
     of_a_product,
     of_two_variables,
+    runs_of,
 )
 from swaywatch.discover.effect import ID, effect_of
 from swaywatch.discover.excerpt import Excerpt, everything, excerpt_of
 from swaywatch.discover.free import free_curves
 from swaywatch.discover.grammar import (
+    IN_COUPLING,
     all_laws,
     elsewhere,
     grammar,
@@ -48,6 +51,7 @@ from swaywatch.discover.grammar import (
 )
 from swaywatch.discover.law import (
     ALONE,
+    BALL,
     BODIES,
     CURVE,
     FADING,
@@ -162,6 +166,7 @@ class LawSearch:
         nonlinear = sum(law.shape != SHAPES[0] for law in laws)
         price = len(laws) * math.log(len(grammar())) + nonlinear * math.log(len(SHAPES))
         price += sum(bool(law.second or law.by) for law in laws) * math.log(len(MOTIONS))
+        price += sum(bool(law.side) for law in laws) * math.log(len(SIDES))
         price += sum(law.response != INSTANT for law in laws) * math.log(len(RESPONSES))
         return replace(found, evidence=found.evidence - price)
 
@@ -173,7 +178,8 @@ class LawSearch:
         for term in terms:
             law = law_in(term)
             # values of a roll of its own are the last ones
-            effect = effect_of(law, sprung=True) if law.motion in ROLLS else term.effect
+            runs = runs_of(term, law)
+            effect = effect_of(law, sprung=True, runs=runs) if law.motion in ROLLS else term.effect
             found.append(ActiveEffect(effect, term.values[: len(effect.parameters)]))
         return found
 
@@ -221,6 +227,7 @@ class LawSearch:
             fits = [*fits, *self._in_other_shapes(course, fits)]
             fits = [*fits, *self._swinging(parent)]  # cheaper than what follows, as is the road
             fits = [*fits, *self._along_the_road(fits, parent)]
+            fits = [*fits, *self._on_the_way(fits, parent)]
             fits = [*fits, *self._in_curves(fits, parent)]
             fits = [*fits, *self._of_two(fits, parent)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
@@ -495,6 +502,26 @@ class LawSearch:
         drags = close.side_by_side(lambda f: close.run(f, 10), drags)
         return self._with_drag_for_a_reason([*best, *drags])
 
+    def _on_the_way(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
+        """What begins on the way, where laws that act all the time leave more than noise."""
+        if parent.terms or self._only_noise(fits) or self._spent("what begins on the way"):
+            return []
+        close = self.search.close
+        calibrated, of_file = close.run(parent, 6), close.start()
+        all_of_it = everything(close)
+        starts = [
+            replace(near, terms=tuple(self._sprung([term])))
+            for near, course in (
+                (calibrated, all_of_it.course(calibrated, calibrated=True)),
+                (of_file, all_of_it.stricter().course(of_file)),
+            )
+            for term in sudden.promising(course)
+        ]
+        found = best_of_each_law(_held(all_of_it.fitter, starts))[:PAIRED_ON]
+        found = close.side_by_side(lambda f: close.run(f, 10), found)
+        best = min((fit.chi2 for fit in fits), default=math.inf)
+        return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
+
     def _waves(
         self, near: Linear, rate: float, laws: Sequence[Law]
     ) -> list[tuple[float, ActiveEffect]]:
@@ -520,7 +547,9 @@ class LawSearch:
         return found
 
     def _swinging(self, parent: Fit) -> list[Fit]:
-        """Oscillating masses in the vehicle of the file, where the library alone does not suffice.
+        """Oscillating masses, and a ball that moves, in the vehicle of the file.
+
+        Where the library alone does not suffice.
 
         Near the frequency of the sway such a mass changes the whole motion; a vehicle whose values
         compensate for it is too far from the true one for the mass to be found from there.
@@ -531,7 +560,7 @@ class LawSearch:
         start = close.start()
         starts = [
             replace(start, terms=(ActiveEffect(e, values),))
-            for law in SWINGING
+            for law in (*SWINGING, *IN_COUPLING)
             for e, values in self._set_going(law)
         ]
         excerpt = self._excerpt(start)
@@ -547,7 +576,12 @@ class LawSearch:
         return float(self.search.close.problem.body[BODY.index(f"{law.place}.{of}")])
 
     def _set_going(self, law: Law) -> Iterator[tuple[Effect, tuple[float, ...]]]:
-        """A mass that moves in its body, with initial values: frequencies, or frictions."""
+        """What moves by itself, with initial values: a mass by its frequency, or friction."""
+        if law.place == BALL:
+            effect = effect_of(law)
+            size, other = effect.parameters
+            yield from ((effect, (x, y)) for x in size.starts for y in other.starts)
+            return
         mass = SWING_SHARE * self._whole(law)
         if law.slides:
             effect = effect_of(law)
@@ -619,8 +653,8 @@ class LawSearch:
             if law is None:
                 return candidate
             known = fit.terms[at].as_dict()
-            if own.by:
-                known["gain"] *= MOTIONS[own.by].usual
+            if own.times:
+                known["gain"] *= MOTIONS[own.times].usual
             if law.response == LAGGED and "damping_ratio" in known:  # an oscillator that creeps
                 known["lag_s"] = known["damping_ratio"] / (math.pi * known["frequency_hz"])
             hz = known["frequency_hz"] if law.swings else None

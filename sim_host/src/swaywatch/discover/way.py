@@ -46,12 +46,29 @@ ROAD_PLACES = (
 #: Axles, one or all, whose tyres can grip more and less along the road.
 GRIP_PLACES = (AXLES, "slip_car_front", "slip_car_rear", "slip_trailer")
 USUAL_WORK_RAD_M = 1e-3  # that a hitch works through in a test drive, where no sensor says so
+RISE_S = 0.2  # within which something breaks: as finely as a fit can move the moment
 #: Repetitions for each kilometre that are looked for: every 15 to 400 m.
 FEWEST, MOST = 2.5, 65.0
 MOST_GRIPS, GRIP_FINENESS = 130.0, 0.5  # of tyres on slabs, every 8 m
 FINENESS = 0.2  # of what the way of the longest run can resolve
 BESIDE = 6  # of that, over which the power of neighbours is averaged
 CHOSEN = 5  # numbers of repetitions that are tried at every place
+
+
+def begins(names: Sequence[str]) -> tuple[Parameter, ...]:
+    """The moment of each run from which on something acts."""
+    return tuple(
+        Parameter(f"begins_{i + 1}_s", "s", 0.0, -5.0, 1e5, (20.0,), 0.2, 1e9)
+        for i in range(len(names))
+    )
+
+
+def since(run: Run, values: Values, names: Sequence[str]) -> Array:
+    """Share of what acts from a moment of each run on, shape (n,); in an unknown run all of it."""
+    if stretch(run) not in names:
+        return np.ones(run.time.size)
+    at = values[f"begins_{names.index(stretch(run)) + 1}_s"]
+    return np.asarray(0.5 + 0.5 * np.tanh((run.time - at) / RISE_S))
 
 
 def driven(run: Run) -> Array:

@@ -121,6 +121,9 @@ SCALARS = (
     "law_transient",
     *(f"law_of_{name}" for name in (*LAW_OF, *LAW_FELT)),  # weights of what it depends on
     "law_by",  # place, from 1 on, among all these of what multiplies it by its size; 0: nothing
+    # above or below nothing: it does not multiply, but the law acts only while it is positive or
+    # negative; one over what it takes to be
+    "law_by_side",
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
     "law_drag_trailer",  # 1/m, drag of the trailer's wheels for each Nm of a moment on it; 0: none
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass
@@ -135,6 +138,8 @@ SCALARS = (
     "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest
     "sensor_ahead_car", "sensor_ahead_trailer",  # m, "centre of gravity" of the accelerations
     "drawbar_compliance",  # m/N, sideways at the ball; 0: rigid
+    "drawbar_play",  # m either way, within which nothing holds the ball there
+    "drawbar_friction",  # N, against its motion there
     "drag_area_car", "drag_area_trailer",  # m2, drag coefficient times frontal area
     "front_drive",  # share of the drive that acts at the front wheels, along where they point
     "pitch_transfer",  # share of the moments of drag and drive that the axle loads carry

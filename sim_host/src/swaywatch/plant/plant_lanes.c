@@ -62,6 +62,8 @@
 #define SWITCHED_SHARE 0.1             // of what it switches at, over which it does
 #define MODE_SLOW 0.01                 // m/s, below which friction on a floor is not full
 #define DRAWBAR_LOSS_S 0.005           // damping over stiffness of a drawbar: steel with its joints
+#define BALL_MEETS_M 3e-4  // m beyond its play, from which on a ball is held with the whole loss
+#define BALL_RUBS 2e4      // Ns/m, of its friction where it hardly moves
 #define LEAST_DRAWBAR 2e-6 // m/N, below which the motion of this one is scaled down: steps of 20 ms
 #define RESOLVED 2         // trials of the drawbar's acceleration, and which one is the last
 

@@ -113,15 +113,17 @@ INLINE V NAME(kept)(V z, V state, V rate, V shape, V some, V per, V otherwise)
     return NAME(choose)(shape == PLAYS, NAME(played)(z - state, some), found);
 }
 
-/// What multiplies a law: the size of a motion, or of what is felt.
+/// What multiplies a law: the size of a motion, or of what is felt; or whether that is on one side.
 INLINE V NAME(times)(const V *x, const V *of, const V *e)
 {
-    const V by = e[E_LAW_BY];
-    V found = NAME(choose)(by > PLANT_LAW_STATES, NAME(absolute)(x[X_PRESSED]), NAME(all)(1.0));
+    const V by = e[E_LAW_BY], side = e[E_LAW_BY_SIDE], none = {0};
+    V found = NAME(choose)(by > PLANT_LAW_STATES, x[X_PRESSED], none);
     for (int j = 0; j < PLANT_LAW_STATES; j++) {
-        found = NAME(choose)(by == 1.0 + j, NAME(absolute)(of[j]), found);
+        found = NAME(choose)(by == 1.0 + j, of[j], found);
     }
-    return found;
+    const V there = 0.5 + 0.5 * NAME(hyperbolic_tangent)(found * side);
+    found = NAME(choose)(side == 0.0, NAME(absolute)(found), there);
+    return NAME(choose)(by > 0.0, found, NAME(all)(1.0));
 }
 
 /// A power of the speed: -1 to 2.
@@ -253,9 +255,18 @@ INLINE V NAME(drawbar_share)(const V *e)
     return NAME(least)(e[E_DRAWBAR_COMPLIANCE] * (1.0 / LEAST_DRAWBAR), NAME(all)(1.0));
 }
 
-/// Its side force on the car, in the trailer's axes.
+/// Its side force on the car, in the trailer's axes: nothing holds the ball within a play, where
+/// only friction acts; the loss comes in with what is pressed.
 INLINE V NAME(drawbar_force)(const V *x, const V *e)
 {
     const V per_n = NAME(most)(e[E_DRAWBAR_COMPLIANCE], NAME(all)(LEAST_DRAWBAR));
-    return (x[X_DRAWBAR] + DRAWBAR_LOSS_S * x[X_DRAWBAR_RATE]) / per_n;
+    const V q = x[X_DRAWBAR], rate = x[X_DRAWBAR_RATE], play = e[E_DRAWBAR_PLAY];
+    const V pressed = q - NAME(most)(NAME(least)(q, play), -play);
+    const V share = NAME(least)(NAME(absolute)(pressed) * (1.0 / BALL_MEETS_M), NAME(all)(1.0));
+    const V meets = NAME(choose)(play > 0.0, share, NAME(all)(1.0));
+    // as steep as the steps allow
+    const V friction = NAME(most)(e[E_DRAWBAR_FRICTION], NAME(all)(1e-9));
+    const V rubs = friction * NAME(hyperbolic_tangent)(rate * (BALL_RUBS / friction));
+    return (pressed + DRAWBAR_LOSS_S * meets * rate) / per_n +
+           NAME(where)(e[E_DRAWBAR_FRICTION], rubs);
 }

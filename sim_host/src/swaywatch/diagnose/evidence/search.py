@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -234,6 +234,32 @@ class Linear:
                 apart[inside, r] = change[inside]
             found.append(self._projected(apart))
         return found
+
+    def from_then_on(
+        self,
+        tried: Sequence[tuple[Effect, tuple[float, ...]]],
+        begins: Sequence[Sequence[int]],
+    ) -> Iterator[tuple[Array, Array]]:
+        """Products of what each effect changes from some blocks of each run on, the rest refitted.
+
+        With each other, shape (n, n), and with what is left, shape (n,), n the blocks of all runs.
+        """
+        sizes = [e.size for e in self.base]
+        edges = [0, *np.cumsum(sizes)]
+        whole = np.concatenate(self.base)
+        for at in range(0, len(tried), AT_ONCE):
+            for moved in self._moved(tried[at : at + AT_ONCE]):
+                change = np.where(np.isfinite(moved), moved - whole, 0.0)
+                apart = np.zeros((self.left.size, sum(map(len, begins))))
+                column = 0
+                for r, blocks in enumerate(begins):
+                    width = len(self.fitter.comparison(r).names)
+                    for block in blocks:
+                        rows = slice(edges[r] + block * width, edges[r + 1])
+                        apart[rows, column] = change[rows]
+                        column += 1
+                along = self.q.T @ apart
+                yield apart.T @ apart - along.T @ along, apart.T @ self.left
 
     def _promise(self, effect: Effect, values: Array, moved: Array) -> tuple[float, Array]:
         """Drop of chi2 along the course towards some values, and where on it to begin."""
