@@ -371,6 +371,16 @@ UNLISTED = {
     "slipping_neck": (1e-5, 300.0),
     "open_door": (40.0, 24.0),
     "shimmy": (0.005, 0.0),
+    "lorry_ruts": (0.003, 0.2),
+    "standing_water": (800.0, 80.0),
+    "bump_stop_grip": (0.4, 0.005),
+    "loose_hands": (0.3, 0.2),
+    "worn_pad": (800.0, 0.3),
+    "track_rod_end": (0.003, 0.005),
+    "hopping_wheels": (0.4, 80.0),
+    "buckled_wheel": (0.01, 0.0),
+    "skew_joints": (0.004, 15.0),
+    "slow_puncture": (0.5, 100.0),
 }
 CARGO = (
     "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
@@ -417,7 +427,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         "binding_ball", "spring_bars", "lingering_flow", "torn_cable", "hub_drives",
         "squealing_pads", "outward_damper", "tearing_canvas", "cocked_overrun",
         "brinelled_ring", "solenoid_brakes", "servo_ball", "locker_corner", "tilted_head",
-        "roll_protection", "slack_tarpaulin", "greasy_ball", "soft_verge", "open_door",
+        "roll_protection", "slack_tarpaulin", "greasy_ball", "soft_verge", "open_door", "worn_pad",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 

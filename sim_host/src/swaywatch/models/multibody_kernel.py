@@ -33,6 +33,7 @@ from swaywatch.models.multibody_more import (
     ELASTIC_DRAWBAR,
     GAP_PUMP,
     HYDRO_BUSH,
+    LOOSE_HANDS,
     LOOSE_U_BOLTS,
     MORE_DAMPING,
     RACKED_FRAME,
@@ -42,6 +43,7 @@ from swaywatch.models.multibody_more import (
     SHIMMY,
     SLIPPING_NECK,
     SLOW_RAD_S,
+    STANDING_WATER,
     SUBFRAME_RUBBER,
     TOWBAR_TWIST,
     TURNING_LOAD,
@@ -189,7 +191,7 @@ from swaywatch.models.multibody_tables import (
 #: Contents (SHA-1, first twelve digits) of the files that this one is compiled with. Numba keeps
 #: compiled code until the file of a function changes, whatever else it is made of: a change of
 #: those has to change this file too (tests/host/test_multibody.py says what to write).
-MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "69c3ceb1cbfc"}
+MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "e41c7345cde8"}
 
 
 class View(NamedTuple):
@@ -434,7 +436,7 @@ def _tyres(
     if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS, CASTER_FLUTTER, CREEPING_CLAMP):
         middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
         more_of_slip(g, z, zdot, middle)
-    if g[G_MORE] in (HYDRO_BUSH, SHIMMY):
+    if g[G_MORE] in (HYDRO_BUSH, SHIMMY, LOOSE_HANDS):
         middle = 0.5 * (work[0, TRAVEL] + work[1, TRAVEL]) - out[O_STEER]
         more_of_slip(g, z, zdot, middle)
     if g[G_MORE] == SUBFRAME_RUBBER:
@@ -453,7 +455,7 @@ def _tyres(
         force = _wheel_force(g, w, u, load[i], slip)
         out[O_FY + i] = force
         along = 0.5 * drive * w[W_STEERED] - w[W_DRAG]
-        if i >= 4:
+        if i >= 4 or g[G_MORE] == STANDING_WATER:
             along -= more_drag(g, z, w, out)
         yaw = steer + (out[O_YAW1] if i < 4 else out[O_YAW2])
         c, s = math.cos(yaw), math.sin(yaw)

@@ -35,6 +35,7 @@ from swaywatch.models.multibody_tables import (
     O_YAW1,
     O_YAW2,
     W_SIDE,
+    W_STEERED,
     Z_MORE,
     Z_ROLL,
     Z_SLOSH,
@@ -65,7 +66,9 @@ MADE_OF = {"multibody_tables": "7e6a397047d3"}
     LOCKER_CORNER, HANGING_LOAD, BUMP_STEER, WORKING_FRAME, LATE_REAR_STEERING, SLACK_TARPAULIN,
     TILTED_HEAD, PUDDLES, ROLL_PROTECTION, SUBFRAME_RUBBER, SOFT_TYRE, GREASY_BALL, CROOKED_JOINT,
     SOFT_VERGE, LEANING_STACK, LOOSE_HUB, BROKEN_LINK, SLIPPING_NECK, OPEN_DOOR, SHIMMY,
-) = range(1, 137)  # fmt: skip
+    LORRY_RUTS, STANDING_WATER, BUMP_STOP_GRIP, LOOSE_HANDS, WORN_PAD, TRACK_ROD_END,
+    HOPPING_WHEELS, BUCKLED_WHEEL, SKEW_JOINTS, SLOW_PUNCTURE,
+) = range(1, 147)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -90,6 +93,10 @@ STACK = 0.6  # share of what holds a stack that is friction
 BREAKS_S = 0.05
 DOOR_BEHIND_M, DOOR_DAMPING = 2.5, 0.2
 SHIMMY_GROWTH, SHIMMY_COUPLING = 0.3, 5.0  # the latter 1/rad, of the tyres' slip
+COURSE_S = 2.5  # in which a road and its ruts go where the driver means to
+WATER_M_S = 25.0  # speed at which a drag of water is its size
+FRONT_LEFT, REAR_RIGHT, TRAILER_FRONT_RIGHT = 0, 3, 5
+JOINT = 64  # power of a wave that leaves of it kicks, each a tenth of its length
 GAP_M = 2.0  # half the width of what presses air out of a gap, and so on its edge
 
 
@@ -107,24 +114,49 @@ def more_steer(
 
     `place` is of a planar wheel in its body's frame, m.
     """
-    if g[G_MORE] == WANDERING_RUTS:
-        way = z[Z_MORE] + place - (0.0 if wheel < 4 else g[G_CAR_LEVER])
-        return float(g[G_MORE_SIZE] * math.sin(TURN * way / g[G_MORE_AT]))
-    if g[G_MORE] == GROOVED_ROAD:
-        heading = out[O_YAW1] if wheel < 4 else out[O_YAW2]
-        return float(-g[G_MORE_SIZE] * g[G_MORE_AT] * math.tanh(heading / g[G_MORE_AT]))
+    if g[G_MORE] in (WANDERING_RUTS, GROOVED_ROAD, LORRY_RUTS, SKEW_JOINTS):
+        return float(_more_of_road(g, z, wheel, place, out))
     if wheel >= 4:
         return float(_more_of_trailer_axles(g, z, wheel, slip, out))
     if wheel >= 2:
         return float(g[G_MORE_SIZE] * _more_of_rear_axle(g, z, wheel, slip, out))
+    if g[G_MORE] == TRACK_ROD_END and wheel != FRONT_LEFT:
+        return 0.0
     return float(g[G_MORE_SIZE] * _more_of_front_axle(g, z, rate, slip, out))
+
+
+@njit(cache=True)
+def _more_of_road(g: Any, z: Any, wheel: int, place: float, out: Any) -> float:
+    """The same of what lies along the road, or across it, under all wheels."""
+    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+    way = z[Z_MORE] + place - (0.0 if wheel < 4 else g[G_CAR_LEVER])
+    if kind == WANDERING_RUTS:
+        angle = size * math.sin(TURN * way / at)
+    elif kind == SKEW_JOINTS:
+        angle = size * math.cos(0.5 * TURN * way / at) ** JOINT
+    elif kind == LORRY_RUTS:
+        across = (z[Z_MORE + 1] + _across(g, z, wheel, place, out)) / at
+        angle = -2.0 * size * across / (1.0 + across * across)
+    else:
+        heading = out[O_YAW1] if wheel < 4 else out[O_YAW2]
+        angle = -size * at * math.tanh(heading / at)
+    return float(angle)
+
+
+@njit(cache=True)
+def _across(g: Any, z: Any, wheel: int, place: float, out: Any) -> float:
+    """Place of a point of a planar body to the left of the car's COG, across the road, m."""
+    car = out[O_YAW1] - z[Z_MORE]
+    if wheel < 4:
+        return float(place * math.sin(car))
+    return float(place * math.sin(out[O_YAW2] - z[Z_MORE]) - g[G_CAR_LEVER] * math.sin(car))
 
 
 @njit(cache=True)
 def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> float:
     """The same of the car's front axle, over its size."""
     kind, angle = g[G_MORE], 0.0
-    if kind in (LATE_ASSIST, DRIVER_ARMS, CROSSWIND_ASSIST, SEIZED_TOP_MOUNT):
+    if kind in (LATE_ASSIST, DRIVER_ARMS, CROSSWIND_ASSIST, SEIZED_TOP_MOUNT, LOOSE_HANDS):
         angle = z[Z_MORE]
     elif kind == TOW_ASSIST:
         angle = rate
@@ -143,7 +175,7 @@ def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> f
 
 @njit(cache=True)
 def _more_of_front_parts(g: Any, z: Any, slip: float, out: Any) -> float:
-    """The same of what is soft, bent, soiled or worn there, or put together wrongly."""
+    """The same of what is soft, bent or soiled there, and of its joints."""
     kind, angle = g[G_MORE], 0.0
     if kind == WISHBONE_BUSH:
         angle = _beyond(slip, g[G_MORE_AT])
@@ -159,10 +191,21 @@ def _more_of_front_parts(g: Any, z: Any, slip: float, out: Any) -> float:
         angle = out[O_ROLL1] ** 3
     elif kind == PUDDLES:
         angle = 0.5 * (1.0 + math.sin(TURN * z[Z_MORE] / g[G_MORE_AT])) * slip
-    elif kind == CROOKED_JOINT:
+    else:
+        angle = _more_of_steering_joints(g, z, slip, out)
+    return float(angle)
+
+
+@njit(cache=True)
+def _more_of_steering_joints(g: Any, z: Any, slip: float, out: Any) -> float:
+    """The same of joints that are worn, or put together wrongly."""
+    kind, angle = g[G_MORE], 0.0
+    if kind == CROOKED_JOINT:
         angle = math.sin(out[O_STEER] * g[G_RATIO]) ** 2
     elif kind == SHIMMY:
         angle = 0.5 * z[Z_MORE]
+    elif kind == TRACK_ROD_END:
+        angle = math.tanh(slip / g[G_MORE_AT])
     return float(angle)
 
 
@@ -179,8 +222,6 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
         angle = z[Z_MORE]
     elif kind == QUICK_REAR:
         angle = g[G_MORE_AT] * math.tanh((out[O_STEER] - z[Z_MORE]) / (RATE_S * g[G_MORE_AT]))
-    elif kind == WORN_SHOULDERS:
-        angle = abs(slip)
     elif kind == REAR_BUSH_PLAY:
         angle = math.tanh(slip / g[G_MORE_AT])
     elif kind == BENT_RIM and wheel == REAR_LEFT:
@@ -191,6 +232,23 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
         angle = g[G_MORE_AT] * math.tanh((out[O_YAW2] - out[O_YAW1]) / g[G_MORE_AT])
     elif kind == BROKEN_LINK:
         angle = z[Z_MORE] * out[O_ROLL1]
+    else:
+        angle = _more_of_rear_grip(g, z, wheel, slip, out)
+    return float(angle)
+
+
+@njit(cache=True)
+def _more_of_rear_grip(g: Any, z: Any, wheel: int, slip: float, out: Any) -> float:
+    """The same of tyres that hold less: one way, under a lean, on a rough road, without air."""
+    kind, angle = g[G_MORE], 0.0
+    if kind == WORN_SHOULDERS:
+        angle = abs(slip)
+    elif kind == BUMP_STOP_GRIP:
+        angle = math.tanh(max(abs(out[O_ROLL1]) / g[G_MORE_AT] - 1.0, 0.0)) * slip
+    elif kind == HOPPING_WHEELS:
+        angle = max(math.sin(TURN * z[Z_MORE] / g[G_MORE_AT]), 0.0) * slip
+    elif kind == SLOW_PUNCTURE and wheel == REAR_RIGHT:
+        angle = z[Z_MORE] * slip
     return float(angle)
 
 
@@ -211,6 +269,8 @@ def _more_of_trailer_axles(g: Any, z: Any, wheel: int, slip: float, out: Any) ->
         CASTER_FLUTTER,
     ):  # fmt: skip
         angle = size * z[Z_MORE]
+    elif kind == BUCKLED_WHEEL and wheel == TRAILER_FRONT_RIGHT:
+        angle = size * math.sin(z[Z_MORE] / g[G_RADIUS])
     elif kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
         angle = size * z[Z_MORE] * slip
     else:
@@ -292,17 +352,15 @@ def _more_at_hitch(g: Any, z: Any, rate: float, out: Any) -> float:
 
 @njit(cache=True)
 def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
-    """The same over its size: of what presses or leans on the ball, what is damp, what lets go.
+    """The same over its size: of what presses or leans on the ball, what lets go, and its pads.
 
-    And of dents, of a motor, of what is touched or greased on one side.
+    And of dents, of a motor, of what is touched on one side.
     """
     kind, at, moment = g[G_MORE], g[G_MORE_AT], 0.0
     if kind == BINDING_BALL:
         moment = abs(z[Z_MORE]) * math.tanh(rate / SLOW_RAD_S)
     elif kind == SPRING_BARS:
         moment = _beyond(out[O_ROLL2], at)
-    elif kind == SQUEALING_PADS:
-        moment = math.tanh(rate / SLOW_RAD_S) / (1.0 + (rate / at) ** 2)
     elif kind == OUTWARD_DAMPER:
         moment = 0.5 * (rate + abs(rate) * math.tanh((out[O_YAW2] - out[O_YAW1]) / at))
     elif kind == BRINELLED_RING:
@@ -314,10 +372,22 @@ def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
     elif kind == LOCKER_CORNER:
         side = math.copysign(1.0, g[G_MORE_SIZE])
         moment = max(side * (out[O_YAW2] - out[O_YAW1]) - at, 0.0)
+    else:
+        moment = _more_of_pads(g, rate, out)
+    return float(moment)
+
+
+@njit(cache=True)
+def _more_of_pads(g: Any, rate: float, out: Any) -> float:
+    """The same of pads at the ball that are damp, greased on one side of it, or worn on one."""
+    kind, at, moment = g[G_MORE], g[G_MORE_AT], 0.0
+    rubs, side = math.tanh(rate / SLOW_RAD_S), math.copysign(1.0, g[G_MORE_SIZE])
+    if kind == SQUEALING_PADS:
+        moment = rubs / (1.0 + (rate / at) ** 2)
     elif kind == GREASY_BALL:
-        side = math.copysign(1.0, g[G_MORE_SIZE])
-        holds = 0.5 * (side + math.tanh((out[O_YAW2] - out[O_YAW1]) / at))
-        moment = holds * math.tanh(rate / SLOW_RAD_S)
+        moment = 0.5 * (side + math.tanh((out[O_YAW2] - out[O_YAW1]) / at)) * rubs
+    elif kind == WORN_PAD:
+        moment = side * rubs * (1.0 if side * rubs > 0.0 else at)
     return float(moment)
 
 
@@ -472,12 +542,20 @@ def _more_that_stays(g: Any, z: Any, zdot: Any, out: Any) -> None:
 
 @njit(cache=True)
 def _more_of_way(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
-    """What grows with the distance, or with what pads have rubbed."""
+    """What goes with the distance or the place across the road, or with what pads have rubbed."""
     kind = g[G_MORE]
-    if kind in (HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS, PUDDLES, SOFT_VERGE):
+    if kind in (
+        HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS, PUDDLES, SOFT_VERGE, STANDING_WATER,
+        HOPPING_WHEELS, BUCKLED_WHEEL, SKEW_JOINTS,
+    ):  # fmt: skip
         zdot[Z_MORE] = out[O_SPEED]
+    elif kind == LORRY_RUTS:
+        course = math.atan2(out[O_CAR_VY], out[O_CAR_VX]) - z[Z_MORE]
+        zdot[Z_MORE] = course / COURSE_S
+        zdot[Z_MORE + 1] = out[O_SPEED] * math.sin(course) - z[Z_MORE + 1] / COURSE_S
     elif kind in (
         PUNCTURE, BINDING_BRAKE, LEAKING_LOAD, CLAY_TREAD, TEARING_CANVAS, LOOSENING_STRAPS,
+        SLOW_PUNCTURE,
     ):  # fmt: skip
         zdot[Z_MORE] = (1.0 - z[Z_MORE]) * out[O_SPEED] / g[G_MORE_AT]
     elif kind == GLAZING_PADS:
@@ -682,7 +760,7 @@ def _stays_behind(g: Any, z: Any, zdot: Any, value: float) -> None:
 
 @njit(cache=True)
 def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
-    """Drag of one wheel of the trailer, N."""
+    """Drag of one wheel of the trailer, or of the car where water lies, N."""
     kind, size, drag = g[G_MORE], g[G_MORE_SIZE], 0.0
     if kind == SWAY_BRAKE:
         drag = 0.25 * size * z[Z_MORE]
@@ -699,6 +777,9 @@ def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
         drag = abs(size) * max(math.copysign(1.0, size) * z[Z_MORE] - g[G_MORE_AT], 0.0)
     elif kind == SOFT_VERGE and wheel[W_SIDE] < 0.0:
         drag = size * max(math.sin(TURN * z[Z_MORE] / g[G_MORE_AT]), 0.0)
+    elif kind == STANDING_WATER and wheel[W_STEERED] > 0.0 and wheel[W_SIDE] > 0.0:
+        drag = size * max(math.sin(TURN * z[Z_MORE] / g[G_MORE_AT]), 0.0)
+        drag *= (out[O_SPEED] / WATER_M_S) ** 2
     return float(drag)
 
 

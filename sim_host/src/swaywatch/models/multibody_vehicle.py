@@ -129,7 +129,9 @@ MORE = (
     "locker_corner", "hanging_load", "bump_steer", "working_frame", "late_rear_steering",
     "slack_tarpaulin", "tilted_head", "puddles", "roll_protection", "subframe_rubber",
     "soft_tyre", "greasy_ball", "crooked_joint", "soft_verge", "leaning_stack", "loose_hub",
-    "broken_link", "slipping_neck", "open_door", "shimmy",
+    "broken_link", "slipping_neck", "open_door", "shimmy", "lorry_ruts", "standing_water",
+    "bump_stop_grip", "loose_hands", "worn_pad", "track_rod_end", "hopping_wheels",
+    "buckled_wheel", "skew_joints", "slow_puncture",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -330,6 +332,22 @@ MORE = (
   (m, L)
 - angle of the car's front wheels that swings by itself: k q/2, with their slip a:
   d2q/dt2 + 0.3 w (q^2 - 1) dq/dt + w^2 q = 5 w^2 a, rad (Hz)
+- angle of all wheels, planar bodies only, by the place y of their axle across the road, x = y/y0:
+  -2 k x/(1 + x^2), rad (m of its largest); the course m of the road follows that of the car's COG,
+  c, 2.5 s late, and of that COG dy/dt = v sin(c - m) - y/(2.5 s)
+- drag of the car's front left wheel after a distance s: k (v/(25 m/s))^2 max(sin(2 pi s/L), 0),
+  N (m)
+- share of the slip that the car's rear tyres lose with its roll p beyond p0:
+  k tanh(|p|/p0 - 1) (rad)
+- angle of the car's front wheels with their slip a: k z, T dz/dt = a - z (s)
+- dry friction at the ball with an articulation rate to one side, |k|, to the other a share of it,
+  N m (the share)
+- angle of the car's front left wheel with its slip a: k tanh(a/a0), rad (rad)
+- share of the slip that the car's rear tyres lose after a distance s: k max(sin(2 pi s/L), 0) (m)
+- angle of the trailer's front right wheel, k sin of the angle by which it has rolled, rad
+- angle of all wheels, planar bodies only: k cos(pi s/L)^64, s the way of their axle, rad (m)
+- share of the slip that the car's rear right tyre loses at last: k z after a distance s,
+  z = 1 - exp(-s/s0) (m)
 """
 
 
