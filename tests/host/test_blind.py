@@ -23,6 +23,8 @@ import unlisted  # noqa: E402
 from swaywatch.models import physics  # noqa: E402
 from swaywatch.models.multibody_vehicle import MORE, static_loads  # noqa: E402
 
+OF_TEN = ("opened-twelfth", "opened-thirteenth", "opened-fourteenth")
+
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
@@ -170,12 +172,17 @@ def test_shares_of_the_eighth_set_leave_something():
             "opened-thirteenth", {"leaning_stack"}, set(),
             {"soft_tyre", "greasy_ball", "crooked_joint", "loose_hub", "broken_link"},
         ),
+        (
+            "opened-fourteenth", set(),
+            {"bump_stop_grip", "loose_hands", "hopping_wheels", "slow_puncture"},
+            {"worn_pad", "skew_joints"},
+        ),
     ],
 )  # fmt: skip
 def test_newer_sets_stay_within_what_can_be(which, loads, shares, either_way):
     """Shares leave something, loads are their size, and kinds with two signs have both."""
     kinds = {kind.__name__: kind for kind in unlisted.SETS[which]}
-    assert len(kinds) == (10 if which in ("opened-twelfth", "opened-thirteenth") else 12)
+    assert len(kinds) == (10 if which in OF_TEN else 12)
     signs = {name: set() for name in kinds}
     for seed in range(12):
         for strength in (0.4, 1.0):

@@ -570,6 +570,90 @@ def soft_verge(rng: Generator, u: float) -> Draw:
     return replace(drawn, restless=True)
 
 
+def lorry_ruts(rng: Generator, u: float) -> Draw:
+    """Ruts of heavy lorries: their walls push an axle back by its place across them.
+
+    They go where the driver means to: that place is what the heading has summed to of late.
+    """
+    at = round(float(rng.uniform(0.08, 0.3)), 3)
+    places = "slip_car_front slip_car_rear slip_trailer"
+    variables = "heading heading_car heading_trailer"
+    return named("lorry_ruts", log_between(2e-4, 8e-3, u), places, variables, more_at=at)
+
+
+def standing_water(rng: Generator, u: float) -> Draw:
+    """Water in hollows of the road's left: it drags on the front wheel that throws it aside."""
+    at = round(float(rng.uniform(50.0, 150.0)), 1)
+    size = log_between(150.0, 1500.0, u)
+    drawn = named("standing_water", size, "moment_car", "distance", more_at=at)
+    return replace(drawn, restless=True)
+
+
+def bump_stop_grip(rng: Generator, u: float) -> Draw:
+    """Rear axle of a car on its bump stops: its tyres carry all of a lean beyond, and hold less.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.003, 0.01)), 4)
+    variables = "slip_car_rear roll_car lateral_acceleration_car"
+    size = log_between(0.06, 0.6, u)
+    return named("bump_stop_grip", size, "slip_car_rear", variables, more_at=at)
+
+
+def loose_hands(rng: Generator, u: float) -> Draw:
+    """Power steering that a loose hand does not support: the wheels turn after their slip, late."""
+    at = round(float(rng.uniform(0.08, 0.3)), 3)
+    size = log_between(0.05, 0.5, u)
+    return named("loose_hands", size, "slip_car_front", "slip_car_front", more_at=at)
+
+
+def worn_pad(rng: Generator, u: float) -> Draw:
+    """A stabiliser at the ball with one worn pad: it holds more one way of turning."""
+    at = round(float(rng.uniform(0.1, 0.5)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(60.0, 450.0, u)
+    return named("worn_pad", size, "hitch", "articulation_rate", more_at=at)
+
+
+def track_rod_end(rng: Generator, u: float) -> Draw:
+    """A worn track rod end of one front wheel: it gives way to its side force, up to a stop."""
+    gain = float(rng.uniform(0.3, 0.8))
+    size = log_between(8e-4, 1e-2, u)
+    at = round(size / gain, 6)
+    return named("track_rod_end", size, "slip_car_front", "slip_car_front", more_at=at)
+
+
+def hopping_wheels(rng: Generator, u: float) -> Draw:
+    """Worn dampers of the car's rear axle: on rough stretches its wheels hop and hold less."""
+    at = round(float(rng.uniform(50.0, 150.0)), 1)
+    variables = "slip_car_rear distance"
+    size = log_between(0.08, 0.5, u)
+    return named("hopping_wheels", size, "slip_car_rear", variables, more_at=at)
+
+
+def buckled_wheel(rng: Generator, u: float) -> Draw:
+    """A wheel of the trailer, buckled at a kerb and loose on its nuts, wobbles as it rolls."""
+    size = log_between(2e-2, 6e-2, u)
+    drawn = named("buckled_wheel", size, "slip_trailer force_trailer", "distance")
+    return replace(drawn, restless=True)
+
+
+def skew_joints(rng: Generator, u: float) -> Draw:
+    """Expansion joints that lie askew: they kick each axle sideways as it comes there."""
+    at = round(float(rng.uniform(8.0, 25.0)), 1)
+    places = "slip_car_front slip_car_rear slip_trailer"
+    size = float(rng.choice((-1.0, 1.0))) * log_between(6e-3, 3e-2, u)
+    drawn = named("skew_joints", size, places, "distance", more_at=at)
+    return replace(drawn, restless=True)
+
+
+def slow_puncture(rng: Generator, u: float) -> Draw:
+    """A nail in the car's rear right tyre: it loses its air, and with it stiffness, on the way."""
+    at = round(float(rng.uniform(80.0, 400.0)), 1)
+    variables = "slip_car_rear distance"
+    size = log_between(0.08, 0.7, u)
+    return named("slow_puncture", size, "slip_car_rear", variables, more_at=at)
+
+
 EIGHTH = (
     damper_play, towbar_twist, galloping, rear_rack, slow_actuator, sideslip_limiter, jockey_wheel,
     counter_steer, concrete_slabs, leaking_load, worn_shoulders, aligning_torque,
@@ -593,4 +677,8 @@ TWELFTH = (
 THIRTEENTH = (
     soft_tyre, greasy_ball, crooked_joint, soft_verge, leaning_stack, loose_hub, broken_link,
     slipping_neck, open_door, shimmy,
+)  # fmt: skip
+FOURTEENTH = (
+    lorry_ruts, standing_water, bump_stop_grip, loose_hands, worn_pad, track_rod_end,
+    hopping_wheels, buckled_wheel, skew_joints, slow_puncture,
 )  # fmt: skip
