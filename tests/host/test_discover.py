@@ -599,6 +599,11 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             (300.0, 0.5 * math.sqrt(11.0), 0.05 / math.sqrt(11.0), 0.0, 1.0 / 11.0, 0.06),
         ),
         (
+            Physics(more="leaning_stack", more_size=140.0, more_at=0.02, slosh_mass_kg=140.0,
+                    slosh_frequency_hz=0.9, slosh_damping=0.05, slosh_position_m=0.0),
+            Law("trailer", "swing", "rubbing"), (140.0, 0.9, 0.05, 0.0, 0.02, 0.6),
+        ),
+        (
             Physics(more="baffled_liquid", more_size=140.0, more_at=0.1, slosh_mass_kg=140.0,
                     slosh_frequency_hz=0.9, slosh_damping=0.01, slosh_position_m=0.0),
             Law("trailer", "swing", "odd square"), (140.0, 0.9, 0.01, 0.0, 10.0),

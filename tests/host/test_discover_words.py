@@ -72,6 +72,17 @@ def test_words() -> None:
     assert "liquid" in suggestion(liquid, 2.0)
 
 
+def test_words_of_a_stack() -> None:
+    law = Law("trailer", "swing", "rubbing")
+    values = {
+        "mass_kg": 400.0, "frequency_hz": 0.86, "damping_ratio": 0.05, "position_m": 0.1,
+        "slips_m": 0.034, "rubbing_share": 0.6,
+    }  # fmt: skip
+    rows = {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in values.items()}
+    assert "60 % of what holds it is friction that slips after 34 mm" in sentence(law, rows)
+    assert "stack" in suggestion(law, 400.0)
+
+
 def test_words_of_a_product() -> None:
     law = Law("hitch", "articulation_rate", "saturating", by="hitch_force")
     sizes = {"gain": 65.0, "bend": 0.006, "limit": 0.39}

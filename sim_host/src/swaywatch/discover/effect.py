@@ -207,6 +207,8 @@ def _swings(law: Law) -> Act:
         plant.scalar(f"mode_other_side_{body}", values.get("other_side", 1.0) - 1.0)
         plant.scalar(f"mode_drag_{body}", max(values.get("drag_per_m", 0.0), 0.0))
         plant.scalar(f"mode_friction_{body}", max(values.get("friction_m_s2", 0.0), 0.0))
+        plant.scalar(f"mode_rubbing_{body}", values.get("rubbing_share", 0.0))
+        plant.scalar(f"mode_slips_{body}", max(values.get("slips_m", 0.0), 0.0))
         plant.scalar(f"mode_place_{body}", place - ahead)
         plant.scalar(f"sensor_ahead_{body}", -ahead)
         plant.body[BODY.index(f"{body}.mass")] = rest
@@ -365,6 +367,13 @@ def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], 
     if law.shape == "odd square":
         found = (*found, Parameter("drag_per_m", "1/m", 0.0, 0.0, 100.0, (3.0,), 0.3, 1e9))
         drag = " + drag |q'| q'"
+    if law.shape == "rubbing":
+        slips = Parameter("slips_m", "m", 1e3, 0.001, 0.5, (0.02,), 0.003, 1e9)
+        share = Parameter("rubbing_share", "1", 0.0, 0.0, 1.0, (0.4,), 0.03, 1e9)
+        found, held = (
+            (*found, slips, share),
+            "(q (1 - share) + share z, dz/dt = q' - |q'| z / slips)",
+        )
     if law.shape == UNEVEN:
         side = Parameter("other_side", "1", 1.0, 0.0, 8.0, (0.4, 2.5), 0.05, 1e9)
         found, held = (*found, side), "(q, on the right times the other side)"

@@ -153,6 +153,7 @@ def _moving_load(law: Law) -> str:
         "odd square": "a liquid between baffles" if in_trailer else "a liquid in the car",
         "dead zone": "a load that rolls, slides or swings between stops",
         UNEVEN: "a load that is lashed on one side only",
+        "rubbing": "a stack that leans and rubs in itself, sacks or bales",
     }
     if law.response == FADING:
         return "a load whose straps come loose"
@@ -411,6 +412,10 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if "drag_per_m" in parameters:
         drag = max(parameters["drag_per_m"]["value"], 0.0)
         where += f", decelerated by {drag:.2g} 1/m times the square of its rate"
+    if "rubbing_share" in parameters:
+        share = 100.0 * parameters["rubbing_share"]["value"]
+        slips = 1000.0 * parameters["slips_m"]["value"]
+        where += f", {share:.0f} % of what holds it is friction that slips after {slips:.0f} mm"
     if law.shape == UNEVEN:
         where += _lashed(parameters)
     if law.response == FADING:

@@ -110,7 +110,8 @@ SWING_HZ = (
 SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
 SET_GOING, GOING_ON = 6, 8  # iterations of each of them, and how many are gone on with
 #: How it moves: oscillates laterally, about the vertical axis, laterally with a gap, with a drag
-#: that grows with its rate or lashed to one side, slides, or comes loose on the way.
+#: that grows with its rate, with friction within or lashed to one side, slides, or comes loose on
+#: the way.
 SWINGING = tuple(
     Law(body, *kind)
     for kind in (
@@ -118,6 +119,7 @@ SWINGING = tuple(
         ("turn",),
         ("swing", "dead zone"),
         ("swing", "odd square"),
+        ("swing", "rubbing"),
         ("swing", UNEVEN),
         ("swing", SLIDING),
         ("swing", SHAPES[0], 0, FADING),

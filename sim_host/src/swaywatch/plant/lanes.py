@@ -135,6 +135,8 @@ SCALARS = (
     "mode_other_side_car", "mode_other_side_trailer",
     "mode_drag_car", "mode_drag_trailer",  # 1/m, its deceleration over the square of its rate
     "mode_friction_car", "mode_friction_trailer",  # m/s2, what friction on the floor takes
+    # share of its stiffness that is friction, which slips after so many metres
+    "mode_rubbing_car", "mode_rubbing_trailer", "mode_slips_car", "mode_slips_trailer",
     "mode_place_car", "mode_place_trailer",  # m ahead of the centre of gravity of the rest
     "sensor_ahead_car", "sensor_ahead_trailer",  # m, "centre of gravity" of the accelerations
     "drawbar_compliance",  # m/N, sideways at the ball; 0: rigid

@@ -7,14 +7,14 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 145
+#define PLANT_SCALARS 149
 #define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
 #define PLANT_AXLE 13
 #define PLANT_DRIVE 9
 #define PLANT_GENERATOR_WINDOW 6
-#define PLANT_STATES 41
+#define PLANT_STATES 43
 #define PLANT_LAW_STATES 13
 #define PLANT_LAW_FELT 3
 #define PLANT_BLOCK 10
@@ -167,6 +167,10 @@ enum plant_scalar {
     E_MODE_DRAG_TRAILER,
     E_MODE_FRICTION_CAR,
     E_MODE_FRICTION_TRAILER,
+    E_MODE_RUBBING_CAR,
+    E_MODE_RUBBING_TRAILER,
+    E_MODE_SLIPS_CAR,
+    E_MODE_SLIPS_TRAILER,
     E_MODE_PLACE_CAR,
     E_MODE_PLACE_TRAILER,
     E_SENSOR_AHEAD_CAR,
@@ -345,12 +349,13 @@ enum plant_state {
     X_BEHIND,         ///< what a law depends on, a moment ago: how fast it goes is seen from it;
                       ///< the rate of an oscillator; what a shape that follows what is felt keeps
     X_PRESSED,        ///< what is felt and multiplies a law, late
-    X_LAG,            ///< N, Nm: the car's side force and moment behind the suspension's lag
-    X_SPEED = 35,     ///< m/s
+    X_MODE_KEPT,      ///< m, two: of what rubs in what swings
+    X_LAG = 35,       ///< N, Nm: the car's side force and moment behind the suspension's lag
+    X_SPEED = 37,     ///< m/s
     X_SPEED_INTEGRAL, ///< m
     X_DRIVE,          ///< N
     X_PLACE,          ///< m, two
-    X_HEADING = 40,   ///< rad
+    X_HEADING = 42,   ///< rad
 };
 
 /// Axle loads that the motion makes (plant_generator.h).

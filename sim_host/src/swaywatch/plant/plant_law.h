@@ -215,7 +215,8 @@ INLINE V NAME(pressing)(const V *x, const V *e, const V *felt, V force)
 }
 
 /// Deceleration of the mass that swings in a body: free, or less held, within a gap in the middle,
-/// or held by friction on the floor. `factor`: less one, of what holds it.
+/// or held by friction on the floor, or in a part by friction within itself. `factor`: less one, of
+/// what holds it.
 INLINE V NAME(pulled_back)(const V *x, const V *e, const FEATURES *has, int body, V factor)
 {
     const V omega = e[E_MODE_FREQUENCY_CAR + body], zeta = e[E_MODE_DAMPING_CAR + body];
@@ -223,7 +224,10 @@ INLINE V NAME(pulled_back)(const V *x, const V *e, const FEATURES *has, int body
     const V free = q - NAME(most)(NAME(least)(q, gap), -gap);
     const V right = NAME(choose)(free < 0.0, e[E_MODE_OTHER_SIDE_CAR + body], NAME(all)(0.0));
     const V within = e[E_MODE_WITHIN_CAR + body] * (q - free);
-    const V held = (free * (1.0 + right) + within) * (1.0 + factor);
+    V held = (free * (1.0 + right) + within) * (1.0 + factor);
+    if (has->stacks) {
+        held += e[E_MODE_RUBBING_CAR + body] * (x[X_MODE_KEPT + body] - held);
+    }
     const V rate = x[X_MODE_RATE + body];
     const V drag = e[E_MODE_DRAG_CAR + body] * NAME(absolute)(rate);
     V back = omega * (omega * held + 2.0 * zeta * rate) + drag * rate;
@@ -247,6 +251,11 @@ INLINE void NAME(swing)(const V *x, const V *e, const FEATURES *has, int body, V
     const V back = NAME(pulled_back)(x, e, has, body, factor);
     dx[X_MODE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], x[X_MODE_RATE + body]);
     dx[X_MODE_RATE + body] = NAME(where)(e[E_MODE_MASS_CAR + body], -base - back);
+    if (has->stacks) {
+        const V slips = NAME(most)(e[E_MODE_SLIPS_CAR + body], NAME(all)(1e-9));
+        const V goes = NAME(dragged)(x[X_MODE_KEPT + body], x[X_MODE_RATE + body], 1.0 / slips);
+        dx[X_MODE_KEPT + body] = NAME(where)(e[E_MODE_RUBBING_CAR + body], goes);
+    }
 }
 
 /// How much of the motion of a drawbar that is not stiffer than the steps allow is its own.

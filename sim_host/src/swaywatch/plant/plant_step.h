@@ -18,8 +18,8 @@
 typedef struct {
     bool relaxed, saturated, softens, aligning, rolls, sprung, flexible, playing, aero, sticking,
         banked;
-    bool law, swings, bends, times, rubs; // plant_law.h
-    uint32_t shapes;                      // of laws, by their bits
+    bool law, swings, bends, times, rubs, stacks; // plant_law.h
+    uint32_t shapes;                              // of laws, by their bits
     bool alone, blocks, full;
     bool whole, heaves;               // with what a simulator needs beyond a fit: plant_whole.h
     int moving[PLANT_STATES], states; // those that move, and how many
@@ -554,6 +554,7 @@ INLINE void NAME(features)(const plant_lane_t *lane, const double *axles, FEATUR
     has->shapes |= s[E_LAW_GAIN] != 0.0 ? BIT(s[E_LAW_SHAPE]) : 0;
     has->times |= s[E_LAW_BY] > 0.0;
     has->rubs |= s[E_MODE_FRICTION_CAR] != 0.0 || s[E_MODE_FRICTION_TRAILER] != 0.0;
+    has->stacks |= s[E_MODE_RUBBING_CAR] != 0.0 || s[E_MODE_RUBBING_TRAILER] != 0.0;
     has->sprung |= s[E_SPRUNG_MASS_CAR] > 0.0 || s[E_SPRUNG_MASS_TRAILER] > 0.0;
     has->alone |= !(lane->body[P_TRAILER_MASS] > 0.0);
     has->banked |= lane->series[T_BANK] != NULL;
@@ -580,6 +581,7 @@ INLINE void NAME(states)(FEATURES *has)
     NAME(move)(has, has->heaves, X_HEAVE, 8);
     NAME(move)(has, has->law, X_LAW, 1);
     NAME(move)(has, has->swings, X_MODE, 4);
+    NAME(move)(has, has->stacks, X_MODE_KEPT, 2);
     NAME(move)(has, has->bends, X_DRAWBAR, 2);
     NAME(move)(has, has->law, X_BEHIND, 2);
     NAME(move)(has, has->whole, X_LAG, PLANT_STATES - X_LAG);
