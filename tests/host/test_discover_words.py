@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from swaywatch.diagnose.evidence.baselines import noticeable
 from swaywatch.discover.effect import effect_of
-from swaywatch.discover.grammar import grammar
+from swaywatch.discover.grammar import grammar, plainer
 from swaywatch.discover.known import KNOWN
 from swaywatch.discover.law import Law, law_of
 from swaywatch.discover.sentences import energy, sentence, suggestion
+from swaywatch.discover.way import course, stretch
 from swaywatch.effects.active import ActiveEffect
+from swaywatch.effects.runs import Run
 from swaywatch.errors import SwaywatchError
 
 
@@ -70,6 +74,28 @@ def test_words() -> None:
     rows = {p.name: {"value": 2.0, "low": 1.9, "high": 2.1} for p in effect_of(liquid).parameters}
     assert "2 1/m times the square of its rate" in sentence(liquid, rows)
     assert "liquid" in suggestion(liquid, 2.0)
+
+
+def test_pulses_along_the_road() -> None:
+    """As high as they are said to be, over the share of the way that is said, one way only."""
+    law = Law("axles", "distance", "positive stop", response="periodic")
+    run = Run("r", np.arange(0.0, 40.0, 0.01), {}, {}, 15.0)
+    run.speed = np.full(run.time.size, 25.0)
+    effect = effect_of(law, runs=(stretch(run),))
+    names = [p.name for p in effect.parameters]
+    assert names == ["gain", "above", "repetitions_per_km", "phase_1_rad"]
+    values = dict(zip(names, (0.002, 0.8, 20.0, 0.4), strict=True))
+    found = course(run, values, (stretch(run),), half=True)
+    assert np.max(found) == pytest.approx(1.0, abs=1e-3)
+    assert np.min(found) == 0.0
+    share = math.acos(0.8) / math.pi
+    assert np.mean(found > 0.0) == pytest.approx(share, rel=0.02)
+    rows = {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in values.items()}
+    words = sentence(law, rows)
+    assert "in pulses over 20 % of the way" in words
+    assert "every 50.0 m" in words
+    assert "- above, 0)" in effect.equation
+    assert plainer(law) == replace(law, shape="positive side")
 
 
 def test_words_of_a_stack() -> None:

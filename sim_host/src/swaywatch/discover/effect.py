@@ -42,6 +42,7 @@ from swaywatch.discover.law import (
     SIDES,
     SLIPS,
     SPEED_M_S,
+    STOPS,
     SUDDEN,
     SWITCHED,
     THERE,
@@ -54,6 +55,7 @@ from swaywatch.discover.law import (
 from swaywatch.discover.way import (
     DISTANCE,
     DRAG,
+    NARROWEST,
     SLOTS,
     begins,
     comes_and_goes,
@@ -437,6 +439,9 @@ def _gain(law: Law) -> Parameter:
 def _of_shape(law: Law) -> list[Parameter]:
     """The number that a shape has."""
     motion = MOTIONS[law.motion]
+    if law.response == PERIODIC:
+        above = Parameter("above", "1", 0.0, 0.0, NARROWEST, (0.5,), 0.03, 1e9)
+        return [above] if law.shape == STOPS[0] else []
     if law.shape == UNEVEN:
         return [Parameter("other_side", "1", 1.0, -2.0, 3.0, (0.5,), 0.1, 1e9)]
     if law.shape == LINE_AND_CUBE:

@@ -208,7 +208,7 @@ def formula(law: Law) -> str:
     }[law.power]
     when = (_AT_HITCH if rubs_at_hitch(law) else _WHEN)[law.response]
     if law.motion == DISTANCE:
-        when = _ONE_WAY if one_way(law) else when
+        when = _ONE_WAY[law.shape] if one_way(law) else when
         return f"{left} = gain{speed}{when}"
     if law.motion in (*LAW_FELT, "steer_rate"):
         when = f"{_WHEN[LAGGED]}{when}"
@@ -228,7 +228,10 @@ _WHEN = {
     SUDDEN: " from a moment of each run on",
     PERIODIC: " x sin(2 pi repetitions x way + phase)",
 }
-_ONE_WAY = " x max(sin(2 pi repetitions x way + phase), 0)"
+_ONE_WAY = {
+    SIDES[0]: " x max(sin(2 pi repetitions x way + phase), 0)",
+    STOPS[0]: " x max(sin(2 pi repetitions x way + phase) - above, 0) / (1 - above)",
+}
 _AT_HITCH = {
     GROWING: " x (1 - 1 / (1 + angle worked / over))",
     FADING: " / (1 + angle worked / over)",

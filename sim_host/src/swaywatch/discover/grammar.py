@@ -215,16 +215,22 @@ def breaking() -> tuple[Law, ...]:
 
 @cache
 def products() -> tuple[Law, ...]:
-    """Laws that the size of another motion multiplies: a force presses what rubs; or its sign."""
+    """Laws that the size of another motion multiplies, or its sign: a force presses what rubs.
+
+    Tyres hold less as a body leans on them; pads hold more one way of turning than the other.
+    """
     lines = [law for law in _straight() if law.motion not in HEADINGS and not law.power]
     friction = Law("hitch", "articulation_rate", "saturating")
-    return tuple(
+    own = [Law(slip, slip) for slip in SLIPS]
+    one_way = [replace(friction, by=friction.motion, side=side) for side in SIDES]
+    found = (
         replace(law, by=motion, side=side)
-        for law in (friction, *lines)
+        for law in (friction, *lines, *own)
         for motion in SENSED
         for side in ("", *SIDES)
         if motion not in (law.motion, "steer_rate") and (not side or motion not in LAW_FELT)
     )
+    return (*one_way, *found)
 
 
 def refined(law: Law) -> list[Law]:
@@ -341,7 +347,8 @@ def _forms(place: str, motion: str) -> tuple[Law, ...]:
 
 def plainer(law: Law) -> Law | None:
     """The law with fewer numbers that this one becomes where it does not need them, or None."""
-    if law.by and (law.place, law.motion) in LINE_KNOWN:
+    known = (law.place, law.motion) in LINE_KNOWN or law.place == law.motion
+    if law.by and known:
         return None  # without the other motion it is the library's
     if law.second or law.by:
         return replace(law, second="", by="", side="")

@@ -228,8 +228,8 @@ class Law:
 
 
 def one_way(law: Law) -> bool:
-    """Whether it comes and goes along the road in one direction only."""
-    return law.response == PERIODIC and law.shape == SIDES[0]
+    """Whether it comes and goes along the road in one direction only, in short pulses or not."""
+    return law.response == PERIODIC and law.shape in (SIDES[0], STOPS[0])
 
 
 def law_of(spec: str) -> Law:

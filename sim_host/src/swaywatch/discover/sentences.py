@@ -102,7 +102,7 @@ def suggestion(law: Law, gain: float) -> str:
         return ""
     if law.place == BALL:
         return KNOWN[law.place, law.motion][0]
-    pressed = _PRESSED.get((law.place, law.motion, law.times), "")
+    pressed = _PRESSED.get((law.place, law.motion, law.times), "") or _of_a_lean(law)
     special = pressed or _of_form(law, gain) or _at_hitch(law, gain)
     place = MOMENT if law.place == DRAG else law.place
     return special or KNOWN.get((place, law.motion), ("", ""))[gain < 0.0]
@@ -130,6 +130,14 @@ def _of_form(law: Law, gain: float) -> str:
         soft = "a soft verge, or brakes that come and go"
         return soft if law.response == PERIODIC else "brakes on one side that bind"
     return _of_friction(law, gain) or kinds.get(law.shape, "")
+
+
+def _of_a_lean(law: Law) -> str:
+    """Tyres that hold less while a body leans on them."""
+    leans = law.by.startswith(("roll_", "lateral_acceleration_"))
+    if law.place != law.motion or not leans:
+        return ""
+    return "tyres that hold less as the body leans on them: bump stops, too little air"
 
 
 def _of_friction(law: Law, gain: float) -> str:
@@ -317,6 +325,9 @@ def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.response == PERIODIC:
         often = parameters["repetitions_per_km"]
         only = ", one way only, with nothing between" if one_way(law) else ""
+        if "above" in parameters:
+            share = 100.0 / math.pi * math.acos(min(parameters["above"]["value"], 1.0))
+            only = f", one way only, in pulses over {share:.0f} % of the way"
         every = f"every {1000.0 / often['value']:.1f} m"
         return f"{only}, {_range(often)} times for each kilometre, {every}"
     if law.response == SUDDEN:

@@ -65,6 +65,7 @@ from swaywatch.discover.law import (
     SHAPES,
     SIDES,
     SLIDING,
+    STOPS,
     UNEVEN,
     Law,
 )
@@ -499,7 +500,9 @@ class LawSearch:
         best = best_of_each_law(found)
         names = tuple(map(stretch, close.problem.runs))
         halves = [half for fit in best[:PAIRED_ON] for half in _halves(fit, names)]
-        best += best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))
+        halves = best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))
+        pulses = [pulse for fit in halves[:PAIRED_ON] for pulse in _pulses(fit, names)]
+        best += halves + best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), pulses))
         drags = [drag for fit in best for drag in _dragging(fit, names)]
         drags = close.side_by_side(lambda f: close.run(f, 10), drags)
         return self._with_drag_for_a_reason([*best, *drags])
@@ -660,7 +663,8 @@ class LawSearch:
             if law.response == LAGGED and "damping_ratio" in known:  # an oscillator that creeps
                 known["lag_s"] = known["damping_ratio"] / (math.pi * known["frequency_hz"])
             hz = known["frequency_hz"] if law.swings else None
-            effect = effect_of(law, hz, sprung=self.search.on_springs)
+            runs = runs_of(fit.terms[at], law)
+            effect = effect_of(law, hz, sprung=self.search.on_springs, runs=runs)
             inside = (min(max(known[p.name], p.low), p.high) for p in effect.parameters)
             term = ActiveEffect(effect, tuple(inside))
             terms = (*fit.terms[:at], term, *fit.terms[at + 1 :])
@@ -716,6 +720,15 @@ def _halves(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
             replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, (gain, often, *turned))))
         )
     return found
+
+
+def _pulses(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
+    """What comes and goes in one direction, begun in shorter pulses."""
+    term = fit.terms[-1]
+    effect = effect_of(replace(law_in(term), shape=STOPS[0]), runs=runs)
+    size, *rest = term.values
+    values = (size, effect.parameters[1].starts[0], *rest)
+    return [replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, values)))]
 
 
 def laws_refuse(budget: Budget, what: str) -> bool:

@@ -46,6 +46,7 @@ ROAD_PLACES = (
 #: Axles, one or all, whose tyres can grip more and less along the road.
 GRIP_PLACES = (AXLES, "slip_car_front", "slip_car_rear", "slip_trailer")
 USUAL_WORK_RAD_M = 1e-3  # that a hitch works through in a test drive, where no sensor says so
+NARROWEST = 0.98  # above which part of a sine a pulse may be: a sixteenth of the way
 RISE_S = 0.2  # within which something breaks: as finely as a fit can move the moment
 #: Repetitions for each kilometre that are looked for: every 15 to 400 m.
 FEWEST, MOST = 2.5, 65.0
@@ -112,14 +113,15 @@ def course(
 ) -> Array:
     """A sine along the road, or its positive half alone, as what is so far behind the car meets it.
 
-    0 in an unknown run.
+    Of what comes in pulses only what is above a part of it, as high as it was. 0 in an unknown run.
     """
     if stretch(run) not in names:
         return np.zeros(run.time.size)
     phase = values[f"phase_{names.index(stretch(run)) + 1}_rad"]
     turns = values["repetitions_per_km"] * (driven(run) - behind_m) / 1000.0
     sine = np.sin(2.0 * np.pi * turns + phase)
-    return np.asarray(np.maximum(sine, 0.0) if half else sine)
+    above = min(values.get("above", 0.0), NARROWEST)
+    return np.asarray(np.maximum(sine - above, 0.0) / (1.0 - above) if half else sine)
 
 
 def set_drag(plant: PlantInput, place: str) -> None:
