@@ -41,7 +41,6 @@ from swaywatch.discover.law import (
     SHAPES,
     SIDES,
     SLIPS,
-    SPEED_M_S,
     STOPS,
     SUDDEN,
     SWITCHED,
@@ -57,6 +56,7 @@ from swaywatch.discover.way import (
     DRAG,
     NARROWEST,
     SLOTS,
+    SPEED_M_S,
     begins,
     comes_and_goes,
     left,
@@ -299,7 +299,7 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
             parameters = (*parameters, *begins(runs))
         if law.response == PERIODIC:
             grip = law.motion != DISTANCE
-            act = comes_and_goes(law.place, runs, grip=grip, half=one_way(law))
+            act = comes_and_goes(law.place, runs, law.power, grip=grip, half=one_way(law))
             parameters = (*parameters, *phases(runs))
         if law.motion in ROLLS and not sprung:
             parameters = (*parameters, *OWN_ROLL[law.motion])

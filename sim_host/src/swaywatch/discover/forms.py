@@ -27,7 +27,6 @@ from swaywatch.discover.law import (
     PLACES,
     SHAPES,
     SIDES,
-    SPEED_M_S,
     STEPPED,
     STOPS,
     SUDDEN,
@@ -38,7 +37,7 @@ from swaywatch.discover.law import (
     Law,
     one_way,
 )
-from swaywatch.discover.way import DISTANCE, left
+from swaywatch.discover.way import DISTANCE, SPEED_M_S, left
 from swaywatch.effects.effect import Values
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import LAW_FELT

@@ -33,14 +33,23 @@ from swaywatch.discover.law import (
     OSCILLATING,
     PERIODIC,
     PLACES,
-    SPEED_M_S,
     SUDDEN,
     THERE,
     TRANSIENT,
     Law,
     one_way,
 )
-from swaywatch.discover.way import AXLES, DISTANCE, DRAG, SLOTS, course, driven, since, stretch
+from swaywatch.discover.way import (
+    AXLES,
+    DISTANCE,
+    DRAG,
+    SLOTS,
+    SPEED_M_S,
+    course,
+    driven,
+    since,
+    stretch,
+)
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import RATE_HZ, Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, OUTPUT, PlantInput, simulate
@@ -238,7 +247,8 @@ def valued(found: Discovery, z: Array, run: Run, times: Array | None = None) -> 
     values = found.term.as_dict()
     names = [stretch(each) for each in found.search.problem.runs]
     if law.response == PERIODIC:
-        share = values["gain"] * course(run, values, names, half=one_way(law))
+        share = values["gain"] * (run.speed / SPEED_M_S) ** law.power
+        share = share * course(run, values, names, half=one_way(law))
         return np.asarray(share if law.motion == DISTANCE else share * z)
     begun = since(run, values, names) if law.response == SUDDEN else np.ones(run.time.size)
     if law.motion == DISTANCE:

@@ -12,7 +12,6 @@ from swaywatch.discover.way import AXLES, DISTANCE, DRAG
 from swaywatch.errors import SwaywatchError
 from swaywatch.plant.lanes import LAW_FELT, LAW_OF, LAW_TO
 
-SPEED_M_S = 25.0  # at which the gain of a law is stated
 #: In the plant's numbering. Hysteretic: dry friction behind an elastic part, after Dahl. Rubbing:
 #: friction as large as the deflection, against its rate (structural damping, after Reid).
 SHAPES = (

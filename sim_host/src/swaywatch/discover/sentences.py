@@ -35,7 +35,6 @@ from swaywatch.discover.law import (
     RATES,
     SIDES,
     SLIDING,
-    SPEED_M_S,
     STEPPED,
     STOPS,
     SUDDEN,
@@ -48,7 +47,7 @@ from swaywatch.discover.law import (
     Place,
     one_way,
 )
-from swaywatch.discover.way import DISTANCE, DRAG
+from swaywatch.discover.way import DISTANCE, DRAG, SPEED_M_S
 
 #: Motions that a place works against: their product is power.
 _WORKS = {
@@ -242,18 +241,17 @@ def sentence(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.shape == CURVE:
         words += f", a curve of the {motion.words}: {_pieces(law, parameters, unit, factor)}"
     elif law.motion == DISTANCE:
-        words += f": {_range(gain, factor)} {unit}, whatever the motion and the speed"
+        words += f": {_range(gain, factor)} {unit}, whatever the motion"
+        words += "" if law.power else " and the speed"
     elif _steep(law, gain["value"]):
         words += f": {_of_one_size(law, parameters)}"
     else:
         words += f": {_range(gain, factor)} {unit} per {per} of the {motion.words}"
         words += _second(law, parameters) + shape
-    if law.motion == DISTANCE:
-        return words + _response(law, parameters)
-    words += _shape(law, parameters)
+    words += "" if law.motion == DISTANCE else _shape(law, parameters)
     words += {
         -1: f", at {SPEED_M_S:g} m/s, inversely proportional to the speed",
-        0: ", independent of speed",
+        0: "" if law.motion == DISTANCE else ", independent of speed",
         1: f", at {SPEED_M_S:g} m/s, proportional to the speed",
         2: f", at {SPEED_M_S:g} m/s, proportional to the square of the speed",
     }[law.power]

@@ -90,6 +90,9 @@ GONE_OVER = 2  # times that this is done
 #: variable is enough: a law that is not quite the right one leaves what is no noise, however
 #: little. Right ones leave 0.95 to 1.16, as well as noise is estimated, and 1.03 to 1.1.
 NOISE_CLOSE, WHITE = 1.2, 1.12
+#: Reduced chi-square of the vehicle alone from which on one law that leaves only noise is enough:
+#: many do where it is little above it.
+FAR_ABOVE = 5.0
 SCREENED = 48  # laws that are begun, of those that a vehicle promises most of to first order
 SCREENED_WEAK = 24  # the same where the library leaves only noise
 RESHAPED = 2  # times that the form of a law is looked for
@@ -227,10 +230,13 @@ class LawSearch:
         starts = [replace(near, terms=(*near.terms, term)) for term in terms]
         fits = close.side_by_side(lambda f: close.run(f, 6, frozen=course.background), starts)
         if not self._plain:
-            fits = [*fits, *self._in_other_shapes(course, fits)]
-            fits = [*fits, *self._swinging(parent)]  # cheaper than what follows, as is the road
+            straight = fits
+            # cheap ones first, so that they are tried before the budget is spent
+            fits = [*fits, *self._swinging(parent)]
             fits = [*fits, *self._along_the_road(fits, parent)]
             fits = [*fits, *self._on_the_way(fits, parent)]
+            if not self._settled(near, fits):
+                fits = [*fits, *self._in_other_shapes(course, straight)]
             fits = [*fits, *self._in_curves(fits, parent)]
             fits = [*fits, *self._of_two(fits, parent)]
         least = (1.0 - BESIDE_KNOWN * bool(parent.terms)) * near.chi2
@@ -417,6 +423,11 @@ class LawSearch:
             return False
         return colour(residuals(self.search.close, best)) <= WHITE
 
+    def _settled(self, without: Fit, fits: Sequence[Fit]) -> bool:
+        """Whether a law leaves only noise of what is far above it, which no wrong one does."""
+        far = reduced_chi_square(without) > FAR_ABOVE and not self.suffices
+        return far and self._only_noise(fits)
+
     def _bent(self, fits: Sequence[Fit]) -> list[Fit]:
         """Laws in forms next to their own, each begun as it is."""
         return self._gone_on(
@@ -503,6 +514,8 @@ class LawSearch:
         halves = best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))
         pulses = [pulse for fit in halves[:PAIRED_ON] for pulse in _pulses(fit, names)]
         best += halves + best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), pulses))
+        winds = [_of_air(fit, names) for fit in best_of_each_law(best)[:PAIRED_ON]]
+        best += close.side_by_side(lambda f: close.run(f, 10), [w for w in winds if w])
         drags = [drag for fit in best for drag in _dragging(fit, names)]
         drags = close.side_by_side(lambda f: close.run(f, 10), drags)
         return self._with_drag_for_a_reason([*best, *drags])
@@ -720,6 +733,16 @@ def _halves(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
             replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, (gain, often, *turned))))
         )
     return found
+
+
+def _of_air(fit: Fit, runs: tuple[str, ...]) -> Fit | None:
+    """A force that comes and goes, begun as one that grows with the square of the speed."""
+    term = fit.terms[-1]
+    law = law_in(term)
+    if law.motion != DISTANCE:
+        return None
+    effect = effect_of(replace(law, power=2), runs=runs)
+    return replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, term.values)))
 
 
 def _pulses(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:

@@ -18,6 +18,7 @@ from swaywatch.plant.lanes import BODY, PlantInput
 
 Array = NDArray[np.float64]
 
+SPEED_M_S = 25.0  # at which the gain of a law is stated
 DISTANCE = "distance"  # the variable of what does not depend on the motion
 AXLES = "axles"
 #: Wheels of one side of the trailer: a yaw moment by their drag, which the ball has to pull.
@@ -131,7 +132,7 @@ def set_drag(plant: PlantInput, place: str) -> None:
 
 
 def comes_and_goes(
-    place: str, names: Sequence[str], *, grip: bool = False, half: bool = False
+    place: str, names: Sequence[str], power: int = 0, *, grip: bool = False, half: bool = False
 ) -> Act:
     """What a place of the road does each time: it adds a force, or to the stiffness of tyres.
 
@@ -145,7 +146,7 @@ def comes_and_goes(
             behind = _behind(plant, slot) if place == AXLES else 0.0
             sine = course(run, values, names, behind, half=half)
             name = slot.replace("slip_", "stiffness_") if grip else slot
-            plant.add_series(name, sign * values["gain"] * sine)
+            plant.add_series(name, sign * values["gain"] * sine * (run.speed / SPEED_M_S) ** power)
 
     return act
 
