@@ -17,7 +17,7 @@ from swaywatch.discover.grammar import IN_COUPLING, breaking, plainer, products,
 from swaywatch.discover.law import Law, law_of
 from swaywatch.discover.sentences import energy, sentence, suggestion
 from swaywatch.discover.sudden import promising
-from swaywatch.discover.trial import SWINGING
+from swaywatch.discover.trial import SWINGING, LawSearch
 from swaywatch.discover.way import since, stretch
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import Effect
@@ -190,3 +190,33 @@ def test_a_ball_with_play_is_found() -> None:
     assert found.law == play
     assert found.term.values[0] == pytest.approx(0.004, rel=0.1)
     assert SimpleNamespace(**found.term.as_dict()).compliance < 1e-5
+
+
+def test_what_swings_is_tried_first_and_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It leaves only noise of a misfit far above it: laws in other shapes would cost ten times."""
+
+    def refused(*_: object) -> list[object]:
+        raise AssertionError("not needed")
+
+    monkeypatch.setattr(LawSearch, "_in_other_shapes", refused)
+    truth = ActiveEffect(effect_of(Law("trailer", "swing"), 0.8), (120.0, 0.8, 0.05, 0.0))
+    found = Laws([searched((truth,))]).discover([], silent)
+    assert found is not None
+    assert found.law == Law("trailer", "swing")
+    assert found.term.values[:2] == pytest.approx((120.0, 0.8), rel=0.05)
+
+
+def test_air_along_the_road_grows_with_the_square_of_the_speed() -> None:
+    run = Run("r", np.arange(0.0, 12.0, 0.01), {}, {}, 15.0)
+    run.speed = np.full(run.time.size, 50.0)
+    law = Law("force_trailer", "distance", "positive side", response="periodic")
+    values = {"gain": 100.0, "repetitions_per_km": 20.0, "phase_1_rad": 0.0}
+    most = []
+    for power in (0, 2):
+        slots = plant()
+        effect = effect_of(replace(law, power=power), runs=(stretch(run),))
+        effect.act(slots, run, values, ())
+        most.append(np.max(slots.series["force_trailer"]))
+        words = sentence(replace(law, power=power), _rows(effect, (100.0, 20.0, 0.1)))
+        assert ("square of the speed" in words) == (power == 2)
+    assert most == pytest.approx([100.0, 400.0], rel=0.01)  # gains are stated at 25 m/s

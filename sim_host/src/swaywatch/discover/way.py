@@ -48,7 +48,7 @@ ROAD_PLACES = (
 GRIP_PLACES = (AXLES, "slip_car_front", "slip_car_rear", "slip_trailer")
 USUAL_WORK_RAD_M = 1e-3  # that a hitch works through in a test drive, where no sensor says so
 NARROWEST = 0.98  # above which part of a sine a pulse may be: a sixteenth of the way
-RISE_S = 0.2  # within which something breaks: as finely as a fit can move the moment
+RISE_S = 0.05  # within which something breaks or comes loose
 #: Repetitions for each kilometre that are looked for: every 15 to 400 m.
 FEWEST, MOST = 2.5, 65.0
 MOST_GRIPS, GRIP_FINENESS = 130.0, 0.5  # of tyres on slabs, every 8 m
