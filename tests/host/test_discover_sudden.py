@@ -53,6 +53,7 @@ def test_what_breaks_is_found_with_its_moment_in_each_run() -> None:
     assert [values[f"begins_{i}_s"] for i in (1, 2)] == pytest.approx([6.0, 9.0], abs=0.3)
     words = sentence(found.law, _rows(found.term.effect, found.term.values))
     assert "s of run 1 on and from" in words
+    assert suggestion(found.law, 0.3).startswith("what breaks")
 
 
 def test_one_simulation_promises_a_law_from_any_moment_on() -> None:

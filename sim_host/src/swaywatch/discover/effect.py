@@ -321,6 +321,7 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
             "form": law.spec + (f"@{start_hz:g}" if start_hz else f"@{len(runs)}" if runs else ""),
             "law": law,
             "runs": runs,
+            "located": tuple(p.name for p in (*begins(runs), *phases(runs))),
             "start_hz": start_hz,
             "imitated_on_springs": True,
         }

@@ -102,6 +102,9 @@ def suggestion(law: Law, gain: float) -> str:
     if law.place == BALL:
         return KNOWN[law.place, law.motion][0]
     pressed = _PRESSED.get((law.place, law.motion, law.times), "") or _of_a_lean(law)
+    if law.response == SUDDEN:
+        lasting = suggestion(replace(law, response=INSTANT), gain)
+        return f"what breaks, sticks or comes loose{f': {lasting}' if lasting else ''}"
     special = pressed or _of_form(law, gain) or _at_hitch(law, gain)
     place = MOMENT if law.place == DRAG else law.place
     return special or KNOWN.get((place, law.motion), ("", ""))[gain < 0.0]

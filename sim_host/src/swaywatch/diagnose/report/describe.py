@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,8 +91,11 @@ def _reported(term: ActiveEffect, name: str, covariance: Array, reached: float) 
     assumed = float(str(effect.extra.get("assumed_share", 0.0)))
     highs = [p.high for p in effect.parameters]
     errors_ = _carried(report, raw, covariance, highs)
+    # of a moment or a place nothing is a share of its size
+    located = cast("tuple[str, ...]", effect.extra.get("located", ()))
+    sizes = {k: 0.0 if k in located else _size(v, neutral[k]) for k, v in found.items()}
     rows = {
-        key: interval(name, value, _size(value, neutral[key]), error, reached, assumed=assumed)
+        key: interval(name, value, sizes[key], error, reached, assumed=assumed)
         for (key, value), error in zip(found.items(), errors_, strict=True)
     }
     for key, row in rows.items():
