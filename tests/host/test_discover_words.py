@@ -98,6 +98,20 @@ def test_pulses_along_the_road() -> None:
     assert plainer(law) == replace(law, shape="positive side")
 
 
+def test_grip_that_is_lost_in_places() -> None:
+    """Rough stretches on which an axle hops: it holds less there, and never more."""
+    law = Law("slip_car_rear", "slip_car_rear", "positive side", response="periodic")
+    effect = effect_of(law, runs=("r",))
+    assert effect.parameters[0].low < 0.0
+    assert effect_of(replace(law, shape="straight"), runs=("r",)).parameters[0].low == 0.0
+    assert effect.equation.startswith("angle = gain x alpha_r x max(sin(")
+    values = {"gain": -0.33, "repetitions_per_km": 10.9, "phase_1_rad": 0.1}
+    rows = {name: {"value": v, "low": v - 0.01, "high": v + 0.01} for name, v in values.items()}
+    words = sentence(law, rows)
+    assert "changes in places by -33.0 +- 1.0 %" in words
+    assert "one way only" in words
+
+
 def test_words_of_a_stack() -> None:
     law = Law("trailer", "swing", "rubbing")
     values = {

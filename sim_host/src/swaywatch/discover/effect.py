@@ -427,7 +427,7 @@ def _gain(law: Law) -> Parameter:
         most = 1.0 / MOTIONS[law.times].usual if law.times else 1.0
         low, high, start, step, noticed = {
             GROWING: (-0.9, 1.0, -0.2, 0.05, 0.02),
-            PERIODIC: (0.0, 0.95, 0.2, 0.05, 0.02),
+            PERIODIC: (-0.95 * one_way(law), 0.95, 0.2, 0.05, 0.02),
         }.get(law.response, (-1.0, 0.0, -0.5, 0.1, 0.1))
         low, high, start, step, noticed = (most * x for x in (low, high, start, step, noticed))
         return Parameter("gain", unit, 0.0, low, high, (start,), step, noticed)

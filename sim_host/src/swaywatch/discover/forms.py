@@ -206,9 +206,11 @@ def formula(law: Law) -> str:
         2: f" (v / {SPEED_M_S:g} m/s)^2",
     }[law.power]
     when = (_AT_HITCH if rubs_at_hitch(law) else _WHEN)[law.response]
+    when = _ONE_WAY[law.shape] if one_way(law) else when
     if law.motion == DISTANCE:
-        when = _ONE_WAY[law.shape] if one_way(law) else when
         return f"{left} = gain{speed}{when}"
+    if law.response == PERIODIC:
+        return f"{left} = gain x {symbol}{when}"
     if law.motion in (*LAW_FELT, "steer_rate"):
         when = f"{_WHEN[LAGGED]}{when}"
     size = f" x |{MOTIONS[law.by].symbol}|" if law.by else ""

@@ -300,9 +300,13 @@ def _grip(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What comes and goes along the road is the grip of tyres."""
     tyres = _TYRES[law.place]
     size = _range(parameters["gain"], 100.0)
-    return f"the cornering stiffness of {tyres} comes and goes by {size} %" + _response(
+    return f"the cornering stiffness of {tyres} {_comes(law)} by {size} %" + _response(
         law, parameters
     )
+
+
+def _comes(law: Law) -> str:
+    return "changes in places" if one_way(law) else "comes and goes"
 
 
 def _second(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:

@@ -717,11 +717,9 @@ def _dragging(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
 
 
 def _halves(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
-    """A force that comes and goes, begun in one direction only: in either, with the same sine."""
+    """What comes and goes, begun in one direction only: in either, with the same sine."""
     term = fit.terms[-1]
     law = law_in(term)
-    if law.motion != DISTANCE:
-        return []
     effect = effect_of(replace(law, shape=SIDES[0]), runs=runs)
     size, often, *phases = term.values
     most = effect.parameters[0].high
