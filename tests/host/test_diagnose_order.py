@@ -392,7 +392,7 @@ def test_what_predicts_left_out_runs_worse_than_a_vehicle_that_leaves_noise_is_n
     predicted = {id(base): (0.052, 0.023), id(fit): errors}
     monkeypatch.setattr(verdict, "left_out", lambda problem, f: list(predicted[id(f)][:runs]))
     monkeypatch.setattr(verdict, "_stretched", lambda search, base: stretched)
-    assert verdict._predicts_worse(cast("Search", search), base, fit) is worse
+    assert verdict.predicts_worse(cast("Search", search), base, fit) is worse
 
 
 @pytest.mark.parametrize(

@@ -30,6 +30,7 @@ from swaywatch.diagnose.evidence.search import (
     Search,
     reduced_chi_square,
 )
+from swaywatch.diagnose.evidence.verdict import predicts_worse
 from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.fit.holdout import left_out
 from swaywatch.discover.begin import law_in
@@ -402,6 +403,8 @@ def _claimed(
     if likelier and sum(likelier) < CLAIMED:
         return None
     base = law_search.path.base.fit
+    if predicts_worse(law_search.search, base, candidate.fit):
+        return None
     rows = list(
         zip(
             left_out(law_search.search.problem, base),

@@ -456,7 +456,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     least = plain.evidence + CLAIMED
     if best.fit.terms and best.evidence >= least:
         best = _to_the_end(search, base, best, least)
-        doubtful = _predicts_worse(search, base, best.fit) or _leaves_most(search, base, best.fit)
+        doubtful = predicts_worse(search, base, best.fit) or _leaves_most(search, base, best.fit)
         doubtful = doubtful or any(t.effect.windowed and not noticeable(t) for t in best.fit.terms)
         best = Candidate(base, base) if doubtful else best
     if not best.fit.terms or best.evidence < least:
@@ -516,7 +516,7 @@ def _values_beyond(search: Search, fit: Fit) -> bool:
     return len(_beyond(search, fit).terms) > len(fit.terms)
 
 
-def _predicts_worse(search: Search, base: Fit, fit: Fit) -> bool:
+def predicts_worse(search: Search, base: Fit, fit: Fit) -> bool:
     """The calibrated vehicle leaves only noise, and predicts left-out runs better without effects.
 
     Not asked of effects in windows, which say nothing about another run, nor where the calibrated
