@@ -220,4 +220,5 @@ def test_air_along_the_road_grows_with_the_square_of_the_speed() -> None:
         most.append(np.max(slots.series["force_trailer"]))
         words = sentence(replace(law, power=power), _rows(effect, (100.0, 20.0, 0.1)))
         assert ("square of the speed" in words) == (power == 2)
+        assert ("water" in suggestion(replace(law, power=power), 100.0)) == (power == 2)
     assert most == pytest.approx([100.0, 400.0], rel=0.01)  # gains are stated at 25 m/s

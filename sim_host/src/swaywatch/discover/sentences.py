@@ -128,10 +128,17 @@ def _of_form(law: Law, gain: float) -> str:
         return "a load that is lost on the way" if gain > 0.0 else "a load that is taken up"
     if (law.place, law.response) == ("moment_trailer", TRANSIENT):
         return "a gyroscope, or a controller that leaves a steady turn alone"
-    if law.place == DRAG and law.motion == DISTANCE:
-        soft = "a soft verge, or brakes that come and go"
-        return soft if law.response == PERIODIC else "brakes on one side that bind"
-    return _of_friction(law, gain) or kinds.get(law.shape, "")
+    return _of_the_way(law) or _of_friction(law, gain) or kinds.get(law.shape, "")
+
+
+def _of_the_way(law: Law) -> str:
+    """What lies along the road, or binds on the way."""
+    if law.motion == DISTANCE and law.power:
+        return "water or wind on one side of the road"
+    if law.motion != DISTANCE or law.place != DRAG:
+        return ""
+    soft = "a soft verge, or brakes that come and go"
+    return soft if law.response == PERIODIC else "brakes on one side that bind"
 
 
 def _of_a_lean(law: Law) -> str:
