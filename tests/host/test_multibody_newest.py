@@ -16,6 +16,7 @@ from test_multibody import (
     _with,
     impulse,
 )
+from test_multibody_more import _late, _rest_of_the_car
 
 from swaywatch.models.multibody import Multibody
 from swaywatch.models.multibody_vehicle import Physics, reference_combination
@@ -29,22 +30,6 @@ FOURTEENTH = (
 @pytest.fixture(scope="module")
 def planar() -> Multibody:
     return Multibody(reference_combination())
-
-
-def _rest_of_the_car(car, motion):
-    """Yaw moment on the car beside those of its wheels and the hitch force, N m."""
-    known = car.front.to_cog_m * motion.wheel_fy_n[:2].sum(axis=0) * np.cos(motion.road_wheel_rad)
-    known = known + car.rear.to_cog_m * motion.wheel_fy_n[2:4].sum(axis=0)
-    known = known - car.hitch_to_cog_m * motion.hitch_y_n
-    return car.yaw_inertia_kgm2 * np.gradient(motion.yaw_rate_rad_s, 0.002) - known
-
-
-def _late(values, lag_s):
-    """What follows `values` with a lag, from zero."""
-    left = np.zeros_like(values)
-    for i in range(1, left.size):
-        left[i] = left[i - 1] + 0.002 / lag_s * (values[i - 1] - left[i - 1])
-    return left
 
 
 def _places(motion, whole, sideslip):

@@ -514,8 +514,8 @@ class LawSearch:
         halves = best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))
         pulses = [pulse for fit in halves[:PAIRED_ON] for pulse in _pulses(fit, names)]
         best += halves + best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), pulses))
-        winds = [_of_air(fit, names) for fit in best_of_each_law(best)[:PAIRED_ON]]
-        best += close.side_by_side(lambda f: close.run(f, 10), [w for w in winds if w])
+        winds = [w for fit in best_of_each_law(best)[:PAIRED_ON] for w in _of_air(fit, names)]
+        best += close.side_by_side(lambda f: close.run(f, 10), winds)
         drags = [drag for fit in best for drag in _dragging(fit, names)]
         drags = close.side_by_side(lambda f: close.run(f, 10), drags)
         return self._with_drag_for_a_reason([*best, *drags])
@@ -706,50 +706,51 @@ def _drags_for_a_reason(fit: Fit, plain: Mapping[Law, float], noise: float) -> b
     return fit.chi2 < moment - max(2.0 * CLAIMED * noise, DISCREPANCY * moment)
 
 
+def _with_law(fit: Fit, law: Law, runs: tuple[str, ...], values: Sequence[float]) -> Fit:
+    """The fit with another law in the place of its own."""
+    term = ActiveEffect(effect_of(law, runs=runs), tuple(values))
+    return replace(fit, terms=(*fit.terms[:-1], term))
+
+
 def _dragging(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
     """A moment on the trailer that comes and goes, begun as one of wheels that drag."""
     term = fit.terms[-1]
     law = law_in(term)
     if law.place != MOMENT or law.motion != DISTANCE:
         return []
-    effect = effect_of(replace(law, place=DRAG), runs=runs)
-    return [replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, term.values)))]
+    return [_with_law(fit, replace(law, place=DRAG), runs, term.values)]
 
 
 def _halves(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
     """What comes and goes, begun in one direction only: in either, with the same sine."""
     term = fit.terms[-1]
-    law = law_in(term)
-    effect = effect_of(replace(law, shape=SIDES[0]), runs=runs)
+    half = replace(law_in(term), shape=SIDES[0])
     size, often, *phases = term.values
-    most = effect.parameters[0].high
+    most = effect_of(half, runs=runs).parameters[0].high
     found = []
     for sign in (1.0, -1.0):  # half a sine contains half of its size as a sine
         turned = [p if sign > 0.0 else p - math.copysign(math.pi, p) for p in phases]
         gain = min(max(2.0 * sign * size, -most), most)
-        found.append(
-            replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, (gain, often, *turned))))
-        )
+        found.append(_with_law(fit, half, runs, (gain, often, *turned)))
     return found
 
 
-def _of_air(fit: Fit, runs: tuple[str, ...]) -> Fit | None:
+def _of_air(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
     """A force that comes and goes, begun as one that grows with the square of the speed."""
     term = fit.terms[-1]
     law = law_in(term)
     if law.motion != DISTANCE:
-        return None
-    effect = effect_of(replace(law, power=2), runs=runs)
-    return replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, term.values)))
+        return []
+    return [_with_law(fit, replace(law, power=2), runs, term.values)]
 
 
 def _pulses(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
     """What comes and goes in one direction, begun in shorter pulses."""
     term = fit.terms[-1]
-    effect = effect_of(replace(law_in(term), shape=STOPS[0]), runs=runs)
+    short = replace(law_in(term), shape=STOPS[0])
     size, *rest = term.values
-    values = (size, effect.parameters[1].starts[0], *rest)
-    return [replace(fit, terms=(*fit.terms[:-1], ActiveEffect(effect, values)))]
+    above = effect_of(short, runs=runs).parameters[1].starts[0]
+    return [_with_law(fit, short, runs, (size, above, *rest))]
 
 
 def laws_refuse(budget: Budget, what: str) -> bool:
