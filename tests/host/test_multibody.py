@@ -381,11 +381,23 @@ UNLISTED = {
     "buckled_wheel": (0.01, 0.0),
     "skew_joints": (0.004, 15.0),
     "slow_puncture": (0.5, 100.0),
+    "late_correction": (0.05, 0.2),
+    "rut_walls": (0.02, 0.02),
+    "rolled_under": (0.5, 0.0),
+    "one_wheel_brake": (2e4, 0.02),
+    "stop_overload": (0.4, 0.008),
+    "wind_shadow": (800.0, 0.0),
+    "wet_stretches": (0.4, 80.0),
+    "sliding_box": (300.0, 0.02),
+    "loose_subframe": (0.3, 0.005),
+    "gap_headwind": (40.0, 100.0),
+    "sticky_beam": (0.3, 0.004),
+    "worn_spot": (800.0, 0.01),
 }
 CARGO = (
     "rolling_load", "baffled_liquid", "sliding_crate", "padded_load", "two_tanks",
     "stepping_horse", "slack_lashing", "loosening_straps", "rocking_hull",
-    "hanging_load", "leaning_stack",
+    "hanging_load", "leaning_stack", "sliding_box",
 )  # fmt: skip
 
 
@@ -415,7 +427,8 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         in (
             "tarpaulin", "heading_wind", "gap_air", "hedge_wind", "wake_shedding", "car_wake",
             "late_air", "loose_curtain", "galloping", "jockey_wheel", "leaking_load",
-            "lingering_flow", "tearing_canvas", "slack_tarpaulin", "open_door",
+            "lingering_flow", "tearing_canvas", "slack_tarpaulin", "open_door", "wind_shadow",
+            "gap_headwind",
         )
     )  # fmt: skip
     turns = (
@@ -428,6 +441,7 @@ def test_what_nobody_lists_acts_where_it_says(planar, kind):
         "squealing_pads", "outward_damper", "tearing_canvas", "cocked_overrun",
         "brinelled_ring", "solenoid_brakes", "servo_ball", "locker_corner", "tilted_head",
         "roll_protection", "slack_tarpaulin", "greasy_ball", "soft_verge", "open_door", "worn_pad",
+        "worn_spot", "wind_shadow", "gap_headwind",
     )  # fmt: skip
     assert (np.abs(moment[inner]).max() > 100.0) == (kind in turns)
 
@@ -443,7 +457,7 @@ def _with(kind):
 PASSIVE = (
     "stabiliser_windup", "cam_centring", "gyro_stabiliser", "one_way_damper", "glazing_pads",
     "damper_play", "squealing_pads", "outward_damper", "tilted_head",
-    "greasy_ball",
+    "greasy_ball", "worn_spot",
 )  # fmt: skip
 
 

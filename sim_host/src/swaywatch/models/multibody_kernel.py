@@ -34,6 +34,7 @@ from swaywatch.models.multibody_more import (
     GAP_PUMP,
     HYDRO_BUSH,
     LOOSE_HANDS,
+    LOOSE_SUBFRAME,
     LOOSE_U_BOLTS,
     MORE_DAMPING,
     RACKED_FRAME,
@@ -191,7 +192,7 @@ from swaywatch.models.multibody_tables import (
 #: Contents (SHA-1, first twelve digits) of the files that this one is compiled with. Numba keeps
 #: compiled code until the file of a function changes, whatever else it is made of: a change of
 #: those has to change this file too (tests/host/test_multibody.py says what to write).
-MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "e41c7345cde8"}
+MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "765e45a3b709"}
 
 
 class View(NamedTuple):
@@ -436,7 +437,7 @@ def _tyres(
     if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS, CASTER_FLUTTER, CREEPING_CLAMP):
         middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
         more_of_slip(g, z, zdot, middle)
-    if g[G_MORE] in (HYDRO_BUSH, SHIMMY, LOOSE_HANDS):
+    if g[G_MORE] in (HYDRO_BUSH, SHIMMY, LOOSE_HANDS, LOOSE_SUBFRAME):
         middle = 0.5 * (work[0, TRAVEL] + work[1, TRAVEL]) - out[O_STEER]
         more_of_slip(g, z, zdot, middle)
     if g[G_MORE] == SUBFRAME_RUBBER:

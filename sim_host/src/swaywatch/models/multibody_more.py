@@ -67,8 +67,10 @@ MADE_OF = {"multibody_tables": "7e6a397047d3"}
     TILTED_HEAD, PUDDLES, ROLL_PROTECTION, SUBFRAME_RUBBER, SOFT_TYRE, GREASY_BALL, CROOKED_JOINT,
     SOFT_VERGE, LEANING_STACK, LOOSE_HUB, BROKEN_LINK, SLIPPING_NECK, OPEN_DOOR, SHIMMY,
     LORRY_RUTS, STANDING_WATER, BUMP_STOP_GRIP, LOOSE_HANDS, WORN_PAD, TRACK_ROD_END,
-    HOPPING_WHEELS, BUCKLED_WHEEL, SKEW_JOINTS, SLOW_PUNCTURE,
-) = range(1, 147)  # fmt: skip
+    HOPPING_WHEELS, BUCKLED_WHEEL, SKEW_JOINTS, SLOW_PUNCTURE, LATE_CORRECTION, RUT_WALLS,
+    ROLLED_UNDER, ONE_WHEEL_BRAKE, STOP_OVERLOAD, WIND_SHADOW, WET_STRETCHES, SLIDING_BOX,
+    LOOSE_SUBFRAME, GAP_HEADWIND, STICKY_BEAM, WORN_SPOT,
+) = range(1, 159)  # fmt: skip
 MORE_DAMPING = 0.05
 TURN = 2.0 * math.pi
 ARMS_DAMPING = 0.3
@@ -97,6 +99,7 @@ COURSE_S = 2.5  # in which a road and its ruts go where the driver means to
 WATER_M_S = 25.0  # speed at which a drag of water is its size
 FRONT_LEFT, REAR_RIGHT, TRAILER_FRONT_RIGHT = 0, 3, 5
 JOINT = 64  # power of a wave that leaves of it kicks, each a tenth of its length
+WALL_M, FLOOR_M_S2 = 0.05, 0.5  # width of a rut's wall; friction of a smooth floor per mass
 GAP_M = 2.0  # half the width of what presses air out of a gap, and so on its edge
 
 
@@ -114,8 +117,10 @@ def more_steer(
 
     `place` is of a planar wheel in its body's frame, m.
     """
-    if g[G_MORE] in (WANDERING_RUTS, GROOVED_ROAD, LORRY_RUTS, SKEW_JOINTS):
-        return float(_more_of_road(g, z, wheel, place, out))
+    if g[G_MORE] in (
+        WANDERING_RUTS, GROOVED_ROAD, LORRY_RUTS, SKEW_JOINTS, RUT_WALLS, WET_STRETCHES
+    ):  # fmt: skip
+        return float(_more_of_road(g, z, wheel, place, slip, out))
     if wheel >= 4:
         return float(_more_of_trailer_axles(g, z, wheel, slip, out))
     if wheel >= 2:
@@ -126,9 +131,9 @@ def more_steer(
 
 
 @njit(cache=True)
-def _more_of_road(g: Any, z: Any, wheel: int, place: float, out: Any) -> float:
-    """The same of what lies along the road, or across it, under all wheels."""
-    kind, size, at = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT]
+def _more_of_road(g: Any, z: Any, wheel: int, place: float, slip: float, out: Any) -> float:
+    """The same of what lies along the road, or across it, under all wheels or the trailer's."""
+    kind, size, at, angle = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_AT], 0.0
     way = z[Z_MORE] + place - (0.0 if wheel < 4 else g[G_CAR_LEVER])
     if kind == WANDERING_RUTS:
         angle = size * math.sin(TURN * way / at)
@@ -137,6 +142,12 @@ def _more_of_road(g: Any, z: Any, wheel: int, place: float, out: Any) -> float:
     elif kind == LORRY_RUTS:
         across = (z[Z_MORE + 1] + _across(g, z, wheel, place, out)) / at
         angle = -2.0 * size * across / (1.0 + across * across)
+    elif kind == WET_STRETCHES:
+        angle = size * max(math.sin(TURN * way / at), 0.0) * slip
+    elif kind == RUT_WALLS:
+        if wheel >= 4:
+            beside = _beyond(_across(g, z, wheel, place, out), at)
+            angle = -size * math.tanh(beside / WALL_M)
     else:
         heading = out[O_YAW1] if wheel < 4 else out[O_YAW2]
         angle = -size * at * math.tanh(heading / at)
@@ -156,8 +167,12 @@ def _across(g: Any, z: Any, wheel: int, place: float, out: Any) -> float:
 def _more_of_front_axle(g: Any, z: Any, rate: float, slip: float, out: Any) -> float:
     """The same of the car's front axle, over its size."""
     kind, angle = g[G_MORE], 0.0
-    if kind in (LATE_ASSIST, DRIVER_ARMS, CROSSWIND_ASSIST, SEIZED_TOP_MOUNT, LOOSE_HANDS):
+    if kind in (
+        LATE_ASSIST, DRIVER_ARMS, CROSSWIND_ASSIST, SEIZED_TOP_MOUNT, LOOSE_HANDS, LOOSE_SUBFRAME
+    ):  # fmt: skip
         angle = z[Z_MORE]
+    elif kind == LATE_CORRECTION:
+        angle = -z[Z_MORE + 1]
     elif kind == TOW_ASSIST:
         angle = rate
     elif kind == VARIABLE_RATIO:
@@ -217,7 +232,7 @@ def _more_of_rear_axle(g: Any, z: Any, wheel: int, slip: float, out: Any) -> flo
         angle = out[O_STEER]
     elif kind in (
         REAR_CONTROL, TOWBAR_TWIST, LEVELLING_PUMP, LINK_STEERING, STEPPER_REAR,
-        LATE_REAR_STEERING, SUBFRAME_RUBBER,
+        LATE_REAR_STEERING, SUBFRAME_RUBBER, STICKY_BEAM,
     ):  # fmt: skip
         angle = z[Z_MORE]
     elif kind == QUICK_REAR:
@@ -274,12 +289,12 @@ def _more_of_trailer_axles(g: Any, z: Any, wheel: int, slip: float, out: Any) ->
     elif kind == TYRE_WARMING or (kind == PUNCTURE and wheel % 2 == 0):
         angle = size * z[Z_MORE] * slip
     else:
-        angle = _more_of_trailer_frame(g, z, slip, out)
+        angle = _more_of_trailer_frame(g, z, wheel, slip, out)
     return float(angle)
 
 
 @njit(cache=True)
-def _more_of_trailer_frame(g: Any, z: Any, slip: float, out: Any) -> float:
+def _more_of_trailer_frame(g: Any, z: Any, wheel: int, slip: float, out: Any) -> float:
     """The same of what holds the axles or is led from the drawbar, and of what they roll on."""
     kind, size, angle = g[G_MORE], g[G_MORE_SIZE], 0.0
     if kind == RACKED_FRAME:
@@ -297,6 +312,22 @@ def _more_of_trailer_frame(g: Any, z: Any, slip: float, out: Any) -> float:
     elif kind == SOFT_TYRE:
         leans = max(math.copysign(1.0, size) * out[O_ROLL2], 0.0)
         angle = abs(size) * math.tanh(leans / g[G_MORE_AT]) * slip
+    else:
+        angle = _more_of_trailer_grip(g, wheel, slip, out)
+    return float(angle)
+
+
+@njit(cache=True)
+def _more_of_trailer_grip(g: Any, wheel: int, slip: float, out: Any) -> float:
+    """The same of a tyre that rolls under, of tyres that carry all of a lean."""
+    kind, size, angle = g[G_MORE], g[G_MORE_SIZE], 0.0
+    if kind == ROLLED_UNDER:
+        side = math.copysign(1.0, size)
+        if (wheel % 2 == 0) == (side > 0.0):  # its force is inwards
+            angle = size * max(side * slip, 0.0)
+    elif kind == STOP_OVERLOAD:
+        part = max(abs(out[O_ROLL2]) / g[G_MORE_AT] - 1.0, 0.0) ** 2
+        angle = size * part / (1.0 + part) * slip
     return float(angle)
 
 
@@ -379,7 +410,7 @@ def _more_at_ball(g: Any, z: Any, rate: float, out: Any) -> float:
 
 @njit(cache=True)
 def _more_of_pads(g: Any, rate: float, out: Any) -> float:
-    """The same of pads at the ball that are damp, greased on one side of it, or worn on one."""
+    """The same of pads that are damp, greased on one side, or worn on one; of a worn ball."""
     kind, at, moment = g[G_MORE], g[G_MORE_AT], 0.0
     rubs, side = math.tanh(rate / SLOW_RAD_S), math.copysign(1.0, g[G_MORE_SIZE])
     if kind == SQUEALING_PADS:
@@ -388,6 +419,9 @@ def _more_of_pads(g: Any, rate: float, out: Any) -> float:
         moment = 0.5 * (side + math.tanh((out[O_YAW2] - out[O_YAW1]) / at)) * rubs
     elif kind == WORN_PAD:
         moment = side * rubs * (1.0 if side * rubs > 0.0 else at)
+    elif kind == WORN_SPOT:
+        part = ((out[O_YAW2] - out[O_YAW1]) / at) ** 2
+        moment = rubs * part / (1.0 + part)
     return float(moment)
 
 
@@ -441,7 +475,7 @@ def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
         moment = -size * math.tanh(out[O_RATE1] / (at * max(out[O_SPEED], 1.0)))
     elif kind == TORQUE_VECTORING:
         moment = size * math.tanh(out[O_STEER] / at)
-    elif kind in (HUNTING_VECTORING, CURVE_BRAKE):
+    elif kind in (HUNTING_VECTORING, CURVE_BRAKE, ONE_WHEEL_BRAKE):
         moment = size * z[Z_MORE]
     elif kind == ANGLE_VECTORING:
         moment = size * math.tanh((out[O_YAW2] - out[O_YAW1]) / at)
@@ -495,7 +529,7 @@ def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
 
 @njit(cache=True)
 def _more_of_steering(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
-    """What steers a planar car, or turns it: in time, through play, through what binds or rings."""
+    """What steers a planar car, or turns it: in time, late, through play, what binds or rings."""
     kind, at, omega = g[G_MORE], g[G_MORE_AT], g[G_MORE_HZ]
     if kind == CROSSWIND_ASSIST:
         lateral = z[Z_ROLL] / g[G_CAR_ROLL_GAIN]
@@ -504,6 +538,12 @@ def _more_of_steering(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
         zdot[Z_MORE] = _beyond(out[O_RATE2] - z[Z_MORE], at) / RATE_S
     elif kind == SEIZED_TOP_MOUNT:
         _stays_behind(g, z, zdot, -out[O_STEER])
+    elif kind == LATE_CORRECTION:
+        zdot[Z_MORE] = 2.0 * (out[O_RATE1] - z[Z_MORE]) / at
+        zdot[Z_MORE + 1] = 2.0 * (z[Z_MORE] - z[Z_MORE + 1]) / at
+    elif kind == STICKY_BEAM:
+        rolls = z[Z_ROLL + 1]
+        zdot[Z_MORE] = rolls - abs(rolls) * z[Z_MORE] / at
     elif kind == HUNTING_VECTORING:
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = omega * omega * (rate - z[Z_MORE])
@@ -524,6 +564,8 @@ def _more_of_motors(g: Any, z: Any, zdot: Any, out: Any) -> None:
     elif kind == CURVE_BRAKE:
         lateral = z[Z_ROLL] / g[G_CAR_ROLL_GAIN]
         zdot[Z_MORE] = (_beyond(lateral, at) - z[Z_MORE]) / BRAKE_S
+    elif kind == ONE_WHEEL_BRAKE:
+        zdot[Z_MORE] = (_beyond(-out[O_RATE1], at) - z[Z_MORE]) / BRAKE_S
     elif kind == RAG_JOINT:
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = omega * omega * (out[O_STEER] - z[Z_MORE])
@@ -546,9 +588,12 @@ def _more_of_way(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     kind = g[G_MORE]
     if kind in (
         HEDGE_WIND, BENT_RIM, WANDERING_RUTS, CONCRETE_SLABS, PUDDLES, SOFT_VERGE, STANDING_WATER,
-        HOPPING_WHEELS, BUCKLED_WHEEL, SKEW_JOINTS,
+        HOPPING_WHEELS, BUCKLED_WHEEL, SKEW_JOINTS, WET_STRETCHES, GAP_HEADWIND,
     ):  # fmt: skip
         zdot[Z_MORE] = out[O_SPEED]
+    elif kind == RUT_WALLS:  # they go where the car went, and so does a chord between the COGs
+        course = math.atan2(out[O_CAR_VY], out[O_CAR_VX]) - z[Z_MORE]
+        zdot[Z_MORE] = 2.0 * course * out[O_SPEED] / (g[G_CAR_LEVER] + g[G_TRAILER_LEVER])
     elif kind == LORRY_RUTS:
         course = math.atan2(out[O_CAR_VY], out[O_CAR_VX]) - z[Z_MORE]
         zdot[Z_MORE] = course / COURSE_S
@@ -674,6 +719,9 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
         angle = -beta * (1.0 - part) / (1.0 + part)
     elif kind == OPEN_DOOR:
         angle = _flow_at_door(beta, out) - z[Z_MORE]
+    elif kind == WIND_SHADOW:
+        turned = out[O_YAW2] - out[O_YAW1]
+        angle = -turned * abs(turned)
     else:
         angle = _more_of_canvas(g, z, beta)
     return float(angle)
@@ -681,12 +729,14 @@ def _more_of_flow(g: Any, z: Any, beta: float, out: Any) -> float:
 
 @njit(cache=True)
 def _more_of_canvas(g: Any, z: Any, beta: float) -> float:
-    """The same of what the air fills."""
+    """The same of what the air fills, or of air that does not blow everywhere."""
     kind, angle = g[G_MORE], 0.0
     if kind in (ROOF_TENT, SLACK_TARPAULIN):
         angle = _beyond(beta, g[G_MORE_AT])
     elif kind == TEARING_CANVAS:
         angle = z[Z_MORE] * beta
+    elif kind == GAP_HEADWIND:
+        angle = 0.5 * (1.0 + math.sin(TURN * z[Z_MORE] / g[G_MORE_AT])) * beta
     elif kind == LOOSE_CURTAIN:
         angle = max(math.copysign(1.0, g[G_MORE_SIZE]) * beta, 0.0)
     return float(angle)
@@ -713,7 +763,7 @@ def more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
     at = g[G_MORE_AT]
     if g[G_MORE] == TYRE_WARMING:
         middle = math.tanh(abs(middle) / WORKED_RAD)
-    if g[G_MORE] == LOOSE_U_BOLTS:
+    if g[G_MORE] in (LOOSE_U_BOLTS, LOOSE_SUBFRAME):
         _stays_behind(g, z, zdot, middle)
         return
     if g[G_MORE] == CREEPING_CLAMP:
@@ -785,7 +835,7 @@ def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
 
 @njit(cache=True)
 def stretch(g: Any, z: Any) -> float:
-    """Of the spring that holds the cargo, m; a load that rolls is free between its boards.
+    """Of the spring that holds the cargo, m; one that rolls or slides is free between boards.
 
     Pads stiffen, as if they were pressed by more; friction alone holds a crate; horses step;
     slack straps hold less to their side, others less with the way; a hull rocks between rollers.
@@ -793,7 +843,7 @@ def stretch(g: Any, z: Any) -> float:
     """
     kind, at, q = g[G_MORE], g[G_MORE_AT], z[Z_SLOSH]
     held = q
-    if kind == ROLLING_LOAD:
+    if kind in (ROLLING_LOAD, SLIDING_BOX):
         held = _beyond(q, at)
     elif kind == PADDED_LOAD:
         held = q * (1.0 + (q / at) ** 2)
@@ -821,6 +871,8 @@ def baffled(g: Any, z: Any) -> float:
         return float(abs(z[Z_SLOSH + 1]) * z[Z_SLOSH + 1] / g[G_MORE_AT])
     if g[G_MORE] == SLIDING_CRATE:
         return float(g[G_MORE_AT] * math.tanh(z[Z_SLOSH + 1] / SLIDES_M_S))
+    if g[G_MORE] == SLIDING_BOX:
+        return float(FLOOR_M_S2 * math.tanh(z[Z_SLOSH + 1] / SLIDES_M_S))
     return 0.0
 
 
@@ -839,7 +891,7 @@ def acts_ahead(g: Any) -> float:
         ahead = -EDDIES_BEHIND_M
     elif kind in (BOW_WAVE, GAP_PUMP):
         ahead = -TAIL_BEHIND_M
-    elif kind == CAR_WAKE:
+    elif kind in (CAR_WAKE, WIND_SHADOW, GAP_HEADWIND):
         ahead = NOSE_AHEAD_M
     elif kind == ROOF_TENT:
         ahead = -TENT_BEHIND_M

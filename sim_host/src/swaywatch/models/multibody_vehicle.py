@@ -131,7 +131,9 @@ MORE = (
     "soft_tyre", "greasy_ball", "crooked_joint", "soft_verge", "leaning_stack", "loose_hub",
     "broken_link", "slipping_neck", "open_door", "shimmy", "lorry_ruts", "standing_water",
     "bump_stop_grip", "loose_hands", "worn_pad", "track_rod_end", "hopping_wheels",
-    "buckled_wheel", "skew_joints", "slow_puncture",
+    "buckled_wheel", "skew_joints", "slow_puncture", "late_correction", "rut_walls",
+    "rolled_under", "one_wheel_brake", "stop_overload", "wind_shadow", "wet_stretches",
+    "sliding_box", "loose_subframe", "gap_headwind", "sticky_beam", "worn_spot",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -348,6 +350,30 @@ MORE = (
 - angle of all wheels, planar bodies only: k cos(pi s/L)^64, s the way of their axle, rad (m)
 - share of the slip that the car's rear right tyre loses at last: k z after a distance s,
   z = 1 - exp(-s/s0) (m)
+- angle of the car's front wheels against its yaw rate r: -k z, (T/2) dz/dt = y - z,
+  (T/2) dy/dt = r - y, s (s)
+- angle of the trailer's axles, planar bodies only, by the place y of each beside the car's track:
+  -k tanh((|y| - y0)/(5 cm)) sign y beyond y0, rad (m either way); of that track's direction m, of
+  the course c of the car's COG and of the way l between both COGs (l/2v) dm/dt = c - m
+- share of the slip a that the trailer's tyres of one side lose while their force is inwards: |k|
+  where a sign k > 0, of the left ones with k > 0, else of the right ones
+- yaw moment on the car against its yaw rate r: -k z, (0.15 s) dz/dt = (|r| - r0) sign r - z beyond
+  r0, else -z, N m s/rad (rad/s)
+- share of the slip that the trailer's tyres lose with its roll p beyond p0: k x^2/(1 + x^2),
+  x = |p|/p0 - 1 (rad)
+- area times the slope of the trailer's air force over the articulation g: F = k p g |g|, 2.5 m
+  ahead of its COG, m2/rad2
+- share of the slip that all tyres lose, planar bodies only: k max(sin(2 pi s/L), 0), s the way of
+  their axle (m)
+- nothing of its own: the cargo slides on the floor, m (0.5 m/s2) tanh(v/1 cm/s), and is held only
+  beyond a place of q0 (m either way)
+- angle of the car's front wheels with their slip a, through dry friction: k z,
+  dz/dt = da/dt - |da/dt| z/a0 (rad at which it slides)
+- area times the slope of the trailer's air force over its side-slip after a distance s, 2.5 m ahead
+  of its COG: k (1 + sin(2 pi s/L))/2, m2/rad (m)
+- angle of the rear wheels of a planar car with its roll p, by dry friction: k z,
+  dz/dt = dp/dt - |dp/dt| z/p0 (rad at which it slides)
+- dry friction at the ball with the articulation g: k x^2/(1 + x^2), x = g/g0, N m (rad)
 """
 
 
