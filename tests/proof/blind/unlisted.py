@@ -1,4 +1,4 @@
-"""146 kinds of physics that no library lists: six to build on, the rest to open once.
+"""158 kinds of physics that no library lists: six to build on, the rest to open once.
 
 Written down before the discovery was tried on any of them (the third and the fourth six on
 2026-11-23, the fifth six on 2026-11-24, each after the six before had been opened and learnt from;
@@ -12,7 +12,8 @@ variables and the titles of changes to it; three times twelve more that day in t
 of the search nothing but the words of places and variables; and the same day ten more of what they,
 or those who look into accidents, would name, by someone who had seen of it these words, the titles
 of the last five changes and the library of effects; and ten of what an engineer who has towed for
-thirty years would expect first, by someone who had seen of it these words).
+thirty years would expect first, by someone who had seen of it these words; and on 2026-11-29 twelve
+of what is common on the road, by someone who had seen of it nothing but these words).
 Kinds from the eighth set on are in `unlisted_newer.py`.
 A kind counts as found where a law is claimed at one of its places and of one of its variables
 (`answer["places"]`, `["variables"]`, in the words of `discovered` in a diagnosis.json): in a swing
@@ -27,7 +28,16 @@ from dataclasses import replace
 from effects import Draw, log_between
 from numpy.random import Generator
 from unlisted_kind import named
-from unlisted_newer import EIGHTH, ELEVENTH, FOURTEENTH, NINTH, TENTH, THIRTEENTH, TWELFTH
+from unlisted_newer import (
+    EIGHTH,
+    ELEVENTH,
+    FIFTEENTH,
+    FOURTEENTH,
+    NINTH,
+    TENTH,
+    THIRTEENTH,
+    TWELFTH,
+)
 
 
 def jackknife_stop(rng: Generator, u: float) -> Draw:
@@ -562,6 +572,7 @@ SETS = {
     "opened-seventh": SEVENTH, "opened-eighth": EIGHTH, "opened-ninth": NINTH,
     "opened-tenth": TENTH, "opened-eleventh": ELEVENTH, "opened-twelfth": TWELFTH,
     "opened-thirteenth": THIRTEENTH, "opened-fourteenth": FOURTEENTH,
+    "opened-fifteenth": FIFTEENTH,
 }  # fmt: skip
 
 

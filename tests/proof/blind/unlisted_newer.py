@@ -654,6 +654,106 @@ def slow_puncture(rng: Generator, u: float) -> Draw:
     return named("slow_puncture", size, "slip_car_rear", variables, more_at=at)
 
 
+def late_correction(rng: Generator, u: float) -> Draw:
+    """Steering that corrects the car's yaw rate beside the driver's hands, some time later."""
+    at = round(float(rng.uniform(0.15, 0.4)), 3)
+    size = log_between(4e-3, 5e-2, u)
+    return named("late_correction", size, "slip_car_front", "yaw_rate_car", more_at=at)
+
+
+def rut_walls(rng: Generator, u: float) -> Draw:
+    """Ruts in which the car runs, wider than the trailer's track: it is free until a wall is met.
+
+    An axle leaves the car's track by as much as it slips, which goes with lateral acceleration and
+    so with roll: all of these are the same here.
+    """
+    at = round(float(rng.uniform(0.01, 0.04)), 4)
+    places = "slip_trailer force_trailer"
+    variables = "slip_trailer sideslip_trailer lateral_acceleration_trailer roll_trailer"
+    return named("rut_walls", log_between(3e-3, 3e-2, u), places, variables, more_at=at)
+
+
+def rolled_under(rng: Generator, u: float) -> Draw:
+    """A soft tyre on one side of the trailer: pushed inwards, it rolls under and holds less."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.1, 0.7, u)
+    places, variables = "slip_trailer force_trailer", "slip_trailer sideslip_trailer"
+    return named("rolled_under", size, places, variables)
+
+
+def one_wheel_brake(rng: Generator, u: float) -> Draw:
+    """A stability controller that brakes one wheel of the car beyond a yaw rate, late."""
+    at = round(float(rng.uniform(0.01, 0.03)), 4)
+    return named("one_wheel_brake", log_between(5e3, 4.5e4, u), "moment_car", "yaw_rate_car",
+                 more_at=at)  # fmt: skip
+
+
+def stop_overload(rng: Generator, u: float) -> Draw:
+    """The trailer's axle on its rubber stops: tyres that carry all of a lean beyond hold less.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.003, 0.01)), 4)
+    size = log_between(0.12, 0.7, u)
+    variables = "slip_trailer sideslip_trailer roll_trailer lateral_acceleration_trailer"
+    return named("stop_overload", size, "slip_trailer force_trailer", variables, more_at=at)
+
+
+def wind_shadow(rng: Generator, u: float) -> Draw:
+    """Air on the trailer's nose as it leaves the car's wind shadow: ever more, the further."""
+    places = "force_trailer moment_trailer"
+    return named("wind_shadow", log_between(450.0, 700.0, u), places, "articulation")
+
+
+def wet_stretches(rng: Generator, u: float) -> Draw:
+    """Wet stretches of a road: each axle's tyres hold less while they are on one."""
+    at = round(float(rng.uniform(40.0, 150.0)), 1)
+    places = "slip_car_front slip_car_rear slip_trailer force_trailer"
+    variables = "slip_car_front slip_car_rear slip_trailer sideslip_trailer distance"
+    return named("wet_stretches", log_between(0.06, 0.5, u), places, variables, more_at=at)
+
+
+def sliding_box(rng: Generator, u: float) -> Draw:
+    """A box that slides on a smooth floor, with friction, until a net catches it."""
+    at = round(float(rng.uniform(0.02, 0.08)), 3)
+    mass = round(log_between(250.0, 500.0, u), 2)
+    return named(
+        "sliding_box", mass, "trailer force_trailer", "swing", more_at=at, slosh_mass_kg=mass,
+        slosh_frequency_hz=round(float(rng.uniform(1.0, 1.6)), 3), slosh_damping=0.0,
+    )  # fmt: skip
+
+
+def loose_subframe(rng: Generator, u: float) -> Draw:
+    """Loose bolts of the front subframe: wheels give way to side forces, with dry friction."""
+    at = round(float(rng.uniform(0.002, 0.01)), 4)
+    size = log_between(0.02, 0.25, u)
+    return named("loose_subframe", size, "slip_car_front", "slip_car_front", more_at=at)
+
+
+def gap_headwind(rng: Generator, u: float) -> Draw:
+    """A headwind between cuttings: the air on the trailer's side-slip comes and goes."""
+    at = round(float(rng.uniform(80.0, 250.0)), 1)
+    places, variables = "force_trailer moment_trailer", "sideslip_trailer distance"
+    return named("gap_headwind", log_between(20.0, 80.0, u), places, variables, more_at=at)
+
+
+def sticky_beam(rng: Generator, u: float) -> Draw:
+    """A twist beam of the car in sticking bushes: a lean steers its wheels, with dry friction.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    at = round(float(rng.uniform(0.002, 0.008)), 4)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.08, 0.8, u)
+    variables = "roll_car lateral_acceleration_car"
+    return named("sticky_beam", size, "slip_car_rear", variables, more_at=at)
+
+
+def worn_spot(rng: Generator, u: float) -> Draw:
+    """A ball worn where it sits when straight: its friction grasps only away from there."""
+    at = round(float(rng.uniform(0.004, 0.015)), 4)
+    variables = "articulation_rate articulation"
+    return named("worn_spot", log_between(120.0, 1200.0, u), "hitch", variables, more_at=at)
+
+
 EIGHTH = (
     damper_play, towbar_twist, galloping, rear_rack, slow_actuator, sideslip_limiter, jockey_wheel,
     counter_steer, concrete_slabs, leaking_load, worn_shoulders, aligning_torque,
@@ -681,4 +781,8 @@ THIRTEENTH = (
 FOURTEENTH = (
     lorry_ruts, standing_water, bump_stop_grip, loose_hands, worn_pad, track_rod_end,
     hopping_wheels, buckled_wheel, skew_joints, slow_puncture,
+)  # fmt: skip
+FIFTEENTH = (
+    late_correction, rut_walls, rolled_under, one_wheel_brake, stop_overload, wind_shadow,
+    wet_stretches, sliding_box, loose_subframe, gap_headwind, sticky_beam, worn_spot,
 )  # fmt: skip
