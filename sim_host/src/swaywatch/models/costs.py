@@ -5,8 +5,8 @@ loads at twice the yaw frequency act by the size of the swing, so the plant itse
 it starts in the shape of its least damped mode, the trailer's yaw rate at a given amplitude, and
 swings freely for three and a half periods. Growth and frequency are those of its yaw rate between
 two windows a period apart (:func:`swings`); the critical speed at that size is where the growth is
-zero. What follows the motion (a load after Eq. 6.1-6.2 of the reference, a faded damper) is made of
-that very swing: its lines, drawn on to both sides, are the run that such a cause looks at.
+zero. What follows the motion (a load after Eq. 6.1-6.2 of the reference) is made of that very
+swing: its lines, drawn on to both sides, are the run that such a cause looks at.
 
     costs = weigh(Base(body, scalars), causes, speed_m_s=30.0)
     costs.causes[0].back[1]      # km/h that come back without it, middle swing; and its error
@@ -66,15 +66,7 @@ _CHANNELS = {
     **{f"wheel_lateral_force_{w}": f"lateral_{w}" for w in ("fl", "fr", "rl", "rr")},
 }
 """Channels of the run that a cause looks at, and outputs of the plant."""
-_SHIFTS = {
-    body: tuple(f"{prefix}vertical_{w}" for w in ("fr", "fl", "rr", "rl"))
-    for body, prefix in (("car", ""), ("trailer", "trailer_"))
-}
-"""Wheel loads whose sum, every other one negative, is what roll moves to the right."""
-_COLUMNS = tuple(
-    OUTPUT.index(name)
-    for name in (*_CHANNELS.values(), *(name for four in _SHIFTS.values() for name in four))
-)
+_COLUMNS = tuple(OUTPUT.index(name) for name in _CHANNELS.values())
 
 
 @dataclass(frozen=True)
@@ -275,19 +267,13 @@ def _motion(output: Array, found: complex, rough: complex, case: _Case) -> Run:
     place = (np.arange(rows) + 0.5) / rows
     window = (1.0 - np.cos(2.0 * np.pi * place)) * np.exp(-1j * s.imag * SAMPLE_S * np.arange(rows))
     line = 2.0 / rows * np.einsum("i,ij->j", window, output[start : start + rows])
-    line[len(_CHANNELS) :: 2] -= line[len(_CHANNELS) + 1 :: 2]  # of loads: right less left
     channels = {
-        name: np.asarray(np.real(x * course)) for name, x in zip(_CHANNELS, line, strict=False)
+        name: np.asarray(np.real(x * course)) for name, x in zip(_CHANNELS, line, strict=True)
     }
     base, _, speed, _ = case
     run = Run("swing", time, channels, {}, base.steering_ratio)
     run.speed = np.full(time.size, speed)
     run.acceleration = run.steer = np.zeros(time.size)
-    for number, body in enumerate(_SHIFTS):
-        at = len(_CHANNELS) + 4 * number
-        moved = (line[at] + line[at + 2]) * course
-        run.simulated[f"shift_{body}"] = np.asarray(moved.real)
-        run.simulated[f"shift_rate_{body}"] = np.asarray((s * moved).real)
     return run
 
 

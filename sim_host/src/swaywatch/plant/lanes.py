@@ -147,6 +147,10 @@ SCALARS = (
     "pitch_transfer",  # share of the moments of drag and drive that the axle loads carry
     # (rebound - compression) / (rebound + compression) of the dampers; 0: the body does not heave
     "damper_asymmetry_car", "damper_asymmetry_trailer",
+    # share of the damping that the dampers on one side of an axle have lost, and what is added to
+    # the asymmetry of an axle's dampers
+    *(f"damper_{change}_{axle}" for change in ("lost_left", "lost_right", "changed")
+      for axle in ("car_front", "car_rear", "trailer_front", "trailer_rear")),
     "heave_frequency_car_front", "heave_frequency_car_rear", "heave_frequency_trailer",  # rad/s
     "heave_damping_car", "heave_damping_trailer",  # 1
     "jacking_car", "jacking_trailer",  # of side force times roll, what lifts the body
@@ -160,7 +164,6 @@ SERIES = (
     "load_car_front", "load_car_rear", "load_trailer_front", "load_trailer_rear",  # N
     "force_car", "moment_car", "force_trailer", "moment_trailer", "bank",  # N, Nm, rad
     "shift_car_front", "shift_car_rear", "shift_trailer_front", "shift_trailer_rear",  # N to right
-    "heave_car_front", "heave_car_rear", "heave_trailer_front", "heave_trailer_rear",  # N, both
     "friction",  # factor - 1 on the peak friction
     "measured_car", "measured_trailer",  # rad/s, yaw rates for the observer
     "slip_car_front", "slip_car_rear", "slip_trailer_front", "slip_trailer_rear",  # rad
@@ -211,18 +214,14 @@ _SERIES = {name: index for index, name in enumerate(SERIES)}
 _RELAXATION = [index for name, index in _SCALARS.items() if name.startswith("relaxation")]
 _ALONE = (
     "hitch_friction", "peak_friction_inverse", "law_gain", "law_of_roll_car", "law_of_roll_trailer",
-    "mode_mass_car", "mode_mass_trailer", "damper_asymmetry_car", "damper_asymmetry_trailer",
-    "drawbar_compliance",
+    "mode_mass_car", "mode_mass_trailer", "drawbar_compliance",
+)  # fmt: skip
+_BEGIN = (
+    "relaxation", "roll_steer", "aero", "steering_flex", "free_play", "sprung_mass", "trail_",
+    "damper_",
 )  # fmt: skip
 #: Slots that the kernel calculates only where a simulation uses them.
-_FEATURES = [
-    index
-    for name, index in _SCALARS.items()
-    if name.startswith(
-        ("relaxation", "roll_steer", "aero", "steering_flex", "free_play", "sprung_mass", "trail_")
-    )
-    or name in _ALONE
-]
+_FEATURES = [index for name, index in _SCALARS.items() if name.startswith(_BEGIN) or name in _ALONE]
 SHORT_RELAXATION_M = 0.4  # below it two samples are too long a step
 
 

@@ -484,15 +484,20 @@ INLINE void NAME(springs)(const V *p, const V *e, CONSTANTS *k)
     k->inertia[1] += e2 * (m2 * e2 - 2.0 * k->lever[1]);
 }
 
-/// Dampers of a body whose rebound is harder than their compression: its roll lifts and drops it.
+/// Dampers of a body whose rebound is harder than their compression, or of which some have lost
+/// damping: its roll lifts and drops it.
 INLINE void NAME(bouncing)(const plant_lane_t *lane, double *to)
 {
     const double *s = lane->scalars;
     for (int a = 0; a < 4; a++, to += PLANT_AXLE) {
         const int body = a / 2, group = a < 3 ? a : 2;
-        const double asymmetry = s[E_DAMPER_ASYMMETRY_CAR + body];
+        const double lost[2] = {s[E_DAMPER_LOST_LEFT_CAR_FRONT + a],
+                                s[E_DAMPER_LOST_RIGHT_CAR_FRONT + a]};
+        const double asymmetry =
+            s[E_DAMPER_ASYMMETRY_CAR + body] + s[E_DAMPER_CHANGED_CAR_FRONT + a];
         const double load = lane->body[P_CAR_FRONT_AXLE_LOAD + a];
-        if (asymmetry == 0.0 || !(load > 0.0)) {
+        const bool healthy = asymmetry == 0.0 && lost[0] == 0.0 && lost[1] == 0.0;
+        if (healthy || !(load > 0.0)) {
             continue;
         }
         const double beside = lane->body[P_CAR_FRONT_AXLE_LOAD + (a ^ 1)];
@@ -501,11 +506,17 @@ INLINE void NAME(bouncing)(const plant_lane_t *lane, double *to)
         const double half = 0.5 * s[E_TRACK_CAR_FRONT + group];
         to[A_HALF_TRACK] = half;
         to[A_DAMPER] = rate * s[E_ROLL_DAMPING_RATE_CAR + body] / (2.0 * half * half);
-        to[A_DAMPER_LEFT] = to[A_DAMPER_RIGHT] = 1.0;
+        to[A_DAMPER_LEFT] = 1.0 - lost[0];
+        to[A_DAMPER_RIGHT] = 1.0 - lost[1];
         to[A_DAMPER_ASYMMETRY] = asymmetry;
         to[A_HEAVE_MASS] = load / GRAVITY;
         to[A_HEAVE_OMEGA] = s[E_HEAVE_FREQUENCY_CAR_FRONT + group];
-        to[A_HEAVE_ZETA] = s[E_HEAVE_DAMPING_CAR + body];
+        const double zeta = s[E_HEAVE_DAMPING_CAR + body];
+        const double whole = to[A_HEAVE_MASS] * to[A_HEAVE_OMEGA];
+        // heave is damped by the same dampers, though not as they damp roll: of what they have lost
+        // it loses its own share, not theirs, which might leave less than nothing
+        const double own = whole > 0.0 ? to[A_DAMPER] / whole - zeta : 0.0;
+        to[A_HEAVE_ZETA] = zeta + 0.5 * (lost[0] + lost[1]) * own;
     }
 }
 

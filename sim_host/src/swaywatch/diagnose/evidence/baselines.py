@@ -16,6 +16,7 @@ from swaywatch.diagnose.evidence.evidence import (
     DISCREPANCY,
     UNEXPLAINED_ABOVE,
     explained,
+    form_misfit,
     price_of_form,
     worth,
 )
@@ -292,7 +293,7 @@ def path(
         found = _ranked(search, base, found)
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
-        if _outdone(search, best, found[0], _ranked(search, base, slight)):
+        if _outdone(search, base, best, found[0], _ranked(search, base, slight)):
             break
         fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)
         best = found[0] = search.weighed(replace(found[0], fit=fit))
@@ -310,16 +311,18 @@ def path(
 def _ranked(search: Search, base: Candidate, found: Sequence[Candidate]) -> list[Candidate]:
     """Those that are worth a claim by what they take away, the likeliest first."""
     beside = not search.problem.free_start
-    ranked = _simplest(sorted(map(search.weighed, found), key=lambda c: -c.evidence), beside)
+    ranked = sorted(map(search.weighed, found), key=lambda c: -c.evidence)
+    ranked = _simplest(ranked, base.fit, beside)
     form = {"beside": beside, "on_springs": search.on_springs}
     kept = [c for c in ranked if worth(base.fit, c.parent, c.fit, **form)]
-    return sorted(kept, key=lambda c: -_likelihood(search, c))
+    return sorted(kept, key=lambda c: -_likelihood(search, base, c))
 
 
-def _likelihood(search: Search, candidate: Candidate) -> float:
+def _likelihood(search: Search, base: Candidate, candidate: Candidate) -> float:
     """Evidence; beside the user's own simulation less the price of our plant's form."""
-    price = 0.0 if search.problem.free_start else price_of_form(candidate.fit, search.noise)
-    return candidate.evidence - price
+    if search.problem.free_start:
+        return candidate.evidence
+    return candidate.evidence - price_of_form(base.fit, candidate.fit, search.noise)
 
 
 def _claims(
@@ -343,13 +346,17 @@ def _claims(
 
 
 def _outdone(
-    search: Search, best: Candidate, claim: Candidate, slight: Sequence[Candidate]
+    search: Search,
+    base: Candidate,
+    best: Candidate,
+    claim: Candidate,
+    slight: Sequence[Candidate],
 ) -> bool:
     """Only noise is left anyway, and of it another effect, too small for a claim, takes more."""
     if reduced_chi_square(best.fit) > UNEXPLAINED_ABOVE:
         return False
-    least = _likelihood(search, claim)
-    return any(_likelihood(search, c) > least for c in slight if c.names != claim.names)
+    least = _likelihood(search, base, claim)
+    return any(_likelihood(search, base, c) > least for c in slight if c.names != claim.names)
 
 
 def _ends(
@@ -402,14 +409,16 @@ def _hopeful(candidate: Candidate, best: Candidate) -> bool:
     return candidate is best or candidate.fit.chi2 < NEAR * best.fit.chi2
 
 
-def _simplest(ranked: Sequence[Candidate], beside: bool) -> list[Candidate]:
+def _simplest(ranked: Sequence[Candidate], base: Fit, beside: bool) -> list[Candidate]:
     """Of several forms of the same effects the simplest that does nearly as well."""
-    least = BESIDE[0] if beside else DISCREPANCY
     kept: dict[tuple[str, ...], Candidate] = {}
     for candidate in ranked:
         other = kept.setdefault(candidate.names, candidate)
         fewer = _numbers(candidate) < _numbers(other)
-        if fewer and candidate.fit.chi2 < other.fit.chi2 * (1.0 + least):
+        nearly = DISCREPANCY * other.fit.chi2
+        if beside:
+            nearly = max(nearly, BESIDE[0] * form_misfit(base, other.fit))
+        if fewer and candidate.fit.chi2 < other.fit.chi2 + nearly:
             kept[candidate.names] = candidate
     return list(kept.values())
 

@@ -43,8 +43,9 @@ ON_SPRINGS = 0.025
 #: ... and this share of all that is explained: the form of a right effect leaves as much, that of
 #: one in windows more.
 FORM, WINDOW_FORM = 0.004, 0.01
-#: Beside a user's simulation our plant is only a correction, and its form is less exact: share that
-#: a first effect, and a further one, has to take away.
+#: Beside a user's simulation our plant is only a correction, and its form is less exact: share of
+#: the misfit (without noise, which has no form) that a first effect has to take away, and of all
+#: that is left a further one.
 BESIDE = (0.05, 0.25)
 #: Tolerances at which a bound lies ("within 10 %" is one of 10 % / sqrt(3), see `beliefs`).
 BOUND = math.sqrt(3.0)
@@ -124,12 +125,24 @@ def worth(
     """
     gain = before.chi2 - after.chi2
     term = after.terms[-1]
-    own = IN_WINDOWS if term.effect.windowed else DISCREPANCY
-    least = BESIDE[len(after.terms) > 1] if beside else own
+    least = IN_WINDOWS if term.effect.windowed else DISCREPANCY
     imitated = term.effect.windowed or bool(term.effect.extra.get("imitated_on_springs"))
     least += ON_SPRINGS * (on_springs and imitated) + WINDOW_DISCREPANCY * len(term.window_runs)
     form = WINDOW_FORM if any(t.effect.windowed for t in after.terms) else FORM
-    return gain > max(least * before.chi2, form * (base.chi2 - after.chi2))
+    needed = least * before.chi2
+    if beside:
+        further = len(after.terms) > 1
+        needed += BESIDE[1] * before.chi2 if further else BESIDE[0] * form_misfit(base, before)
+    return gain > max(needed, form * (base.chi2 - after.chi2))
+
+
+def form_misfit(base: Fit, fit: Fit) -> float:
+    """Misfit that a form which is not exact can make or take away, as a drop of chi2.
+
+    It grows with what has to be described, which is what `base` (nothing missing) leaves beyond
+    noise, and is no more than all that is left.
+    """
+    return min(fit.chi2, max(base.chi2 - base.count, 0.0))
 
 
 def least_gain(base: Fit, before: Fit, *, windowed: bool, on_springs: bool) -> float:
@@ -149,16 +162,16 @@ def least_gain(base: Fit, before: Fit, *, windowed: bool, on_springs: bool) -> f
     return max(least * before.chi2, form * (base.chi2 - before.chi2))
 
 
-def price_of_form(fit: Fit, noise: float) -> float:
+def price_of_form(base: Fit, fit: Fit, noise: float) -> float:
     """Logarithm of the evidence beside a user's simulation that form alone may give an explanation.
 
     The plant is only a correction there. Each further effect and each window can take away misfit
     that the first one's form leaves, so much as `worth` asks of it.
     """
-    further = BESIDE[1] * max(len(fit.terms) - 1, 0)
-    windows = sum(len(t.window_runs) for t in fit.terms)
-    in_windows = BESIDE[0] * any(t.effect.windowed for t in fit.terms)
-    return (further + in_windows + WINDOW_DISCREPANCY * windows) * 0.5 * fit.chi2 / noise
+    further = BESIDE[1] * max(len(fit.terms) - 1, 0) * fit.chi2
+    windows = WINDOW_DISCREPANCY * sum(len(t.window_runs) for t in fit.terms)
+    windows += BESIDE[0] * any(t.effect.windowed for t in fit.terms)
+    return (further + windows * form_misfit(base, fit)) * 0.5 / noise
 
 
 def explained(base: Fit, fit: Fit) -> bool:

@@ -347,6 +347,7 @@ class Search:
             for e in _distinguished(effects, problem)
             if all(n in problem.runs[0].channels for n in e.needs)
             and (not own or not e.extra.get("needs_simulation"))
+            and (problem.on_springs or not e.extra.get("needs_springs"))
         ]
         self.progress = progress
         #: Evidence that these effects have to reach because one law that is none of them leaves
@@ -367,7 +368,7 @@ class Search:
     @property
     def on_springs(self) -> bool:
         """Whether the vehicle is one on springs."""
-        return bool(self.problem.given)
+        return self.problem.on_springs
 
     def baseline(self, near: Fit | None = None) -> Candidate:
         """The calibrated vehicle, nothing missing; a fit `near` it is a second start."""

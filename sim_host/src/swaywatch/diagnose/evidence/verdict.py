@@ -30,6 +30,7 @@ from swaywatch.diagnose.evidence.evidence import (
     UNEXPLAINED_ABOVE,
     WINDOW_DISCREPANCY,
     explained,
+    form_misfit,
     inflation,
     price_of_form,
     residuals,
@@ -476,7 +477,7 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     terms = sorted(found.terms, key=lambda t: -_loss(search, found, t))
     fit = _ordered(found, terms)
     same = possible_of(best, every)
-    behind, apart = _behind(search, same, best, noise)
+    behind, apart = _behind(search, base, same, best, noise)
     equals = [c for c, less in zip(same, behind, strict=True) if less > -apart]
     equivalents = [equivalents_of(term, terms, equals) for term in terms]
     behind *= APART / apart
@@ -555,7 +556,7 @@ def possible_of(best: Candidate, every: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _behind(
-    search: Search, candidates: Sequence[Candidate], best: Candidate, noise: float
+    search: Search, base: Fit, candidates: Sequence[Candidate], best: Candidate, noise: float
 ) -> tuple[Array, float]:
     """By how much each candidate's evidence exceeds the claim's, and what of it says nothing.
 
@@ -564,9 +565,9 @@ def _behind(
     behind = np.array([c.evidence - best.evidence for c in candidates])
     if search.problem.free_start:
         return behind, APART
-    prices = [price_of_form(c.fit, noise) for c in candidates]
-    behind += price_of_form(best.fit, noise) - np.array(prices)
-    return behind, max(APART, BESIDE[0] * 0.5 * best.fit.chi2 / noise)
+    prices = [price_of_form(base, c.fit, noise) for c in candidates]
+    behind += price_of_form(base, best.fit, noise) - np.array(prices)
+    return behind, max(APART, BESIDE[0] * 0.5 * form_misfit(base, best.fit) / noise)
 
 
 def equivalents_of(

@@ -140,6 +140,11 @@ class Problem:
     given: tuple[tuple[str, float], ...] = ()
     budget: Budget = field(default_factory=Budget, compare=False)
 
+    @property
+    def on_springs(self) -> bool:
+        """Whether the vehicle is one on springs."""
+        return any(name.startswith("sprung_mass") for name, _ in self.given)
+
     def at_rest(self) -> Array:
         """Shifts of the vehicle and the sensors as they are believed, shape (beliefs,)."""
         return np.zeros(len(self.beliefs))
@@ -314,7 +319,7 @@ def residual(problem: Problem, index: int, outputs: Mapping[str, Array]) -> Arra
 def _without_heave(names: Sequence[str], loads: Sequence[Array], e: Array) -> Array:
     """Residuals without what the bodies' heave and pitch make of an axle load that was added.
 
-    Beside a simulation with suspensions the planar plant knows the load that an effect puts on an
+    Beside a simulation the planar plant knows the load that an effect puts on an
     axle, not the vertical motion that answers it: that linear answer (the load and its first two
     derivatives) is fitted to each vertical channel, so that only the rest counts. `loads` are
     means over blocks.
@@ -446,7 +451,7 @@ class RunComparison:
     def normalised(self, means: Array, loads: Sequence[Array]) -> Array:
         """Measured minus simulated means of the channels, without offsets, over their scales."""
         e = self.measured - means
-        if self.run.correction:
+        if self.run.correction and not self.problem.on_springs:
             e = _without_heave(self.names, loads, e)
         if not self.run.kept and not self.run.settling:
             return np.asarray((e - e.mean(axis=0)) / self.scales)

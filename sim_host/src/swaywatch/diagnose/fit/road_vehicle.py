@@ -80,12 +80,12 @@ def _weighed(channels: tuple[str, ...]) -> bool:
     return any(name.startswith("wheel_vertical_load") for name in channels)
 
 
-def values(body: Array, channels: tuple[str, ...]) -> dict[str, float]:
-    """Slots of the plant for a vehicle on springs, by name."""
+def values(body: Array, *, heaves: bool) -> dict[str, float]:
+    """Slots of the plant for a vehicle on springs, by name; `heaves`: its dampers lift it."""
     found = dict(sprung.defaults(body))
     found |= {name: known[0] for name, known in TYRES.items()}
     found |= {name: known[0] for name, known in ALONG.items()}
-    if _weighed(channels):
+    if heaves:
         found |= {name: known[0] for name, known in (BOUNCE | LIFT).items()}
     for slot, known in SENSORS.items():
         found |= {f"{slot}_{part}": known[0] for part in ("car", "trailer")}
@@ -120,15 +120,18 @@ def beliefs(body: Array, channels: tuple[str, ...]) -> list[Belief]:
     return found
 
 
-def on_springs(problem: Problem) -> Problem:
-    """The same runs and file, the baseline a road vehicle."""
+def on_springs(problem: Problem, *, heaves: bool = False) -> Problem:
+    """The same runs and file, the baseline a road vehicle.
+
+    Its dampers lift it where wheel loads show that, or where it `heaves` in any case.
+    """
     channels = tuple(problem.channels(problem.runs[0]))
     items = [b for b in problem.beliefs.items if b.kind != "typical"]
     items += beliefs(problem.body, channels)
     return replace(
         problem,
         beliefs=replace(problem.beliefs, items=tuple(items)),
-        given=tuple(values(problem.body, channels).items()),
+        given=tuple(values(problem.body, heaves=heaves or _weighed(channels)).items()),
     )
 
 

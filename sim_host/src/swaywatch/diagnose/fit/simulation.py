@@ -1,14 +1,16 @@
 """The user's own simulation as the baseline: our plant is only the correction to it.
 
-The planar plant is calibrated to the simulation (stiffnesses, load transfer), never to the
-recording. What is left between the two is kept per channel and added to every prediction, so that
-a model with nothing missing is exactly the user's simulation, and an effect acts as the change
-that it makes to the calibrated plant.
+Our plant is calibrated to the simulation, never to the recording: once without springs (tyres, load
+transfer), once on springs (all that `road_vehicle` believes); the one that comes nearer is taken.
+What is left between the two is kept per channel and added to every prediction, so that a model with
+nothing missing is exactly the user's simulation, and an effect acts as the change that it makes to
+the calibrated plant.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +20,16 @@ from swaywatch.cosim import is_fmu
 from swaywatch.cosim.fmu import Fmu
 from swaywatch.cosim.mapping import wire
 from swaywatch.diagnose.fit.beliefs import TYPICAL, Belief, Beliefs
-from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, Problem, predict_run
+from swaywatch.diagnose.fit.fit import (
+    COMPARED,
+    OBSERVER,
+    Fit,
+    Fitter,
+    Problem,
+    plant_of,
+    predict_run,
+)
+from swaywatch.diagnose.fit.road_vehicle import on_springs
 from swaywatch.drive import load_drives, load_signals
 from swaywatch.effects.active import ActiveEffect
 from swaywatch.effects.library.parameter_error import EFFECTS as PARAMETERS
@@ -27,7 +38,7 @@ from swaywatch.effects.library.tyre_relaxation import EFFECTS as RELAXATION
 from swaywatch.effects.library.tyre_saturation import EFFECTS as SATURATION
 from swaywatch.effects.runs import RATE_HZ, Run, low_pass
 from swaywatch.errors import RecordingError
-from swaywatch.plant.lanes import SCALARS, neutral
+from swaywatch.plant.lanes import OUTPUT, SCALARS, neutral, simulate
 from swaywatch.validate.fmu_twin import drive_fmu, remarks
 
 Array = NDArray[np.float64]
@@ -157,17 +168,11 @@ def _paired(
     return pairs, checks
 
 
-def roll_rates(channels: dict[str, Array]) -> dict[str, Array]:
-    """Load moved to the right by roll and its rate, from the simulation's wheel loads."""
-    found = {}
-    for body, prefix in (("car", ""), ("trailer", "trailer_")):
-        names = [f"{prefix}wheel_vertical_load_{w}" for w in ("fl", "fr", "rl", "rr")]
-        if all(name in channels for name in names):
-            fl, fr, rl, rr = (channels[name] for name in names)
-            shift = low_pass(fr - fl + rr - rl, 6.0)
-            found[f"shift_{body}"] = shift - shift.mean()
-            found[f"shift_rate_{body}"] = np.gradient(shift) * RATE_HZ
-    return found
+def rolling(problem: Problem, index: int, fit: Fit) -> dict[str, Array]:
+    """Roll of both bodies, rad, and its rate, rad/s, as the plant has them; by name."""
+    made = simulate(plant_of(problem, index, fit.terms, fit.nuisance[index], fit.shift))
+    names = [f"{body}_{value}" for body in ("car", "trailer") for value in ("roll", "roll_rate")]
+    return {name: made[:, OUTPUT.index(name)] for name in names}
 
 
 def _corrected(
@@ -180,25 +185,29 @@ def _corrected(
     for run, channels in pairs:
         twin = Run(
             run.name, run.time, dict(channels), run.positions, run.steering_ratio,
-            noise=dict(run.noise),
+            noise=dict.fromkeys(run.noise, 0.0),  # a simulation has none
         )  # fmt: skip
         twin.speed = low_pass(channels["speed"], 0.7, order=2)
         twin.acceleration = np.gradient(twin.speed) * RATE_HZ
         twin.steer = low_pass(channels["steering_wheel_angle"], 10.0) / run.steering_ratio
         simulated.append(twin)
-    transfer = Beliefs(tuple(Belief("typical", name, *TYPICAL[name]) for name in TRANSFER))
-    twin_problem = Problem(tuple(simulated), problem.body, beliefs=transfer)
-    watched = Problem(tuple(simulated), problem.body, observer=OBSERVER, beliefs=transfer)
-    close = _calibrated(watched, calibration, fixed=bool(calibration))
-    free = _calibrated(twin_problem, close.terms, fixed=bool(calibration))
+    plain = Problem(tuple(simulated), problem.body, observer=OBSERVER)
+    kinds = [_rigid(plain), on_springs(plain, heaves=True)]
+    if calibration:
+        kinds = [replace(plain, given=problem.given)]
+    fits = [(kind, _calibrated(kind, calibration)) for kind in kinds]
+    close_problem, close = min(fits, key=lambda pair: pair[1].chi2)
+    free_problem = replace(close_problem, observer=0.0)
+    free = _calibrated(free_problem, calibration, near=close)
     runs = []
     share = []
     for index, (run, channels) in enumerate(pairs):
-        own = predict_run(twin_problem, index, free.terms, free.nuisance[index], free.shift)
-        run.correction = {name: channels[name] - own[name] for name in own if name in channels}
-        own = predict_run(watched, index, close.terms, close.nuisance[index], close.shift)
-        run.observed = {name: channels[name] - own[name] for name in own if name in channels}
-        run.simulated.update(roll_rates(channels))
+        names = [name for name in COMPARED if name in channels]
+        own = predict_run(free_problem, index, free.terms, free.nuisance[index], free.shift)
+        run.correction = {name: channels[name] - own[name] for name in names}
+        own = predict_run(close_problem, index, close.terms, close.nuisance[index], close.shift)
+        run.observed = {name: channels[name] - own[name] for name in names}
+        run.simulated.update(rolling(close_problem, index, close))
         run.speed, run.acceleration = simulated[index].speed, simulated[index].acceleration
         run.steer = simulated[index].steer
         for name in ("car_yaw_rate", "trailer_yaw_rate"):
@@ -209,29 +218,45 @@ def _corrected(
         "the plant of the correction reproduces the yaw rates of the simulation within "
         f"{100.0 * max(share):.1f} %"
     )
-    free_problem, observed = (
+    made, observed = (
         Problem(
-            tuple(runs), problem.body, False, f.terms, f.nuisance, np.zeros(0), observer,
-            given=tuple(
-                (name, float(neutral()[SCALARS.index(name)]) * (1.0 + z * TYPICAL[name][0]))
-                for name, z in zip(TRANSFER, f.shift.tolist(), strict=True)
-            ),
+            tuple(runs), problem.body, False, f.terms, f.nuisance, np.zeros(0), p.observer,
+            given=_given(p, f),
         )
-        for f, observer in ((free, 0.0), (close, OBSERVER))
+        for p, f in ((free_problem, free), (close_problem, close))
     )  # fmt: skip
-    return free_problem, observed, checks
+    return made, observed, checks
 
 
-def _calibrated(problem: Problem, start: Sequence[ActiveEffect], *, fixed: bool) -> Fit:
-    """The plant fitted to the user's simulation, by constants that such simulations differ in."""
-    terms = tuple(start)
-    if not start:
-        terms = tuple(ActiveEffect(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED)
-        terms += tuple(ActiveEffect(e, (0.15,)) for e in RELAXATION if e.component != "all")
-        terms += (ActiveEffect(LOAD[0], (0.0, 1.0)), ActiveEffect(SATURATION[0], (1.5,)))
+def _rigid(problem: Problem) -> Problem:
+    """The planar plant, its load transfer believed typical."""
+    items = tuple(Belief("typical", name, *TYPICAL[name]) for name in TRANSFER)
+    given = tuple((name, float(neutral()[SCALARS.index(name)])) for name in TRANSFER)
+    return replace(problem, beliefs=Beliefs(items), given=given)
+
+
+def _given(problem: Problem, fit: Fit) -> tuple[tuple[str, float], ...]:
+    """Slots of the plant as they were calibrated, by name."""
+    plant = plant_of(problem, 0, (), fit.nuisance[0], fit.shift)
+    return tuple((name, plant.get(name)) for name, _ in problem.given)
+
+
+def _calibrated(problem: Problem, known: Sequence[ActiveEffect], near: Fit | None = None) -> Fit:
+    """The plant fitted to the user's simulation, by constants that such simulations differ in.
+
+    From a fit `near` it, if there is one; `known` constants are kept.
+    """
     fitter = Fitter(problem, fine=False)
     fit = fitter.run(fitter.start(), 6)
-    fit = Fit(terms, fit.nuisance, fit.shift)
-    if fixed:
-        return fitter.run(fit, 10, free=0)
-    return fitter.run(fit, 15, calibrate=True, tolerance=3e-3)
+    if known:
+        return fitter.run(Fit(tuple(known), fit.nuisance, fit.shift), 10, free=0)
+    terms, shift = (near.terms, near.shift) if near else (_starts(problem), fit.shift)
+    return fitter.run(Fit(terms, fit.nuisance, shift), 15, calibrate=True, tolerance=3e-3)
+
+
+def _starts(problem: Problem) -> tuple[ActiveEffect, ...]:
+    terms = tuple(ActiveEffect(e, (1.0,)) for e in PARAMETERS if e.component in CALIBRATED)
+    if problem.on_springs:
+        return terms
+    terms += tuple(ActiveEffect(e, (0.15,)) for e in RELAXATION if e.component != "all")
+    return (*terms, ActiveEffect(LOAD[0], (0.0, 1.0)), ActiveEffect(SATURATION[0], (1.5,)))

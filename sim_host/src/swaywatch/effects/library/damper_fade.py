@@ -1,11 +1,8 @@
 """Damper fade, against the user's own simulation of a body with suspension.
 
 A weak damper at one axle moves roll moment from it to the body's other axle, in phase with the
-roll rate. Weak on one side only, it lifts and drops the axle's sum at the yaw frequency as well:
-the body heaves until its springs carry what the damper no longer does, and below the frequency of
-heave the axle's sum is the inertia of that heave, against the force that was lost.
-How much load a whole damper pair carries per rate of load transfer (`ROLL_DAMPING_S`) was taken
-from the practice case with a known fade.
+roll rate, and damps the roll less. Weak on one side only, it lifts and drops the body at the yaw
+frequency as well.
 """
 
 from __future__ import annotations
@@ -16,32 +13,46 @@ import numpy as np
 from scipy.signal import hilbert
 
 from swaywatch.effects.effect import Act, Array, Effect, Parameter, Values, Window
-from swaywatch.effects.roll import ROLL_PARAMETERS, carried, changes
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
 
-#: Load moved by the dampers of one axle over the rate of the body's whole load transfer.
-ROLL_DAMPING_S = 0.0076
-OTHER = {
-    "car_front": "car_rear", "car_rear": "car_front",
-    "trailer_front": "trailer_rear", "trailer_rear": "trailer_front",
+#: Axles of each place that dampers are at.
+AXLES = {
+    "car_front": ("car_front",), "car_rear": ("car_rear",),
+    "trailer_front": ("trailer_front",), "trailer_rear": ("trailer_rear",),
+    "trailer": ("trailer_front", "trailer_rear"),
 }  # fmt: skip
-SIDES = {"both": 0.0, "left": -1.0, "right": 1.0}
+SIDES = {"both": ("left", "right"), "left": ("left",), "right": ("right",)}
 
 
-def rate_of(run: Run, axle: str) -> Array:
-    """Rate of the load transfer of the axle's body in the simulation, N/s, shape (n,)."""
-    body = axle.split("_", maxsplit=1)[0]
-    return run.simulated.get(f"shift_rate_{body}", np.zeros(run.time.size))
-
-
-def rectified(run: Run, axle: str) -> Array:
-    """Absolute roll rate without its mean, and its quadrature: complex, shape (n,)."""
-    key = f"_rectified_{axle}"
+def _swinging(run: Run, body: str, *, rectified: bool) -> Array:
+    """Roll rate of the body, or its size, without its mean, and its quadrature: complex, (n,)."""
+    key = f"_{body}_{'rectified' if rectified else 'rolling'}"
     if key not in run.simulated:
-        value = np.abs(rate_of(run, axle))
-        run.simulated[key] = hilbert(value - value.mean())
+        rate = run.simulated[f"{body}_roll_rate"]
+        rate = np.abs(rate) if rectified else rate
+        run.simulated[key] = hilbert(rate - rate.mean())
     return run.simulated[key]
+
+
+def observe_hitch(
+    place: str, side: str = "both"
+) -> Callable[[dict[str, Array], Run, Values], None]:
+    """The hitch's vertical force follows the heave of the body, which the plant does not say.
+
+    At twice the frequency of the roll or, where the two sides differ, at the frequency itself.
+    """
+    body = place.split("_", maxsplit=1)[0]
+
+    def observe(outputs: dict[str, Array], run: Run, values: Values) -> None:
+        part = _swinging(run, body, rectified=side == "both")
+        outputs["hitch_vertical_force"] = (
+            outputs["hitch_vertical_force"]
+            + values["hitch_in_phase_ns_rad"] * part.real
+            + values["hitch_quadrature_ns_rad"] * part.imag
+        )
+
+    return observe
 
 
 def side_effect(plant: PlantInput, run: Run, values: Values) -> None:
@@ -50,47 +61,27 @@ def side_effect(plant: PlantInput, run: Run, values: Values) -> None:
     plant.add_series("stiffness_car_rear", constant)
 
 
-def _act(axle: str, side: float) -> Act:
-    def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
-        del windows
-        lost = (1.0 - values["factor"]) * ROLL_DAMPING_S * rate_of(run, axle)
-        share = 1.0 if side == 0.0 else 0.5
-        plant.add_series(f"shift_{axle}", -0.5 * share * lost)
-        plant.add_series(f"shift_{OTHER[axle]}", 0.5 * share * lost)
-        side_effect(plant, run, values)
-        if side:
-            plant.add_series(f"heave_{axle}", side * values["heave"] * lost)
-
-    return act
+_FACTOR = Parameter("factor", "-", 1.0, 0.0, 1.0, (0.5,), 0.02, 0.15)
+#: Of the body over the axle, which a weak damper on one side lifts and drops.
+_HEAVE = Parameter("heave_rad_s", "rad/s", 8.0, 4.0, 14.0, (7.0,), 0.1, 1e9)
+#: What a change of a suspension does beside that the plant knows only roughly: fitted with it.
+ASIDE = (
+    Parameter("hitch_in_phase_ns_rad", "N s/rad", 0.0, -2e4, 2e4, (0.0,), 20.0, 1e9),
+    Parameter("hitch_quadrature_ns_rad", "N s/rad", 0.0, -2e4, 2e4, (0.0,), 20.0, 1e9),
+    Parameter("stiffness_share", "-", 0.0, -0.03, 0.03, (0.0,), 0.001, 1e9),
+)
 
 
-def _observe(axle: str) -> Callable[[dict[str, Array], Run, Values], None]:
-    def observe(outputs: dict[str, Array], run: Run, values: Values) -> None:
-        part = rectified(run, axle)
-        outputs["hitch_vertical_force"] = (
-            outputs["hitch_vertical_force"]
-            + values["hitch_in_phase_s"] * part.real
-            + values["hitch_quadrature_s"] * part.imag
-        )
-
-    return observe
-
-
-def _act_whole(side: float) -> Act:
-    """Dampers of all wheels of the trailer: its roll itself is damped less."""
+def _act(place: str, side: str) -> Act:
+    slots = [f"damper_lost_{wheel}_{axle}" for wheel in SIDES[side] for axle in AXLES[place]]
+    heave = "trailer" if place.startswith("trailer") else place
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
-        shift = run.simulated.get("shift_trailer", np.zeros(run.time.size))
-        share = 1.0 if side == 0.0 else 0.5
-        left = 1.0 - share * (1.0 - values["factor"])
-        transfer, roll = changes(shift, values, damping=left)
-        lost = (1.0 - values["factor"]) * ROLL_DAMPING_S * rate_of(run, "trailer")
-        for end in ("front", "rear"):
-            plant.add_series(f"shift_trailer_{end}", 0.25 * transfer)
-            plant.add_series(f"slip_trailer_{end}", carried(roll, run.speed, values))
-            if side:
-                plant.add_series(f"heave_trailer_{end}", 0.5 * side * values["heave"] * lost)
+        for slot in slots:
+            plant.scalar(slot, plant.get(slot) + 1.0 - values["factor"])
+        if side != "both":
+            plant.scalar(f"heave_frequency_{heave}", values["heave_rad_s"])
         side_effect(plant, run, values)
 
     return act
@@ -100,52 +91,21 @@ def _report(values: Values) -> dict[str, float]:
     return {"factor": values["factor"]}
 
 
-_FACTOR = Parameter("factor", "-", 1.0, 0.0, 1.0, (0.5,), 0.02, 0.15)
-STIFFNESS = Parameter("stiffness_share", "-", 0.0, -0.03, 0.03, (0.0,), 0.001, 1e9)
-_HITCH = (
-    Parameter("hitch_in_phase_s", "s", 0.0, -0.1, 0.1, (0.0,), 1e-4, 1e9),
-    Parameter("hitch_quadrature_s", "s", 0.0, -0.1, 0.1, (0.0,), 1e-4, 1e9),
-    STIFFNESS,
-)
-_HEAVE = Parameter("heave", "-", 0.0, 0.05, 1.0, (0.2,), 0.02, 1e9)
-
 EFFECTS = [
     Effect(
         id="damper_fade",
-        component=axle,
+        component=place,
         kind="physics",
-        equation="roll moment of the axle's dampers falls to factor; the other axle takes it over",
+        equation="the dampers' roll moment falls to factor; the body's other axle takes it over",
         source="Table 6-1; balance of roll moments",
-        parameters=(_FACTOR, *_HITCH) if side == "both" else (_FACTOR, *_HITCH, _HEAVE),
-        act=_act(axle, SIDES[side]),
-        observe=_observe(axle),
+        parameters=(_FACTOR, *ASIDE) if side == "both" else (_FACTOR, *ASIDE, _HEAVE),
+        act=_act(place, side),
+        observe=observe_hitch(place, side),
         lines=("f", "2f"),
-        needs=("wheel_vertical_load_fl", "hitch_vertical_force"),
         decided_by="damper force or suspension travel",
         report=_report,
-        extra={"needs_simulation": True, "follows_motion": True, "form": side, "side": side},
+        extra={"needs_simulation": True, "needs_springs": True, "form": side, "side": side},
     )
-    for axle in OTHER
-    for side in SIDES
-] + [
-    Effect(
-        id="damper_fade",
-        component="trailer",
-        kind="physics",
-        equation="phi'' + factor 2 z w phi' + w^2 phi = M: load transfer and slip follow the roll",
-        source="Table 6-1; balance of roll moments",
-        parameters=(
-            (_FACTOR, *_HITCH, *ROLL_PARAMETERS)
-            if side == "both"
-            else (_FACTOR, *_HITCH, *ROLL_PARAMETERS, _HEAVE)
-        ),
-        act=_act_whole(SIDES[side]),
-        observe=_observe("trailer"),
-        lines=("f", "2f"),
-        needs=("wheel_vertical_load_fl", "hitch_vertical_force"),
-        decided_by="damper force or suspension travel",
-        report=_report,
-        extra={"needs_simulation": True, "follows_motion": True, "form": side, "side": side},
-    )
+    for place in AXLES
     for side in SIDES
 ]

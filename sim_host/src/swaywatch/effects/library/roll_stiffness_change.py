@@ -13,8 +13,7 @@ import numpy as np
 from scipy.signal import hilbert
 
 from swaywatch.effects.effect import Act, Array, Effect, Parameter, Values, Window
-from swaywatch.effects.library.damper_fade import STIFFNESS, side_effect
-from swaywatch.effects.roll import ROLL_PARAMETERS, carried, changes
+from swaywatch.effects.library.damper_fade import ASIDE, side_effect
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
 
@@ -22,13 +21,9 @@ from swaywatch.plant.lanes import PlantInput
 def _act(body: str) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
-        shift = run.simulated.get(f"shift_{body}", np.zeros(run.time.size))
-        transfer, roll = changes(shift, values, stiffness=values["factor"])
-        moved = values["moved_share"] * shift
-        plant.add_series(f"shift_{body}_front", 0.25 * transfer + 0.5 * moved)
-        plant.add_series(f"shift_{body}_rear", 0.25 * transfer - 0.5 * moved)
-        for end in ("front", "rear"):
-            plant.add_series(f"slip_{body}_{end}", carried(roll, run.speed, values))
+        stiffness, share = f"roll_stiffness_{body}", f"roll_front_share_{body}"
+        plant.scalar(stiffness, plant.get(stiffness) * values["factor"])
+        plant.scalar(share, plant.get(share) + values["moved_share"])
         side_effect(plant, run, values)
 
     return act
@@ -40,14 +35,14 @@ def _observe(body: str) -> Callable[[dict[str, Array], Run, Values], None]:
     def observe(outputs: dict[str, Array], run: Run, values: Values) -> None:
         key = f"_squared_{body}"
         if key not in run.simulated:
-            shift = run.simulated.get(f"shift_{body}", np.zeros(run.time.size))
-            squared = shift**2 / (float(np.max(np.abs(shift))) + 1e-9)
+            roll = run.simulated[f"{body}_roll"]
+            squared = roll**2 / (float(np.max(np.abs(roll))) + 1e-9)
             run.simulated[key] = hilbert(squared - squared.mean())
         part = run.simulated[key]
         outputs["hitch_vertical_force"] = (
             outputs["hitch_vertical_force"]
-            + values["hitch_in_phase"] * part.real
-            + values["hitch_quadrature"] * part.imag
+            + values["hitch_in_phase_n_rad"] * part.real
+            + values["hitch_quadrature_n_rad"] * part.imag
         )
 
     return observe
@@ -78,19 +73,17 @@ EFFECTS = [
         equation="phi'' + 2 z w phi' + factor w^2 phi = M: load transfer and slip follow the roll",
         source="balance of roll moments",
         parameters=(
-            Parameter("factor", "-", 1.0, 0.1, 4.0, (1.2, 0.85), 0.02, 0.05),
+            Parameter("factor", "-", 1.0, 0.1, 4.0, (1.2, 0.85), 0.02, 0.03),
+            Parameter("hitch_in_phase_n_rad", "N/rad", 0.0, -1e5, 1e5, (0.0,), 100.0, 1e9),
+            Parameter("hitch_quadrature_n_rad", "N/rad", 0.0, -1e5, 1e5, (0.0,), 100.0, 1e9),
+            ASIDE[-1],
             Parameter("moved_share", "-", 0.0, -0.9, 0.9, (0.0,), 0.002, 1e9),
-            *ROLL_PARAMETERS,
-            Parameter("hitch_in_phase", "-", 0.0, -1.0, 1.0, (0.0,), 1e-3, 1e9),
-            Parameter("hitch_quadrature", "-", 0.0, -1.0, 1.0, (0.0,), 1e-3, 1e9),
-            STIFFNESS,
         ),
-        observe=_observe(body),
         act=_act(body),
-        needs=("wheel_vertical_load_fl", "trailer_wheel_vertical_load_fl"),
+        observe=_observe(body),
         decided_by="roll angle of the body",
         report=_report(body),
-        extra={"needs_simulation": True, "follows_motion": True, "assumed_share": ASSUMED_SHARE},
+        extra={"needs_simulation": True, "needs_springs": True, "assumed_share": ASSUMED_SHARE},
     )
     for body in ("car", "trailer")
 ]
