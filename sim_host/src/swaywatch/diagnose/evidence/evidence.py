@@ -46,7 +46,7 @@ FORM, WINDOW_FORM = 0.004, 0.01
 #: Beside a user's simulation our plant is only a correction, and its form is less exact: share of
 #: the misfit (without noise, which has no form) that a first effect has to take away, and of all
 #: that is left a further one.
-BESIDE = (0.05, 0.25)
+BESIDE = (0.05, 0.15)
 #: Tolerances at which a bound lies ("within 10 %" is one of 10 % / sqrt(3), see `beliefs`).
 BOUND = math.sqrt(3.0)
 #: Prior spread of a value, in its typical noticeable changes: effects are mostly weak or moderate.
