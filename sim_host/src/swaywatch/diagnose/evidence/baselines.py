@@ -290,10 +290,10 @@ def path(
             search.note(found[-1:])
         best = search.weighed(best)
         found, slight = _claims(base, best, found)
-        found = _ranked(search, base, found)
+        found = _ranked(search, base, best, found)
         if not found or found[0].evidence < best.evidence + CLAIMED:
             break
-        if _outdone(search, base, best, found[0], _ranked(search, base, slight)):
+        if _outdone(search, base, best, found[0], _ranked(search, base, best, slight)):
             break
         fit = search.judge.run(found[0].fit, 30, tolerance=1e-4)
         best = found[0] = search.weighed(replace(found[0], fit=fit))
@@ -308,13 +308,24 @@ def path(
     return Path(search, base, _needed(search, best))
 
 
-def _ranked(search: Search, base: Candidate, found: Sequence[Candidate]) -> list[Candidate]:
-    """Those that are worth a claim by what they take away, the likeliest first."""
+def _ranked(
+    search: Search, base: Candidate, best: Candidate, found: Sequence[Candidate]
+) -> list[Candidate]:
+    """Those that are worth a claim by what they take away, the likeliest first.
+
+    Beside the user's own simulation of what the `best` with fewer effects leaves, too: a right
+    effect takes away enough where it comes after a wrong one.
+    """
     beside = not search.problem.free_start
     ranked = sorted(map(search.weighed, found), key=lambda c: -c.evidence)
     ranked = _simplest(ranked, base.fit, beside)
     form = {"beside": beside, "on_springs": search.on_springs}
-    kept = [c for c in ranked if worth(base.fit, c.parent, c.fit, **form)]
+
+    def before(candidate: Candidate) -> Fit:
+        fewer = (candidate.parent, best.fit) if beside else (candidate.parent,)
+        return min(fewer, key=lambda fit: fit.chi2)
+
+    kept = [c for c in ranked if worth(base.fit, before(c), c.fit, **form)]
     return sorted(kept, key=lambda c: -_likelihood(search, base, c))
 
 

@@ -51,9 +51,11 @@ FORM_PULLS = 0.04
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
 #: Error of a left-out run with the effects, over that without, above which they are not claimed
-#: where a calibrated vehicle leaves only noise: what acts predicts, too. Under the observer, since
-#: near the critical speed a free simulation with values of other runs drifts away by chance.
-WORSE = 1.02
+#: where a calibrated vehicle leaves only noise: what acts predicts, too ...
+WORSE = 1.05
+#: ... unless it is smaller than this under the observer: near the critical speed a free simulation
+#: with the values of other runs drifts away by chance.
+BETTER = 0.98
 #: What effects leave above noise, over what they take away, above which they are not claimed: more
 #: is missing than was found, and some of it looks like any effect. One of two equal ones leaves 1.
 LEFT_OVER = 2.0
@@ -529,9 +531,15 @@ def predicts_worse(search: Search, base: Fit, fit: Fit) -> bool:
     if not stands or len(problem.runs) < 2 or any(t.effect.windowed for t in fit.terms):
         return False
     watched = replace(problem, observer=OBSERVER)
-    rows = zip(left_out(watched, base), left_out(watched, fit), strict=True)
-    without, with_effects = typical(list(rows))
-    return with_effects > WORSE * without
+    return _error_ratio(problem, base, fit) > WORSE and _error_ratio(watched, base, fit) > BETTER
+
+
+def _error_ratio(problem: Problem, base: Fit, fit: Fit) -> float:
+    """Error of the left-out runs with effects over that without."""
+    without, with_effects = typical(
+        list(zip(left_out(problem, base), left_out(problem, fit), strict=True))
+    )
+    return with_effects / without
 
 
 def _leaves_most(search: Search, base: Fit, fit: Fit) -> bool:
