@@ -88,6 +88,20 @@ def test_a_sensor_that_freezes_is_left_out_where_it_does(
     assert any("frozen" in note for note in result["notes"])
 
 
+def test_dampers_of_a_vehicle_without_springs_are_refused(tmp_path: Path) -> None:
+    """Models beside a simulation had none once; their dampers would do nothing, and say nothing."""
+    run = sorted(recordings("practice", "p01").glob("run2.*"))[0]
+    model = _copy("p01", tmp_path)
+    content = json.loads(model.read_text())
+    content["model"]["terms"] = [
+        {"id": "damper_fade", "component": "car_rear", "form": "both",
+         "values": [0.5, 0.0, 0.0, 0.0], "window_runs": []}
+    ]  # fmt: skip
+    model.write_text(json.dumps(content))
+    with pytest.raises(SwaywatchError, match=r"damper_fade acts on springs.*diagnose again"):
+        predict(model, run)
+
+
 def test_no_effect_gives_equal_scores(tmp_path: Path) -> None:
     run = sorted(recordings("practice", "p01").glob("run2.*"))[0]
     result = predict(_copy("p01", tmp_path), run)

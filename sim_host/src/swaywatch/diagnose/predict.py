@@ -88,6 +88,7 @@ def predict(
     result["simulation"] = None if simulation is None else simulation.name
     result["taken_from_recording"] = _taken(simulation)
     terms = terms_of(content["model"]["terms"], library())
+    _check_springs(model_file, problem, terms)
     lasting, windowed = _split(terms, content["model"].get("runs", []), problem.runs[0])
     result["effects_applied"] = [t.effect.name for t in lasting]
     result["effects_in_windows"] = [t.effect.name for t in windowed]
@@ -134,6 +135,16 @@ def _problem(
         run = problem.runs[0]
         run.simulated.update(rolling(problem, 0, Fit((), start[None], shift)))
     return problem, notes
+
+
+def _check_springs(model_file: Path, problem: Problem, terms: Sequence[ActiveEffect]) -> None:
+    """What acts on springs needs them; models beside a simulation had none once."""
+    for term in terms:
+        if term.effect.extra.get("needs_springs") and not problem.on_springs:
+            raise SwaywatchError(
+                f"{model_file}: {term.effect.id} acts on springs, which this model does not have: "
+                "it is of an older version of swaywatch; diagnose again"
+            )
 
 
 def _taken(simulation: Path | None) -> list[str]:
