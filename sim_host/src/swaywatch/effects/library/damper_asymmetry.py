@@ -9,7 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
-from swaywatch.effects.library.damper_fade import ASIDE, AXLES, observe_hitch, side_effect
+from swaywatch.effects.library.damper_fade import (
+    ASIDE,
+    ASSUMED_SHARE,
+    AXLES,
+    observe_hitch,
+    side_effect,
+)
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import PlantInput
 
@@ -50,7 +56,7 @@ EFFECTS = [
         lines=("2f",),
         decided_by="damper force or suspension travel",
         report=_report,
-        extra={"needs_simulation": True, "needs_springs": True},
+        extra={"needs_simulation": True, "needs_springs": True, "assumed_share": ASSUMED_SHARE},
     )
     for place in AXLES
 ]
