@@ -37,6 +37,24 @@ def test_a_sound_recording_has_no_findings(drive: Drive) -> None:
     assert worth_telling(check_drive(drive, VEHICLE)) == []
 
 
+@pytest.mark.parametrize("moment_nm_s", [2e4, 6e4, 1.5e5])
+def test_what_turns_the_car_is_no_wrong_sign_of_a_wheel(drive: Drive, moment_nm_s: float) -> None:
+    """A brake on one side: front and rear axle hold against it, both wheels of each alike."""
+    car = VEHICLE.car
+    rate = drive.channels["car_yaw_rate"]
+    braked = drive
+    for end, sense in (("f", 1.0), ("r", -1.0)):
+        for side in "lr":
+            name = f"wheel_lateral_force_{end}{side}"
+            own = drive.channels[name]
+            moment = moment_nm_s * np.interp(own.time_s, rate.time_s, rate.value)
+            lever = 2.0 * (car.front_axle_to_cog + car.rear_axle_to_cog)
+            braked = changed(braked, name, own.value + sense * moment / lever)
+    found = worth_telling(check_drive(braked, VEHICLE))
+    assert not [f for f in found if f.severity == "error"]
+    assert moment_nm_s < 1e5 or any("yaw moments on the car" in f.text for f in found)
+
+
 def test_missing_physics_is_no_fault_of_the_signals() -> None:
     for case in ("p02", "p03", "p05", "p06", "p07", "p08", "p10"):
         folder = recordings("practice", case)

@@ -68,6 +68,8 @@ def check_swapped(
     best: tuple[float, tuple[str, str] | None] = (np.inf, None)
     for pair in _pairs(drive):
         a, b = pair
+        if not _nearer_to_their_axles(grid, pair):
+            continue
         value = {**grid.value, a: grid.value[b], b: grid.value[a]}
         trial = make_relations(drive, vehicle, replace(grid, value=value))
         rests = [relation.rest() for relation in trial if relation.tight]
@@ -80,6 +82,21 @@ def check_swapped(
     names = "; ".join(r.name for r in relations if r.tight and r.rest() > 0.5 * now)
     detail = f"does not hold: {names} (residual {100 * now:.0f} %, swapped {100 * score:.0f} %)"
     return score, [_swapped(drive, chosen, detail), *sides]
+
+
+def _nearer_to_their_axles(grid: Grid, pair: tuple[str, str]) -> bool:
+    """Whether two lateral forces, swapped back, go with the other wheel of their axles no less.
+
+    What turns the car about its vertical axis (a brake) breaks its balance as a swap does.
+    """
+    for name, swapped in (pair, pair[::-1]):
+        other = grid.value.get(name[:-1] + ("l" if name[-1] == "r" else "r"))
+        if "wheel_lateral_force" not in name or other is None:
+            continue
+        now, then = (float(np.corrcoef(grid.value[n], other)[0, 1]) for n in (name, swapped))
+        if then < now:
+            return False
+    return True
 
 
 def _swapped(drive: Drive, pair: tuple[str, str], detail: str) -> Finding:

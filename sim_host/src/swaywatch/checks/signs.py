@@ -29,6 +29,8 @@ LEFT = 0.35
 missing physics does, a wrong vehicle more."""
 LEAST_SIDE = 0.2
 """Of the larger lateral force of two wheels of an axle, RMS, that the smaller one has."""
+TOGETHER = 0.5
+"""Correlation from which two wheels of an axle pull the same way."""
 SURELY = 0.25
 """A sign or unit is wrong, whatever bodies that roll could explain, where putting it right leaves
 no more than this part of what they leave."""
@@ -74,7 +76,7 @@ def check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list[
     rolled = [r for r in relations if r.tight and r.rest() > BROKEN and r not in broken]
     if not broken and not rolled:
         return math.inf, []
-    sizes = _sizes(drive)
+    axles = _axles(drive)
     candidates: list[tuple[float, str, float]] = []
     suspects = sorted(set().union(*(relation.channels for relation in broken + rolled)))
     for name, (factor, _) in itertools.product(suspects, FACTORS):
@@ -82,7 +84,7 @@ def check_factors(drive: Drive, relations: list[Relation]) -> tuple[float, list[
             continue
         if not broken and not _surely(rolled, name, factor):
             continue
-        if not _sides_alike(sizes, ((name, factor),)):
+        if not _sides_alike(axles, ((name, factor),)):
             continue
         if not any(relation.is_broken(name, factor) for relation in relations):
             rests = [relation.rest(name, factor) for relation in relations]
@@ -124,24 +126,40 @@ def _surely(rolled: list[Relation], name: str, factor: float) -> bool:
     )
 
 
-def _sizes(drive: Drive) -> dict[str, float]:
-    """RMS of the lateral force of every wheel, about its mean."""
-    return {
-        name: float(np.std(channel.value))
-        for name, channel in drive.channels.items()
-        if "wheel_lateral_force" in name
-    }
+@dataclass(frozen=True)
+class _Axle:
+    """Lateral forces of an axle's left and right wheel: RMS about their means, correlation."""
+
+    sizes: tuple[float, float]
+    together: float
 
 
-def _sides_alike(sizes: Mapping[str, float], change: Change) -> bool:
-    """Whether left and right wheel of every axle carry forces of about one size then."""
+def _axles(drive: Drive) -> dict[str, _Axle]:
+    """Axles of which both lateral forces are there, by the channels without their last letter."""
+    found = {}
+    for name, left in drive.channels.items():
+        right = drive.channels.get(name[:-1] + "r")
+        if "wheel_lateral_force" in name and name.endswith("l") and right is not None:
+            forces = left.value, np.interp(left.time_s, right.time_s, right.value)
+            one, other = (float(np.std(force)) for force in forces)
+            together = float(np.corrcoef(*forces)[0, 1]) if min(one, other) > 0.0 else 0.0
+            found[name[:-1]] = _Axle((one, other), together)
+    return found
+
+
+def _sides_alike(axles: Mapping[str, _Axle], change: Change) -> bool:
+    """Whether left and right wheel of every axle pull the same way then, about as much.
+
+    What turns the car about its vertical axis (a brake) breaks its balance as a wrong sign of one
+    wheel does, but that wheel goes on pulling as the other one.
+    """
     factors = dict(change)
-    for name in factors:
-        other = name[:-1] + ("l" if name[-1] == "r" else "r")
-        if name not in sizes or other not in sizes:
-            continue
-        pair = [abs(factors.get(n, 1.0)) * sizes[n] for n in (name, other)]
+    for name in {name[:-1] for name in factors} & axles.keys():
+        each = [factors.get(name + side, 1.0) for side in "lr"]
+        pair = [abs(f) * size for f, size in zip(each, axles[name].sizes, strict=True)]
         if min(pair) < LEAST_SIDE * max(pair):
+            return False
+        if each[0] * each[1] * axles[name].together < -TOGETHER * abs(each[0] * each[1]):
             return False
     return True
 
@@ -234,9 +252,9 @@ def _check_several(
         for name, (factor, _) in itertools.product(suspects, FACTORS)
         if fits_quantity(name, factor)
     ]
-    kinds, sizes = _kinds(suspects), _sizes(drive)
+    kinds, axles = _kinds(suspects), _axles(drive)
     for changes in (kinds, _joined([*single, *kinds], 2), _joined(single, 3)):
-        best = _explaining(sums, [c for c in changes if _sides_alike(sizes, c)])
+        best = _explaining(sums, [c for c in changes if _sides_alike(axles, c)])
         if len(best) == 1:
             score, change = best[0]
             return score, _several_wrong(drive, change, sums, broken)
