@@ -164,6 +164,7 @@ SERIES = (
     "load_car_front", "load_car_rear", "load_trailer_front", "load_trailer_rear",  # N
     "force_car", "moment_car", "force_trailer", "moment_trailer", "bank",  # N, Nm, rad
     "shift_car_front", "shift_car_rear", "shift_trailer_front", "shift_trailer_rear",  # N to right
+    "heave_car_front", "heave_car_rear", "heave_trailer_front", "heave_trailer_rear",  # N, both
     "friction",  # factor - 1 on the peak friction
     "measured_car", "measured_trailer",  # rad/s, yaw rates for the observer
     "slip_car_front", "slip_car_rear", "slip_trailer_front", "slip_trailer_rear",  # rad

@@ -127,7 +127,7 @@ INLINE void NAME(tyres)(const V *ser, const V *p, const V *e, const CONSTANTS *k
     t->stiffness = p[stiffness[a]] * (1.0 + ser[T_STIFFNESS_CAR_FRONT + a]);
     t->load = p[P_CAR_FRONT_AXLE_LOAD + a];
     t->per_load = k->per_load[a];
-    t->heave = slips->pitch[a];
+    t->heave = ser[T_HEAVE_CAR_FRONT + a] + slips->pitch[a];
     t->shift = ser[T_SHIFT_CAR_FRONT + a];
     t->degression = k->axle[a][A_DEGRESSION];
     t->softening = k->axle[a][A_SOFTENING];
