@@ -214,7 +214,5 @@ _SENTENCES: dict[str, Callable[[Effect], str]] = {
         f"The sensor of {part(e['component'])} rolls with the body and measures a part of gravity; "
         "the vehicle is as modelled"
     ),
-    "parameter_error": lambda e: (
-        f"{e['component']} of vehicle.toml should be {_percent(e)}; no physics is missing"
-    ),
+    "parameter_error": lambda e: f"{e['component']} of vehicle.toml should be {_percent(e)}",
 }

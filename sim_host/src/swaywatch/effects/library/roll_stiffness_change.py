@@ -73,7 +73,7 @@ EFFECTS = [
         equation="phi'' + 2 z w phi' + factor w^2 phi = M: load transfer and slip follow the roll",
         source="balance of roll moments",
         parameters=(
-            Parameter("factor", "-", 1.0, 0.1, 4.0, (1.2, 0.85), 0.02, 0.03),
+            Parameter("factor", "-", 1.0, 0.1, 4.0, (1.2, 0.85), 0.02, 0.02),
             Parameter("hitch_in_phase_n_rad", "N/rad", 0.0, -1e5, 1e5, (0.0,), 100.0, 1e9),
             Parameter("hitch_quadrature_n_rad", "N/rad", 0.0, -1e5, 1e5, (0.0,), 100.0, 1e9),
             ASIDE[-1],
