@@ -592,6 +592,11 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             Law("trailer", "swing", "dead zone"), (140.0, 0.9, 0.05, 0.0, 0.0, 0.02),
         ),
         (
+            Physics(more="sliding_box", more_size=300.0, more_at=0.02, slosh_mass_kg=300.0,
+                    slosh_frequency_hz=1.2, slosh_damping=0.0, slosh_position_m=0.0),
+            Law("trailer", "swing", "lost motion"), (300.0, 1.2, 0.0, 0.0, 0.02, 0.5),
+        ),
+        (
             # a pendulum of 0.5 Hz between walls that are ten times as stiff
             Physics(more="hanging_load", more_size=300.0, more_at=0.06, slosh_mass_kg=300.0,
                     slosh_frequency_hz=0.5, slosh_damping=0.05, slosh_position_m=0.0),

@@ -123,6 +123,18 @@ def test_words_of_a_stack() -> None:
     assert "stack" in suggestion(law, 400.0)
 
 
+def test_words_of_a_box_in_a_net() -> None:
+    law = Law("trailer", "swing", "lost motion")
+    values = {
+        "mass_kg": 400.0, "frequency_hz": 1.4, "damping_ratio": 0.0, "position_m": 0.1,
+        "gap_m": 0.046, "friction_m_s2": 0.5,
+    }  # fmt: skip
+    rows = {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in values.items()}
+    words = sentence(law, rows)
+    assert "sliding on the floor (friction 0.500 +- 0.050 m/s2) within 46 mm either way" in words
+    assert "net" in suggestion(law, 400.0)
+
+
 def test_words_of_a_product() -> None:
     law = Law("hitch", "articulation_rate", "saturating", by="hitch_force")
     sizes = {"gain": 65.0, "bend": 0.006, "limit": 0.39}

@@ -367,6 +367,10 @@ def _with_a_frequency(law: Law, at: float) -> tuple[Act, tuple[Parameter, ...], 
         within = Parameter("held_within", "1", 0.0, 0.0, 1.0, (0.1,), 0.02, 1e9)
         found = (*found, within, Parameter("gap_m", "m", 0.01, 0.0, 0.3, (0.01,), 0.003, 1e9))
         held = "(q beyond +-gap, by held_within of it within)"
+    if law.shape == LOST_MOTION:
+        rubs = Parameter("friction_m_s2", "m/s2", 0.0, 0.0, 20.0, (0.5,), 0.05, 1e9)
+        found = (*found, Parameter("gap_m", "m", 0.01, 0.0, 0.5, (0.03,), 0.005, 1e9), rubs)
+        held, drag = "(q beyond +-gap)", " + friction sign(q')"
     if law.shape == "odd square":
         found = (*found, Parameter("drag_per_m", "1/m", 0.0, 0.0, 100.0, (3.0,), 0.3, 1e9))
         drag = " + drag |q'| q'"

@@ -117,9 +117,9 @@ PAIRS: dict[tuple[str, str], tuple[int, ...]] = {
     for motion in (*SENSED, "heading", "heading_car")
     if (motion in SENSED and (place, motion) not in COVERED) or (place, motion) in BY_HEADING
 }  # fmt: skip
-#: How a mass swings, beside in proportion: in a gap, against a drag, with friction as a part of
-#: what holds it, lashed to one side.
-SWINGING_SHAPES = ("dead zone", "odd square", "rubbing", UNEVEN)
+#: How a mass swings, beside in proportion: in a gap, in one in which it slides on the floor,
+#: against a drag, with friction as a part of what holds it, lashed to one side.
+SWINGING_SHAPES = ("dead zone", LOST_MOTION, "odd square", "rubbing", UNEVEN)
 #: Initial natural frequencies of an oscillating mass, Hz; the most promising one of each row is
 #: fitted.
 FREQUENCIES_HZ = ((0.35, 0.5, 0.65), (0.75, 0.85, 0.95, 1.1), (1.3, 1.6, 2.0, 2.6))

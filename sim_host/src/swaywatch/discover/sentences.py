@@ -169,6 +169,7 @@ def _moving_load(law: Law) -> str:
         SLIDING: f"a load that slides on the floor of the {law.place}",
         "odd square": "a liquid between baffles" if in_trailer else "a liquid in the car",
         "dead zone": "a load that rolls, slides or swings between stops",
+        LOST_MOTION: "a load that slides until a net or a wall catches it",
         UNEVEN: "a load that is lashed on one side only",
         "rubbing": "a stack that leans and rubs in itself, sacks or bales",
     }
@@ -429,8 +430,7 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     mass, where = parameters["mass_kg"], _where(parameters)
     if "gap_m" in parameters:
         gap = 1000.0 * abs(parameters["gap_m"]["value"])
-        share = parameters["held_within"]["value"]
-        less = f"held {100.0 * share:.2g} % as stiffly" if share >= 0.005 else "free"
+        less = _within_gap(parameters)
         where += f", {less} within {gap:.0f} mm either way"
     if "drag_per_m" in parameters:
         drag = max(parameters["drag_per_m"]["value"], 0.0)
@@ -447,6 +447,14 @@ def _oscillation(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
         f"a mass of {_range(mass)} kg in the {law.place} oscillates laterally at "
         f"{_range(hz)} Hz with {much}{where}"
     )
+
+
+def _within_gap(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """How a mass moves in the gap between what holds it."""
+    if "friction_m_s2" in parameters:
+        return f"sliding on the floor (friction {_range(parameters['friction_m_s2'])} m/s2)"
+    share = parameters["held_within"]["value"]
+    return f"held {100.0 * share:.2g} % as stiffly" if share >= 0.005 else "free"
 
 
 def _lashed(parameters: Mapping[str, Mapping[str, Any]]) -> str:

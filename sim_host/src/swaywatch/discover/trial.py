@@ -57,6 +57,7 @@ from swaywatch.discover.law import (
     FADING,
     INSTANT,
     LAGGED,
+    LOST_MOTION,
     MOMENT,
     MOTIONS,
     PERIODIC,
@@ -113,15 +114,16 @@ SWING_HZ = (
 )  # initial frequencies of an oscillating mass in the vehicle of the file
 SWING_SHARE = 0.07  # of the body's mass or inertia, to begin with
 SET_GOING, GOING_ON = 6, 8  # iterations of each of them, and how many are gone on with
-#: How it moves: oscillates laterally, about the vertical axis, laterally with a gap, with a drag
-#: that grows with its rate, with friction within or lashed to one side, slides, or comes loose on
-#: the way.
+#: How it moves: oscillates laterally, about the vertical axis, laterally with a gap, in which it
+#: may slide, with a drag that grows with its rate, with friction within or lashed to one side,
+#: slides, or comes loose on the way.
 SWINGING = tuple(
     Law(body, *kind)
     for kind in (
         ("swing",),
         ("turn",),
         ("swing", "dead zone"),
+        ("swing", LOST_MOTION),
         ("swing", "odd square"),
         ("swing", "rubbing"),
         ("swing", UNEVEN),
