@@ -11,8 +11,9 @@ from test_discover import plant, searched, seen_as_the_law_says, silent
 
 from swaywatch.diagnose.evidence.baselines import Path as Tried
 from swaywatch.diagnose.evidence.search import Candidate, reduced_chi_square
+from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.diagnose.model import _entries, terms_of
-from swaywatch.discover.begin import by_promise, in_form, initial, law_in
+from swaywatch.discover.begin import by_promise, crossed, in_form, initial, law_in
 from swaywatch.discover.effect import effect_of, effect_of_form
 from swaywatch.discover.excerpt import everything, excerpt_of
 from swaywatch.discover.find import (
@@ -76,7 +77,30 @@ LONG = [
     (Law("slip_car_rear", "roll_car", "dead zone"), (0.3, 0.01, 13.0, 0.112)),
     (Law("trailer", "swing", "hysteretic"), (90.0, -0.6, 0.8)),
     (Law("slip_car_rear", "yaw_rate_trailer", "lost motion"), (-0.03, 0.012)),
+    (Law("moment_car", "yaw_rate_car", "dead zone", response="lagged"), (-25000.0, 0.02, 0.15)),
 ]
+
+
+def _with(law: Law, values: tuple[float, ...], chi2: float) -> Fit:
+    terms = (ActiveEffect(effect_of(law), values),)
+    return Fit(terms, np.zeros((1, 5)), np.zeros(0), chi2=chi2)
+
+
+def test_a_shape_and_a_response_that_each_fit_a_little_are_tried_together() -> None:
+    """A brake that answers late from a yaw rate on: a dead zone sees half of it, a lag half."""
+    bent = Law("moment_car", "yaw_rate_car", "dead zone")
+    late = Law("moment_car", "yaw_rate_car", power=1, response="lagged")
+    fits = [
+        _with(bent, (-11000.0, 0.01), 4.1),
+        _with(late, (-10800.0, 0.12), 3.9),
+        _with(Law("moment_car", "slip_car_rear", "dead zone"), (-95000.0, 0.0014), 2.9),
+        _with(Law("hitch", "yaw_rate_car", response="lagged"), (-7000.0, 0.1), 4.2),
+    ]
+    (both,) = crossed(fits, 4)
+    assert law_in(both.terms[-1]) == replace(bent, response="lagged")
+    assert both.terms[-1].as_dict() == {"gain": -11000.0, "bend": 0.01, "lag_s": 0.12}
+    assert crossed(fits[:1], 4) == []
+    assert crossed(fits, 0) == []
 
 
 @pytest.mark.parametrize(

@@ -16,12 +16,14 @@ from swaywatch.discover.grammar import FREQUENCIES_HZ, grammar, of_two, products
 from swaywatch.discover.law import (
     ANYWHERE,
     CURVE,
+    INSTANT,
     LAGGED,
     LIMITED,
     MOTIONS,
     OF_EACH_RUN,
     OSCILLATING,
     PLACES,
+    SHAPES,
     Law,
 )
 from swaywatch.effects.active import ActiveEffect
@@ -214,6 +216,33 @@ def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:
         values["gain"] *= before / _strength(law.shape, usual, sum(begun.values()))
     inside = (min(max(values[p.name], p.low), p.high) for p in effect.parameters)
     return ActiveEffect(effect, tuple(inside))
+
+
+def crossed(fits: Sequence[Fit], most: int) -> list[Fit]:
+    """The shape of one fit with the response of another one, of the same place and motion.
+
+    What acts beyond a dead zone and late is seen half by either: both come near the recording, and
+    laws that have nothing of it may come nearer than each.
+    """
+    best = best_of_each_law(fits)
+    found: list[tuple[float, Fit]] = []
+    for shaped in best:
+        law = law_in(shaped.terms[-1])
+        if law.shape == SHAPES[0] or law.response != INSTANT:
+            continue
+        for line in best:
+            other = law_in(line.terms[-1])
+            both = replace(law, response=other.response)
+            alike = replace(other, power=law.power) == replace(both, shape=SHAPES[0])
+            if not alike or other.response == INSTANT or both not in refined(law):
+                continue
+            start = in_form(shaped.terms[-1], both)
+            known = line.terms[-1].as_dict()
+            values = start.as_dict()
+            values |= {n: known[n] for n in values if n in known and n not in ("gain", "bend")}
+            start = replace(start, values=tuple(values.values()))
+            found.append((shaped.chi2 + line.chi2, replace(shaped, terms=(start,))))
+    return [fit for _, fit in sorted(found, key=lambda pair: pair[0])[:most]]
 
 
 def in_place_of(term: ActiveEffect, law: Law) -> list[ActiveEffect]:

@@ -24,6 +24,7 @@ from swaywatch.discover.begin import (
     SHORT_LIST,
     best_of_each_law,
     by_promise,
+    crossed,
     in_form,
     in_other_forms,
     in_place_of,
@@ -443,6 +444,9 @@ class LawSearch:
     def _gone_over(self, fits: Sequence[Fit]) -> list[Fit]:
         """With laws near the best: their forms, then these elsewhere; and once more."""
         found = list(fits)
+        found += self._gone_on(
+            [replace(f, terms=tuple(self._sprung(f.terms))) for f in crossed(found, PAIRED_ON)]
+        )
         formed: set[Law] = set()
         moved: set[Law] = set()
         for _ in range(GONE_OVER):
