@@ -86,21 +86,23 @@ def _with(law: Law, values: tuple[float, ...], chi2: float) -> Fit:
     return Fit(terms, np.zeros((1, 5)), np.zeros(0), chi2=chi2)
 
 
-def test_a_shape_and_a_response_that_each_fit_a_little_are_tried_together() -> None:
+def test_a_shape_is_tried_behind_the_lag_of_a_line_of_the_same_motion() -> None:
     """A brake that answers late from a yaw rate on: a dead zone sees half of it, a lag half."""
     bent = Law("moment_car", "yaw_rate_car", "dead zone")
     late = Law("moment_car", "yaw_rate_car", power=1, response="lagged")
+    slip = Law("moment_car", "lateral_acceleration_car", "dead zone")
     fits = [
         _with(bent, (-11000.0, 0.01), 4.1),
         _with(late, (-10800.0, 0.12), 3.9),
-        _with(Law("moment_car", "slip_car_rear", "dead zone"), (-95000.0, 0.0014), 2.9),
-        _with(Law("hitch", "yaw_rate_car", response="lagged"), (-7000.0, 0.1), 4.2),
+        _with(slip, (-900.0, 0.3, 0.02), 2.9),  # what is felt has a lag already
+        _with(Law("hitch", "yaw_rate_car", "dead zone"), (-7000.0, 0.01), 4.2),
     ]
-    (both,) = crossed(fits, 4)
-    assert law_in(both.terms[-1]) == replace(bent, response="lagged")
-    assert both.terms[-1].as_dict() == {"gain": -11000.0, "bend": 0.01, "lag_s": 0.12}
-    assert crossed(fits[:1], 4) == []
-    assert crossed(fits, 0) == []
+    known, other = crossed(fits, 4)
+    assert law_in(known.terms[-1]) == replace(bent, response="lagged")
+    assert known.terms[-1].as_dict() == {"gain": -11000.0, "bend": 0.01, "lag_s": 0.12}
+    assert law_in(other.terms[-1]).place == "hitch"
+    assert other.terms[-1].as_dict()["lag_s"] == pytest.approx(0.1)
+    assert crossed(fits, 1)[0].terms == known.terms
 
 
 @pytest.mark.parametrize(

@@ -219,30 +219,32 @@ def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:
 
 
 def crossed(fits: Sequence[Fit], most: int) -> list[Fit]:
-    """The shape of one fit with the response of another one, of the same place and motion.
+    """Shapes of some fits behind a lag, or with the response of a line of the same motion there.
 
     What acts beyond a dead zone and late is seen half by either: both come near the recording, and
     laws that have nothing of it may come nearer than each.
     """
     best = best_of_each_law(fits)
-    found: list[tuple[float, Fit]] = []
-    for shaped in best:
-        law = law_in(shaped.terms[-1])
+    lines = [law_in(fit.terms[-1]) for fit in best]
+    found: list[Fit] = []
+    for fit in best:
+        law = law_in(fit.terms[-1])
         if law.shape == SHAPES[0] or law.response != INSTANT:
             continue
-        for line in best:
-            other = law_in(line.terms[-1])
-            both = replace(law, response=other.response)
-            alike = replace(other, power=law.power) == replace(both, shape=SHAPES[0])
-            if not alike or other.response == INSTANT or both not in refined(law):
-                continue
-            start = in_form(shaped.terms[-1], both)
-            known = line.terms[-1].as_dict()
-            values = start.as_dict()
-            values |= {n: known[n] for n in values if n in known and n not in ("gain", "bend")}
-            start = replace(start, values=tuple(values.values()))
-            found.append((shaped.chi2 + line.chi2, replace(shaped, terms=(start,))))
-    return [fit for _, fit in sorted(found, key=lambda pair: pair[0])[:most]]
+        alike = [
+            (line.response, like.terms[-1].as_dict())
+            for line, like in zip(lines, best, strict=True)
+            if replace(line, power=law.power, response=INSTANT) == replace(law, shape=SHAPES[0])
+        ]
+        known = {LAGGED: {}} | dict(reversed(alike))
+        for response, values in known.items():
+            both = replace(law, response=response)
+            if response != INSTANT and both in refined(law):
+                start = in_form(fit.terms[-1], both)
+                of_line = {n: x for n, x in values.items() if n not in ("gain", *OF_A_SHAPE)}
+                each = tuple(of_line.get(n, x) for n, x in start.as_dict().items())
+                found.append(replace(fit, terms=(replace(start, values=each),)))
+    return found[:most]
 
 
 def in_place_of(term: ActiveEffect, law: Law) -> list[ActiveEffect]:

@@ -85,6 +85,7 @@ from swaywatch.effects.effect import Effect
 from swaywatch.plant.lanes import BODY
 
 PAIRED_ON = 4  # of them that are continued
+CROSSED = 12  # shapes that are begun behind a lag
 LATE_CURVES = 2  # free curves, of those that fit best, that are tried with a lag too
 MOVED = 2  # of them that are looked for at other places and with other motions
 GONE_OVER = 2  # times that this is done
@@ -445,7 +446,7 @@ class LawSearch:
         """With laws near the best: their forms, then these elsewhere; and once more."""
         found = list(fits)
         found += self._gone_on(
-            [replace(f, terms=tuple(self._sprung(f.terms))) for f in crossed(found, PAIRED_ON)]
+            [replace(f, terms=tuple(self._sprung(f.terms))) for f in crossed(found, CROSSED)]
         )
         formed: set[Law] = set()
         moved: set[Law] = set()
