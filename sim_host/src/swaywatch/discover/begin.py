@@ -236,7 +236,7 @@ def crossed(fits: Sequence[Fit], most: int) -> list[Fit]:
             for line, like in zip(lines, best, strict=True)
             if replace(line, power=law.power, response=INSTANT) == replace(law, shape=SHAPES[0])
         ]
-        known = {LAGGED: {}} | dict(reversed(alike))
+        known: dict[str, dict[str, float]] = {LAGGED: {}} | dict(reversed(alike))
         for response, values in known.items():
             both = replace(law, response=response)
             if response != INSTANT and both in refined(law):
