@@ -16,7 +16,7 @@ from swaywatch.diagnose.engine import diagnose
 from swaywatch.diagnose.evidence.baselines import noticeable
 from swaywatch.diagnose.evidence.evidence import explained, worth
 from swaywatch.diagnose.evidence.search import Search, reduced_chi_square
-from swaywatch.diagnose.evidence.verdict import TANDEM, _counteract, _without_slight_windows
+from swaywatch.diagnose.evidence.verdict import TANDEM, _counteract, _whole, _without_slight_windows
 from swaywatch.diagnose.fit.beliefs import beliefs_of
 from swaywatch.diagnose.fit.data import load
 from swaywatch.diagnose.fit.fit import Fit, plant_of
@@ -275,3 +275,15 @@ def test_what_springs_imitate_has_to_take_away_more(name: str, share: float) -> 
         after = replace(before, terms=(term,), chi2=(1.0 - factor * share) * before.chi2)
         assert worth(before, before, after, on_springs=True) == enough
         assert worth(before, before, after) or not enough
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "whole"),
+    [(5.0, 1.2, True), (5.0, 1.5, False), (31.1, 2.17, False), (100.0, 1.9, True)],
+)
+def test_much_more_than_noise_is_not_a_whole_explanation(
+    before: float, after: float, whole: bool
+) -> None:
+    """Walls of ruts pass as tyres that are stiffer at times, which leave 2.2 of 31."""
+    start = Fit((), np.zeros((1, 5)), np.zeros(0), chi2=before * 900.0, count=900)
+    assert _whole(start, replace(start, chi2=after * 900.0)) == whole

@@ -48,6 +48,9 @@ Array = NDArray[np.float64]
 ALONE = 1.1
 #: Share of a value, or metres of a length, by which the form of a vehicle on springs may pull it.
 FORM_PULLS = 0.04
+#: Share of the misfit that right effects leave at most in our own model, and the reduced chi-square
+#: up to which that counts: all right verdicts of the sets that were run leave 1.3 or less.
+WHOLE, AT_MOST = 0.02, 2.0
 #: Confidence in a value beyond its bound: that it is off is sure, that it is this one less so.
 OUTSIDE = 0.9
 #: Error of a left-out run with the effects, over that without, above which they are not claimed
@@ -505,9 +508,18 @@ def _verdict(paths: Sequence[Path]) -> Verdict:
     )  # fmt: skip
     # beside the user's own simulation our plant is a correction, and what it leaves is said beside
     # the claim
-    if search.problem.free_start and (not explained(base, fit) or _bent(search, fit)):
+    if search.problem.free_start and (not _whole(base, fit) or _bent(search, fit)):
         result.word = "unexplained"
     return result
+
+
+def _whole(base: Fit, fit: Fit) -> bool:
+    """Whether hardly more than noise is left, as with right effects, however strong they are.
+
+    A search may stop at more (`explained`), which a wrong effect can leave as well.
+    """
+    before, after = reduced_chi_square(base), reduced_chi_square(fit)
+    return after <= max(UNEXPLAINED_ABOVE, min(1.0 + WHOLE * (before - 1.0), AT_MOST))
 
 
 def _stretched(search: Search, base: Fit) -> bool:
