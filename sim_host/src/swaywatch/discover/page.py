@@ -56,10 +56,12 @@ def _plots(law: Mapping[str, Any]) -> list[PackedPlot]:
 
 
 def _words(law: Mapping[str, Any]) -> str:
-    best = " + ".join(law["library_would_say"]) or "no effect"
+    each = (name.replace("_", " ").partition(":") for name in law["library_would_say"])
+    named = (f"{effect} ({place})" if place else effect for effect, _, place in each)
+    best = " + ".join(named) or "no effect"
     text = (
         f"{law['text'][:1].upper()}{law['text'][1:]}. It {law['energy']}. "
-        f"Compared with the best explanation from the library ({best.replace('_', ' ')}) the "
+        f"Compared with the best explanation from the library, {best}, the "
         f"logarithm of the Bayes factor is {law['log_bayes_factor_to_library']:.0f}; "
         f"{100.0 * law['share_explained']:.0f} % of the mismatch beyond noise is explained."
     )
