@@ -236,6 +236,7 @@ def crossed(fits: Sequence[Fit], most: int) -> list[Fit]:
             for line, like in zip(lines, best, strict=True)
             if replace(line, power=law.power, response=INSTANT) == replace(law, shape=SHAPES[0])
         ]
+        # a lag in any case; with the numbers of the best line that has it, where one is there
         known: dict[str, dict[str, float]] = {LAGGED: {}} | dict(reversed(alike))
         for response, values in known.items():
             both = replace(law, response=response)
