@@ -50,6 +50,13 @@ def law_in(term: ActiveEffect) -> Law:
     return law_in_effect(term.effect)
 
 
+def weak(law: Law) -> tuple[Effect, tuple[float, ...]]:
+    """A law as it is looked at: acting all the time, of a size to which all is in proportion."""
+    effect = effect_of(law)
+    size, *rest = (p.starts[0] for p in effect.parameters)
+    return effect, (WEAKER * size, *rest)
+
+
 def runs_of(term: ActiveEffect, law: Law) -> tuple[str, ...]:
     """The runs that another form of a term's law has numbers for."""
     runs = term.effect.extra["runs"]

@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swaywatch.discover.ball import NO_STIFFNESS, moves_in_coupling
 from swaywatch.discover.forms import formula, rubs_at_hitch, share_by_the_way
@@ -49,6 +50,7 @@ from swaywatch.discover.law import (
     UNEVEN,
     Law,
     law_of,
+    of_a_motion,
     one_way,
 )
 from swaywatch.discover.way import (
@@ -59,6 +61,7 @@ from swaywatch.discover.way import (
     SPEED_M_S,
     begins,
     comes_and_goes,
+    course,
     left,
     phases,
     set_drag,
@@ -67,6 +70,8 @@ from swaywatch.discover.way import (
 from swaywatch.effects.effect import Act, Effect, Parameter, Values, Window
 from swaywatch.effects.runs import Run
 from swaywatch.plant.lanes import BODY, LAW_FELT, LAW_OF, PlantInput
+
+Array = NDArray[np.float64]
 
 ID = "law"
 OF_A_SHAPE = ("bend", "other_side", "per_square")  # numbers that only a shape has
@@ -103,12 +108,12 @@ def _comes(law: Law, runs: tuple[str, ...] = ()) -> Act:
 
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
-        course = values["gain"] * share_by_the_way(law, run, values)
-        course *= since(run, values, runs) if law.response == SUDDEN else 1.0
-        course *= (run.speed / SPEED_M_S) ** law.power
+        force = values["gain"] * share_by_the_way(law, run, values)
+        force *= since(run, values, runs) if law.response == SUDDEN else 1.0
+        force *= (run.speed / SPEED_M_S) ** law.power
         set_drag(plant, law.place)
         for slot, sign in SLOTS[law.place]:
-            plant.add_series(slot, sign * course)
+            plant.add_series(slot, sign * force)
 
     return act
 
@@ -153,6 +158,15 @@ def _set_shape(plant: PlantInput, shape: str, values: Values) -> None:
             plant.scalar(f"law_{'line' if name == 'gain' else name}", values[name])
 
 
+def _share(law: Law, run: Run, values: Values, runs: tuple[str, ...]) -> Array:
+    """Share of a law that acts at each time, of what does not act all the time, shape (n,)."""
+    if law.response == SUDDEN:
+        return since(run, values, runs)
+    if law.response == PERIODIC:
+        return course(run, values, runs, half=one_way(law), raised=True)
+    return share_by_the_way(law, run, values)
+
+
 def _moves(law: Law, runs: tuple[str, ...] = ()) -> Act:
     def act(plant: PlantInput, run: Run, values: Values, windows: Sequence[Window]) -> None:
         del windows
@@ -166,10 +180,8 @@ def _moves(law: Law, runs: tuple[str, ...] = ()) -> Act:
             plant.scalar("law_transient", 4.0)
             plant.scalar("law_lag", 1.0 / (2.0 * math.pi * values["frequency_hz"]))
             plant.scalar("law_bend", values["damping_ratio"])
-        if law.response in BY_THE_WAY:
-            plant.add_series("law", share_by_the_way(law, run, values) - 1.0)
-        if law.response == SUDDEN:
-            plant.add_series("law", since(run, values, runs) - 1.0)
+        if law.response in (*BY_THE_WAY, *OF_EACH_RUN):
+            plant.add_series("law", _share(law, run, values, runs) - 1.0)
         for motion, share in made_of(law, run, values).items():
             plant.scalar(f"law_of_{motion}", share)
         if law.second:
@@ -298,8 +310,9 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         if law.response == SUDDEN:
             parameters = (*parameters, *begins(runs))
         if law.response == PERIODIC:
-            grip = law.motion != DISTANCE
-            act = comes_and_goes(law.place, runs, law.power, grip=grip, half=one_way(law))
+            grip, half = law.motion == law.place, one_way(law)
+            if not of_a_motion(law):
+                act = comes_and_goes(law.place, runs, law.power, grip=grip, half=half)
             parameters = (*parameters, *phases(runs))
         if law.motion in ROLLS and not sprung:
             parameters = (*parameters, *OWN_ROLL[law.motion])

@@ -35,6 +35,7 @@ from swaywatch.discover.law import (
     UNEVEN,
     WAITING,
     Law,
+    of_a_motion,
     one_way,
 )
 from swaywatch.discover.way import DISTANCE, SPEED_M_S, left
@@ -210,7 +211,8 @@ def formula(law: Law) -> str:
     if law.motion == DISTANCE:
         return f"{left} = gain{speed}{when}"
     if law.response == PERIODIC:
-        return f"{left} = gain x {symbol}{when}"
+        when = when if one_way(law) or not of_a_motion(law) else _RAISED
+        return f"{left} = gain x {symbol}{speed}{when}"
     if law.motion in (*LAW_FELT, "steer_rate"):
         when = f"{_WHEN[LAGGED]}{when}"
     size = f" x |{MOTIONS[law.by].symbol}|" if law.by else ""
@@ -229,6 +231,7 @@ _WHEN = {
     SUDDEN: " from a moment of each run on",
     PERIODIC: " x sin(2 pi repetitions x way + phase)",
 }
+_RAISED = " x (1 + sin(2 pi repetitions x way + phase)) / 2"
 _ONE_WAY = {
     SIDES[0]: " x max(sin(2 pi repetitions x way + phase), 0)",
     STOPS[0]: " x max(sin(2 pi repetitions x way + phase) - above, 0) / (1 - above)",

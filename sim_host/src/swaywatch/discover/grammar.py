@@ -214,6 +214,12 @@ def breaking() -> tuple[Law, ...]:
 
 
 @cache
+def of_bodies() -> tuple[Law, ...]:
+    """What may act on a body in places of the road only: lines, those of the library too."""
+    return tuple(law for law in _straight() if law.place.startswith(("force_", "moment_")))
+
+
+@cache
 def products() -> tuple[Law, ...]:
     """Laws that the size of another motion multiplies, or its sign: a force presses what rubs.
 

@@ -37,6 +37,7 @@ from swaywatch.discover.law import (
     THERE,
     TRANSIENT,
     Law,
+    of_a_motion,
     one_way,
 )
 from swaywatch.discover.way import (
@@ -248,7 +249,7 @@ def valued(found: Discovery, z: Array, run: Run, times: Array | None = None) -> 
     names = [stretch(each) for each in found.search.problem.runs]
     if law.response == PERIODIC:
         share = values["gain"] * (run.speed / SPEED_M_S) ** law.power
-        share = share * course(run, values, names, half=one_way(law))
+        share = share * course(run, values, names, half=one_way(law), raised=of_a_motion(law))
         return np.asarray(share if law.motion == DISTANCE else share * z)
     begun = since(run, values, names) if law.response == SUDDEN else np.ones(run.time.size)
     if law.motion == DISTANCE:

@@ -231,6 +231,11 @@ def one_way(law: Law) -> bool:
     return law.response == PERIODIC and law.shape in (SIDES[0], STOPS[0])
 
 
+def of_a_motion(law: Law) -> bool:
+    """Whether what acts in places of the road only goes with a motion: no force, no grip."""
+    return law.response == PERIODIC and law.motion not in (DISTANCE, law.place)
+
+
 def law_of(spec: str) -> Law:
     """The law of a string written by `Law.spec`."""
     try:

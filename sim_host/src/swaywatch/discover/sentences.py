@@ -45,6 +45,7 @@ from swaywatch.discover.law import (
     WAITING,
     Law,
     Place,
+    of_a_motion,
     one_way,
 )
 from swaywatch.discover.way import DISTANCE, DRAG, SPEED_M_S
@@ -135,6 +136,8 @@ def _of_the_way(law: Law) -> str:
     """What lies along the road, or binds on the way."""
     if law.motion == DISTANCE and law.power:
         return "water or wind on one side of the road"
+    if of_a_motion(law) and law.motion.startswith("sideslip_"):
+        return "wind in places: between cuttings, woods or houses"
     if law.motion != DISTANCE or law.place != DRAG:
         return ""
     soft = "a soft verge, or brakes that come and go"
@@ -338,9 +341,12 @@ def _response(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.response == PERIODIC:
         often = parameters["repetitions_per_km"]
         only = ", one way only, with nothing between" if one_way(law) else ""
+        if of_a_motion(law):
+            only = ", in places, with nothing between" if one_way(law) else ", coming and going"
         if "above" in parameters:
             share = 100.0 / math.pi * math.acos(min(parameters["above"]["value"], 1.0))
-            only = f", one way only, in pulses over {share:.0f} % of the way"
+            way = "in places" if of_a_motion(law) else "one way only, in pulses"
+            only = f", {way} over {share:.0f} % of the way"
         every = f"every {1000.0 / often['value']:.1f} m"
         return f"{only}, {_range(often)} times for each kilometre, {every}"
     if law.response == SUDDEN:

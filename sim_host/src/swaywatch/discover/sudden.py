@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swaywatch.diagnose.evidence.search import Linear
-from swaywatch.discover.begin import WEAKER
+from swaywatch.discover.begin import weak
 from swaywatch.discover.effect import effect_of
 from swaywatch.discover.grammar import breaking
 from swaywatch.discover.law import Law
 from swaywatch.discover.way import DISTANCE, stretch
 from swaywatch.effects.active import ActiveEffect
-from swaywatch.effects.effect import Effect
 from swaywatch.effects.runs import BLOCK, Run
 
 Array = NDArray[np.float64]
@@ -37,7 +36,7 @@ def promising(course: Linear) -> list[ActiveEffect]:
     moments = [_moments(run) for run in runs]
     moving = [law for law in breaking() if law.motion != DISTANCE]
     staying = [law for law in breaking() if law.motion == DISTANCE]
-    tried = [_weak(law) for law in moving]
+    tried = [weak(law) for law in moving]
     blocks = [[at // BLOCK for at in each] for each in moments]
     looked = course.from_then_on(tried, blocks)
     found = []
@@ -53,16 +52,9 @@ def promising(course: Linear) -> list[ActiveEffect]:
     return [term for _, term in found[:BEGUN]]
 
 
-def _weak(law: Law) -> tuple[Effect, tuple[float, ...]]:
-    """A law as it is looked at: acting all the time, of a size to which all is in proportion."""
-    effect = effect_of(law)
-    size, *rest = (p.starts[0] for p in effect.parameters)
-    return effect, (WEAKER * size, *rest)
-
-
 def _from(law: Law, runs: Sequence[Run], factor: float, begins: Sequence[float]) -> ActiveEffect:
     """A law that begins at a moment of each run, so many times as large as it was looked at."""
-    effect, values = _weak(law)
+    effect, values = weak(law)
     sudden = effect_of(law, runs=tuple(map(stretch, runs)))
     known = dict(zip((p.name for p in effect.parameters), values, strict=True))
     known |= {f"begins_{i + 1}_s": at for i, at in enumerate(begins)}

@@ -19,7 +19,7 @@ from swaywatch.diagnose.evidence.evidence import (
 from swaywatch.diagnose.evidence.search import Candidate, Linear, Search, reduced_chi_square
 from swaywatch.diagnose.fit.budget import Budget
 from swaywatch.diagnose.fit.fit import Fit, Fitter
-from swaywatch.discover import sudden
+from swaywatch.discover import road, sudden
 from swaywatch.discover.begin import (
     SHORT_LIST,
     best_of_each_law,
@@ -67,7 +67,6 @@ from swaywatch.discover.law import (
     SHAPES,
     SIDES,
     SLIDING,
-    STOPS,
     UNEVEN,
     Law,
 )
@@ -515,22 +514,21 @@ class LawSearch:
                 for _, term in sorted(some, key=lambda wave: -wave[0])[:PAIRED_ON]
             ]
             found += close.side_by_side(lambda f: close.run(f, 10), starts)
+        found += self._under_way(road.promising, parent)
         best = best_of_each_law(found)
         names = tuple(map(stretch, close.problem.runs))
-        halves = [half for fit in best[:PAIRED_ON] for half in _halves(fit, names)]
-        halves = best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), halves))
-        pulses = [pulse for fit in halves[:PAIRED_ON] for pulse in _pulses(fit, names)]
-        best += halves + best_of_each_law(close.side_by_side(lambda f: close.run(f, 10), pulses))
-        winds = [w for fit in best_of_each_law(best)[:PAIRED_ON] for w in _of_air(fit, names)]
-        best += close.side_by_side(lambda f: close.run(f, 10), winds)
-        drags = [drag for fit in best for drag in _dragging(fit, names)]
-        drags = close.side_by_side(lambda f: close.run(f, 10), drags)
-        return self._with_drag_for_a_reason([*best, *drags])
+        for forms in (road.halves, road.pulses, road.of_air, road.ahead, road.dragging):
+            of_each = [others for fit in best if (others := forms(fit, names))]
+            others = [fit for some in of_each[:PAIRED_ON] for fit in some]
+            best = best_of_each_law(
+                [*best, *close.side_by_side(lambda f: close.run(f, 10), others)]
+            )
+        return self._with_drag_for_a_reason(best)
 
-    def _on_the_way(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
-        """What begins on the way, where laws that act all the time leave more than noise."""
-        if parent.terms or self._only_noise(fits) or self._spent("what begins on the way"):
-            return []
+    def _under_way(
+        self, promising: Callable[[Linear], list[ActiveEffect]], parent: Fit
+    ) -> list[Fit]:
+        """Laws that act in a part of the recording, that promise most in a vehicle, begun."""
         close = self.search.close
         calibrated, of_file = close.run(parent, 6), close.start()
         all_of_it = everything(close)
@@ -540,10 +538,16 @@ class LawSearch:
                 (calibrated, all_of_it.course(calibrated, calibrated=True)),
                 (of_file, all_of_it.stricter().course(of_file)),
             )
-            for term in sudden.promising(course)
+            for term in promising(course)
         ]
         found = best_of_each_law(_held(all_of_it.fitter, starts))[:PAIRED_ON]
-        found = close.side_by_side(lambda f: close.run(f, 10), found)
+        return close.side_by_side(lambda f: close.run(f, 10), found)
+
+    def _on_the_way(self, fits: Sequence[Fit], parent: Fit) -> list[Fit]:
+        """What begins on the way, where laws that act all the time leave more than noise."""
+        if parent.terms or self._only_noise(fits) or self._spent("what begins on the way"):
+            return []
+        found = self._under_way(sudden.promising, parent)
         best = min((fit.chi2 for fit in fits), default=math.inf)
         return [fit for fit in found if fit.chi2 < (1.0 - BESIDE_KNOWN) * best]
 
@@ -711,53 +715,6 @@ def _drags_for_a_reason(fit: Fit, plain: Mapping[Law, float], noise: float) -> b
         return True
     moment = plain.get(replace(law, place=MOMENT), math.inf)
     return fit.chi2 < moment - max(2.0 * CLAIMED * noise, DISCREPANCY * moment)
-
-
-def _with_law(fit: Fit, law: Law, runs: tuple[str, ...], values: Sequence[float]) -> Fit:
-    """The fit with another law in the place of its own."""
-    term = ActiveEffect(effect_of(law, runs=runs), tuple(values))
-    return replace(fit, terms=(*fit.terms[:-1], term))
-
-
-def _dragging(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
-    """A moment on the trailer that comes and goes, begun as one of wheels that drag."""
-    term = fit.terms[-1]
-    law = law_in(term)
-    if law.place != MOMENT or law.motion != DISTANCE:
-        return []
-    return [_with_law(fit, replace(law, place=DRAG), runs, term.values)]
-
-
-def _halves(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
-    """What comes and goes, begun in one direction only: in either, with the same sine."""
-    term = fit.terms[-1]
-    half = replace(law_in(term), shape=SIDES[0])
-    size, often, *phases = term.values
-    most = effect_of(half, runs=runs).parameters[0].high
-    found = []
-    for sign in (1.0, -1.0):  # half a sine contains half of its size as a sine
-        turned = [p if sign > 0.0 else p - math.copysign(math.pi, p) for p in phases]
-        gain = min(max(2.0 * sign * size, -most), most)
-        found.append(_with_law(fit, half, runs, (gain, often, *turned)))
-    return found
-
-
-def _of_air(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
-    """A force that comes and goes, begun as one that grows with the square of the speed."""
-    term = fit.terms[-1]
-    law = law_in(term)
-    if law.motion != DISTANCE:
-        return []
-    return [_with_law(fit, replace(law, power=2), runs, term.values)]
-
-
-def _pulses(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
-    """What comes and goes in one direction, begun in shorter pulses."""
-    term = fit.terms[-1]
-    short = replace(law_in(term), shape=STOPS[0])
-    size, *rest = term.values
-    above = effect_of(short, runs=runs).parameters[1].starts[0]
-    return [_with_law(fit, short, runs, (size, above, *rest))]
 
 
 def laws_refuse(budget: Budget, what: str) -> bool:

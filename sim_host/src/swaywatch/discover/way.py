@@ -110,11 +110,18 @@ def phases(names: Sequence[str]) -> tuple[Parameter, ...]:
 
 
 def course(
-    run: Run, values: Values, names: Sequence[str], behind_m: float = 0.0, *, half: bool = False
+    run: Run,
+    values: Values,
+    names: Sequence[str],
+    behind_m: float = 0.0,
+    *,
+    half: bool = False,
+    raised: bool = False,
 ) -> Array:
     """A sine along the road, or its positive half alone, as what is so far behind the car meets it.
 
-    Of what comes in pulses only what is above a part of it, as high as it was. 0 in an unknown run.
+    Of what comes in pulses only what is above a part of it, as high as it was. Raised: from nothing
+    to one, and half of that in the mean. 0 in an unknown run.
     """
     if stretch(run) not in names:
         return np.zeros(run.time.size)
@@ -122,6 +129,8 @@ def course(
     turns = values["repetitions_per_km"] * (driven(run) - behind_m) / 1000.0
     sine = np.sin(2.0 * np.pi * turns + phase)
     above = min(values.get("above", 0.0), NARROWEST)
+    if raised and not half:
+        return np.asarray(0.5 + 0.5 * sine)
     return np.asarray(np.maximum(sine - above, 0.0) / (1.0 - above) if half else sine)
 
 

@@ -246,20 +246,28 @@ class Linear:
         """
         sizes = [e.size for e in self.base]
         edges = [0, *np.cumsum(sizes)]
-        whole = np.concatenate(self.base)
+        for change in self.changes(tried):
+            apart = np.zeros((self.left.size, sum(map(len, begins))))
+            column = 0
+            for r, blocks in enumerate(begins):
+                width = change[r].shape[1]
+                for block in blocks:
+                    rows = slice(edges[r] + block * width, edges[r + 1])
+                    apart[rows, column] = change[r][block:].ravel()
+                    column += 1
+            along = self.q.T @ apart
+            yield apart.T @ apart - along.T @ along, apart.T @ self.left
+
+    def changes(self, tried: Sequence[tuple[Effect, tuple[float, ...]]]) -> Iterator[list[Array]]:
+        """What each effect changes in each run, shape (blocks, channels); 0 if it ran away."""
+        widths = [len(self.fitter.comparison(r).names) for r in self.runs]
         for at in range(0, len(tried), AT_ONCE):
             for moved in self._moved(tried[at : at + AT_ONCE]):
-                change = np.where(np.isfinite(moved), moved - whole, 0.0)
-                apart = np.zeros((self.left.size, sum(map(len, begins))))
-                column = 0
-                for r, blocks in enumerate(begins):
-                    width = len(self.fitter.comparison(r).names)
-                    for block in blocks:
-                        rows = slice(edges[r] + block * width, edges[r + 1])
-                        apart[rows, column] = change[rows]
-                        column += 1
-                along = self.q.T @ apart
-                yield apart.T @ apart - along.T @ along, apart.T @ self.left
+                own = np.split(moved, np.cumsum([e.size for e in self.base])[:-1])
+                yield [
+                    np.where(np.isfinite(x), x - e, 0.0).reshape(-1, width)
+                    for x, e, width in zip(own, self.base, widths, strict=True)
+                ]
 
     def _promise(self, effect: Effect, values: Array, moved: Array) -> tuple[float, Array]:
         """Drop of chi2 along the course towards some values, and where on it to begin."""
