@@ -359,6 +359,44 @@ def test_the_size_of_another_motion_multiplies_a_law() -> None:
     assert difference(found[0], simulate(plant())) > 0.03
 
 
+def test_the_size_of_another_motion_levels_off_or_begins_late() -> None:
+    """It levels off at one, or is nothing up to a bend: at the ends that is all, and nothing."""
+    line = Law("moment_trailer", "articulation_rate")
+    run = Run("r", np.zeros(1), {}, {}, 15.0)
+
+    def driven(law: Law, **values: float) -> np.ndarray:
+        slots = plant()
+        effect_of(law).act(slots, run, {"gain": -4e3} | values, ())
+        return simulate(slots)
+
+    levels, late = (replace(line, by="articulation", side=s) for s in ("levels off", "beyond"))
+    alone, none = driven(line), simulate(plant())
+    assert difference(driven(levels, by_bend=1e-5), alone) < 1e-3
+    assert difference(driven(levels, by_bend=10.0), none) < 1e-3
+    assert difference(driven(late, by_bend=1.0), none) < 1e-9
+    small = driven(replace(line, by="articulation"), gain=-8e4)
+    assert difference(driven(late, by_bend=1e-6, gain=-8e4), small) < 1e-3
+    for law in (levels, late):
+        within = driven(law, by_bend=0.02, gain=-4e3 if law is levels else -8e4)
+        assert difference(within, none) > 0.01
+        assert difference(within, alone) > 0.01
+
+
+def test_a_size_is_tried_as_one_that_levels_off_and_back() -> None:
+    friction = Law("hitch", "articulation_rate", "saturating", by="articulation")
+    levels, late = (replace(friction, side=s) for s in ("levels off", "beyond"))
+    assert {levels, late} < set(refined(friction))
+    assert not {levels, late} & set(refined(levels))
+    assert plainer(levels) == plainer(late) == friction
+    assert law_of(levels.spec) == levels
+    assert law_of(late.spec) == late
+    term = ActiveEffect(effect_of(friction), (4e5, 0.004))
+    usual = MOTIONS["articulation"].usual
+    assert in_form(term, levels).as_dict()["gain"] == pytest.approx(4e5 * usual)
+    assert in_form(term, late).as_dict()["gain"] == 4e5
+    assert in_form(in_form(term, levels), friction).as_dict()["gain"] == pytest.approx(4e5)
+
+
 @pytest.mark.parametrize("body", ["car", "trailer"])
 def test_the_roll_of_a_rigid_body_multiplies_a_law_too(body: str) -> None:
     law = Law("hitch", "articulation_rate", by=f"roll_{body}")
@@ -683,6 +721,16 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             Physics(more="greasy_ball", more_size=900.0, more_at=0.002),
             Law("hitch", "articulation_rate", "saturating", by="articulation",
                 side="positive side"), (900.0 / 0.005, 0.005),
+        ),
+        (
+            Physics(more="gap_headwind", more_size=60.0, more_at=100.0),
+            Law("at_trailer", "sideslip_trailer", power=2, response="periodic"),
+            (-0.6 * 25.0**2 * 60.0, 2.5, 10.0, 0.0),
+        ),
+        (
+            Physics(more="worn_spot", more_size=900.0, more_at=0.01),
+            Law("hitch", "articulation_rate", "saturating", by="articulation",
+                side="levels off"), (900.0 / 0.005, 0.005, 0.01),
         ),
         (
             # the two axles of the bogie are one law here

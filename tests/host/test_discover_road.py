@@ -35,7 +35,7 @@ def _in_places(law: Law, gain: float, per_km: float, **values: float) -> ActiveE
 
 
 def test_one_simulation_promises_a_law_in_places_of_the_road() -> None:
-    """The right one is among those that are begun, with its repetitions and phases, at a small price."""
+    """It is among those that are begun, with its repetitions and phases, at a small price."""
     for law, gain, per_km in (
         (GAPS, -4e4, 8.0),
         (Law("force_car", "sideslip_car", power=2, response="periodic"), -2e4, 14.0),

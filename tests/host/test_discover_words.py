@@ -145,6 +145,21 @@ def test_words_of_a_product() -> None:
     assert "coupling without grease" in suggestion(law, 65.0)
 
 
+def test_words_of_a_product_that_levels_off_or_begins_late() -> None:
+    sizes = {"gain": 65.0, "bend": 0.006, "limit": 0.39, "by_bend": 0.01}
+    rows = {name: {"value": v, "low": 0.9 * v, "high": 1.1 * v} for name, v in sizes.items()}
+    law = Law("hitch", "articulation_rate", "saturating", by="articulation", side="levels off")
+    found = sentence(law, rows)
+    assert "where the articulation is large: half of it at 0.01 rad" in found
+    assert "saturating at 0.390 +- 0.039 Nm" in found
+    assert "dry friction" in suggestion(law, 65.0)
+    assert "theta^2 / (theta^2 + by_bend^2)" in effect_of(law).equation
+    late = replace(law, side="beyond")
+    assert "per rad of the size of the articulation beyond 0.01 rad" in sentence(late, rows)
+    assert "max(|theta| - by_bend, 0)" in effect_of(late).equation
+    assert effect_of(late).parameters[0].unit.endswith("per rad")
+
+
 def test_words_of_what_rises_as_steeply_as_a_fit_allows() -> None:
     """Its size is known, and how steeply it gets there is not: no number says so."""
     law = Law("hitch", "articulation_rate", "saturating", by="roll_trailer")

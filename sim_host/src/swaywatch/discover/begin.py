@@ -221,8 +221,19 @@ def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:
         usual = max(MOTIONS[law.motion].usual, 2.0 * known.get("bend", 0.0))
         before = _strength(own.shape, usual, bend)
         values["gain"] *= before / _strength(law.shape, usual, sum(begun.values()))
+    if "gain" in values:
+        values["gain"] *= per_size(own, law)
     inside = (min(max(values[p.name], p.low), p.high) for p in effect.parameters)
     return ActiveEffect(effect, tuple(inside))
+
+
+def per_size(own: Law, law: Law) -> float:
+    """Times its gain with which a law is as large that the size of a motion multiplies no longer.
+
+    Or is multiplied by it, and was not before.
+    """
+    before = MOTIONS[own.times].usual if own.times else 1.0
+    return before / MOTIONS[law.times].usual if law.times else before
 
 
 def crossed(fits: Sequence[Fit], most: int) -> list[Fit]:

@@ -26,6 +26,8 @@ from swaywatch.discover.law import (
     GROWING,
     INSTANT,
     LAGGED,
+    LATE,
+    LEVELS,
     LIMITED,
     LIMITED_RATE,
     LINE_AND_CUBE,
@@ -41,6 +43,7 @@ from swaywatch.discover.law import (
     ROLLS,
     SHAPES,
     SIDES,
+    SIZES,
     SLIPS,
     STOPS,
     SUDDEN,
@@ -125,8 +128,8 @@ def bend_of(values: Values) -> float:
 
 def side_of(law: Law) -> float:
     """One over what it takes to be on the side on which a law acts, with its sign; 0: on both."""
-    sign = {"": 0.0, SIDES[0]: 1.0, SIDES[1]: -1.0}[law.side]
-    return sign / (ON_A_SIDE * MOTIONS[law.by].usual) if law.side else 0.0
+    sign = {SIDES[0]: 1.0, SIDES[1]: -1.0}.get(law.side, 0.0)
+    return sign / (ON_A_SIDE * MOTIONS[law.by].usual) if sign else 0.0
 
 
 def made_of(law: Law, run: Run, values: Values) -> dict[str, float]:
@@ -189,6 +192,8 @@ def _moves(law: Law, runs: tuple[str, ...] = ()) -> Act:
         if law.by:
             plant.scalar("law_by", 1.0 + (*LAW_OF, *LAW_FELT).index(law.by))
             plant.scalar("law_by_side", side_of(law))
+            late = -1.0 if law.side == LATE else 1.0
+            plant.scalar("law_by_bend", late * values.get("by_bend", 0.0))
         set_drag(plant, law.place)
         for place, share in acts_at(law.place, values).items():
             plant.scalar(f"law_to_{place}", share)
@@ -427,6 +432,7 @@ OWN_ROLL = {
 def _numbers(law: Law) -> tuple[Parameter, ...]:
     """Numbers of a law, scaled by its dimensions; the gain is the first one."""
     second = (_second_share(law),) if law.second else ()
+    second = (_of_size(law),) if law.side in SIZES else second
     return (_gain(law), *_of_shape(law), *_of_way(law), *second, *_of_place_and_lag(law))
 
 
@@ -506,6 +512,14 @@ def _of_place_and_lag(law: Law) -> list[Parameter]:
     elif law.response == TRANSIENT:
         found.append(Parameter("lag_s", "s", 1e3, 0.02, 3.0, (0.3,), 0.03, 1e9))
     return found
+
+
+def _of_size(law: Law) -> Parameter:
+    """Where the size that multiplies a law levels off, or from where on it counts."""
+    motion = MOTIONS[law.by]
+    at = 0.5 * motion.usual
+    none = 1e3 if law.side == LEVELS else 0.0
+    return Parameter("by_bend", motion.unit, none, 0.02 * at, 20.0 * at, (at,), 0.1 * at, 1e9)
 
 
 def _second_share(law: Law) -> Parameter:

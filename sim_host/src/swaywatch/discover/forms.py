@@ -17,6 +17,8 @@ from swaywatch.discover.law import (
     GROWING,
     INSTANT,
     LAGGED,
+    LATE,
+    LEVELS,
     LIMITED_RATE,
     LINE_AND_CUBE,
     LOST_MOTION,
@@ -164,6 +166,14 @@ def amount(shape: str, z: Array, values: Values, bend: float) -> Array:
     return in_pieces(z, values) if shape == CURVE else values["gain"] * curve(shape, z, bend)
 
 
+def sized(law: Law, y: Array, values: Values) -> Array:
+    """The size of a motion that multiplies a law, shape (n,)."""
+    size, bend = np.abs(y), values.get("by_bend", 1.0)
+    if law.side == LEVELS:
+        size = size**2 / (size**2 + bend**2)
+    return np.asarray(np.maximum(size - bend, 0.0) if law.side == LATE else size)
+
+
 def curve(shape: str, z: Array, bend: float) -> Array:
     """A shape, of gain one, over the course of its variable, shape (n,)."""
     signed = shape in (UNEVEN, LINE_AND_CUBE)
@@ -215,10 +225,20 @@ def formula(law: Law) -> str:
         return f"{left} = gain x {symbol}{speed}{when}"
     if law.motion in (*LAW_FELT, "steer_rate"):
         when = f"{_WHEN[LAGGED]}{when}"
-    size = f" x |{MOTIONS[law.by].symbol}|" if law.by else ""
-    if law.side:
-        size = f" where {MOTIONS[law.by].symbol} {'>' if law.side == SIDES[0] else '<'} 0"
+    size = _of_size(law) if law.by else ""
     return f"{left} = gain x {nonlinear}{size}{speed}{when}"
+
+
+def _of_size(law: Law) -> str:
+    """What the motion that multiplies it, or on whose side it acts, adds to a formula."""
+    symbol = MOTIONS[law.by].symbol
+    return {
+        "": f" x |{symbol}|",
+        SIDES[0]: f" where {symbol} > 0",
+        SIDES[1]: f" where {symbol} < 0",
+        LEVELS: f" x {symbol}^2 / ({symbol}^2 + by_bend^2)",
+        LATE: f" x max(|{symbol}| - by_bend, 0)",
+    }[law.side]
 
 
 _WHEN = {

@@ -37,6 +37,7 @@ from swaywatch.discover.law import (
     RATES,
     SHAPES,
     SIDES,
+    SIZES,
     SLIDING,
     SLIPS,
     STEPPED,
@@ -268,6 +269,8 @@ def refined(law: Law) -> list[Law]:
         replace(other, place=law.place, second=law.second, by=law.by, side=law.side)
         for other in pool
     ]
+    if law.times and not law.side:
+        found += [replace(law, side=size) for size in SIZES]
     return [*found, replace(law, place=DRAG)] if law.place == MOMENT else found
 
 
@@ -353,6 +356,8 @@ def _forms(place: str, motion: str) -> tuple[Law, ...]:
 
 def plainer(law: Law) -> Law | None:
     """The law with fewer numbers that this one becomes where it does not need them, or None."""
+    if law.side in SIZES:
+        return replace(law, side="")
     known = (law.place, law.motion) in LINE_KNOWN or law.place == law.motion
     if law.by and known:
         return None  # without the other motion it is the library's

@@ -21,7 +21,7 @@ from swaywatch.diagnose.evidence.locate import Locator
 from swaywatch.diagnose.fit.fit import OBSERVER, Fit, Fitter, plant_of
 from swaywatch.discover.effect import ID, RATE_S, bend_of, made_of, side_of
 from swaywatch.discover.find import Discovery
-from swaywatch.discover.forms import amount, curve, share_by_the_way
+from swaywatch.discover.forms import amount, curve, share_by_the_way, sized
 from swaywatch.discover.law import (
     ANYWHERE,
     BALL,
@@ -33,6 +33,7 @@ from swaywatch.discover.law import (
     OSCILLATING,
     PERIODIC,
     PLACES,
+    SIDES,
     SUDDEN,
     THERE,
     TRANSIENT,
@@ -264,7 +265,7 @@ def valued(found: Discovery, z: Array, run: Run, times: Array | None = None) -> 
     force = bent * (run.speed / SPEED_M_S) ** law.power * share
     if times is not None:
         on = 0.5 + 0.5 * np.tanh(side_of(law) * times)
-        force = force * (on if law.side else np.abs(times))
+        force = force * (on if law.side in SIDES else sized(law, times, values))
     if law.response == LAGGED and values["lag_s"] > 0.0:
         force = force - changed(force, values["lag_s"])
     if law.response == OSCILLATING:

@@ -42,7 +42,10 @@ FIFTHS = (1, 2, 3, 4, 5)
 PIECES = ("gain", "of_size", *(f"{side}_{n}" for side in ("right", "left") for n in FIFTHS))
 #: What acts to one side only: a rope, a chain, a valve, a stop.
 SIDES = ("positive side", "negative side")
-_SIGN = {"": "", SIDES[0]: ">0", SIDES[1]: "<0"}  # in a law's string
+#: How the size of a motion that multiplies a law may go on: it levels off, or begins late.
+SIZES = LEVELS, LATE = "levels off", "beyond"
+#: In a law's string.
+_SIGN = {"": "", SIDES[0]: ">0", SIDES[1]: "<0", LEVELS: "~", LATE: "^"}
 #: The same with slack: only once that is beyond it.
 STOPS = ("positive stop", "negative stop")
 #: Shapes that are looked for only where a form near them was found, with its values to begin with.
@@ -186,7 +189,8 @@ class Law:
         Another motion whose size multiplies it (friction that a force presses); empty: none.
     side
         One of `SIDES`: that motion does not multiply it, but it acts on this side of it only (pads
-        that hold while the drawbar is turned one way); empty: it multiplies.
+        that hold while the drawbar is turned one way). One of `SIZES`: it multiplies by what grows
+        from nothing to one (`LEVELS`), or by what is beyond some size. Empty: it multiplies.
     """
 
     place: str
@@ -208,7 +212,7 @@ class Law:
     @property
     def times(self) -> str:
         """The motion whose size multiplies it; empty: none."""
-        return "" if self.side else self.by
+        return "" if self.side in (*SIDES, LEVELS) else self.by
 
     @property
     def swings(self) -> bool:

@@ -23,6 +23,8 @@ from swaywatch.discover.law import (
     GROWING,
     INSTANT,
     LAGGED,
+    LATE,
+    LEVELS,
     LIMITED_RATE,
     LINE_AND_CUBE,
     LOST_MOTION,
@@ -322,10 +324,15 @@ def _comes(law: Law) -> str:
 
 def _second(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """What a second variable adds to a sentence."""
-    if law.side:
+    if law.side in SIDES:
         return f", only while the {MOTIONS[law.by].words} is {law.side.removesuffix(' side')}"
     if law.by:
-        return f" and per {MOTIONS[law.by].unit} of the size of the {MOTIONS[law.by].words}"
+        by = MOTIONS[law.by]
+        at = float(parameters["by_bend"]["value"]) if law.side else 0.0
+        if law.side == LEVELS:
+            return f", where the {by.words} is large: half of it at {at:.2g} {by.unit}"
+        beyond = f" beyond {at:.2g} {by.unit}" if law.side == LATE else ""
+        return f" and per {by.unit} of the size of the {by.words}{beyond}"
     if not law.second:
         return ""
     share, motion = parameters["second_share"], MOTIONS[law.second]

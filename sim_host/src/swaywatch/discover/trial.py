@@ -35,6 +35,7 @@ from swaywatch.discover.begin import (
     looks,
     of_a_product,
     of_two_variables,
+    per_size,
     runs_of,
 )
 from swaywatch.discover.effect import ID, effect_of
@@ -682,8 +683,8 @@ class LawSearch:
             if law is None:
                 return candidate
             known = fit.terms[at].as_dict()
-            if own.times:
-                known["gain"] *= MOTIONS[own.times].usual
+            if "gain" in known:
+                known["gain"] *= per_size(own, law)
             if law.response == LAGGED and "damping_ratio" in known:  # an oscillator that creeps
                 known["lag_s"] = known["damping_ratio"] / (math.pi * known["frequency_hz"])
             hz = known["frequency_hz"] if law.swings else None

@@ -124,6 +124,8 @@ SCALARS = (
     # above or below nothing: it does not multiply, but the law acts only while it is positive or
     # negative; one over what it takes to be
     "law_by_side",
+    # above nothing: what multiplies grows to one there; below: only the size that is beyond it does
+    "law_by_bend",
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
     "law_drag_trailer",  # 1/m, drag of the trailer's wheels for each Nm of a moment on it; 0: none
     "mode_mass_car", "mode_mass_trailer",  # kg, what swings sideways beside the body's own mass

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 161
+#define PLANT_SCALARS 162
 #define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -142,6 +142,7 @@ enum plant_scalar {
     E_LAW_OF_HITCH_FORCE,
     E_LAW_BY,
     E_LAW_BY_SIDE,
+    E_LAW_BY_BEND,
     E_LAW_TO_HITCH,
     E_LAW_TO_FORCE_CAR,
     E_LAW_TO_FORCE_TRAILER,

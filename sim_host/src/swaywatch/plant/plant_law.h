@@ -113,7 +113,8 @@ INLINE V NAME(kept)(V z, V state, V rate, V shape, V some, V per, V otherwise)
     return NAME(choose)(shape == PLAYS, NAME(played)(z - state, some), found);
 }
 
-/// What multiplies a law: the size of a motion, or of what is felt; or whether that is on one side.
+/// What multiplies a law: the size of a motion, or of what is felt, or how much of its bend that
+/// reaches at the most, or what is beyond; or whether it is on one side.
 INLINE V NAME(times)(const V *x, const V *of, const V *e)
 {
     const V by = e[E_LAW_BY], side = e[E_LAW_BY_SIDE], none = {0};
@@ -122,7 +123,12 @@ INLINE V NAME(times)(const V *x, const V *of, const V *e)
         found = NAME(choose)(by == 1.0 + j, of[j], found);
     }
     const V there = 0.5 + 0.5 * NAME(hyperbolic_tangent)(found * side);
-    found = NAME(choose)(side == 0.0, NAME(absolute)(found), there);
+    const V size = NAME(absolute)(found), bend = e[E_LAW_BY_BEND];
+    const V some = NAME(absolute)(bend);
+    const V levels = size * size / (size * size + NAME(most)(some * some, NAME(all)(1e-12)));
+    V sized = NAME(choose)(bend > 0.0, levels, size);
+    sized = NAME(choose)(bend < 0.0, NAME(most)(size - some, none), sized);
+    found = NAME(choose)(side == 0.0, sized, there);
     return NAME(choose)(by > 0.0, found, NAME(all)(1.0));
 }
 
