@@ -181,6 +181,12 @@ def test_shares_of_the_eighth_set_leave_something():
             "opened-fifteenth", {"sliding_box"}, {"stop_overload", "wet_stretches"},
             {"rolled_under", "sticky_beam"},
         ),
+        (
+            "opened-sixteenth", set(), {"aged_tyres", "caster_lock"},
+            {
+                "camera_rear", "open_crack", "passing_lorry", "wallowing_tail", "braking_driver",
+            },
+        ),
     ],
 )  # fmt: skip
 def test_newer_sets_stay_within_what_can_be(which, loads, shares, either_way):

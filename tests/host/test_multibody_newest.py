@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("mujoco")
 
+from multibody_sizes import UNLISTED
 from test_multibody import (
-    UNLISTED,
     _changed,
     _rest_of_the_trailer,
     _sideslip_of_the_trailer,

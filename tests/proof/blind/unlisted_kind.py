@@ -38,7 +38,8 @@ def named(name: str, size: float, places: str, variables: str, **more: float) ->
         if name == "two_tanks":
             rest = trailer.yaw_inertia_kgm2 - size * more["slosh_position_m"] ** 2
             return replace(whole, trailer=replace(trailer, yaw_inertia_kgm2=rest))
-        return _without_rack(whole, size) if name == "rear_rack" else whole
+        tail = name in ("rear_rack", "tailgate_crate")
+        return _without_rack(whole, size) if tail else whole
 
     def physics(healthy: Physics) -> Physics:
         return replace(healthy, **settings)

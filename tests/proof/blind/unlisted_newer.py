@@ -754,6 +754,105 @@ def worn_spot(rng: Generator, u: float) -> Draw:
     return named("worn_spot", log_between(120.0, 1200.0, u), "hitch", variables, more_at=at)
 
 
+def aged_tyres(rng: Generator, u: float) -> Draw:
+    """Tyres of a trailer that are too old: their hard rubber begins to slide early."""
+    at = round(float(rng.uniform(0.008, 0.02)), 4)
+    places, variables = "slip_trailer force_trailer", "slip_trailer sideslip_trailer"
+    return named("aged_tyres", log_between(0.08, 0.7, u), places, variables, more_at=at)
+
+
+def camera_rear(rng: Generator, u: float) -> Draw:
+    """Rear wheels of the car that are steered with the articulation, as a camera last saw it."""
+    at = round(float(rng.uniform(0.12, 0.35)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.01, 0.2, u)
+    variables = "articulation articulation_rate"
+    return named("camera_rear", size, "slip_car_rear", variables, more_at=at)
+
+
+def bistable_wake(rng: Generator, u: float) -> Draw:
+    """A wake that lies to one side of a blunt tail, and turns over beyond a side-slip."""
+    at = round(float(rng.uniform(0.004, 0.015)), 4)
+    places = "force_trailer moment_trailer"
+    return named("bistable_wake", log_between(0.1, 1.2, u), places, "sideslip_trailer", more_at=at)
+
+
+def open_crack(rng: Generator, u: float) -> Draw:
+    """A crack at the drawbar's root: it opens under a side force one way, else it is shut."""
+    size = float(rng.choice((-1.0, 1.0))) * log_between(1.5e5, 1.2e4, u)
+    return named("open_crack", size, "hitch", "side_force")
+
+
+def controlled_joint(rng: Generator, u: float) -> Draw:
+    """A damper at the ball whose valve closes with the car's yaw rate."""
+    size = log_between(3e3, 1e5, u)
+    return named("controlled_joint", size, "hitch", "articulation_rate yaw_rate_car")
+
+
+def binding_rack(rng: Generator, u: float) -> Draw:
+    """A steering rack in a worn bush: the more side force, the more friction as it is moved."""
+    at = round(float(rng.uniform(0.005, 0.02)), 4)
+    variables = "slip_car_front steer_rate"
+    return named("binding_rack", log_between(0.06, 0.6, u), "slip_car_front", variables,
+                 more_at=at)  # fmt: skip
+
+
+def tailgate_crate(rng: Generator, u: float) -> Draw:
+    """A crate of tools at the car's tailgate, which slides from wall to wall."""
+    at = round(float(rng.uniform(0.3, 1.0)), 3)
+    hz = round(float(rng.uniform(2.0, 4.0)), 3)
+    size = round(log_between(40.0, 200.0, u), 2)
+    return named(
+        "tailgate_crate", size, "car force_car moment_car", "swing", more_at=at,
+        more_frequency_hz=hz,
+    )  # fmt: skip
+
+
+def caster_lock(rng: Generator, u: float) -> Draw:
+    """A self-steering axle whose pin a side force lifts: it drops back where there is none."""
+    at = round(float(rng.uniform(0.005, 0.015)), 4)
+    places, variables = "slip_trailer force_trailer", "slip_trailer sideslip_trailer"
+    return named("caster_lock", log_between(0.06, 0.6, u), places, variables, more_at=at)
+
+
+def passing_lorry(rng: Generator, u: float) -> Draw:
+    """Lorries of a convoy that come past in turn: air pushes at the tail, then pulls at the nose.
+
+    They come by time, which at a steady speed is the distance.
+    """
+    at = round(float(rng.uniform(4.0, 8.0)), 2)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(100.0, 900.0, u)
+    drawn = named("passing_lorry", size, "force_trailer moment_trailer", "distance", more_at=at)
+    return replace(drawn, restless=True)
+
+
+def wallowing_tail(rng: Generator, u: float) -> Draw:
+    """Dead dampers under the nose load: the car's rear wallows, and its beam axle steers so.
+
+    Bodies roll with their lateral acceleration, so both are the same here.
+    """
+    hz = round(float(rng.uniform(0.9, 1.6)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(0.03, 0.4, u)
+    variables = "roll_car lateral_acceleration_car swing"
+    return named("wallowing_tail", size, "slip_car_rear", variables, more_frequency_hz=hz)
+
+
+def lane_departure(rng: Generator, u: float) -> Draw:
+    """Steering back to the middle of a lane beside the driver, once the car is off it by so much.
+
+    That place is what the heading has summed to of late.
+    """
+    at = round(float(rng.uniform(0.03, 0.1)), 3)
+    size = log_between(5e-3, 8e-2, u)
+    return named("lane_departure", size, "slip_car_front", "heading heading_car", more_at=at)
+
+
+def braking_driver(rng: Generator, u: float) -> Draw:
+    """A driver who brakes as the car swings, some time later; one of its front brakes is seized."""
+    at = round(float(rng.uniform(0.25, 0.6)), 3)
+    size = float(rng.choice((-1.0, 1.0))) * log_between(3e3, 4.5e4, u)
+    return named("braking_driver", size, "moment_car", "yaw_rate_car", more_at=at)
+
+
 EIGHTH = (
     damper_play, towbar_twist, galloping, rear_rack, slow_actuator, sideslip_limiter, jockey_wheel,
     counter_steer, concrete_slabs, leaking_load, worn_shoulders, aligning_torque,
@@ -785,4 +884,8 @@ FOURTEENTH = (
 FIFTEENTH = (
     late_correction, rut_walls, rolled_under, one_wheel_brake, stop_overload, wind_shadow,
     wet_stretches, sliding_box, loose_subframe, gap_headwind, sticky_beam, worn_spot,
+)  # fmt: skip
+SIXTEENTH = (
+    aged_tyres, camera_rear, bistable_wake, open_crack, controlled_joint, binding_rack,
+    tailgate_crate, caster_lock, passing_lorry, wallowing_tail, lane_departure, braking_driver,
 )  # fmt: skip

@@ -232,7 +232,7 @@ class Multibody:
             full=self.physics.full,
             slosh_kg=self.physics.slosh_mass_kg,
             elastic_drawbar=self.physics.more
-            in ("elastic_drawbar", "ball_rattle", "slipping_neck"),
+            in ("elastic_drawbar", "ball_rattle", "slipping_neck", "open_crack"),
         )
         self._model = mujoco.MjModel.from_xml_string(text)
         self._data = mujoco.MjData(self._model)

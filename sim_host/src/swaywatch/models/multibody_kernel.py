@@ -66,6 +66,12 @@ from swaywatch.models.multibody_more import (
     slips_in_seat,
     stretch,
 )
+from swaywatch.models.multibody_newer import (
+    BRAKING_DRIVER,
+    CASTER_LOCK,
+    OPEN_CRACK,
+    TAILGATE_CRATE,
+)
 from swaywatch.models.multibody_tables import (
     AIR_DENSITY,
     CAR,
@@ -192,7 +198,11 @@ from swaywatch.models.multibody_tables import (
 #: Contents (SHA-1, first twelve digits) of the files that this one is compiled with. Numba keeps
 #: compiled code until the file of a function changes, whatever else it is made of: a change of
 #: those has to change this file too (tests/host/test_multibody.py says what to write).
-MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_more": "765e45a3b709"}
+MADE_OF = {
+    "multibody_tables": "7e6a397047d3",
+    "multibody_newer": "7805f9138981",
+    "multibody_more": "8e654867ef92",
+}
 
 
 class View(NamedTuple):
@@ -434,7 +444,9 @@ def _tyres(
         at[SPEED] = max(c * at[3] + s * at[4], 1.0)
         at[TRAVEL] = math.atan2(c * at[4] - s * at[3], at[SPEED])
     out[O_STEER] = _steer(g, wheels, u, z, work, load, play)
-    if g[G_MORE] in (CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS, CASTER_FLUTTER, CREEPING_CLAMP):
+    if g[G_MORE] in (
+        CASTER_AXLE, TYRE_WARMING, LOOSE_U_BOLTS, CASTER_FLUTTER, CREEPING_CLAMP, CASTER_LOCK
+    ):  # fmt: skip
         middle = 0.25 * (work[4, TRAVEL] + work[5, TRAVEL] + work[6, TRAVEL] + work[7, TRAVEL])
         more_of_slip(g, z, zdot, middle)
     if g[G_MORE] in (HYDRO_BUSH, SHIMMY, LOOSE_HANDS, LOOSE_SUBFRAME):
@@ -456,7 +468,7 @@ def _tyres(
         force = _wheel_force(g, w, u, load[i], slip)
         out[O_FY + i] = force
         along = 0.5 * drive * w[W_STEERED] - w[W_DRAG]
-        if i >= 4 or g[G_MORE] == STANDING_WATER:
+        if i >= 4 or g[G_MORE] in (STANDING_WATER, BRAKING_DRIVER):
             along -= more_drag(g, z, w, out)
         yaw = steer + (out[O_YAW1] if i < 4 else out[O_YAW2])
         c, s = math.cos(yaw), math.sin(yaw)
@@ -536,7 +548,9 @@ def _bodies(
     if g[G_MORE] == CORNER_STEADY:
         _drag_corner(g, view, trailer, at, out)
         return
-    if g[G_MORE] in (CAR_AIR, ROOF_LOAD, BOW_WAVE, REAR_RACK, ROOF_TENT, GAP_PUMP):
+    if g[G_MORE] in (
+        CAR_AIR, ROOF_LOAD, BOW_WAVE, REAR_RACK, ROOF_TENT, GAP_PUMP, TAILGATE_CRATE
+    ):  # fmt: skip
         beta1 = math.atan2(c1 * cog1[4] - s1 * cog1[3], v1)
         side1 = more_side(g, z, zdot, beta1, 0.5 * AIR_DENSITY * v1 * v1, out)
         _push(view, CAR, cog1, -s1 * side1, c1 * side1, 0.0)
@@ -598,7 +612,7 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
     ball_y = a[1] + lever * (-yaw1 * c1 + r1 * r1 * s1)
     ball = -s2 * ball_x + c2 * ball_y
     across2 = ball - g[G_TRAILER_LEVER] * yaw2
-    if g[G_MORE] in (ELASTIC_DRAWBAR, BALL_RATTLE, SLIPPING_NECK):
+    if g[G_MORE] in (ELASTIC_DRAWBAR, BALL_RATTLE, SLIPPING_NECK, OPEN_CRACK):
         across2 += a[int(g[G_HITCH_DOF]) + 1]
     for body in range(2):
         gain = g[G_CAR_ROLL_GAIN + 3 * body]
@@ -618,7 +632,7 @@ def _state_rates(g: Any, u: Any, z: Any, zdot: Any, view: Any, out: Any) -> None
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -omega * omega * z[Z_MORE] - across1
         zdot[Z_MORE + 1] -= 2.0 * MORE_DAMPING * omega * z[Z_MORE + 1]
-    if g[G_MORE] == REAR_RACK:
+    if g[G_MORE] in (REAR_RACK, TAILGATE_CRATE):
         zdot[Z_MORE] = z[Z_MORE + 1]
         zdot[Z_MORE + 1] = -pull_of_rack(g, z) - across1 + lever * yaw1
     if g[G_MORE] == TWO_TANKS:

@@ -7,6 +7,18 @@ from typing import Any
 
 from numba import njit
 
+from swaywatch.models.multibody_newer import (
+    FIRST_NEWER,
+    TAILGATE_CRATE,
+    newer_ahead,
+    newer_drag,
+    newer_lag,
+    newer_moments,
+    newer_of_slip,
+    newer_side,
+    newer_steer,
+    pull_of_crate,
+)
 from swaywatch.models.multibody_tables import (
     CAR,
     G_CAR_LEVER,
@@ -41,9 +53,10 @@ from swaywatch.models.multibody_tables import (
     Z_SLOSH,
 )
 
-#: The file that this one is compiled with, see `multibody_kernel.MADE_OF`.
-MADE_OF = {"multibody_tables": "7e6a397047d3"}
+#: The files that this one is compiled with, see `multibody_kernel.MADE_OF`.
+MADE_OF = {"multibody_tables": "7e6a397047d3", "multibody_newer": "7805f9138981"}
 # Physics beyond what any library of effects lists, numbered as `MORE` of multibody_vehicle.py.
+# Those from `FIRST_NEWER` on are in multibody_newer.py.
 (
     STOP, TRAILER_STEERS, CAR_AIR, TOW_ASSIST, ROOF_LOAD, AXLE_HYSTERESIS, TARPAULIN, HEADING_WIND,
     TRAILER_BRAKES, HYDRAULIC, REAR_STEERS, SCRUB, GAP_AIR, TRAILER_HUBS, VARIABLE_RATIO,
@@ -117,6 +130,8 @@ def more_steer(
 
     `place` is of a planar wheel in its body's frame, m.
     """
+    if g[G_MORE] >= FIRST_NEWER:
+        return float(newer_steer(g, z, wheel, slip, out))
     if g[G_MORE] in (
         WANDERING_RUTS, GROOVED_ROAD, LORRY_RUTS, SKEW_JOINTS, RUT_WALLS, WET_STRETCHES
     ):  # fmt: skip
@@ -334,6 +349,9 @@ def _more_of_trailer_grip(g: Any, wheel: int, slip: float, out: Any) -> float:
 @njit(cache=True)
 def more_moments(g: Any, z: Any, view: Any, trailer: int, out: Any) -> None:
     """Moments of physics that nobody lists."""
+    if g[G_MORE] >= FIRST_NEWER:
+        newer_moments(g, z, view, trailer, out)
+        return
     hitch = int(g[G_HITCH_DOF])
     rate = view.qvel[hitch]
     view.qfrc[hitch] -= _more_at_hitch(g, z, rate, out)
@@ -496,7 +514,9 @@ def _more_of_car(g: Any, z: Any, rate: float, out: Any) -> float:
 def more_lag(g: Any, z: Any, zdot: Any, rate: float, out: Any) -> None:
     """What is late, and the state of dry friction (after Dahl)."""
     kind, at = g[G_MORE], g[G_MORE_AT]
-    if kind in (
+    if kind >= FIRST_NEWER:
+        newer_lag(g, z, zdot, out)
+    elif kind in (
         REAR_CONTROL, LATE_ASSIST, RUBBER_COUPLING, WIRE_STEERING, GYRO_STABILISER, HUB_DRIVES,
         LEVELLING_PUMP, LEAKY_LINK, LATE_REAR_STEERING,
     ):  # fmt: skip
@@ -650,6 +670,8 @@ def more_side(g: Any, z: Any, zdot: Any, beta: float, pressure: float, out: Any)
     `beta` and `pressure` (half the air's density times speed squared) are of that body.
     """
     kind, size, omega = g[G_MORE], g[G_MORE_SIZE], g[G_MORE_HZ]
+    if kind >= FIRST_NEWER:
+        return float(newer_side(g, z, zdot, beta, pressure, out))
     if kind in (HEADING_WIND, HEDGE_WIND):
         turns = kind == HEADING_WIND
         return float(size * math.sin(out[O_YAW2] if turns else TURN * z[Z_MORE] / g[G_MORE_AT]))
@@ -751,7 +773,9 @@ def _sideslip(out: Any) -> float:
 
 @njit(cache=True)
 def pull_of_rack(g: Any, z: Any) -> float:
-    """Acceleration with which the car's tail holds what swings there, m/s2."""
+    """Acceleration with which the car's tail holds what swings or slides there, m/s2."""
+    if g[G_MORE] == TAILGATE_CRATE:
+        return float(pull_of_crate(g, z))
     omega = g[G_MORE_HZ]
     slides = g[G_MORE_AT] * math.tanh(z[Z_MORE + 1] / SLIDES_M_S)
     return float(omega * omega * z[Z_MORE] + slides)
@@ -761,6 +785,9 @@ def pull_of_rack(g: Any, z: Any) -> float:
 def more_of_slip(g: Any, z: Any, zdot: Any, middle: float) -> None:
     """State of what follows the slip of axles, taken at their middle."""
     at = g[G_MORE_AT]
+    if g[G_MORE] >= FIRST_NEWER:
+        newer_of_slip(g, z, zdot, middle)
+        return
     if g[G_MORE] == TYRE_WARMING:
         middle = math.tanh(abs(middle) / WORKED_RAD)
     if g[G_MORE] in (LOOSE_U_BOLTS, LOOSE_SUBFRAME):
@@ -812,7 +839,9 @@ def _stays_behind(g: Any, z: Any, zdot: Any, value: float) -> None:
 def more_drag(g: Any, z: Any, wheel: Any, out: Any) -> float:
     """Drag of one wheel of the trailer, or of the car where water lies, N."""
     kind, size, drag = g[G_MORE], g[G_MORE_SIZE], 0.0
-    if kind == SWAY_BRAKE:
+    if kind >= FIRST_NEWER:
+        drag = newer_drag(g, z, wheel)
+    elif kind == SWAY_BRAKE:
         drag = 0.25 * size * z[Z_MORE]
     elif kind == ROLL_PROTECTION:
         drag = size * max(-wheel[W_SIDE] * z[Z_MORE], 0.0)
@@ -886,7 +915,7 @@ def pull_behind(g: Any, z: Any) -> float:
 @njit(cache=True)
 def acts_ahead(g: Any) -> float:
     """Place of a side force ahead of its body's COG, m."""
-    kind, ahead = g[G_MORE], 0.0
+    kind, ahead = g[G_MORE], newer_ahead(g)
     if kind == WAKE_SHEDDING:
         ahead = -EDDIES_BEHIND_M
     elif kind in (BOW_WAVE, GAP_PUMP):

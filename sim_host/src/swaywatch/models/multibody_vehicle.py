@@ -134,6 +134,9 @@ MORE = (
     "buckled_wheel", "skew_joints", "slow_puncture", "late_correction", "rut_walls",
     "rolled_under", "one_wheel_brake", "stop_overload", "wind_shadow", "wet_stretches",
     "sliding_box", "loose_subframe", "gap_headwind", "sticky_beam", "worn_spot",
+    "aged_tyres", "camera_rear", "bistable_wake", "open_crack", "controlled_joint",
+    "binding_rack", "tailgate_crate", "caster_lock", "passing_lorry", "wallowing_tail",
+    "lane_departure", "braking_driver",
 )  # fmt: skip
 """Physics that no library of effects lists; sizes (and `more_at`, `more_frequency_hz`):
 
@@ -374,6 +377,31 @@ MORE = (
 - angle of the rear wheels of a planar car with its roll p, by dry friction: k z,
   dz/dt = dp/dt - |dp/dt| z/p0 (rad at which it slides)
 - dry friction at the ball with the articulation g: k x^2/(1 + x^2), x = g/g0, N m (rad)
+- share of the slip a that the trailer's tyres lose: k x^2/(1 + x^2), x = a/a0 (rad)
+- angle of the car's rear wheels with the articulation as it was last seen, every T: k z (s)
+- area of the trailer's tail times the part z of the dynamic pressure p by which its wake lies to
+  one side, 2 m behind its COG: F = -k p z, (4 m/v) dz/dt = tanh(2 z + 0.533 b/b0) - z, its
+  side-slip b, m2 (rad at which it turns over)
+- stiffness of the drawbar, planar bodies only: the ball's place y across the trailer gives way to
+  its side force F to the side of the sign of k: F = |k| (y + 4 ms dy/dt), to the other side with
+  2 MN/m, N/m
+- moment about the ball against the articulation rate q with the car's yaw rate r: k z q,
+  (0.1 s) dz/dt = |r| - z, N m s2/rad2
+- angle of the car's front wheels that is lost to friction as they slip by a and are steered with a
+  rate r: -k |a| tanh(r/r0) (rad/s)
+- mass above the ball, of the car, that slides with dry friction, and is held beyond 5 cm either way
+  by walls, damped by 0.3, kg (m/s2, Hz)
+- share of the slip a that the trailer's tyres lose once their axles' pin is up: k z, z goes to 1
+  within 30 ms where |a| of their middle is beyond a0, to 0 where it is below a0/3 (rad)
+- side force of the air about lorries, one every T, N: F = k u exp((1 - u^2)/2), u the time since
+  one was beside the trailer's COG over 0.4 s, (3 m) tanh u ahead of it (s)
+- angle of the car's rear wheels after its roll p: k z, z behind a swing with a damping ratio of
+  0.15 (Hz)
+- angle of the car's front wheels by its place y across the lane beyond y0: -k (|y| - y0) sign y,
+  rad/m (m); the lane's course follows that of the car's COG, c, 2.5 s late, m, and
+  dy/dt = v sin(c - m) - y/(2.5 s)
+- drag of the car's front left wheel for k > 0, else of the right one, with its yaw rate r: |k| z,
+  (T/2) dz/dt = y - z, (T/2) dy/dt = max(|r| - 0.02 rad/s, 0) - y, N s/rad (s)
 """
 
 
