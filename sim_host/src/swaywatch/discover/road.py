@@ -1,4 +1,4 @@
-"""What goes with a motion in places of the road only: air in the gaps that a wind blows through.
+"""What goes with a motion in places of the road only: air in gaps of a wind, tyres on wet patches.
 
 Under a strict observer a law changes what is left only while it acts, so one simulation of a law
 that acts everywhere says what it would promise with any number of repetitions along the road.
@@ -8,8 +8,9 @@ What comes and goes whatever the motion is begun from `way.repetitions`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +20,27 @@ from swaywatch.diagnose.fit.fit import Fit
 from swaywatch.discover.begin import law_in, weak
 from swaywatch.discover.effect import effect_of
 from swaywatch.discover.grammar import of_bodies
-from swaywatch.discover.law import MOMENT, PERIODIC, SIDES, STOPS, Law, of_a_motion, one_way
+from swaywatch.discover.law import (
+    INSTANT,
+    MOMENT,
+    PERIODIC,
+    SIDES,
+    SLIPS,
+    STOPS,
+    Law,
+    of_a_motion,
+    one_way,
+)
 from swaywatch.discover.way import (
+    AXLES,
+    COARSE,
     DISTANCE,
     DRAG,
     FEWEST,
-    GRIP_FINENESS,
     MOST,
+    MOST_GRIPS,
+    SLOTS,
+    behind_m,
     driven,
     longest_way_km,
     stretch,
@@ -35,8 +50,10 @@ from swaywatch.effects.runs import block_mean
 
 Array = NDArray[np.float64]
 Waves = NDArray[np.complex128]
+#: What a law changes in each run, and by what its wave is behind that of others.
+Part = tuple[Sequence[Array], NDArray[Any]]
 
-BEGUN = 12  # laws, of those that promise most, that are begun
+BEGUN = 10  # laws, of those that promise most, that are begun
 NOTHING = 1e-6  # of what a law changes everywhere, which is no change
 
 
@@ -45,29 +62,56 @@ def promising(course: Linear) -> list[ActiveEffect]:
 
     O(laws x rates x blocks).
     """
+    laws = of_bodies()
+    changes = course.changes([weak(law) for law in laws])
+    rates = np.arange(FEWEST, MOST, COARSE / longest_way_km(course.fitter.problem.runs))
+    at_once = np.ones(rates.size)
+    parts = (((change, at_once),) for change in changes)
+    return _first(course, rates, zip(laws, parts, strict=True))
+
+
+def grips(course: Linear) -> list[ActiveEffect]:
+    """The axles, or all of them as each comes there, whose tyres may grip more and less in places.
+
+    What the stiffness of tyres does is what their own slip does as a steering angle.
+    """
+    problem = course.fitter.problem
+    rates = np.arange(FEWEST, MOST_GRIPS, COARSE / longest_way_km(problem.runs))
+    changes = list(course.changes([weak(Law(slip, slip)) for slip in SLIPS]))
+    ends = ([behind_m(problem.body, slot) for slot, _ in SLOTS[slip]] for slip in SLIPS)
+    late = (np.exp(-2j * np.pi * rates * float(np.mean(at)) / 1000.0) for at in ends)
+    single = [((change, np.ones(rates.size)),) for change in changes]
+    every = tuple(zip(changes, late, strict=True))
+    laws = [Law(place, place) for place in (*SLIPS, AXLES)]
+    return _first(course, rates, zip(laws, (*single, every), strict=True))
+
+
+def _first(
+    course: Linear, rates: Array, laws: Iterable[tuple[Law, Sequence[Part]]]
+) -> list[ActiveEffect]:
+    """Of some laws those that promise most in places, each with the best ones."""
     runs = course.fitter.problem.runs
-    rates = np.arange(FEWEST, MOST, GRIP_FINENESS / longest_way_km(runs))
     ways = [block_mean(driven(run)) / 1000.0 for run in runs]
     waves = [np.exp(2j * np.pi * np.outer(rates, way)) for way in ways]
-    names = tuple(map(stretch, runs))
-    laws = of_bodies()
     found: list[tuple[float, ActiveEffect]] = []
-    for law, change in zip(laws, course.changes([weak(law) for law in laws]), strict=True):
-        drop, at, factor, phases = _best(*_products(course, change, waves))
-        found.append((drop, _begun(law, names, float(rates[at]), factor, phases)))
+    for law, parts in laws:
+        in_places = replace(law, response=PERIODIC)
+        gram, with_left = _products(course, parts, waves)
+        drop, at, factor, phases = _best(gram, with_left, raised=of_a_motion(in_places))
+        term = _begun(in_places, tuple(map(stretch, runs)), float(rates[at]), factor, phases)
+        found.append((drop, term))
     found.sort(key=lambda pair: -pair[0])
     return [term for _, term in found[:BEGUN]]
 
 
-def _products(
-    course: Linear, change: Sequence[Array], waves: Sequence[Waves]
-) -> tuple[Array, Array]:
+def _products(course: Linear, parts: Sequence[Part], waves: Sequence[Waves]) -> tuple[Array, Array]:
     """Products of what acts all the time, and as sine and cosine along the road in each run.
 
     Parameters
     ----------
-    change
-        What a law changes in each run, shape (blocks, channels).
+    parts
+        What a law changes in each run, shape (blocks, channels), and its lag behind the others as a
+        factor on the wave, shape (rates,): one of an axle that comes there later.
     waves
         Of each run, shape (rates, blocks).
 
@@ -81,54 +125,70 @@ def _products(
     gram = np.zeros((count, unknowns, unknowns))
     with_left = np.zeros((count, unknowns))
     with_known = np.zeros((count, unknowns, course.q.shape[1]))
+    late = [factor for _, factor in parts]
     first = 0
-    for r, (own, wave) in enumerate(zip(change, waves, strict=True)):
-        rows = slice(first, first + own.size)
-        first += own.size
-        power = np.sum(own**2, axis=1)
-        left = np.sum(own * course.left[rows].reshape(own.shape), axis=1)
-        known = np.einsum("bc,bck->bk", own, course.q[rows].reshape(*own.shape, -1))
+    for r, wave in enumerate(waves):
+        own = [change[r] for change, _ in parts]
+        rows = slice(first, first + own[0].size)
+        first += own[0].size
+        whole = np.sum(own, axis=0)
+        left = course.left[rows].reshape(whole.shape)
+        known = course.q[rows].reshape(*whole.shape, -1)
+        gram[:, 0, 0] += np.sum(whole**2)
+        with_left[:, 0] += np.sum(whole * left)
+        with_known[:, 0] += np.einsum("bc,bck->k", whole, known)
         sine, cosine = 1 + 2 * r, 2 + 2 * r
-        gram[:, 0, 0] += np.sum(power)
-        once, twice = wave @ power, wave**2 @ power
+        once = sum(f * (wave @ np.sum(c * whole, axis=1)) for c, f in zip(own, late, strict=True))
         gram[:, 0, sine], gram[:, 0, cosine] = once.imag, once.real
-        gram[:, sine, sine] = 0.5 * (np.sum(power) - twice.real)
-        gram[:, cosine, cosine] = 0.5 * (np.sum(power) + twice.real)
-        gram[:, sine, cosine] = 0.5 * twice.imag
-        with_left[:, 0] += np.sum(left)
-        with_left[:, sine], with_left[:, cosine] = (wave @ left).imag, (wave @ left).real
-        with_known[:, 0] += np.sum(known, axis=0)
-        of_known = wave @ known
+        size, square = np.zeros(count), np.zeros(count, complex)
+        for one, f in zip(own, late, strict=True):
+            for other, g in zip(own, late, strict=True):
+                power = np.sum(one * other, axis=1)
+                size += np.sum(power) * (f * np.conj(g)).real
+                square += f * g * (wave**2 @ power)
+        gram[:, sine, sine], gram[:, cosine, cosine] = (
+            0.5 * (size - square.real),
+            0.5 * (size + square.real),
+        )
+        gram[:, sine, cosine] = 0.5 * square.imag
+        along = sum(f * (wave @ np.sum(c * left, axis=1)) for c, f in zip(own, late, strict=True))
+        with_left[:, sine], with_left[:, cosine] = along.imag, along.real
+        of_known = sum(
+            f[:, None] * (wave @ np.einsum("bc,bck->bk", c, known))
+            for c, f in zip(own, late, strict=True)
+        )
         with_known[:, sine], with_known[:, cosine] = of_known.imag, of_known.real
     above = np.triu_indices(unknowns, 1)
     gram[:, above[1], above[0]] = gram[:, above[0], above[1]]
     return gram - with_known @ with_known.transpose(0, 2, 1), with_left
 
 
-def _best(gram: Array, with_left: Array) -> tuple[float, int, float, Array]:
+def _best(gram: Array, with_left: Array, *, raised: bool) -> tuple[float, int, float, Array]:
     """What a law promises in places, over what it promises everywhere; rate, size and phases.
 
-    Phases are those of each run with any mean and size; with them it comes and goes wholly, so that
-    half of it acts in the mean, and is of one size in all runs, in either sense.
+    Phases are those of each run with any mean and size. With them it is of one size in all runs;
+    raised: it comes and goes wholly, in either sense, so that half of it acts in the mean.
+    Otherwise it goes to both sides of what the vehicle has.
     """
     unknowns = gram.shape[1]
+    nothing = (0.0, 0, 0.0, np.zeros(unknowns // 2))
     everywhere = float(gram[0, 0, 0])
     if everywhere < NOTHING or not np.all(np.isfinite(gram)):
-        return 0.0, 0, 0.0, np.zeros(unknowns // 2)
+        return nothing
     safe = gram + NOTHING * everywhere * np.eye(unknowns)
     free = -np.linalg.solve(safe, with_left[:, :, None])[:, :, 0]
     angles = np.arctan2(free[:, 2::2], free[:, 1::2])
-    best = (0.0, 0, 0.0, np.zeros(unknowns // 2))
-    for way in (0.0, np.pi):
-        share = np.full(free.shape, 0.5)
-        share[:, 1::2], share[:, 2::2] = 0.5 * np.cos(angles + way), 0.5 * np.sin(angles + way)
+    best = nothing
+    for way in (0.0, np.pi) if raised else (0.0,):
+        share = np.full(free.shape, 0.5 * raised)
+        wave = 0.5 if raised else 1.0
+        share[:, 1::2], share[:, 2::2] = wave * np.cos(angles + way), wave * np.sin(angles + way)
         along = np.sum(share * with_left, axis=1)
         power = np.einsum("ri,rij,rj->r", share, safe, share)
-        drops = along**2 / power - with_left[0, 0] ** 2 / everywhere
+        drops = along**2 / power - raised * with_left[0, 0] ** 2 / everywhere
         at = int(np.argmax(drops))
         if drops[at] > best[0]:
-            size = float(-along[at] / power[at])
-            best = float(drops[at]), at, size, np.asarray(angles[at] + way)
+            best = float(drops[at]), at, float(-along[at] / power[at]), angles[at] + way
     return best
 
 
@@ -136,11 +196,15 @@ def _begun(
     law: Law, runs: tuple[str, ...], rate: float, factor: float, phases: Array
 ) -> ActiveEffect:
     """A law in places of the road, so many times as large as it was looked at."""
-    effect, sized = weak(law)
+    one = Law(SLIPS[0], SLIPS[0]) if law.place == AXLES else law
+    effect, sized = weak(replace(one, response=INSTANT))
     values = dict(zip((p.name for p in effect.parameters), sized, strict=True))
-    values |= {"gain": factor * values["gain"], "repetitions_per_km": rate}
+    gain = factor * values["gain"]
+    if not of_a_motion(law):  # a sine of a negative size is one half a turn on
+        gain, phases = abs(gain), phases + (np.pi if gain < 0.0 else 0.0)
+    values |= {"gain": gain, "repetitions_per_km": rate}
     values |= {f"phase_{i + 1}_rad": float(x) for i, x in enumerate(phases)}
-    return _with_values(replace(law, response=PERIODIC), runs, values)
+    return _with_values(law, runs, values)
 
 
 def pulses(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:

@@ -74,9 +74,7 @@ from swaywatch.discover.law import (
 from swaywatch.discover.way import (
     DISTANCE,
     DRAG,
-    GRIP_PLACES,
     ROAD_PLACES,
-    grip_rates,
     repetitions,
     stretch,
 )
@@ -505,18 +503,18 @@ class LawSearch:
                 for rate in repetitions(runs, near.base)
                 for wave in self._waves(near, rate, forces)
             ]
-            grips = [Law(place, place, response=PERIODIC) for place in GRIP_PLACES]
-            # many simulations, so beside the calibrated vehicle alone
-            rates = np.zeros(0) if found else grip_rates(runs)
-            slabs = [wave for rate in rates for wave in self._waves(near, rate, grips)]
-            starts = [
-                replace(fit, terms=(term,))
-                for some in (waves, slabs)
-                for _, term in sorted(some, key=lambda wave: -wave[0])[:PAIRED_ON]
-            ]
+            first = sorted(waves, key=lambda wave: -wave[0])[:PAIRED_ON]
+            starts = [replace(fit, terms=(term,)) for _, term in first]
             found += close.side_by_side(lambda f: close.run(f, 10), starts)
-        found += self._under_way(road.promising, parent)
-        best = best_of_each_law(found)
+        found = self._in_other_courses([*found, *self._under_way(road.grips, parent)])
+        if not self._only_noise(found):
+            found += self._in_other_courses(self._under_way(road.promising, parent))
+        return self._with_drag_for_a_reason(found)
+
+    def _in_other_courses(self, fits: Sequence[Fit]) -> list[Fit]:
+        """What comes and goes along the road, in the other ways in which it may do so, too."""
+        close = self.search.close
+        best = best_of_each_law(fits)
         names = tuple(map(stretch, close.problem.runs))
         for forms in (road.halves, road.pulses, road.of_air, road.ahead, road.dragging):
             of_each = [others for fit in best if (others := forms(fit, names))]
@@ -524,7 +522,7 @@ class LawSearch:
             best = best_of_each_law(
                 [*best, *close.side_by_side(lambda f: close.run(f, 10), others)]
             )
-        return self._with_drag_for_a_reason(best)
+        return best
 
     def _under_way(
         self, promising: Callable[[Linear], list[ActiveEffect]], parent: Fit

@@ -44,15 +44,14 @@ ROAD_PLACES = (
     AXLES, "force_car", "force_trailer", "moment_car", "moment_trailer", "slip_car_front",
     "slip_car_rear", "slip_trailer",
 )  # fmt: skip
-#: Axles, one or all, whose tyres can grip more and less along the road.
-GRIP_PLACES = (AXLES, "slip_car_front", "slip_car_rear", "slip_trailer")
 USUAL_WORK_RAD_M = 1e-3  # that a hitch works through in a test drive, where no sensor says so
 NARROWEST = 0.98  # above which part of a sine a pulse may be: a sixteenth of the way
 RISE_S = 0.05  # within which something breaks or comes loose
 #: Repetitions for each kilometre that are looked for: every 15 to 400 m.
 FEWEST, MOST = 2.5, 65.0
-MOST_GRIPS, GRIP_FINENESS = 130.0, 0.5  # of tyres on slabs, every 8 m
+MOST_GRIPS = 130.0  # of tyres on slabs, every 8 m
 FINENESS = 0.2  # of what the way of the longest run can resolve
+COARSE = 0.5  # the same where each costs more
 BESIDE = 6  # of that, over which the power of neighbours is averaged
 CHOSEN = 5  # numbers of repetitions that are tried at every place
 
@@ -152,7 +151,7 @@ def comes_and_goes(
         del windows
         set_drag(plant, place)
         for slot, sign in SLOTS[place]:
-            behind = _behind(plant, slot) if place == AXLES else 0.0
+            behind = behind_m(plant.body, slot) if place == AXLES else 0.0
             sine = course(run, values, names, behind, half=half)
             name = slot.replace("slip_", "stiffness_") if grip else slot
             plant.add_series(name, sign * values["gain"] * sine * (run.speed / SPEED_M_S) ** power)
@@ -160,9 +159,9 @@ def comes_and_goes(
     return act
 
 
-def _behind(plant: PlantInput, slot: str) -> float:
-    """How far an axle is behind the car's centre of gravity, m."""
-    at = {key: float(plant.body[i]) for i, key in enumerate(BODY)}
+def behind_m(body: Array, slot: str) -> float:
+    """How far an axle is behind the car's centre of gravity, m; of a vehicle's values."""
+    at = {key: float(body[i]) for i, key in enumerate(BODY)}
     trailer = at["car.hitch_to_cog"] + at["trailer.hitch_to_cog"]
     return {
         "slip_car_front": -at["car.front_axle_to_cog"],
@@ -175,11 +174,6 @@ def _behind(plant: PlantInput, slot: str) -> float:
 def longest_way_km(runs: Sequence[Run]) -> float:
     """Way of the longest run, km."""
     return max(0.05, *(float(way[-1] - way[0]) / 1000.0 for way in map(driven, runs)))
-
-
-def grip_rates(runs: Sequence[Run]) -> Array:
-    """Repetitions for each kilometre at which grip is looked for: it leaves no peak of its own."""
-    return np.arange(FEWEST, MOST_GRIPS, GRIP_FINENESS / longest_way_km(runs))
 
 
 def repetitions(runs: Sequence[Run], residuals: Sequence[Array]) -> list[float]:
