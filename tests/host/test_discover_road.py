@@ -16,6 +16,7 @@ from swaywatch.discover.excerpt import everything
 from swaywatch.discover.find import Laws
 from swaywatch.discover.grammar import of_bodies
 from swaywatch.discover.law import Law, law_of
+from swaywatch.discover.report import variables
 from swaywatch.discover.sentences import energy, sentence, suggestion
 from swaywatch.discover.way import course, driven, stretch
 from swaywatch.effects.active import ActiveEffect
@@ -145,6 +146,7 @@ def test_words_of_what_acts_in_places() -> None:
     words = sentence(GAPS, rows)
     assert "sideslip angle of the trailer" in words
     assert "coming and going" in words
+    assert variables(GAPS) == ["sideslip angle of the trailer", "distance driven", "speed"]
     assert "every 125.0 m" in words
     short = replace(GAPS, shape="positive stop")
     assert "in places over 33 % of the way" in sentence(

@@ -12,8 +12,9 @@ from swaywatch.diagnose.fit.holdout import typical
 from swaywatch.discover.effect import ID
 from swaywatch.discover.find import Discovery
 from swaywatch.discover.inputs import missing_inputs
-from swaywatch.discover.law import BODIES, MOTIONS, PLACES, Law
+from swaywatch.discover.law import BODIES, MOTIONS, PERIODIC, PLACES, Law
 from swaywatch.discover.sentences import energy, sentence, suggestion
+from swaywatch.discover.way import DISTANCE
 
 NAMED_BESIDE = 0.9  # confidence in a library effect that a law is claimed beside
 
@@ -70,6 +71,8 @@ def variables(law: Law) -> list[str]:
     found = found or [
         MOTIONS[name].words for name in filter(None, (law.motion, law.second, law.by))
     ]
+    if law.response == PERIODIC and law.motion != DISTANCE:
+        found = [*found, MOTIONS[DISTANCE].words]
     return [*found, "speed"] if law.power else found
 
 
