@@ -728,6 +728,10 @@ def test_a_swinging_mass_that_is_held_fast_is_a_rigid_trailer() -> None:
             (-0.6 * 25.0**2 * 60.0, 2.5, 10.0, 0.0),
         ),
         (
+            Physics(more="open_crack", more_size=6e4), Law("ball", "hitch_force", "uneven"),
+            (1.0 / 6e4, 8.3),
+        ),
+        (
             Physics(more="worn_spot", more_size=900.0, more_at=0.01),
             Law("hitch", "articulation_rate", "saturating", by="articulation",
                 side="levels off"), (900.0 / 0.005, 0.005, 0.01),

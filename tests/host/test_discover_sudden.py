@@ -151,7 +151,7 @@ def test_words_of_one_side() -> None:
 def test_a_ball_that_moves_in_its_coupling() -> None:
     """Free within its play; friction takes energy; no play is the elastic drawbar."""
     run = Run("r", np.zeros(1), {}, {}, 15.0)
-    play, slips = IN_COUPLING
+    play, slips, cracked = IN_COUPLING
     held = plant(drawbar_compliance=2e-5)
     found = plant()
     effect_of(slips).act(found, run, {"compliance": 2e-5, "friction_n": 0.0}, ())
@@ -165,15 +165,31 @@ def test_a_ball_that_moves_in_its_coupling() -> None:
     effect_of(slips).act(rubs, run, {"compliance": 2e-5, "friction_n": 2000.0}, ())
     near, far = (difference(simulate(x), simulate(plant())) for x in (rubs, held))
     assert near < 0.7 * far  # held by its friction, which creeps
+    alike, soft, stiff = plant(), plant(), plant()
+    effect_of(cracked).act(alike, run, {"compliance": 2e-5, "other_side": 1.0}, ())
+    assert np.array_equal(simulate(alike), simulate(held))
+    effect_of(cracked).act(soft, run, {"compliance": 2e-5, "other_side": 8.0}, ())
+    effect_of(cracked).act(stiff, run, {"compliance": 2.5e-6, "other_side": 0.125}, ())
+    one, other, none = simulate(soft), simulate(stiff), simulate(plant())
+    assert difference(one, none) < 0.8 * difference(simulate(held), none)
+    # a slalom goes to both sides alike: mirrored it is the other side's
+    mirrored = plant()
+    mirrored.steer = -mirrored.steer
+    effect_of(cracked).act(mirrored, run, {"compliance": 2.5e-6, "other_side": 0.125}, ())
+    assert difference(simulate(mirrored), -one) < 1e-6
+    assert difference(one, other) > 0.01
 
 
 def test_words_of_a_ball() -> None:
-    play, slips = IN_COUPLING
+    play, slips, cracked = IN_COUPLING
     words = sentence(play, _rows(effect_of(play), (0.004, 2.5e-6)))
     assert "freely across its coupling by 4.0" in words
     words = sentence(slips, _rows(effect_of(slips), (4e-5, 120.0)))
     assert "40.0 +- 4.0 mm per kN" in words
     assert "120 +- 12 N" in words
+    words = sentence(cracked, _rows(effect_of(cracked), (6e-5, 20.0)))
+    assert "to the left by 60.0 +- 6.0 mm per kN, and is 20.0 +- 2.0 times as stiff" in words
+    assert "crack" in suggestion(cracked, 1.0)
     for law in IN_COUPLING:
         assert law_of(law.spec) == law
         assert "coupling" in suggestion(law, 1.0)

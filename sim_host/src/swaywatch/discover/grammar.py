@@ -165,8 +165,9 @@ OTHERS = (
     ),
     *(Law(axle, DISTANCE, response=GROWING) for axle in SLIPS),
 )
-#: A ball that has play in its coupling, or that slips in its seat with friction.
-IN_COUPLING = tuple(Law(BALL, "hitch_force", shape) for shape in (LOST_MOTION, SLIDING))
+#: A ball that has play in its coupling, slips in its seat with friction, or gives way to one side
+#: more than to the other.
+IN_COUPLING = tuple(Law(BALL, "hitch_force", shape) for shape in (LOST_MOTION, SLIDING, UNEVEN))
 #: Dampers beside the drawbar whose eyes or valves have play or give way.
 STRUTS = tuple(Law("hitch", "articulation", s, response=TRANSIENT) for s in IN_SERIES)
 

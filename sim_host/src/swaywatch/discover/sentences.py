@@ -103,7 +103,8 @@ def suggestion(law: Law, gain: float) -> str:
     if law.shape == CURVE:
         return ""
     if law.place == BALL:
-        return KNOWN[law.place, law.motion][0]
+        cracked = "a crack at the drawbar or its coupling that opens to one side"
+        return cracked if law.shape == UNEVEN else KNOWN[law.place, law.motion][0]
     pressed = _PRESSED.get((law.place, law.motion, law.times), "") or _of_a_lean(law)
     if law.response == SUDDEN:
         lasting = suggestion(replace(law, response=INSTANT), gain)
@@ -489,6 +490,11 @@ def _in_coupling(law: Law, parameters: Mapping[str, Mapping[str, Any]]) -> str:
     if law.shape == LOST_MOTION:
         play = _range(parameters["play_m"], 1000.0)
         return f"the ball moves freely across its coupling by {play} mm either way"
+    if law.shape == UNEVEN:
+        return (
+            f"the drawbar or its coupling gives way to the left by {_range(soft, 1e6)} mm per kN, "
+            f"and is {_range(parameters['other_side'])} times as stiff to the right"
+        )
     return (
         f"the ball gives way across its coupling by {_range(soft, 1e6)} mm per kN, with a dry "
         f"friction of {_range(parameters['friction_n'])} N"

@@ -144,6 +144,7 @@ SCALARS = (
     "drawbar_compliance",  # m/N, sideways at the ball; 0: rigid
     "drawbar_play",  # m either way, within which nothing holds the ball there
     "drawbar_friction",  # N, against its motion there
+    "drawbar_other_side",  # stiffness to the right over that to the left, less one
     "drag_area_car", "drag_area_trailer",  # m2, drag coefficient times frontal area
     "front_drive",  # share of the drive that acts at the front wheels, along where they point
     "pitch_transfer",  # share of the moments of drag and drive that the axle loads carry

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #define PLANT_BODY 18
-#define PLANT_SCALARS 162
+#define PLANT_SCALARS 163
 #define PLANT_SERIES 33
 #define PLANT_OUTPUTS 51
 #define PLANT_SUMS 36
@@ -179,6 +179,7 @@ enum plant_scalar {
     E_DRAWBAR_COMPLIANCE,
     E_DRAWBAR_PLAY,
     E_DRAWBAR_FRICTION,
+    E_DRAWBAR_OTHER_SIDE,
     E_DRAG_AREA_CAR,
     E_DRAG_AREA_TRAILER,
     E_FRONT_DRIVE,

@@ -277,11 +277,12 @@ INLINE V NAME(drawbar_force)(const V *x, const V *e)
     const V per_n = NAME(most)(e[E_DRAWBAR_COMPLIANCE], NAME(all)(LEAST_DRAWBAR));
     const V q = x[X_DRAWBAR], rate = x[X_DRAWBAR_RATE], play = e[E_DRAWBAR_PLAY];
     const V pressed = q - NAME(most)(NAME(least)(q, play), -play);
+    const V right = NAME(choose)(q < 0.0, e[E_DRAWBAR_OTHER_SIDE], NAME(all)(0.0));
     const V share = NAME(least)(NAME(absolute)(pressed) * (1.0 / BALL_MEETS_M), NAME(all)(1.0));
     const V meets = NAME(choose)(play > 0.0, share, NAME(all)(1.0));
     // as steep as the steps allow
     const V friction = NAME(most)(e[E_DRAWBAR_FRICTION], NAME(all)(1e-9));
     const V rubs = friction * NAME(hyperbolic_tangent)(rate * (BALL_RUBS / friction));
-    return (pressed + DRAWBAR_LOSS_S * meets * rate) / per_n +
+    return (pressed + DRAWBAR_LOSS_S * meets * rate) * (1.0 + right) / per_n +
            NAME(where)(e[E_DRAWBAR_FRICTION], rubs);
 }
