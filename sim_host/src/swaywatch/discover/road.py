@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +50,7 @@ from swaywatch.effects.runs import block_mean
 Array = NDArray[np.float64]
 Waves = NDArray[np.complex128]
 #: What a law changes in each run, and by what its wave is behind that of others.
-Part = tuple[Sequence[Array], NDArray[Any]]
+Part = tuple[Sequence[Array], Waves]
 
 BEGUN = 10  # laws, of those that promise most, that are begun
 NOTHING = 1e-6  # of what a law changes everywhere, which is no change
@@ -65,7 +64,7 @@ def promising(course: Linear) -> list[ActiveEffect]:
     laws = of_bodies()
     changes = course.changes([weak(law) for law in laws])
     rates = np.arange(FEWEST, MOST, COARSE / longest_way_km(course.fitter.problem.runs))
-    at_once = np.ones(rates.size)
+    at_once = np.ones(rates.size, complex)
     parts = (((change, at_once),) for change in changes)
     return _first(course, rates, zip(laws, parts, strict=True))
 
@@ -80,7 +79,7 @@ def grips(course: Linear) -> list[ActiveEffect]:
     changes = list(course.changes([weak(Law(slip, slip)) for slip in SLIPS]))
     ends = ([behind_m(problem.body, slot) for slot, _ in SLOTS[slip]] for slip in SLIPS)
     late = (np.exp(-2j * np.pi * rates * float(np.mean(at)) / 1000.0) for at in ends)
-    single = [((change, np.ones(rates.size)),) for change in changes]
+    single = [((change, np.ones(rates.size, complex)),) for change in changes]
     every = tuple(zip(changes, late, strict=True))
     laws = [Law(place, place) for place in (*SLIPS, AXLES)]
     return _first(course, rates, zip(laws, (*single, every), strict=True))
@@ -129,38 +128,48 @@ def _products(course: Linear, parts: Sequence[Part], waves: Sequence[Waves]) -> 
     first = 0
     for r, wave in enumerate(waves):
         own = [change[r] for change, _ in parts]
-        rows = slice(first, first + own[0].size)
-        first += own[0].size
         whole = np.sum(own, axis=0)
+        rows = slice(first, first + whole.size)
+        first += whole.size
         left = course.left[rows].reshape(whole.shape)
         known = course.q[rows].reshape(*whole.shape, -1)
         gram[:, 0, 0] += np.sum(whole**2)
         with_left[:, 0] += np.sum(whole * left)
         with_known[:, 0] += np.einsum("bc,bck->k", whole, known)
+        size, square = _squared(own, late, wave)
         sine, cosine = 1 + 2 * r, 2 + 2 * r
-        once = sum(f * (wave @ np.sum(c * whole, axis=1)) for c, f in zip(own, late, strict=True))
-        gram[:, 0, sine], gram[:, 0, cosine] = once.imag, once.real
-        size, square = np.zeros(count), np.zeros(count, complex)
-        for one, f in zip(own, late, strict=True):
-            for other, g in zip(own, late, strict=True):
-                power = np.sum(one * other, axis=1)
-                size += np.sum(power) * (f * np.conj(g)).real
-                square += f * g * (wave**2 @ power)
-        gram[:, sine, sine], gram[:, cosine, cosine] = (
-            0.5 * (size - square.real),
-            0.5 * (size + square.real),
-        )
+        gram[:, sine, sine] = 0.5 * (size - square.real)
+        gram[:, cosine, cosine] = 0.5 * (size + square.real)
         gram[:, sine, cosine] = 0.5 * square.imag
-        along = sum(f * (wave @ np.sum(c * left, axis=1)) for c, f in zip(own, late, strict=True))
-        with_left[:, sine], with_left[:, cosine] = along.imag, along.real
-        of_known = sum(
-            f[:, None] * (wave @ np.einsum("bc,bck->bk", c, known))
-            for c, f in zip(own, late, strict=True)
-        )
-        with_known[:, sine], with_known[:, cosine] = of_known.imag, of_known.real
+        for rows_of, other in (
+            (gram[:, 0], whole), (with_left, left), (with_known, known)
+        ):  # fmt: skip
+            found = _with(other, own, late, wave)
+            rows_of[:, sine], rows_of[:, cosine] = found.imag, found.real
     above = np.triu_indices(unknowns, 1)
     gram[:, above[1], above[0]] = gram[:, above[0], above[1]]
     return gram - with_known @ with_known.transpose(0, 2, 1), with_left
+
+
+def _with(other: Array, own: Sequence[Array], late: Sequence[Waves], wave: Waves) -> Waves:
+    """Products of changes, each on its wave, with something in each block and channel; by rate."""
+    found = 0.0
+    for change, factor in zip(own, late, strict=True):
+        each = wave @ np.einsum("bc,bc...->b...", change, other)
+        found = found + (factor * each.T).T
+    return np.asarray(found)
+
+
+def _squared(own: Sequence[Array], late: Sequence[Waves], wave: Waves) -> tuple[Array, Waves]:
+    """Of the sum of changes, each on its wave, the squared size and the square; by rate."""
+    size = np.zeros(wave.shape[0])
+    square = np.zeros(wave.shape[0], complex)
+    for one, f in zip(own, late, strict=True):
+        for other, g in zip(own, late, strict=True):
+            power = np.sum(one * other, axis=1)
+            size += np.sum(power) * (f * np.conj(g)).real
+            square += f * g * (wave**2 @ power)
+    return size, square
 
 
 def _best(gram: Array, with_left: Array, *, raised: bool) -> tuple[float, int, float, Array]:
