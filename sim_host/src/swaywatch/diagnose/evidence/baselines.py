@@ -36,7 +36,7 @@ from swaywatch.effects.active import ActiveEffect
 SHORTEST_WINDOW_S = 0.6
 #: Largest size to one side, over that to the other, above which what has one cause is not claimed.
 #: Six right claims of a stiffness that changes (sets that were run) had one side only, and the same
-#: size in every window within 2 %; seven wrong ones had both sides, from a fifth of the other on.
+#: size in every window within 3 %; those of six other cases had both, and all were wrong.
 OTHER_SIDE = 0.2
 MOST_EFFECTS = 3
 #: What is left out where a diagnosis has simulated enough: another baseline, more effects.
