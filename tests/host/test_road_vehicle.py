@@ -106,23 +106,6 @@ def test_a_small_load_at_twice_the_frequency_is_the_bodys_own_bounce() -> None:
             assert [noticeable(term) for term in loads] == said
 
 
-def test_tyres_that_turn_stiffer_and_softer_in_turn_are_no_change_of_one_axle() -> None:
-    """Such windows follow whatever misfit there is; gusts may come from either side."""
-
-    def in_windows(id_: str, sizes: tuple[float, ...]) -> ActiveEffect:
-        effect = next(e for e in library() if e.id == id_)
-        more = tuple(p.starts[0] for p in effect.parameters[1:])
-        rows = [(5.0 * i, 5.0 * i + 3.0, size, *more) for i, size in enumerate(sizes)]
-        return ActiveEffect(effect, tuple(x for row in rows for x in row), (0,) * len(sizes))
-
-    assert noticeable(in_windows("tyre_stiffness_change", (0.85, 0.84, 0.86)))
-    assert noticeable(in_windows("tyre_stiffness_change", (1.2, 1.15)))
-    assert noticeable(in_windows("tyre_stiffness_change", (0.8, 1.02)))  # a small correction
-    assert not noticeable(in_windows("tyre_stiffness_change", (0.8, 1.1)))
-    assert not noticeable(in_windows("tyre_stiffness_change", (1.4, 0.75)))
-    assert noticeable(in_windows("crosswind_gust", (300.0, -300.0)))
-
-
 @pytest.mark.parametrize(
     ("slight", "costs", "left_out"),
     [

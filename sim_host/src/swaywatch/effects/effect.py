@@ -165,10 +165,9 @@ class Effect:
         Log prior weight among explanations of equal fit.
     extra
         What only some have: "form", "refine", "undo", "possible" (of values: no such effect can
-        be stronger), "one_sided" (in windows: to one side of neutral), "located" (names of values
-        that say when or where), ...; "follows_motion" where `act` makes it of the run's own
-        signals; "imitated_on_springs" where what a vehicle on springs is described by inexactly
-        looks like it.
+        be stronger), "located" (names of values that say when or where), ...; "follows_motion"
+        where `act` makes it of the run's own signals; "imitated_on_springs" where what a vehicle
+        on springs is described by inexactly looks like it.
     on_springs
         The same as it is said beside a vehicle on springs, where that differs.
     """

@@ -34,10 +34,6 @@ from swaywatch.diagnose.fit.road_vehicle import pushing, without
 from swaywatch.effects.active import ActiveEffect
 
 SHORTEST_WINDOW_S = 0.6
-#: Largest size to one side, over that to the other, above which what has one cause is not claimed.
-#: Six right claims of a stiffness that changes (sets that were run) had one side only, and the same
-#: size in every window within 3 %; those of six other cases had both, and all were wrong.
-OTHER_SIDE = 0.2
 MOST_EFFECTS = 3
 #: What is left out where a diagnosis has simulated enough: another baseline, more effects.
 TRIED = ("effects beside another vehicle", "further combinations of effects")
@@ -496,8 +492,6 @@ def _inside(term: ActiveEffect) -> bool:
     possible = term.effect.extra.get("possible")
     if callable(possible) and not possible(term.as_dict()):
         return False
-    if term.effect.extra.get("one_sided") and _on_both_sides(term):
-        return False
     for index, value in enumerate(term.values):
         p = term.parameter(index)
         bounded = p.neutral not in (p.low, p.high) and not p.steepness
@@ -506,14 +500,6 @@ def _inside(term: ActiveEffect) -> bool:
             if not p.low + room < value < p.high - room:
                 return False
     return True
-
-
-def _on_both_sides(term: ActiveEffect) -> bool:
-    """Windows in turn to one side and to the other, as what follows any misfit has them."""
-    neutral = term.effect.parameters[0].neutral
-    sizes = [value - neutral for value in term.values[2 :: term.stride]]
-    up, down = max(0.0, *sizes), max(0.0, *(-size for size in sizes))
-    return min(up, down) > OTHER_SIDE * max(up, down)
 
 
 def noticeable_window(term: ActiveEffect, window: int) -> bool:

@@ -30,7 +30,6 @@ EFFECTS = [
         act=_act(slots),
         windowed=True,
         decided_by="wheel loads: they do not change with it",
-        extra={"one_sided": True},
     )
     for axle, slots in (
         ("car_front", ("stiffness_car_front",)),
