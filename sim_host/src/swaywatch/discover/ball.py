@@ -27,7 +27,7 @@ NO_STIFFNESS = "within its play nothing holds the ball: no single critical speed
 
 
 def moves_in_coupling(law: Law) -> tuple[Act, tuple[Parameter, ...], str]:
-    """Act, parameters and equation of a ball that has play, or that slips with friction."""
+    """Act, parameters and equation of a ball that has play, slips, or gives way to one side."""
     if law.shape == UNEVEN:
         equation = "F_ball = y / compliance, to the right (y < 0) times the other side"
         return _act, (_TO_A_SIDE, _OTHER), equation

@@ -228,9 +228,9 @@ def in_form(term: ActiveEffect, law: Law) -> ActiveEffect:
 
 
 def per_size(own: Law, law: Law) -> float:
-    """Times its gain with which a law is as large that the size of a motion multiplies no longer.
+    """Factor on a gain that keeps a law as large at the usual size of what multiplies it.
 
-    Or is multiplied by it, and was not before.
+    Where that multiplies the one law and not the other.
     """
     before = MOTIONS[own.times].usual if own.times else 1.0
     return before / MOTIONS[law.times].usual if law.times else before

@@ -315,10 +315,10 @@ def _effect(law: Law, start_hz: float | None, sprung: bool, runs: tuple[str, ...
         if law.response == SUDDEN:
             parameters = (*parameters, *begins(runs))
         if law.response == PERIODIC:
-            grip, half = law.motion == law.place, one_way(law)
-            if not of_a_motion(law):
-                act = comes_and_goes(law.place, runs, law.power, grip=grip, half=half)
             parameters = (*parameters, *phases(runs))
+        if law.response == PERIODIC and not of_a_motion(law):
+            grip, half = law.motion == law.place, one_way(law)
+            act = comes_and_goes(law.place, runs, law.power, grip=grip, half=half)
         if law.motion in ROLLS and not sprung:
             parameters = (*parameters, *OWN_ROLL[law.motion])
         equation = formula(law)
@@ -432,8 +432,8 @@ OWN_ROLL = {
 def _numbers(law: Law) -> tuple[Parameter, ...]:
     """Numbers of a law, scaled by its dimensions; the gain is the first one."""
     second = (_second_share(law),) if law.second else ()
-    second = (_of_size(law),) if law.side in SIZES else second
-    return (_gain(law), *_of_shape(law), *_of_way(law), *second, *_of_place_and_lag(law))
+    size = (_of_size(law),) if law.side in SIZES else ()
+    return (_gain(law), *_of_shape(law), *_of_way(law), *second, *size, *_of_place_and_lag(law))
 
 
 def _gain(law: Law) -> Parameter:
@@ -515,7 +515,7 @@ def _of_place_and_lag(law: Law) -> list[Parameter]:
 
 
 def _of_size(law: Law) -> Parameter:
-    """Where the size that multiplies a law levels off, or from where on it counts."""
+    """The size at which half of a law acts that levels off, or beyond which another one does."""
     motion = MOTIONS[law.by]
     at = 0.5 * motion.usual
     none = 1e3 if law.side == LEVELS else 0.0

@@ -42,7 +42,7 @@ FIFTHS = (1, 2, 3, 4, 5)
 PIECES = ("gain", "of_size", *(f"{side}_{n}" for side in ("right", "left") for n in FIFTHS))
 #: What acts to one side only: a rope, a chain, a valve, a stop.
 SIDES = ("positive side", "negative side")
-#: How the size of a motion that multiplies a law may go on: it levels off, or begins late.
+#: What the size of a motion that multiplies a law may do: level off, or count beyond a bend only.
 SIZES = LEVELS, LATE = "levels off", "beyond"
 #: In a law's string.
 _SIGN = {"": "", SIDES[0]: ">0", SIDES[1]: "<0", LEVELS: "~", LATE: "^"}

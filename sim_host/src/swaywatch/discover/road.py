@@ -260,28 +260,17 @@ def halves(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
 
 
 def ahead(fit: Fit, runs: tuple[str, ...]) -> list[Fit]:
-    """A force or a moment in places of the road, begun as a force ahead of the centre of gravity.
-
-    Or behind it.
-    """
+    """A force or a moment in places of the road, begun as a force ahead of the COG or behind it."""
     term = fit.terms[-1]
     law = law_in(term)
     kind, _, body = law.place.partition("_")
-    there = f"at_{body}"
     if not of_a_motion(law) or kind not in ("force", "moment"):
         return []
-    other = replace(law, place=there)
-    lever = next(p for p in effect_of(other, runs=runs).parameters if p.name == "ahead_m").starts[0]
+    there = replace(law, place=f"at_{body}")
+    lever = next(p.starts[0] for p in effect_of(there, runs=runs).parameters if p.name == "ahead_m")
     gain = term.as_dict()["gain"]
-    return [
-        _with_law(
-            fit,
-            other,
-            runs,
-            {"ahead_m": x, "gain": gain if kind == "force" else gain / x},
-        )
-        for x in (lever, -lever)
-    ]
+    starts = ((x, gain if kind == "force" else gain / x) for x in (lever, -lever))
+    return [_with_law(fit, there, runs, {"ahead_m": x, "gain": size}) for x, size in starts]
 
 
 def _with_law(fit: Fit, law: Law, runs: tuple[str, ...], changes: Mapping[str, float]) -> Fit:

@@ -124,7 +124,8 @@ SCALARS = (
     # above or below nothing: it does not multiply, but the law acts only while it is positive or
     # negative; one over what it takes to be
     "law_by_side",
-    # above nothing: what multiplies grows to one there; below: only the size that is beyond it does
+    # above nothing: the size at which half of the law acts, all of it far beyond; below: less the
+    # size from which on that multiplies
     "law_by_bend",
     *(f"law_to_{name}" for name in LAW_TO),  # where it acts
     "law_drag_trailer",  # 1/m, drag of the trailer's wheels for each Nm of a moment on it; 0: none

@@ -113,8 +113,9 @@ INLINE V NAME(kept)(V z, V state, V rate, V shape, V some, V per, V otherwise)
     return NAME(choose)(shape == PLAYS, NAME(played)(z - state, some), found);
 }
 
-/// What multiplies a law: the size of a motion, or of what is felt, or how much of its bend that
-/// reaches at the most, or what is beyond; or whether it is on one side.
+/// What multiplies a law: the size of a motion, or of what is felt; or what grows with it from
+/// nothing to one, half of that at a bend; or what is beyond the bend; or whether it is on one
+/// side.
 INLINE V NAME(times)(const V *x, const V *of, const V *e)
 {
     const V by = e[E_LAW_BY], side = e[E_LAW_BY_SIDE], none = {0};
